@@ -1,2 +1,2 @@
-"""The five papers, each with its printed variants, its claims and its figures, and the study of fleets; the product
-never imports them."""
+"""The five papers, each with its printed variants, its claims and its figures, and the studies of own cars, foreign
+plants and fleets; the product never imports this package."""

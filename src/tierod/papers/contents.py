@@ -1,4 +1,4 @@
-"""Contents of the five papers, and where each equation, table and figure is found in tierod."""
+"""Contents of the five papers: where each equation, table and figure is implemented and tested in tierod."""
 
 from __future__ import annotations
 
@@ -11,21 +11,23 @@ from tierod.core.errors import ParameterError
 from tierod.core.toml import Document, build
 
 PAPERS = ("friction", "condition", "column", "sideslip", "motor_angle")
-"""Packages of the papers."""
+"""Names of the packages of the papers."""
 
 _KINDS = {"Table": "table", "Tables": "table", "Figure": "figure", "Figures": "figure", "(": "equation"}
+"""Kind of a part by the start of its name."""
 _RANGE = re.compile(r"\(?(A?\d+)\)?(?: to \(?(\d+)\)?)?")
+"""A number, of an appendix where it begins with A, or a range of numbers."""
 
 
 @dataclass(frozen=True)
 class Entry:
-    """A part of a paper.
+    """One row of the contents of a paper: some of its equations, tables or figures, or a section.
 
     Args:
-        of: "(3), (4)", "(7) to (10)", "Table 2", "Figures 5, 6" or a section in words
-        what: it is about
-        code: "module:name" of all that carries it out
-        tests: files of tests
+        of: the part, such as "(3), (4)", "(7) to (10)", "Table 2", "Figures 5, 6" or a section in words
+        what: subject of the part
+        code: "module:name" of every object that implements it
+        tests: paths of its test files
         study: "package.module" of the parts of the studies that reproduce it
         verdict: whether it is right as printed, and what was corrected
     """
@@ -39,12 +41,12 @@ class Entry:
 
     @property
     def kind(self) -> str:
-        """ "equation", "table", "figure", or "section" for all else."""
+        """Kind of the part: "equation", "table", "figure", or "section" for all else."""
         return next((kind for word, kind in _KINDS.items() if self.of.startswith(word)), "section")
 
     @property
     def numbers(self) -> tuple[str, ...]:
-        """Every number that it stands for, ranges spelt out; none of a section."""
+        """Every number that the row covers, with ranges expanded; empty for a section."""
         if self.kind == "section":
             return ()
         found: list[str] = []
@@ -55,13 +57,13 @@ class Entry:
 
 @dataclass(frozen=True)
 class Contents:
-    """A paper.
+    """Contents of one paper.
 
     Args:
         paper: authors and subject
-        explanation: page below docs/explanation/papers
-        equations, tables, figures: how many it numbers
-        rows: its parts, in its order
+        explanation: its page below docs/explanation/papers
+        equations, tables, figures: number of each in the paper
+        rows: its parts, in the order of the paper
     """
 
     paper: str
@@ -72,7 +74,7 @@ class Contents:
     rows: tuple[Entry, ...]
 
     def missing(self) -> tuple[str, ...]:
-        """Numbered parts without a row, in words."""
+        """Numbered equations, tables and figures without a row, such as "equation 7"."""
         found = []
         for kind, count in (("equation", self.equations), ("table", self.tables), ("figure", self.figures)):
             known = {number for row in self.rows if row.kind == kind for number in row.numbers}
@@ -82,13 +84,13 @@ class Contents:
 
 @cache
 def contents(package: str) -> Contents:
-    """Contents of a paper.
+    """Read the contents of a paper from the file contents.toml of its package.
 
     Args:
         package: one of `PAPERS`
 
     Raises:
-        ParameterError: there is none, or its file is wrong
+        ParameterError: there is no such paper, or its file is invalid
     """
     if package not in PAPERS:
         raise ParameterError(f"'{package}' is no paper; expected one of {', '.join(PAPERS)}")

@@ -1,4 +1,4 @@
-"""Every study there is."""
+"""Registry of the studies."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from tierod.experiments.effort import Effort, Progress
 
 @dataclass(frozen=True)
 class Study:
-    """One study.
+    """A study that `tierod study` runs.
 
     Args:
-        name: as given on the command line
-        title: what it is about, a few words
-        summary: one sentence
-        items: works the study out: claims, tables and charts, one after the other
-        groups: title of every group of claims, in the order they are shown
+        name: name on the command line
+        title: subject, in a few words
+        summary: subject, in one sentence
+        items: function that runs the study and yields its claims, tables and charts one after the other
+        groups: title of every group of claims, by the first part of their keys, in the order of display
     """
 
     name: str
@@ -30,7 +30,7 @@ class Study:
 
 
 def _items(package: str) -> Callable[[Effort, Progress], Iterator[Item]]:
-    """Items of the study of a package below `tierod.papers`; it is imported when it is asked for."""
+    """Function that imports the study of a package below `tierod.papers` on its first call and yields its items."""
 
     def items(effort: Effort, progress: Progress) -> Iterator[Item]:
         worked_out: Iterator[Item] = import_module(f"tierod.papers.{package}.study").items(effort, progress)
@@ -153,4 +153,4 @@ STUDIES: Mapping[str, Study] = {
         ),
     )
 }
-"""By name, as given on the command line."""
+"""All studies by name, as given on the command line."""

@@ -1,4 +1,4 @@
-"""The seeds of every drive that a study reports: one block of numbers, which the judged monitor draws."""
+"""Seeds of the drives that a study reports: a block of numbers chosen by the digest of the judged monitor."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from tierod.core.errors import ParameterError, nearest
 from tierod.experiments.reported_seed import reported_seed
 
 APART = 100_000
-"""Numbers of a block. Those below were driven while tierod was tuned and are never reported."""
+"""Seeds in a block. Seeds below this number were driven while tierod was tuned and are never reported."""
 
 BLOCKS = 10_000
-"""Of which a change of the monitor draws another one."""
+"""Number of blocks; a change of the monitor selects another one."""
 
 
 @dataclass(frozen=True)
 class ReportedSeeds:
-    """Seeds of a study: the first of the judged monitor's block, and where every part begins in it.
+    """Seeds of a study: the block of the judged monitor, and where every part of the study begins in it.
 
     Args:
-        judged: makes the blocks that are judged, with the parameters of the vehicle file as it is shipped
-        parts: number of the first drive of every part, by what the part is about
-        drawn_by: the judged monitor, for the page
+        judged: function that builds the judged graph blocks, with the parameters of the vehicle file as shipped
+        parts: offset of the first seed of every part in the block, by subject of the part
+        drawn_by: name of the judged monitor in the printed table
     """
 
     judged: Callable[[], Sequence[Block]]
@@ -34,18 +34,18 @@ class ReportedSeeds:
 
     @cached_property
     def first(self) -> int:
-        """The first number of the block."""
+        """First seed of the block."""
         return APART * (1 + reported_seed(*self.judged()) % BLOCKS)
 
     def of(self, part: str, count: int) -> range:
         """Seeds of a part.
 
         Args:
-            part: in `parts`
-            count: how many
+            part: one of `parts`
+            count: number of seeds
 
         Raises:
-            ParameterError: there is no such part, or the seeds leave the block
+            ParameterError: there is no such part, or the seeds reach beyond the block
         """
         if part not in self.parts:
             raise ParameterError(f"the study has no part '{part}'{nearest(part, self.parts)}")
@@ -55,7 +55,7 @@ class ReportedSeeds:
         return range(self.first + begin, self.first + begin + count)
 
     def table(self) -> Table:
-        """The list that the study prints."""
+        """Table of the first seed of every part, as the study prints it."""
         rows = tuple((part, f"{self.first + begin}") for part, begin in self.parts.items())
         return Table(
             "Seeds of the reported drives",

@@ -1,4 +1,4 @@
-"""The bench's column under position control as one block at 1 kHz, and how well its shaft follows a reference."""
+"""The bench column under position control as one block at 1 kHz, and the tracking error of its shaft."""
 
 from __future__ import annotations
 
@@ -23,26 +23,26 @@ from tierod.proving_ground.parts import NO_FAULT
 from tierod.vehicles import load
 
 SAMPLE_TIME = 1e-3
-"""Of sensors, observer and controller [s]."""
+"""Sampling interval of sensors, observer and controller [s]."""
 
 NOISE = ColumnOutput(**swept_bench.NOISE)
-"""Standard deviations of the sensors: both angles [rad], torque of the bar [N m]."""
+"""Standard deviations of the sensor noise: both angles [rad], torque of the torsion bar [N m]."""
 
 REQUEST = 1.5
-"""When control is asked for: after the observer has settled and the hands have been still as long as they must [s]."""
+"""Time of the request for control, after the warm-up of the observer and the quiet time of the hands [s]."""
 
 BEGIN = 2.0
-"""When the reference begins to move: control has taken hold [s]."""
+"""Time at which the reference begins to move, with control fully engaged [s]."""
 
 
 class Outside(NamedTuple):
     """External inputs: the reference, noise of the sensors, the driver.
 
     Args:
-        reference: of the output shaft
-        request: whether control is asked for (1.0 or 0.0)
-        noise: of the sensors
-        grip: of hands that hold the wheel where they took it, 0 to 1
+        reference: reference of the output shaft
+        request: whether control is requested (1.0 or 0.0)
+        noise: noise of the sensors
+        grip: grip of hands that hold the wheel at the angle at which they took it, 0 to 1
     """
 
     reference: Reference
@@ -52,7 +52,7 @@ class Outside(NamedTuple):
 
 
 class LoopState(NamedTuple):
-    """Plant, observer, controller; torque that acts now, torque that acted before, and where hands took the wheel."""
+    """States of plant, observer and controller, motor torque of this and the last sample, angle held by the hands."""
 
     plant: BenchState
     observer: Tree
@@ -63,7 +63,7 @@ class LoopState(NamedTuple):
 
 
 class LoopSignals(NamedTuple):
-    """All that happens in a sample; `plant` is the truth, `measured` what the sensors make of it."""
+    """Signals of a sample; `plant` is the truth, `measured` adds the noise of the sensors."""
 
     plant: BenchSignals
     measured: ColumnOutput
@@ -76,14 +76,14 @@ class LoopSignals(NamedTuple):
 class ClosedLoop:
     """Plant, sensors, observer and controller at 1 kHz.
 
-    The torque that the controller finds from the measurements of one sample acts from the next sample on; the observer
-    gets the torque that acted until its sample.
+    The torque that the controller computes from the measurements of one sample acts from the next sample on; the
+    observer receives the torque that acted until its sample.
 
     Args:
         bench: the plant
-        observer: block whose sample is the motor's torque and what is measured
-        controller: takes what is observed
-        read: finds the observed column and the hands' torque in the observer's output
+        observer: block whose sample is the motor torque and the measurements
+        controller: controller that acts on the estimates of the observer
+        read: function that extracts the observed column and the hand torque from the output of the observer
     """
 
     bench: ColumnBench
@@ -94,11 +94,12 @@ class ClosedLoop:
     Sample = Outside
 
     def init(self) -> LoopState:
-        """At rest, control off."""
+        """State at rest, control off."""
         return LoopState(self.bench.init(), self.observer.init(), self.controller.init(), 0.0, 0.0, 0.0)
 
     def step(self, state: LoopState, sample: Outside) -> tuple[LoopState, LoopSignals]:
-        """One sample on; the output belongs to the instant of the sample."""
+        """Advance by one sample; the output belongs to the instant of the sample."""
+        # Hands hold the wheel at the angle of the last sample without grip.
         held = where(sample.grip > 0.0, state.held, state.plant.motion.wheel_angle)
         acting = Acting(state.acting, 0.0, 0.0, 0.0, sample.grip, held, 0.0, BenchPorts(NO_FAULT))
         plant, signals = self.bench.step(state.plant, acting)
@@ -113,12 +114,12 @@ class ClosedLoop:
 
 
 class Belief(NamedTuple):
-    """Assumptions of observer and controller about the column; the plant has numbers of its own.
+    """Parameters of the column as observer and controller assume them; those of the plant may differ.
 
     Args:
-        column: its parameters
-        friction: of the motor [N m]
-        inertia_uncertainty: of the steering wheel, twice its standard deviation [kg m^2]
+        column: parameters of the column
+        friction: dry friction at the motor [N m]
+        inertia_uncertainty: twice the standard deviation of the inertia of the steering wheel [kg m^2]
     """
 
     column: ColumnParameters
@@ -127,39 +128,40 @@ class Belief(NamedTuple):
 
 
 def belief(vehicle: str = "column-bench") -> Belief:
-    """Assumptions by the file of a vehicle."""
+    """Assumed parameters from a vehicle file."""
     known = load(vehicle)
     uncertain = 2.0 * (known.parameters["steering_wheel_inertia"].standard_deviation or 0.0)
     return Belief(known.parameters_for(ColumnParameters), known["motor_friction"], uncertain)
 
 
 def intervention(known: Belief, observer: Block, takeover: Takeover | None = None) -> DriverIntervention:
-    """The rule for the noise that an observer has on this bench while nothing moves."""
+    """Design the driver detection for the noise of an observer on this bench at rest."""
     seconds = 100.0
     still = np.column_stack([np.zeros(round(seconds / SAMPLE_TIME)), _noise(round(seconds / SAMPLE_TIME), 77)])
     result = scan(observer, still)
+    # The first 5 s are warm-up of the observer.
     found = noise_of(result["hand_torque"][round(5.0 / SAMPLE_TIME) :])
     return DriverIntervention.design(found, SAMPLE_TIME, takeover, known.inertia_uncertainty)
 
 
 def loop_of(observer: Block, known: Belief) -> ClosedLoop:
-    """The closed loop with an observer, friction fed forward."""
+    """The closed loop with an observer, and with feed-forward of friction."""
     column, stiffness = without_gear(known.column), known.column.torsion_bar_stiffness
     position = PositionControl.design(column, stiffness, SAMPLE_TIME, friction=known.friction)
     return ClosedLoop(ColumnBench(), observer, SteeringController(position, intervention(known, observer)))
 
 
 def holding(stiffness: float) -> ColumnBench:
-    """The bench with arms that hold the wheel where they took it.
+    """The bench with arms that hold the wheel at the angle at which they took it.
 
     Args:
-        stiffness: [N m/rad]; 10 is a light hold, 30 a firm one, 100 one with both hands and stiff arms
+        stiffness: stiffness of the arms [N m/rad]; 10 is a light hold, 30 a firm one, 100 two hands and stiff arms
     """
     return ColumnBench(arms=Arms(stiffness=stiffness))
 
 
 class Run(NamedTuple):
-    """A run of a closed loop: time [s], reference (whose fields hold a value per instant), signals by name."""
+    """A run of a closed loop: time [s], reference (each field an array over time), signals by name."""
 
     time: np.ndarray
     reference: Tree
@@ -174,15 +176,15 @@ def run(
     grip: float = math.inf,
     request_end: float = math.inf,
 ) -> Run:
-    """Let the loop follow a reference from `BEGIN` on.
+    """Simulate the loop with a reference that begins at `BEGIN`.
 
     Args:
         loop: plant, observer and controller
-        source: of the reference, its time counted from `BEGIN`
-        seconds: duration of the whole
-        seed: of the sensors' noise
-        grip: when hands take the wheel [s]
-        request_end: when control is no longer asked for [s]
+        source: reference, with its time counted from `BEGIN`
+        seconds: duration of the whole run [s]
+        seed: seed of the sensor noise
+        grip: time at which hands take the wheel [s]
+        request_end: time at which the request for control ends [s]
     """
     time = np.arange(round(seconds / SAMPLE_TIME)) * SAMPLE_TIME
     reference = source.at(np.maximum(time - BEGIN, 0.0))
@@ -193,7 +195,7 @@ def run(
 
 
 GRIPPING = 0.03
-"""In which hands close round the wheel [s]."""
+"""Time in which hands close round the wheel [s]."""
 
 
 def _noise(count: int, seed: int) -> np.ndarray:
@@ -201,12 +203,12 @@ def _noise(count: int, seed: int) -> np.ndarray:
 
 
 class Followed(NamedTuple):
-    """Error of the gear's true angle against the reference.
+    """Tracking error of the true gear angle against the reference.
 
     Args:
-        rms, largest: of the error [deg]
-        phase: of the angle against the reference, negative where late [deg]; NaN where no frequency was asked for
-        found: how often a driver was found
+        rms, largest: root mean square and largest error [deg]
+        phase: phase of the angle against the reference, negative for a lag [deg]; NaN where no frequency was given
+        found: number of detections of a driver
     """
 
     rms: float
@@ -216,18 +218,19 @@ class Followed(NamedTuple):
 
 
 def error(done: Run) -> np.ndarray:
-    """Shaft less reference, true, over time [deg]."""
+    """Tracking error over time: true angle of the shaft less reference [deg]."""
     return np.asarray(np.degrees(done.signals["plant.truth_gear_angle"] - done.reference.angle))
 
 
 def followed(done: Run, after: float, until: float = math.inf, frequency: float = math.nan) -> Followed:
-    """Figures of a stretch of a run.
+    """Evaluate the tracking error over an interval of a run.
 
     Args:
         done: the run
-        after, until: the stretch; whole periods where a frequency is given [s]
-        frequency: of a plain sine [Hz]
+        after, until: start and end of the interval; whole periods where a frequency is given [s]
+        frequency: frequency of a plain sine [Hz]
     """
+    # Half a sample of tolerance keeps rounding of the time from adding or dropping a sample at the ends.
     chosen = (done.time >= after - 0.5 * SAMPLE_TIME) & (done.time < until - 0.5 * SAMPLE_TIME)
     wrong = error(done)[chosen]
     phase = math.nan
@@ -240,7 +243,7 @@ def followed(done: Run, after: float, until: float = math.inf, frequency: float 
 
 
 def sine(loop: ClosedLoop, frequency: float, seed: int = 0, quick: bool = False) -> Followed:
-    """A plain sine of 30 degrees, whole periods after it has settled."""
+    """Tracking of a sine of 30 degrees, over whole periods in steady state."""
     periods = 1.0 if quick else max(2.0, round(4.0 * frequency))
     after = BEGIN + 2.0
     until = after + periods / frequency
@@ -249,7 +252,7 @@ def sine(loop: ClosedLoop, frequency: float, seed: int = 0, quick: bool = False)
 
 
 def sweep(loop: ClosedLoop, seed: int = 0, quick: bool = False) -> tuple[Run, Followed]:
-    """The sweep of figure 10, 0.1 to 3 Hz, and how well it was followed once it had faded in."""
+    """The sweep of figure 10, 0.1 to 3 Hz, and its tracking error after the fade-in."""
     source = Sweep(duration=10.0) if quick else Sweep()
     done = run(loop, source, BEGIN + source.duration, seed)
     return done, followed(done, BEGIN + source.fade)

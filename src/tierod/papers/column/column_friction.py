@@ -1,4 +1,4 @@
-"""Friction at the motor of a steering column: its torque, and its level, by a Kalman filter with Dahl's law."""
+"""Kalman filter with Dahl's law for the friction at the motor of a steering column: its torque and its level."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ class FrictionObservationParameters:
     """A sampled column and the law of its friction.
 
     Args:
-        linear: the column with its torques as states, sampled
-        dahl_angle: of the motor, over which friction builds up: level over stiffness [rad]
-        sample_time: [s]
+        linear: matrices of the sampled column with its torques as states
+        dahl_angle: angle of the motor over which friction builds up, level over stiffness [rad]
+        sample_time: sampling interval [s]
     """
 
     linear: Matrices
@@ -42,17 +42,17 @@ class FrictionObservationParameters:
 
 @lru_cache(maxsize=64)
 def with_dahl_friction(observed: Model) -> Model:
-    """The model of an observed column whose disturbance torque is Dahl's friction at the motor and what remains.
+    """Model of an observed column whose disturbance torque is Dahl friction at the motor plus a remainder.
 
     Args:
         observed: discrete model with the states `motor_angle` and `disturbance_torque`, from `observed_column`
 
     Returns:
         a discrete model with two more states, `normalised_friction` (torque over level) and `friction_level`; its
-        `disturbance_torque` is what the friction does not explain
+        `disturbance_torque` is the remainder that the friction does not explain
 
-    Source: Raffone, eq (4), for the exponent 1, with the level as a state; the update over a sample is exact, and what
-        acts during it is the friction halfway.
+    Source: Raffone, eq (4), for the exponent 1, with the level as a state; the update over a sample is exact, and the
+        friction at half the sample acts during it.
     """
     hints = get_type_hints(observed.State, include_extras=True)
     fields = [(name, hints[name]) for name in observed.State._fields]
@@ -60,6 +60,8 @@ def with_dahl_friction(observed: Model) -> Model:
     state = named_tuple("FrictionObservationState", fields)
 
     def transition(x: Tree, u: MotorTorque, p: FrictionObservationParameters) -> Tree:
+        # The friction at half the sample, predicted from the speed, acts over the whole sample; the state then follows
+        # the exact travel.
         halfway = dahl_update(x.normalised_friction, 0.5 * p.sample_time * x.motor_speed, p.dahl_angle)
         friction = halfway * x.friction_level
         column = observed.State(*x[:-2])
@@ -84,17 +86,18 @@ def with_dahl_friction(observed: Model) -> Model:
 
 @dataclass(frozen=True)
 class FrictionTuning:
-    """Noises of the friction; those of a walk are per square root of a second.
+    """Process noise of the friction; a random walk is given per square root of a second.
 
     Tuned on the same simulated runs as `ColumnTuning`.
 
     Args:
-        level: with which it starts [N m]; that of the vehicle where there is one
-        level_deviation: of the start, as a share of the level
-        level_walk: 1e-4 N·m lets the level wander by 0.006 N·m in an hour
-        normalised_walk: of the friction over its level: error of the law; 1 also bears an angle wrong by two
-        remaining_walk: of the disturbance torque beside friction
-        hand_torque_walk: of the hands' torque, for smooth hands and jumps alike
+        level: initial level; that of the vehicle where there is one [N m]
+        level_deviation: standard deviation of the initial level, relative
+        level_walk: random walk of the level; 1e-4 N·m gives 0.006 N·m in an hour
+        normalised_walk: random walk of friction over level, for errors of the law; 1 tolerates a Dahl angle wrong by a
+            factor of two
+        remaining_walk: random walk of the disturbance torque besides friction
+        hand_torque_walk: random walk of the hand torque, for smooth and for stepwise hands
     """
 
     level: Annotated[float, "N*m"] = 0.1
@@ -106,18 +109,18 @@ class FrictionTuning:
 
 
 class FrictionEstimate(NamedTuple):
-    """Estimate of the friction at the motor's shaft.
+    """Estimate of the friction at the motor shaft.
 
     Args:
-        disturbance_torque: friction and what remains
-        disturbance_torque_deviation: of it, one standard deviation
-        friction_torque: that Dahl's law explains, positive against motion to the left
-        friction_level: that it reaches while sliding
-        friction_level_deviation: of it
-        hand_torque: of the driver's hands, by a filter for smooth hands and jumps alike
+        disturbance_torque: friction plus the remainder
+        disturbance_torque_deviation: its standard deviation
+        friction_torque: friction by Dahl's law; positive values oppose motion to the left
+        friction_level: level of friction while sliding
+        friction_level_deviation: its standard deviation
+        hand_torque: torque of the driver's hands, by one filter for smooth and stepwise hands
         nis: normalised innovation squared
-        present: outputs that were there
-        ready: 1 while the estimate can be used
+        present: number of available outputs
+        ready: 1 while the estimate is valid
     """
 
     disturbance_torque: Annotated[float, "N*m"]
@@ -132,7 +135,7 @@ class FrictionEstimate(NamedTuple):
 
 
 class FrictionMemory(NamedTuple):
-    """Memory of the filter, and of the gaps in its samples."""
+    """State of the filter, and of the treatment of gaps."""
 
     belief: Belief
     start: StartState
@@ -140,15 +143,15 @@ class FrictionMemory(NamedTuple):
 
 @dataclass(frozen=True)
 class ColumnFrictionObserver:
-    """Friction at the motor with a level that is learnt, for a bench or a car whose rack is free.
+    """Observer of the friction at the motor with an estimated level, for a bench or a car whose rack is free.
 
-    Ten times as exact as a disturbance torque that walks where the friction follows Dahl's law with the angle given,
-    and still twice where the angle is wrong by a factor of two. The column's gear is left out, and one filter follows
-    hands that are smooth and that jump: `ColumnObserver` estimates their torque better.
+    Where the friction follows Dahl's law with the given angle, the disturbance torque is ten times as exact as with a
+    random walk, and still twice as exact where the angle is wrong by a factor of two. The gear of the column is
+    neglected, and one filter covers smooth and stepwise hands: `ColumnObserver` estimates their torque better.
 
     Args:
         filter: extended Kalman filter of the column, both torques, friction and level
-        starting: what it does in gaps
+        starting: start of the filter and treatment of gaps
 
     Source: Raffone, eq (4), as an observer's state; the level is not the paper's.
     """
@@ -160,14 +163,14 @@ class ColumnFrictionObserver:
 
     @classmethod
     def of_vehicle(cls, vehicle: Vehicle, sample_time: float = 1e-3) -> ColumnFrictionObserver:
-        """The observer of a vehicle that gives `motor_friction` and `motor_friction_stiffness`.
+        """Observer of a vehicle that gives `motor_friction` and `motor_friction_stiffness`.
 
         Args:
-            vehicle: with or without gear
-            sample_time: [s]
+            vehicle: vehicle, with or without gear
+            sample_time: sampling interval [s]
 
         Raises:
-            ParameterError: parameters are missing, or as of `require_fit`
+            ParameterError: parameters are missing, or as in `require_fit`
         """
         level = vehicle["motor_friction"]
         angle = level / vehicle["motor_friction_stiffness"]
@@ -183,17 +186,17 @@ class ColumnFrictionObserver:
         tuning: ColumnTuning | None = None,
         friction: FrictionTuning | None = None,
     ) -> ColumnFrictionObserver:
-        """The observer of a column.
+        """Observer of a column.
 
         Args:
             parameters: `ColumnParameters` or `TwoInertiaParameters`
-            dahl_angle: of the motor, level over stiffness [rad]
-            sample_time: [s]
-            tuning: noises of column and sensors; of a bench where None
-            friction: noises of the friction; the defaults where None
+            dahl_angle: angle of the motor over which friction builds up, level over stiffness [rad]
+            sample_time: sampling interval [s]
+            tuning: noise of column and sensors; that of a bench where None
+            friction: process noise of the friction; the defaults where None
 
         Raises:
-            ParameterError: as of `require_fit`, or an angle that is not positive
+            ParameterError: as in `require_fit`, or an angle that is not positive
         """
         if not dahl_angle > 0.0:
             raise ParameterError(f"dahl_angle is {dahl_angle}; expected an angle of the motor above zero [rad]")
@@ -221,15 +224,16 @@ class ColumnFrictionObserver:
         return cls(filter_, Starting(made.layout))
 
     def init(self) -> FrictionMemory:
-        """Not started."""
+        """State before the first sample."""
         return FrictionMemory(self.filter.init(), self.starting.init())
 
     def step(self, state: FrictionMemory, sample: ColumnSample) -> tuple[FrictionMemory, FrictionEstimate]:
-        """One sample on."""
+        """Advance by one sample."""
         start, phase = self.starting.step(state.start, sample)
         model = self.filter.model
         given = self.filter.Sample(MotorTorque(phase.motor_torque), model.Output(*phase.measured))
         moved, estimate = self.filter.step(state.belief, given)
+        # A restart after a gap begins at rest, but keeps the level of friction that was found before.
         fresh = self.filter.init()
         level = state.belief.mean.friction_level
         resting = resting_state(model, self.starting.layout, sample)._replace(
@@ -256,7 +260,7 @@ class ColumnFrictionObserver:
         )
 
     def _spreads(self, belief: Belief) -> tuple[Scalar, Scalar]:
-        """Variance of friction and what remains together, and of the level."""
+        """Variances of the disturbance torque, friction and remainder together, and of the level."""
         mean = belief.mean
         total = {
             "disturbance_torque": 1.0,
@@ -270,7 +274,7 @@ class ColumnFrictionObserver:
 
 
 def _initial_variance(model: Model, ratio: float, friction: FrictionTuning) -> tuple[float, ...]:
-    """Variance of a start at rest within 0.1 rad, 1 rad/s and 2 N·m at the wheel."""
+    """Initial variances: a start at rest within 0.1 rad, 1 rad/s and 2 N·m at the wheel."""
     known = {
         "steering_wheel_angle": 0.01,
         "motor_angle": 0.01 * ratio**2,

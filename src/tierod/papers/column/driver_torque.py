@@ -1,4 +1,4 @@
-"""Torque of the driver's hands: the observers of the paper beside tierod's own, figure 10, and their consistency."""
+"""Torque of the driver's hands: the observers of the paper compared with tierod's own, and their consistency."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ TEXT = (
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Section 5 of the paper, and what can be had beyond it."""
+    """Items of section 5 of the paper, and of tierod's own observers."""
     yield Heading("Torque of the driver's hands", TEXT)
     yield from _compared(effort)
     yield from with_wrong_parameters(effort)
@@ -49,7 +49,7 @@ OWN = "Raffone, section 5, with noises of our own"
 
 
 def observers() -> dict[str, tuple[Block, int]]:
-    """Every observer with its lag in samples."""
+    """Every compared observer with its lag in samples."""
     known = known_column()
     found: dict[str, tuple[Block, int]] = {
         f"paper: {column}": (PrintedObserver.of_column(known, column), 0) for column in COLUMNS
@@ -61,7 +61,7 @@ def observers() -> dict[str, tuple[Block, int]]:
 
 
 def _compared(effort: Effort) -> Iterator[Item]:
-    """Table, claims and chart."""
+    """Table, claims and chart of the comparison."""
     found = {name: over_hands(block, effort, delay) for name, (block, delay) in observers().items()}
     header = ("observer", "steps", "ramps", "no hands", "disturbance torque")
     rows = [(name, *_cells(each)) for name, each in found.items()]
@@ -140,6 +140,7 @@ def _own_claims(found: dict[str, dict[str, Errors]], effort: Effort) -> Iterator
 
 
 _SHOWN = ("paper: series spring", "paper: balanced", "tierod: default", "tierod: 20 ms later")
+"""Observers in the chart."""
 
 
 def _chart(effort: Effort) -> Chart:
@@ -168,6 +169,7 @@ def _chart(effort: Effort) -> Chart:
 
 
 SAMPLE_TIME = 1e-3
+"""Sampling interval [s]."""
 CONSISTENCY_TEXT = (
     "Drawn from the observer's own model: its noises, and changes between them as often as it expects. The means of "
     "the normalised innovation and error squared are 1 where a filter is as sure as it should be. Gains that are "
@@ -176,7 +178,7 @@ CONSISTENCY_TEXT = (
 
 
 def _consistency(effort: Effort) -> Iterator[Item]:
-    """NIS and NEES of one filter, and of the bank."""
+    """NIS and NEES of a single filter, and of the bank."""
     rows, bank_nis = [], float("nan")
     for name, tuning in (
         ("one filter, smooth hands", ColumnTuning(hand_torque_walk=0.0, reversal_walk=0.0)),
@@ -217,11 +219,12 @@ def _figures(tuning: ColumnTuning, count: int) -> tuple[float, float, float]:
 def _drawn(
     system: LinearSystem, bank: StationaryBank, noises: tuple[np.ndarray, ...], tuning: ColumnTuning, count: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """States and measurements of the model, in modes that change by the bank's switching."""
+    """States and measurements drawn from the model, whose modes switch with the transition matrix of the bank."""
     random = np.random.default_rng(SEEDS.of(MODEL, 1)[0])
     chances = np.cumsum(np.array(bank.switching), axis=1)
     draws, modes, mode = random.uniform(size=count), np.zeros(count, int), 0
     for k in range(count):
+        # Rounding can leave the last cumulative probability just below one.
         mode = min(int(np.searchsorted(chances[mode], draws[k])), len(chances) - 1)
         modes[k] = mode
     shaken = random.normal(size=(count, len(system.A))) * np.sqrt(np.array(noises))[modes]

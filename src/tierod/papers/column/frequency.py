@@ -1,4 +1,4 @@
-"""The frequency response of a bench against the linear column, Figure 5 of the paper, and what friction does to it."""
+"""Frequency response of a bench against the linear column, Figure 5 of the paper, and the effect of friction."""
 
 from __future__ import annotations
 
@@ -32,24 +32,26 @@ from tierod.proving_ground.courses.bench import BenchSweep
 from tierod.proving_ground.parts import NO_FAULT
 
 BAR = "driver_torque"
+"""Name of the measured output, the torque of the torsion bar."""
 LOWEST, HIGHEST = 1.0, 150.0
-"""Frequencies between which the responses are compared [Hz]."""
+"""Lowest and highest frequency at which the responses are compared [Hz]."""
 SHAKEN, SWEPT = 1.0, 0.5
-"""Frequencies from which noise and sweeps shake the bench [Hz]."""
+"""Lowest frequencies of excitation by noise and by sweeps [Hz]."""
 AMPLITUDES = (0.12, 0.2, 0.4, 1.0)
-"""Of the sweeps, at the motor, whose friction is 0.1 N·m [N·m]."""
+"""Amplitudes of the sweeps at the motor, whose friction is 0.1 N·m [N·m]."""
 _STEP, _PIECE = 1e-3, 8.0
+"""Sampling interval, and length of the segments over which spectra are averaged [s]."""
 
 
 @dataclass(frozen=True)
 class Run:
-    """One test on the bench: torque of the motor and torque of the bar, as measured."""
+    """One test on the bench: torque of the motor, and measured torque of the torsion bar [N m]."""
 
     motor_torque: np.ndarray
     bar_torque: np.ndarray
 
     def response(self) -> MeasuredResponse:
-        """Response from one signal to the other."""
+        """Measured frequency response from motor torque to torque of the torsion bar."""
         return measured_response(self.motor_torque, self.bar_torque, 1.0 / _STEP, _PIECE).between(LOWEST, HIGHEST)
 
 
@@ -119,7 +121,7 @@ def _without_friction(column: LinearSystem, found: MeasuredResponse, seconds: fl
 
 
 def _share_within(found: MeasuredResponse, truth: np.ndarray, chosen: np.ndarray) -> float:
-    """Of the true gains at chosen frequencies, those within the band of the measured ones."""
+    """Share of the chosen frequencies at which the true gain lies within the band of the measured gain."""
     low, high = found.band()
     return float(np.mean(((low <= np.abs(truth)) & (np.abs(truth) <= high))[chosen]))
 
@@ -167,7 +169,7 @@ def _with_friction(column: LinearSystem, found: dict[float, MeasuredResponse]) -
 
 
 def _amplitude_claims(misses: Mapping[float, float]) -> Iterator[Item]:
-    """Claims from errors of the gain [dB] by amplitude [N m]."""
+    """Claims on the errors of the gain [dB] by amplitude [N m]."""
     yield Claim(
         "frequency.strong-sweep",
         "A strong sweep gives the gain of the linear column also with friction.",
@@ -191,13 +193,13 @@ def _amplitude_claims(misses: Mapping[float, float]) -> Iterator[Item]:
 
 
 def _shaken(bench: ColumnBench, deviation: float, seconds: float, seed: int) -> Run:
-    """White torque."""
+    """Test with white noise as motor torque."""
     random = np.random.default_rng([seed, 5])
     return _run(bench, random.normal(0.0, deviation, round(seconds / _STEP)), random)
 
 
 def _swept(bench: ColumnBench, amplitude: float, seconds: float, seed: int) -> Run:
-    """A sine that rises from 0.5 to 40 Hz by as many octaves in every second."""
+    """Test with a logarithmic sine sweep from 0.5 to 40 Hz."""
     sweep = BenchSweep(amplitude=amplitude, settle=0.0, time=seconds, lowest=SWEPT, highest=40.0)
     torque = sweep.torque_at(np.arange(round(seconds / _STEP)) * _STEP)
     return _run(bench, torque, np.random.default_rng([seed, 6]))
@@ -216,6 +218,7 @@ def _model(column: LinearSystem, frequency: np.ndarray) -> np.ndarray:
 
 
 def _near_the_gear(frequency: np.ndarray) -> np.ndarray:
+    # The gear rings for as long as a segment of the spectrum, which smears its peak.
     fastest = abs(vibrations(linear_column(SteeringColumn, SETS["S1"]))[-1]) / (2.0 * math.pi)
     return np.abs(frequency / fastest - 1.0) < 0.1
 

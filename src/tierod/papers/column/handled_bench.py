@@ -1,4 +1,4 @@
-"""Column benches with hands that come and go: how a monitor of the hands does, and thresholds designed on them."""
+"""Column benches with hands that come and go: scores of a monitor of the hands, and thresholds designed on them."""
 
 from __future__ import annotations
 
@@ -18,21 +18,22 @@ from tierod.proving_ground.cars.column_bench import ColumnBench
 from tierod.proving_ground.courses.bench import BenchHands
 
 PIECE = 60.0
-"""Seconds at a time: more would not fit into the cache."""
+"""Duration of a simulated piece, so short that its arrays fit into the processor's cache [s]."""
 STEP = 1e-3
+"""Sampling interval [s]."""
 ANGLE_NOISE, ANGLE_STEP, TORQUE_NOISE = math.radians(0.005), math.radians(0.01), 0.01
-"""Of the sensors of a bench, as the proving ground has them [rad, rad, N m]."""
+"""Noise and resolution of the angle sensor, noise of the torque sensor, as on the proving ground [rad, rad, N m]."""
 
 
 class Bench(NamedTuple):
-    """A bench drawn by chance.
+    """A randomly drawn bench.
 
     Args:
-        plant: with its own parameters
-        gain: of the torque sensor
-        offset: of the torque sensor [N m]
-        course: hands and motor
-        seed: of the noise
+        plant: bench with its own parameters
+        gain: gain of the torque sensor
+        offset: offset of the torque sensor [N m]
+        course: course of hands and motor
+        seed: seed of the noise
     """
 
     plant: ColumnBench
@@ -43,7 +44,7 @@ class Bench(NamedTuple):
 
 
 class Piece(NamedTuple):
-    """A piece of what a bench does: time [s], measured angle [rad] and torque [N m], presence of the hands."""
+    """A piece of a bench run: time [s], samples of angle [rad] and torque [N m], presence of the hands (0 to 1)."""
 
     time: np.ndarray
     samples: np.ndarray
@@ -51,14 +52,14 @@ class Piece(NamedTuple):
 
 
 class Score(NamedTuple):
-    """Score of a monitor.
+    """Detection delays and false changes of a monitor.
 
     Args:
-        grabs, releases: delays until hands were found on, and off [s]; infinite where they never were
+        grabs, releases: detection delays of hands on and hands off [s]; infinite where undetected
         firmness: standard deviation of the torque of every hold [N m]
-        false_on, false_off: changes to "on" without hands, and to "off" with them, after they had been found once
-        uncertain: time of neither [s]
-        seconds: in all [s]
+        false_on, false_off: changes to "on" without hands and to "off" with hands, after the correct first detection
+        uncertain: time in the state "uncertain" [s]
+        seconds: total time [s]
     """
 
     grabs: np.ndarray
@@ -71,13 +72,13 @@ class Score(NamedTuple):
 
 
 def drawn(seed: int, share: float, seconds: float, tremor: float = 0.03) -> Bench:
-    """A bench whose parameters and torque sensor are off by a share, each up or down, and an offset of the torque.
+    """Draw a bench whose parameters and torque sensor gain are wrong by a share, either way, with a torque offset.
 
     Args:
-        seed: of all chance
-        share: by which each parameter differs
-        seconds: of its course [s]
-        tremor: standard deviation of the hands' trembling [N m]
+        seed: seed of all random numbers
+        share: relative error of each parameter
+        seconds: duration of its course [s]
+        tremor: standard deviation of the tremor of the hands [N m]
     """
     draw = np.random.default_rng([seed, 7])
     plant = ColumnBench()
@@ -88,7 +89,7 @@ def drawn(seed: int, share: float, seconds: float, tremor: float = 0.03) -> Benc
 
 
 def pieces(bench: Bench) -> Iterator[Piece]:
-    """Pieces of a bench run, one after the other."""
+    """Simulate a bench piece by piece."""
     names = kernel(bench.plant).graph.sample
     draw, state = np.random.default_rng([bench.seed, 8]), None
     count, size = round(bench.course.duration / STEP), round(PIECE / STEP)
@@ -108,7 +109,7 @@ def pieces(bench: Bench) -> Iterator[Piece]:
 
 
 def scored(monitors: Sequence[HandsMonitor], bench: Bench) -> list[Score]:
-    """Scores of some monitors on one bench."""
+    """Scores of several monitors on one bench."""
     states: list[Memory | None] = [None] * len(monitors)
     states_of: list[list[np.ndarray]] = [[] for _ in monitors]
     for piece in pieces(bench):
@@ -120,15 +121,17 @@ def scored(monitors: Sequence[HandsMonitor], bench: Bench) -> list[Score]:
 
 
 def score(hands: np.ndarray, course: BenchHands) -> Score:
-    """How a course of decisions does on a course of hands.
+    """Score the decisions of a monitor against the true course of the hands.
 
     Args:
-        hands: state of the hands by sample, as `HandsMonitor` gives it
-        course: what the hands did
+        hands: estimated state of the hands by sample, as from `HandsMonitor`
+        course: true course of the hands
     """
+    # An uncertain sample keeps the last decision.
     place = np.maximum.accumulate(np.where(hands == UNCERTAIN, 0, np.arange(len(hands))))
     decided = hands[place]
     switches, ends = course.switches[:-1], course.switches[1:]
+    # An episode that the end of the run cuts off has no complete delay.
     whole = ends < len(hands) * STEP
     delays: tuple[list[float], list[float]] = ([], [])
     false = [0, 0]
@@ -145,7 +148,7 @@ def score(hands: np.ndarray, course: BenchHands) -> Score:
 
 
 def together(scores: list[Score]) -> Score:
-    """Scores of several benches as one."""
+    """Pool the scores of several benches."""
     return Score(
         np.concatenate([each.grabs for each in scores]),
         np.concatenate([each.releases for each in scores]),
@@ -158,14 +161,14 @@ def together(scores: list[Score]) -> Score:
 
 
 SETTLED = 1.0
-"""After hands have come or gone their evidence is that of the change, not of what lasts, for so long [s]."""
+"""Time after hands have come or gone whose evidence is left out, since it is not that of the steady state [s]."""
 
 
 class HeldRecord(NamedTuple):
-    """A recording in which it is known whether hands were on the wheel.
+    """A recording with the true state of the hands.
 
     Args:
-        samples: angle [rad] and torque of the bar [N*m], (n, 2)
+        samples: angle [rad] and torque of the torsion bar [N*m], (n, 2)
         held: 1 where hands held the wheel, 0 where none did, (n,)
     """
 
@@ -174,11 +177,11 @@ class HeldRecord(NamedTuple):
 
 
 class HandsDesign(NamedTuple):
-    """Measured design for both changes.
+    """Thresholds for both changes, from measured log-likelihood ratios.
 
     Args:
-        to_on: evidence required for "on", from data without hands
-        to_off: evidence required for "off", from data with hands
+        to_on: design of the threshold for "on", from data without hands
+        to_off: design of the threshold for "off", from data with hands
     """
 
     to_on: RatioDesign
@@ -186,20 +189,20 @@ class HandsDesign(NamedTuple):
 
     @property
     def thresholds(self) -> tuple[float, float]:
-        """Thresholds as `HandsMonitor.of_vehicle` takes them."""
+        """Thresholds for "on" and "off" [nat], as `HandsMonitor.of_vehicle` takes them."""
         return self.to_on.threshold, self.to_off.threshold
 
 
 def design_thresholds(monitor: HandsMonitor, records: Iterable[HeldRecord], hours: float) -> HandsDesign:
-    """Thresholds with so many hours between false changes.
+    """Design thresholds for a mean time between false changes.
 
     Args:
-        monitor: whose thresholds are high enough to make no false change in the records
-        records: fault-free ones, of vehicles that differ from the file as much as is to be tolerated
-        hours: between two false changes to "on" while hands are off, and likewise to "off" while they are on [h]
+        monitor: monitor with thresholds so high that the records contain no false change
+        records: fault-free recordings of vehicles that differ from the file as much as is to be tolerated
+        hours: mean time between false changes, to "on" without hands and to "off" with hands [h]
 
     Raises:
-        InputError: too few records to measure it
+        InputError: the records are too few to measure the run length
     """
     without, with_ = [], []
     for record in records:
@@ -212,7 +215,7 @@ def design_thresholds(monitor: HandsMonitor, records: Iterable[HeldRecord], hour
 
 
 def _settled(held: np.ndarray, count: int) -> np.ndarray:
-    """Mask of samples before which nothing has changed for so many samples."""
+    """Mask of the samples at least `count` samples after the last change; the first sample counts as a change."""
     place = np.arange(len(held))
     changed = np.maximum.accumulate(np.where(np.diff(held, prepend=np.nan) != 0.0, place, 0))
     return place - changed >= count

@@ -1,4 +1,4 @@
-"""Delay until hands that come and go are seen on benches that differ from the vehicle file, and false detections."""
+"""Detection delay of hands on and hands off on benches that differ from the vehicle file, and false detections."""
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ from tierod.vehicles import load
 
 GOAL = "tierod's goal"
 TUNING = 500
-"""First seed of the benches on which the thresholds are designed; they are reported on others."""
+"""First seed of the benches on which the thresholds are designed; the reported benches have other seeds."""
 LADDER = ((8.0, 8.0), (15.0, 15.0), (22.0, 22.0), THRESHOLDS, (45.0, 45.0))
-"""Thresholds for "on" and "off" that are compared."""
+"""Compared pairs of thresholds for "on" and "off" [nat]."""
 WANTED = 100.0
-"""Time between false changes that the design asks for [h]."""
+"""Required mean time between false changes [h]."""
 RELEASE_MEDIAN = 416.0
-"""Median delay until hands that go are found that is aimed at [ms]: what was attained once before."""
+"""Goal for the median detection delay of hands off [ms], a value that an earlier version attained."""
 
 
 def items(effort: Effort) -> Iterator[Item]:
@@ -61,7 +61,7 @@ def items(effort: Effort) -> Iterator[Item]:
 
 @cache
 def monitors(kind: str) -> tuple[HandsMonitor, ...]:
-    """The "default", those of the "ladder" of thresholds, or learning and not for parameters "far off"."""
+    """Monitors by kind: "default", one per pair of `LADDER` ("ladder"), or with and without learning ("far off")."""
     vehicle = load("column-bench")
     default = HandsMonitor.of_vehicle(vehicle, STEP)
     if kind == "ladder":
@@ -74,7 +74,7 @@ def monitors(kind: str) -> tuple[HandsMonitor, ...]:
 def _scored(
     effort: Effort, kind: str, seeds: range, seconds: float, share: float = 0.02, tremor: float = 0.03
 ) -> list[Score]:
-    """Score of every one of some monitors, over drives of `seconds` each; share and tremor as of `drawn`."""
+    """Pooled score of every monitor of a kind, over runs of `seconds` each; share and tremor as in `drawn`."""
     tasks = [(kind, seed, share, seconds, tremor) for seed in seeds]
     return [together(list(scores)) for scores in zip(*effort.made(_scored_once, tasks), strict=True)]
 
@@ -152,7 +152,7 @@ def _delays(delays: np.ndarray) -> tuple[str, str, str]:
 
 
 def _milliseconds(delays: np.ndarray, level: float) -> float:
-    """A quantile that is one of the delays [ms], so that hands that were never found stay infinitely late."""
+    """Quantile of the delays without interpolation [ms], so that infinite delays of missed changes stay infinite."""
     return 1e3 * float(np.quantile(delays, level, method="inverted_cdf"))
 
 

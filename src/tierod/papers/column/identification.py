@@ -1,4 +1,4 @@
-"""Identification of the column on the bench: errors, intervals, and what an imperfect bench costs."""
+"""Identification of the column on the bench: errors, coverage of intervals, and bias by an imperfect bench."""
 
 from __future__ import annotations
 
@@ -25,10 +25,11 @@ from tierod.proving_ground.cars.column_bench import ColumnBench
 GOAL = "goal of tierod"
 WHEEL = ("steering_wheel_inertia", "steering_wheel_damping")
 MOTOR = ("motor_damping", "motor_friction", "motor_friction_stiffness")
+"""Parameters found by instrumental variables (wheel) and by maximum likelihood (motor)."""
 LIMITS = dict.fromkeys((*WHEEL,), 0.5) | {"motor_damping": 2.0, "motor_friction": 2.0, "motor_friction_stiffness": 5.0}
-"""Errors [%] that the identification should not exceed."""
+"""Largest errors allowed in the identification, by parameter [%]."""
 COUNT, COVERING, SHORT = 50, 45, 3.2
-"""Recordings for the intervals, how many of them the intervals should hold, and their duration [s]."""
+"""Number of recordings for the intervals, least number with the truth in the interval, and their duration [s]."""
 _STATES = ("steering_wheel_angle", "motor_angle")
 
 TEXT = (
@@ -44,14 +45,14 @@ TEXT = (
 
 @dataclass(frozen=True)
 class Case:
-    """A bench that is not as the model has it.
+    """A bench that deviates from the model of the identification.
 
     Args:
-        name: in the table
+        name: name in the table
         plant: the bench
-        motor: what its motor does unrecorded, as `recorded` takes it
-        compared: whether least squares of the output is shown beside
-        judged: whether the errors should keep to the limits; the bias of a wrong model has no goal
+        motor: unrecorded torque of its motor, as keyword arguments of `recorded`
+        compared: whether the output error method is shown as well
+        judged: whether the errors must keep to the limits; the bias of a wrong model has no goal
     """
 
     name: str
@@ -62,7 +63,7 @@ class Case:
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Intervals first, then what the model does not know."""
+    """Items of the study: coverage of intervals, then deviations of the bench from the model."""
     yield Heading("Identification on the bench", TEXT)
     yield from _wheel(effort)
     yield from _intervals(effort)
@@ -82,7 +83,7 @@ def _start() -> BenchParameters:
 
 
 def _error(name: str, value: float) -> float:
-    """Relative, of a parameter [%]."""
+    """Relative error of a parameter [%]."""
     return float(100.0 * (value / getattr(truth(), name) - 1.0))
 
 
@@ -97,7 +98,7 @@ def _wheel(effort: Effort) -> Iterator[Item]:
 
 
 def _wheel_errors(seed: int) -> tuple[list[float], list[bool]]:
-    """Errors [%] of inertia and damping from one recording, and whether the intervals hold the truth."""
+    """Errors of the wheel's inertia and damping from one recording [%], and whether the intervals hold the truth."""
     ratio, motions = truth().motor_ratio, []
     for row in experiments(recorded(bench(), seed), truth()):
         if not row.locked:
@@ -117,12 +118,12 @@ def _intervals(effort: Effort) -> Iterator[Item]:
 
 @cache
 def _first_fit() -> Fitted:
-    """The fit of another recording, near which the others are looked for."""
+    """Fit of another recording, from which the other searches start."""
     return ColumnFit(_start(), (*WHEEL, *MOTOR)).run(experiments(recorded(bench(), 1, seconds=SHORT), _start()))
 
 
 def _motor_errors(seed: int) -> tuple[list[float], list[bool]]:
-    """Errors [%] of damping and friction from one recording, and whether the intervals hold the truth."""
+    """Errors of damping and friction from one recording [%], and whether the intervals hold the truth."""
     rows = experiments(recorded(bench(), seed, seconds=SHORT), _start())
     again = ColumnFit(_start(), (*WHEEL, *MOTOR)).run(rows, near=_first_fit())
     found = [each for each in again.found({}) if each.name in MOTOR]
@@ -197,7 +198,7 @@ def _unknown(effort: Effort) -> Iterator[Item]:
 
 
 def _judged(task: tuple[Case, float | None]) -> tuple[list[tuple[str, ...]], dict[str, float]]:
-    """Rows of the table for a bench, and the errors [%] of the parameters by likelihood."""
+    """Rows of the table for a bench, and the errors of the parameters by maximum likelihood [%]."""
     case, seconds = task
     recordings = experiments(recorded(case.plant, SEEDS.of(FITS, 2)[0], **case.motor, seconds=seconds), _start())
     fitted = ColumnFit(_start(), (*WHEEL, *MOTOR)).run(recordings)
@@ -213,7 +214,7 @@ def _judged(task: tuple[Case, float | None]) -> tuple[list[tuple[str, ...]], dic
 
 
 def _simulated(fitted: Fitted, rows: list[BenchRecording]) -> tuple[str, ...]:
-    """Errors of least squares of the output, from the same start."""
+    """Errors of the output error method from the same start, as cells of the table."""
     wheel = {name: value for name, (value, _) in fitted.wheel.items()}
     free = tuple(each for each in fitted.estimate.free if each.name not in WHEEL)
     search = OutputError(SampledColumn, replace(_start(), **wheel), free, tuple(NOISE.values()), _STATES, most_steps=10)
@@ -223,7 +224,7 @@ def _simulated(fitted: Fitted, rows: list[BenchRecording]) -> tuple[str, ...]:
 
 
 def _left_out() -> Iterator[Item]:
-    """The paper's Figure 4 and its leave-one-out, on short experiments."""
+    """Figure 4 of the paper and its leave-one-out validation, on short experiments."""
     result = identify_column(_start(), recorded(bench(), SEEDS.of(FITS, 2)[1], seconds=SHORT), (*WHEEL, *MOTOR))
     rows = tuple(
         (
@@ -254,7 +255,7 @@ def _left_out() -> Iterator[Item]:
 
 
 def _bias(case: Case, errors: Mapping[str, float]) -> list[Claim]:
-    """One claim per parameter; without a goal the error has its sign."""
+    """One claim per parameter: the absolute error where there is a goal, else the signed one."""
     slug = "-".join("".join(c if c.isalnum() or c == "." else " " for c in case.name.lower()).split())
     slug = slug.replace("·", "-").replace("δ", "d")
     found = []

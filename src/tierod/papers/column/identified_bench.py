@@ -1,4 +1,4 @@
-"""Benches that are identified: the virtual one, its experiments, and what the model of the identification lacks."""
+"""Benches for identification: the virtual bench, its experiments, and deviations that the model does not contain."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ from tierod.proving_ground.steering.shaft import Ripple
 from tierod.vehicles import load
 
 SAMPLE_TIME = 1e-3
+"""Sampling interval [s]."""
 
 EXPERIMENTS: dict[str, BenchTorque] = {
     "sweep, wheel free": BenchSweep(amplitude=0.3, lowest=0.3, highest=20.0, settle=0.2, time=6.2, wheel="free"),
@@ -27,10 +28,10 @@ EXPERIMENTS: dict[str, BenchTorque] = {
     "ramps, wheel locked": BenchRamps(amplitude=0.35, period=3.0, settle=0.2, time=6.2, wheel="locked"),
     "many sines, wheel free": BenchMultisine(amplitude=0.25, settle=0.2, time=6.2, wheel="free"),
 }
-"""About 25 s in all."""
+"""Experiments by name, about 25 s in all."""
 
 BUILD_UP = 0.05
-"""Angle of Dahl's law of the bench [rad]: 0.1 N m of friction, 2 N m/rad of stiffness."""
+"""Angle over which the bench's friction builds up [rad]: 0.1 N m of friction over 2 N m/rad of stiffness."""
 
 LAWS: dict[str, Law] = {
     "Dahl, exponent 0.5": DahlPower(BUILD_UP, 0.5),
@@ -39,21 +40,21 @@ LAWS: dict[str, Law] = {
     "LuGre, 20 % at rest": LuGre(BUILD_UP, 0.2, 1.0),
     "Maxwell slip, 4 elements": MaxwellSlip((0.02, 0.04, 0.06, 0.08)),
 }
-"""Laws that the model of the identification does not know, of the same level and about the same build-up."""
+"""Friction laws outside the model of the identification, with the same level and about the same build-up."""
 
 
 def truth() -> BenchParameters:
-    """Parameters of the bench, by the vehicle file of the same set; the plant has a code of its own."""
+    """True parameters of the bench, from the vehicle file of the same set; the plant shares no code with the model."""
     return load("column-bench").parameters_for(BenchParameters)
 
 
 def bench(law: Law | None = None, cogging: float = 0.0, ripple: float = 0.0) -> ColumnBench:
-    """A bench with another law of friction, or with a motor that cogs.
+    """A bench with another friction law, or with torque ripple of the motor.
 
     Args:
-        law: of the friction; Dahl's where None
-        cogging: amplitude, 24 times a turn [N m]
-        ripple: amplitude over the torque []
+        law: friction law; Dahl's where None
+        cogging: amplitude of the cogging torque, 24 periods per turn [N m]
+        ripple: amplitude of the torque ripple over the torque []
     """
     friction = DryFriction(level=0.1, law=law or Dahl(BUILD_UP))
     motor = Ripple(cogging, ripple, 24.0) if cogging or ripple else None
@@ -63,14 +64,14 @@ def bench(law: Law | None = None, cogging: float = 0.0, ripple: float = 0.0) -> 
 def recorded(
     plant: ColumnBench, seed: int, torque_noise: float = 0.0, torque_gain: float = 1.0, seconds: float | None = None
 ) -> dict[str, Recording]:
-    """Recordings of all experiments.
+    """Simulate all experiments and record them.
 
     Args:
         plant: the bench
-        seed: of all noise
-        torque_noise: of the motor's torque, unrecorded [N m] per sample
+        seed: seed of all noise
+        torque_noise: standard deviation of an unrecorded motor torque per sample [N m]
         torque_gain: true torque of the motor over the recorded one []
-        seconds: of every experiment; its own time where None
+        seconds: duration of every experiment; its own where None [s]
     """
     random = np.random.default_rng([seed, 2])
     found = {}
@@ -98,5 +99,5 @@ def _samples(columns: dict[str, np.ndarray], count: int) -> np.ndarray:
 
 
 def experiments(recordings: dict[str, Recording], start: BenchParameters) -> list[BenchRecording]:
-    """Recordings made ready for identification."""
+    """Prepare recordings for the identification."""
     return [bench_recording(name, each, start) for name, each in recordings.items()]

@@ -1,4 +1,4 @@
-"""The monitor of the driver's hands on drives of the virtual car, with sensors of benches and of production cars."""
+"""The monitor of the driver's hands on drives of the virtual car, with bench sensors and production sensors."""
 
 from __future__ import annotations
 
@@ -29,23 +29,23 @@ from tierod.vehicles import Vehicle, load
 
 CAR = "midsize-eps"
 SCATTER = 0.05
-"""Share by which wheel and torsion bar of every drive differ from the vehicle file, each up or down."""
+"""Relative error of wheel and torsion bar against the vehicle file in every drive, of either sign."""
 STARTED = 5.0
-"""Time in which the monitor learns the offset of the torque [s]; it is not counted."""
+"""Warm-up in which the monitor learns the offset of the torque; it is not counted [s]."""
 DELAY = 0.02
-"""Of the smoother [s]."""
+"""Lag of the fixed-lag smoother [s]."""
 EVERY, LEAVES, COMES, RAMP = 40.0, 20.0, 25.0, 0.3
-"""On long drives hands leave the wheel for 5 s out of 40, within 0.3 s [s]."""
+"""Period of the releases on long drives, start and end of a release in it, and fade time of the grip [s]."""
 
 
 class Drive(NamedTuple):
     """A course with hands that leave the wheel.
 
     Args:
-        name: for the tables
-        course: with conditions
-        seconds: of it [s]
-        windows: in which the grip fades to nothing and comes back, start and end [s]
+        name: name in the tables
+        course: course with its conditions
+        seconds: duration [s]
+        windows: start and end of every release: the grip fades out after the start and returns by the end [s]
     """
 
     name: str
@@ -56,12 +56,12 @@ class Drive(NamedTuple):
 
 @dataclass(frozen=True)
 class Sensing:
-    """Sensors at a rate.
+    """A set of sensors at one sampling rate.
 
     Args:
-        name: for the tables
-        sensors: before the rate
-        rate: of all of them [Hz]
+        name: name in the tables
+        sensors: sensors at their own rates
+        rate: common sampling rate [Hz]
     """
 
     name: str
@@ -70,7 +70,15 @@ class Sensing:
 
 
 class Figures(NamedTuple):
-    """Figures of one drive; torques are root mean squares of the error [N m]."""
+    """Results of one drive.
+
+    Args:
+        bar, torque, delayed: rms errors of bar torque, estimate and delayed estimate of the hand torque [N m]
+        deviation: rms of the standard deviation that the estimate states [N m]
+        held, falsely_off: time with hands on, and time of it declared off
+        free, found_off: time with hands off, and time of it declared off
+        releases: detection delay of every release [s]; infinite where undetected
+    """
 
     bar: float
     torque: float
@@ -103,7 +111,7 @@ def items(effort: Effort) -> Iterator[Item]:
 
 
 def sensings() -> tuple[Sensing, ...]:
-    """The sensors that are compared."""
+    """The compared sets of sensors."""
     production = SensorSet.production()
     rates = (1000.0, 500.0, 200.0, 100.0)
     return (
@@ -136,7 +144,7 @@ def _drives(quick: bool) -> tuple[Drive, ...]:
 
 
 def _figures(task: tuple[str, str, bool]) -> Figures:
-    """Figures of a drive by name, with sensors by name, short where quick."""
+    """Results of a drive, given names of drive and sensors and whether it is the quick study."""
     drive = next(each for each in _drives(task[2]) if each.name == task[0])
     sensing, vehicle = next(each for each in sensings() if each.name == task[1]), load(CAR)
     sensors = sensing.sensors.at_rate(sensing.rate)
@@ -145,6 +153,7 @@ def _figures(task: tuple[str, str, bool]) -> Figures:
     grid = recording.align(("driver_torque",), sensing.rate, maximum_age=0.05)
     bar, truth = grid.values[:, 0], recording.align((TRUTH,), sensing.rate, "linear").values[:, 0]
     counted = (grid.time > STARTED) & np.isfinite(truth)
+    # The values that wrap around lie in the warm-up and are not counted.
     before = np.roll(truth, round(DELAY * sensing.rate))
 
     def rms(values: np.ndarray) -> float:
@@ -165,13 +174,13 @@ def _figures(task: tuple[str, str, bool]) -> Figures:
 
 
 def _shown(recording: Recording, variant: str, vehicle: Vehicle, rate: float) -> Mapping[str, np.ndarray]:
-    """Traces of a variant of the monitor over a recording."""
+    """Traces of one variant of the monitor over a recording."""
     session = DRIVER_TORQUE.variants[variant].open(vehicle, rate, None)
     return session.absorb(recording.align(session.signals, rate, maximum_age=0.05))
 
 
 def _car(seed: int) -> Tree:
-    """The car with another wheel and torsion bar."""
+    """The car with wheel and torsion bar that differ from the vehicle file by `SCATTER`."""
     car: Tree = load_car(CAR).block
     ways = np.random.default_rng([seed, 9]).choice([-1.0, 1.0], 3)
     one, two, three = 1.0 + SCATTER * ways
@@ -184,7 +193,7 @@ def _car(seed: int) -> Tree:
 def _states(
     time: np.ndarray, hands: np.ndarray, drive: Drive, step: float
 ) -> tuple[float, float, float, float, tuple[float, ...]]:
-    """Time held, of it judged off, time without hands, of it judged off, and delay of every release [s]."""
+    """Time with hands on, time of it declared off, the same with hands off, and delay of every release [s]."""
     place = np.maximum.accumulate(np.where(hands == UNCERTAIN, 0, np.arange(len(hands))))
     decided = hands[place]
     gone = np.zeros(len(time), bool)
@@ -192,6 +201,7 @@ def _states(
     delays = []
     for start, end in drive.windows:
         gone |= (time >= start + RAMP) & (time < end - RAMP)
+        # Held time starts a second after the grip has returned, so that the detection delay of hands on is not false.
         fading |= (time >= start) & (time < end + 1.0)
         part = (time >= start + RAMP) & (time < end)
         right = np.flatnonzero(decided[part] == OFF)
@@ -203,7 +213,7 @@ def _states(
 
 
 TORQUE = 0.07
-"""Error of the torque of the hands that is aimed at [N*m]: that of hands that jump on the bench."""
+"""Goal for the rms error of the hand torque [N*m], that of stepwise hands on the bench."""
 
 Found = dict[tuple[str, str], Figures]
 

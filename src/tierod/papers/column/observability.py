@@ -1,4 +1,4 @@
-"""Observability of a column by its sensors: Tables 2 and 3 of the paper, and the rank with disturbances."""
+"""Observability of a column by its sensors: Tables 2 and 3 of the paper, and the rank with disturbance torques."""
 
 from __future__ import annotations
 
@@ -37,19 +37,24 @@ PRINTED = {
     (WHEEL, BAR): 6,
     (WHEEL, MOTOR, BAR): 6,
 }
-"""Table 2: order of observability by sensors."""
+"""Table 2 of the paper: number of observable states by set of sensors."""
 
 EXACT = {choice: 5 if choice == (BAR,) else 6 for choice in PRINTED}
-"""By mechanics: a chain of inertias and springs is shown by an angle at either end, and but for its free turn by the
-torque of one of its springs."""
+"""Number of observable states by mechanics.
+
+A chain of inertias and springs is observable by the angle at either end, and by the torque of one of its springs except
+for its rigid-body rotation.
+"""
 
 _SHORT = {WHEEL: "wheel angle", MOTOR: "motor angle", BAR: "bar torque"}
 _STEPS = (1e-4, 1e-3, 1e-2)
+"""Sampling intervals of the sampled observability matrices [s]."""
 _TOLERANCES = tuple(10.0**k for k in range(-16, -5))
+"""Tolerances of a rank, relative to the largest singular value."""
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Tables and claims."""
+    """Tables and claims of the study."""
     yield Heading(
         "Observability by the sensors",
         (
@@ -70,7 +75,7 @@ def items(effort: Effort) -> Iterator[Item]:
 
 
 def _family(effort: Effort) -> list[LinearSystem]:
-    """Columns with the eigenvalues of Table 3: torsion bar, ratio and inertia varied."""
+    """Columns with the eigenvalues of Table 3 and various torsion bars, ratios and inertias."""
     stiffnesses = (1500.0, 4500.0) if effort.quick else (600.0, 1200.0, 1800.0, 2400.0, 3000.0, 3800.0, 4600.0, 5600.0)
     ratios = (18.0,) if effort.quick else (6.0, 10.0, 14.0, 18.0, 24.0)
     inertias = (0.035,) if effort.quick else (0.025, 0.035, 0.05)
@@ -154,10 +159,10 @@ def _table_2(systems: dict[str, LinearSystem]) -> Iterator[Item]:
 
 
 def single_angle_ranks(systems: list[LinearSystem]) -> dict[str, Counter[int]]:
-    """Number of times that each rank comes out by one angle alone, by method; of tolerances each counts.
+    """Count of each rank that results from one angle alone, by method; every tolerance counts separately.
 
     Args:
-        systems: columns
+        systems: the columns
     """
     found: dict[str, Counter[int]] = {}
     for system in systems:
@@ -177,7 +182,7 @@ def single_angle_ranks(systems: list[LinearSystem]) -> dict[str, Counter[int]]:
 
 
 def _single(systems: list[LinearSystem]) -> Iterator[Item]:
-    """The two entries of Table 2 that no set, tolerance or method gives."""
+    """The two entries of Table 2 that no parameter set, tolerance or method reproduces."""
     found = single_angle_ranks(systems)
     ranks = sorted({rank for counts in found.values() for rank in counts})
     yield Table(
@@ -230,7 +235,7 @@ def _with_disturbances(sets: dict[str, LinearSystem], family: list[LinearSystem]
 
 
 def _rank_claims(unscaled: list[int], others: dict[str, dict[str, int]], rational: dict[str, int]) -> Iterator[Item]:
-    """Claims on ranks with both torques: unscaled; by every other method and column; in rational arithmetic."""
+    """Claims on the ranks with both torques: unscaled, by every other method and column, in rational arithmetic."""
     yield Claim(
         "observability.with-disturbances",
         "With the torques of driver and disturbance as states the rank of the observability matrix is 5 of 8.",
@@ -265,7 +270,7 @@ def _rank_claims(unscaled: list[int], others: dict[str, dict[str, int]], rationa
 
 
 def _wrong(system: LinearSystem) -> int:
-    """Ranks that are not the exact ones, over all choices of sensors and four methods."""
+    """Number of ranks that differ from the exact ones, over all sets of sensors and four methods."""
     wrong = 0
     for choice, exact in EXACT.items():
         part = with_outputs(system, choice)
@@ -281,7 +286,7 @@ def _other_ranks(system: LinearSystem) -> dict[str, int]:
 
 
 def _bounds(system: LinearSystem) -> Table:
-    """Bounds on the accuracy of each choice of sensors."""
+    """Table of the Cramér-Rao bounds for each set of sensors."""
     rows = output_subsets(extended(system, UNKNOWN_TORQUES), SAMPLING)
     return Table(
         "Least standard deviation after one second, and condition of the Gramian, by sensors",
@@ -314,7 +319,7 @@ def _number(value: complex) -> str:
 
 
 def rational_rank(system: LinearSystem) -> int:
-    """Rank of the observability matrix of exactly these numbers, by elimination in fractions."""
+    """Rank of the observability matrix by Gaussian elimination in rational arithmetic, without rounding."""
     A = [[Fraction(float(value)) for value in row] for row in system.A]
     block = [[Fraction(float(value)) for value in row] for row in system.C]
     n = len(A)

@@ -1,4 +1,4 @@
-"""The default observers with wrong parameters and sensors, on other columns, and under unknown laws of friction."""
+"""Sensitivity of the default observers to wrong parameters and sensors, other columns and other friction laws."""
 
 from __future__ import annotations
 
@@ -37,10 +37,10 @@ from tierod.proving_ground.steering.friction import DryFriction
 from tierod.proving_ground.steering.friction_laws import Coulomb, Dahl, DahlPower, Law, LuGre, MaxwellSlip, Stribeck
 
 OFFSET = 0.05
-"""Of the bar's torque [N m]."""
+"""Offset of the torque of the torsion bar [N m]."""
 
 MOTOR_NOISE = 0.01
-"""On the torque of the motor, at its shaft [N m]: 0.18 at the wheel."""
+"""Standard deviation of noise on the motor torque at its shaft [N m]; 0.18 at the steering wheel axis."""
 
 _INERTIA = "steering_wheel_inertia"
 _WRONG = (
@@ -51,6 +51,7 @@ _WRONG = (
     ("damping of the motor", "motor_damping", (0.9, 1.1)),
     ("stiffness of the gear", "gear_stiffness", (0.9, 1.1)),
 )
+"""Wrong parameters: name in the table, field of `ColumnParameters`, and factors."""
 
 WRONG_TEXT = (
     "Inertia and damping of the wheel enter the torque of the hands directly: at 3 Hz the wheel's inertia takes "
@@ -65,7 +66,7 @@ WRONG_TEXT = (
 
 
 def with_wrong_parameters(effort: Effort) -> Iterator[Item]:
-    """Table and claims."""
+    """Table and claims on wrong parameters and sensors."""
     found = _found(effort)
     yield Heading("Wrong parameters", WRONG_TEXT)
     header = ("wrong", "steps", "ramps", "no hands", "NIS per output")
@@ -95,7 +96,7 @@ def with_wrong_parameters(effort: Effort) -> Iterator[Item]:
 
 
 def _found(effort: Effort) -> dict[str, dict[str, Errors]]:
-    """Errors by what is wrong, then by what the hands do."""
+    """Errors by wrong parameter or sensor, then by behaviour of the hands."""
     known = known_column()
     found = {"nothing": _errors(known, effort)}
     for what, name, factors in _WRONG:
@@ -115,6 +116,7 @@ _OFFSETS = {
     "bar +0.05 N·m, taken for an offset of the motor's angle": ColumnTuning(offset="motor_angle_mechanical"),
     "bar +0.05 N·m, learnt": ColumnTuning(offset="driver_torque"),
 }
+"""Tunings of the observer for an offset of the torsion bar, by name."""
 
 
 def _with_offset(samples: np.ndarray) -> np.ndarray:
@@ -143,7 +145,7 @@ SENSORS: dict[str, Change] = {
     "torque of the motor +2 %": _scaled(_MOTOR, 1.02),
     f"noise of {MOTOR_NOISE} N·m on the torque of the motor": _noisy_motor,
 }
-"""Sensors that differ from the assumed ones."""
+"""Sensor errors by name, as functions from correct to wrong samples."""
 
 
 def _wrong(known: ColumnParameters, name: str, factor: float) -> ColumnParameters:
@@ -167,7 +169,7 @@ LAWS: Mapping[str, Law] = {
     "LuGre": LuGre(),
     "Coulomb": Coulomb(),
 }
-"""Friction of the plant, all of 0.1 N·m."""
+"""Friction laws of the plant, all of the level 0.1 N·m."""
 
 ELSEWHERE_TEXT = (
     "The three columns have the eigenvalues of the paper's table 3 and differ in wheel, bar and ratio; each observer "
@@ -180,7 +182,7 @@ _SEED = 11
 
 
 def elsewhere(effort: Effort) -> Iterator[Item]:
-    """Both tables and the claims."""
+    """Tables and claims on other columns and other friction laws."""
     yield Heading("Other columns, other friction", ELSEWHERE_TEXT)
     sets = list(SETS)[:1] if effort.quick else list(SETS)
     columns = {name: _column(SETS[name]) for name in sets}
@@ -213,7 +215,7 @@ def elsewhere(effort: Effort) -> Iterator[Item]:
 
 
 def _column(p: ColumnParameters) -> tuple[float, ...]:
-    """Errors of default and delayed observer with the true parameters."""
+    """Errors of default and delayed observer on a column with known parameters [N m]."""
     now, later = ColumnObserver.of_parameters(p), DelayedHandTorque.of_parameters(p)
     runs = {hands: [swept(hands, 40.0, _SEED, SweptBench(bench_of(p)))] for hands in HANDS}
     at_once = [errors(now, each).hand_torque for each in runs.values()]
@@ -221,7 +223,7 @@ def _column(p: ColumnParameters) -> tuple[float, ...]:
 
 
 def _law(name: str) -> tuple[float, ...]:
-    """Errors of the torque of the hands and of the disturbance torque, by both observers, and the level found."""
+    """Under a friction law: errors of hand and disturbance torque, disturbance error by Dahl's law, level [N m]."""
     run = swept("ramps", 40.0, _SEED, SweptBench(ColumnBench(friction=DryFriction(level=0.1, law=LAWS[name]))))
     default = ColumnObserver.of_parameters(known_column())
     by_law = ColumnFrictionObserver.of_parameters(known_column(), 0.05)

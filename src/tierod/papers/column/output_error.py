@@ -1,4 +1,4 @@
-"""Least squares of simulated against measured output, over several experiments at once."""
+"""Output error method: least squares of simulated against measured outputs, over several experiments at once."""
 
 from __future__ import annotations
 
@@ -19,25 +19,25 @@ from tierod.methods.identification.regression import sandwich
 from tierod.methods.identification.simulation import Simulation
 
 _FAR = 1e6
-"""Residual, in standard deviations, that stands for a simulation that ran away."""
+"""Residual of a diverged simulation, in standard deviations."""
 
 
 @dataclass(frozen=True, eq=False)
 class OutputError:
-    """Parameters of a discrete model with named free parameters, by simulation.
+    """Identification of the free parameters of a discrete model by simulation.
 
-    The best there is where the recorded inputs are all that drives the plant. An unrecorded torque makes the
-    simulation drift away, and the estimate with it: `MaximumLikelihood` models such a torque.
+    It is the best method where the recorded inputs alone drive the plant. An unrecorded torque makes the simulation
+    drift and biases the estimate; `MaximumLikelihood` models such a torque.
 
     Args:
         model: discrete model
-        parameters: of the model: those that are not free, and where the search starts
-        free: what is looked for
-        output_deviation: noise of every output, by which the residuals are weighted
-        free_states: entries of the first state that are looked for in every experiment, by name; the others are taken
-            from the experiment
-        bounds: factors on the start within which a positive parameter is looked for
-        most_steps: of the search
+        parameters: parameters of the model: values of those that are not free, and start of the search
+        free: the estimated parameters
+        output_deviation: standard deviation of the noise of every output, which weights the residuals
+        free_states: names of the entries of the initial state that are estimated in every experiment; the others are
+            taken from the experiment
+        bounds: bounds of a positive parameter, as factors on its start
+        most_steps: largest number of evaluations in the search
 
     Source: Raffone, eqs (5) and (6), weighted by the noise of the outputs.
     """
@@ -56,12 +56,12 @@ class OutputError:
         return tuple(names.index(name) for name in self.free_states)
 
     def simulation(self, place: np.ndarray, experiment: Experiment, number: int) -> Simulation:
-        """The simulation of an experiment at a place of the search.
+        """Simulation of an experiment at a point of the search.
 
         Args:
-            place: coordinates of the free parameters, then the free first states of one experiment after the other
-            experiment: to be simulated
-            number: of the experiment among all
+            place: coordinates of the free parameters, then the free initial states of one experiment after the other
+            experiment: the experiment
+            number: index of the experiment among all
         """
         count = len(self.free)
         initial = list(experiment.initial_mean)
@@ -72,12 +72,12 @@ class OutputError:
         return Simulation(self.model, parameters, rebuild(skeleton(self.model.State), initial), names, self._states)
 
     def start(self, experiments: Sequence[Experiment]) -> np.ndarray:
-        """Place of the search: free parameters, then free first states from the experiments."""
+        """Start of the search: free parameters, then free initial states from the experiments."""
         values = [each.coordinate(getattr(self.parameters, each.name)) for each in self.free]
         return np.array([*values, *(each.initial_mean[entry] for each in experiments for entry in self._states)])
 
     def residuals(self, place: np.ndarray, experiments: Sequence[Experiment]) -> tuple[np.ndarray, np.ndarray]:
-        """Weighted residuals (n, outputs, of all experiments) and their derivatives, (..., coordinates)."""
+        """Weighted residuals of all experiments, (n, outputs), and their derivatives, (n, outputs, coordinates)."""
         count, own, weights = len(self.free), len(self._states), 1.0 / np.array(self.output_deviation)
         slopes = [each.slope(each.value(float(x))) for each, x in zip(self.free, place[:count], strict=True)]
         parts, rows = [], []
@@ -85,6 +85,7 @@ class OutputError:
             values = scan(self.simulation(place, each, number), each.inputs).values
             outputs = each.measured.shape[1]
             derived = values[:, outputs:].reshape(len(values), outputs, count + own) * weights[:, None]
+            # A positive parameter is searched by its logarithm: the chain rule converts the sensitivities.
             derived[:, :, :count] *= slopes
             whole = np.zeros((len(values), outputs, len(place)))
             whole[:, :, :count] = derived[:, :, :count]
@@ -93,13 +94,15 @@ class OutputError:
             known = np.isfinite(each.measured)
             parts.append(np.where(known, (values[:, :outputs] - each.measured) * weights, 0.0))
             rows.append(np.where(known[:, :, None], whole, 0.0))
+        # A diverged simulation gives NaN or infinity; a large finite residual lets the search step back.
         left = np.nan_to_num(np.concatenate(parts), nan=_FAR, posinf=_FAR, neginf=-_FAR)
         return np.clip(left, -_FAR, _FAR), np.nan_to_num(np.concatenate(rows), posinf=0.0, neginf=0.0)
 
     def fit(self, experiments: Sequence[Experiment]) -> Estimate:
-        """The estimate."""
+        """Fit the free parameters to the experiments."""
         from scipy.optimize import least_squares
 
+        # SciPy asks for residuals and Jacobian separately at the same point; one simulation gives both.
         def both(place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             if not kept or not np.array_equal(kept[0], place):
                 kept[:] = [place.copy(), *self.residuals(place, experiments)]

@@ -1,8 +1,7 @@
-"""Three columns that have the eigenvalues of Raffone's Table 3, all ten digits, and benches that scatter about one.
+"""Three columns with the eigenvalues of Raffone's Table 3 to all ten digits, and benches that scatter about one.
 
-The table fixes five numbers, the model has eight parameters: a family of sets along torsion bar, ratio and inertia of
-the wheel is left. S1 has a typical torsion bar of 2.4 N m per degree and is what tierod ships as `column-bench`; S3 has
-a softer one.
+The table fixes five numbers and the model has eight parameters, so that torsion bar, ratio and inertia of the wheel
+are free. S1 has a typical torsion bar of 2.4 N m per degree and is shipped as `column-bench`; S3 has a softer one.
 """
 
 from __future__ import annotations
@@ -40,7 +39,7 @@ SETS: Mapping[str, ColumnParameters] = {
         motor_damping=8.928757445e-4,
     ),
 }
-"""By name."""
+"""Parameter sets by name."""
 
 EIGENVALUES = (
     -0.491074732452 + 706.750702094704j,
@@ -50,17 +49,17 @@ EIGENVALUES = (
     -3.839922431729 + 79.657898579634j,
     -3.839922431729 - 79.657898579634j,
 )
-"""Table 3."""
+"""Eigenvalues of the column in Table 3 of the paper [1/s]."""
 
 
 def member(stiffness: float, motor_ratio: float, steering_wheel_inertia: float) -> ColumnParameters:
     """Another column with the eigenvalues of Table 3, which fixes five ratios of its parameters.
 
     Args:
-        stiffness: of the torsion bar over the inertia of the steering wheel, 500 to 3150 or 3650 to 6000; between, a
-            damping would have to be negative [1/s^2]
+        stiffness: stiffness of the torsion bar over inertia of the steering wheel, 500 to 3150 or 3650 to 6000; in
+            between a damping would be negative [1/s^2]
         motor_ratio: turns of the motor per turn of the shaft
-        steering_wheel_inertia: [kg m^2]
+        steering_wheel_inertia: inertia of the steering wheel [kg m^2]
     """
     wheel_damping, motor_damping, motor_stiffness, gear_bar, gear_motor = _fixed_by_the_table(stiffness)
     bar = stiffness * steering_wheel_inertia
@@ -81,9 +80,10 @@ def member(stiffness: float, motor_ratio: float, steering_wheel_inertia: float) 
 
 @cache
 def _fixed_by_the_table(stiffness: float) -> tuple[float, ...]:
-    """The five ratios for a stiffness over inertia, followed there from a known set in small steps."""
+    """The five ratios for a stiffness over inertia, by continuation from a known set."""
     from scipy.optimize import root
 
+    # Steps of at most 50/s^2 keep the start of the root finder close to the next solution.
     first, *found = _ratios(SETS["S3"] if stiffness < 3400.0 else SETS["S1"])
     for step in np.linspace(first, stiffness, 2 + int(abs(stiffness - first) / 50.0)):
         found = root(_mismatch, found, args=(step,), tol=1e-14).x
@@ -91,7 +91,7 @@ def _fixed_by_the_table(stiffness: float) -> tuple[float, ...]:
 
 
 def _ratios(p: ColumnParameters) -> np.ndarray:
-    """Stiffness over inertia at the wheel, then the five ratios that the table fixes for it."""
+    """Stiffness over inertia of the wheel, then the five ratios that the table fixes for it."""
     return np.array(
         [
             p.torsion_bar_stiffness / p.steering_wheel_inertia,
@@ -105,13 +105,14 @@ def _ratios(p: ColumnParameters) -> np.ndarray:
 
 
 def _mismatch(ratios: np.ndarray, stiffness: float) -> np.ndarray:
-    """Deviation of a column's characteristic polynomial from that of the table, motor angle as seen at the shaft."""
+    """Relative deviation of a column's characteristic polynomial from that of the table, motor angle at the shaft."""
     wheel_damping, motor_damping, motor, bar, gear = ratios
     A = np.zeros((6, 6))
     A[3:, :3] = np.eye(3)
     A[0, [0, 3, 5]] = -wheel_damping, -stiffness, stiffness
     A[1, [1, 4, 5]] = -motor_damping, -motor, motor
     A[2, 3:] = bar, gear, -(bar + gear)
+    # The last coefficient is left out: it is zero by the eigenvalue at zero.
     return np.poly(A)[1:6].real / np.poly(np.array(EIGENVALUES))[1:6].real - 1.0
 
 
@@ -124,15 +125,15 @@ SCATTERED = (
     "motor_inertia",
     "motor_damping",
 )
-"""Parameters of the bench that scatter; for control its friction does besides, for hands the gain of the sensor."""
+"""Scattered parameters of the bench; its friction scatters too for control, the torque sensor gain for the hands."""
 
 
 def scattered(deviation: float, seed: int) -> ColumnBench:
-    """A bench whose parameters are off by some standard deviation, each by itself.
+    """Draw a bench whose parameters differ independently from the nominal ones.
 
     Args:
-        deviation: relative
-        seed: of the draw
+        deviation: relative standard deviation
+        seed: seed of the draw
     """
     bench = ColumnBench()
     factors = 1.0 + deviation * np.random.default_rng([seed, 53]).normal(size=len(SCATTERED) + 1)

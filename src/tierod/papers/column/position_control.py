@@ -1,4 +1,4 @@
-"""Position control of the column on observed states: the parts in the order of the paper, and its figure 10."""
+"""Position control of the column on observed states, in the order of the paper, with its figure 10."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ TEXT = (
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Section 6 of the paper and figure 10, and what they leave open."""
+    """Items of section 6 of the paper and figure 10, then robustness and takeover by a driver."""
     loops = {name: tracking.loop_with(name) for name in tracking.observers(belief())}
     chosen = loops[tracking.CHOSEN]
     yield Heading("Position control", TEXT)
@@ -40,18 +40,18 @@ def items(effort: Effort) -> Iterator[Item]:
 
 
 EVERY = 10
-"""Samples of which one is drawn."""
+"""Decimation of the drawn curves [samples]."""
 
 WINDOW = 21
-"""Samples over which differences of measured angles are averaged, ahead and back alike: late by nothing."""
+"""Width of the centred, and thus delay-free, moving average of differentiated angles [samples]."""
 
 
 def chart(done: Run, loops: Mapping[str, ClosedLoop]) -> Chart:
-    """The six graphs.
+    """Chart of the six graphs of figure 10.
 
     Args:
         done: the sweep under control
-        loops: those whose observers are shown in the fourth graph, by name; they see what was measured
+        loops: loops by name whose observers are shown in the fourth graph, fed with the measurements of the sweep
     """
     return Chart(
         "figure-10",
@@ -65,7 +65,7 @@ def chart(done: Run, loops: Mapping[str, ClosedLoop]) -> Chart:
 
 
 def _marks(done: Run, loops: Mapping[str, ClosedLoop]) -> dict[tuple[str, str], tuple[Lines, ...]]:
-    """Curves by title and unit of their graph."""
+    """Curves by title and unit of the graph."""
     signals, ratio = done.signals, next(iter(loops.values())).controller.position.column.motor_ratio
     wheel, motor = signals["measured.steering_wheel_angle"], signals["measured.motor_angle_mechanical"] / ratio
 
@@ -106,13 +106,14 @@ def _marks(done: Run, loops: Mapping[str, ClosedLoop]) -> dict[tuple[str, str], 
 
 
 def differences(values: np.ndarray) -> np.ndarray:
-    """Rate from differences, averaged without delay."""
+    """Rate of the values by differences, smoothed by the centred moving average [unit of the values/s]."""
     padded = np.pad(np.gradient(values, SAMPLE_TIME), WINDOW // 2, mode="edge")
     return np.convolve(padded, np.full(WINDOW, 1.0 / WINDOW), mode="valid")
 
 
 def hand_torque(done: Run, loop: ClosedLoop) -> np.ndarray:
-    """Hand torque by another loop's observer over a run."""
+    """Hand torque by the observer of another loop on the measurements of a run [N m]."""
+    # An observer receives the torque that acted until its sample: the command of the sample before.
     acted = np.concatenate([[0.0], done.signals["plant.motor_target_torque"][:-1]])
     measured = [
         done.signals[f"measured.{name}"] for name in ("steering_wheel_angle", "motor_angle_mechanical", "driver_torque")

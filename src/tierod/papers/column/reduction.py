@@ -1,4 +1,4 @@
-"""The column with four states: mechanical and balanced reduction, Figure 7 of the paper, and what each costs."""
+"""Reduction of the column to four states: mechanical and balanced, Figure 7 of the paper, and their errors."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ from tierod.models.linear import LinearSystem
 from tierod.papers.column.parameter_sets import EIGENVALUES, SETS
 
 KEPT = EIGENVALUES[2:]
-"""Eigenvalues of the column without the ringing of its gear."""
+"""Eigenvalues of the column without the mode of its gear [1/s]."""
 
 _FREQUENCY = np.geomspace(1e-2, 1e3, 2000)
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Tables, claims and Figure 7."""
+    """Tables, claims and Figure 7 of the study."""
     yield Heading(
         "Four states instead of six",
         (
@@ -192,7 +192,7 @@ def _ranks(found: ColumnAnalysis) -> Claim:
 
 
 def _weights(system: LinearSystem) -> Table:
-    """Effect of the scaling of inputs and outputs on a balanced reduction."""
+    """Table of the effect of input and output scaling on the balanced reduction."""
     ratio, degree = SETS["S1"].motor_ratio, math.radians(1.0)
     torques, usual = balancing_sizes(ratio)
     rows = []
@@ -218,13 +218,13 @@ def _weights(system: LinearSystem) -> Table:
 
 
 def _deviation(system: LinearSystem) -> float:
-    """Largest distance of an eigenvalue that should be kept from the nearest one there is [1/s]."""
+    """Largest distance from an eigenvalue of `KEPT` to the nearest eigenvalue of the system [1/s]."""
     values = np.linalg.eigvals(system.A)
     return float(max(min(abs(value - kept) for value in values) for kept in KEPT))
 
 
 def _error_over_bound(system: LinearSystem) -> float:
-    """Error of the default balanced reduction over its bound, in its units."""
+    """Error of the default balanced reduction over its bound, both in scaled units."""
     inputs, outputs = balancing_sizes(SETS["S1"].motor_ratio)
     reduction = balanced_column(SETS["S1"])
     assert reduction.error_bound is not None

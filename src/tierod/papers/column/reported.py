@@ -1,4 +1,4 @@
-"""Seeds of the columns and drives that are reported: drawn anew whenever the observer or the hands change."""
+"""Seeds of the reported columns and drives; they change whenever the observer or the monitor of the hands changes."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from tierod.vehicles import load
 
 
 def _judged() -> Sequence[Block]:
-    """The default observer and the hands on bench and car; the loop that controls the position is outside of them."""
+    """Default observer and monitor of the hands on bench and car; the position control is not among them."""
     from tierod.monitors.driver_torque.hands import HandsMonitor
     from tierod.monitors.driver_torque.observer import ColumnObserver
 

@@ -1,4 +1,4 @@
-"""The closed loop with wrong assumptions, with another friction, and with a motor that is too weak."""
+"""Robustness of the closed loop: wrong parameters, other friction, and a motor whose torque saturates."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from tierod.papers.column.tracking import CHOSEN, GOAL, SHARES, SOURCE, changed,
 
 
 def items(loop: ClosedLoop, effort: Effort) -> Iterator[Item]:
-    """Tables of scatter, friction and saturation, and their claims."""
+    """Tables and claims on scattered parameters, friction and saturation."""
     yield from _scatter(effort)
     yield from _friction(loop, effort)
     yield from _saturation(loop)
 
 
 def _scattered(case: tuple[float, int, bool]) -> tuple[Followed, Followed, int]:
-    """Sweep and sine of 3 Hz with a column off by a share, and how often a driver was found in the sweep."""
+    """Tracking of the sweep and of 3 Hz with a scattered column, and number of false detections of a driver."""
     share, seed, quick = case
     loop = replace(loop_with(CHOSEN), bench=scattered(share, SEEDS.of(SCATTERED, seed + 1)[seed]))
     still = deaf(loop)
@@ -72,7 +72,7 @@ def _spread(swept: list[Followed], late: list[Followed]) -> tuple[str, ...]:
 
 
 def _most(values: Iterable[float]) -> float:
-    """The value that 95 % stay below."""
+    """The 95th percentile."""
     return float(np.percentile(list(values), 95.0))
 
 
@@ -169,7 +169,7 @@ def _saturation(loop: ClosedLoop) -> Iterator[Item]:
 
 
 def _step(done: Run) -> tuple[float, float]:
-    """Overshoot [deg], and time from the beginning until the error stays below one degree [s]."""
+    """Overshoot [deg], and settling time until the error stays below one degree [s]."""
     wrong = error(done)
     start = BEGIN + 0.5
     moving = done.time > start

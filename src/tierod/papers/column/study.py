@@ -1,4 +1,4 @@
-"""The study of the steering column: one part after the other, in the order of the paper."""
+"""The study of the steering column, in the order of the paper."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ PARTS: Mapping[str, str] = {
     "natural_drives": "natural drives",
     "position_control": "control of position",
 }
-"""Module of every part, and what it is about."""
+"""Subject of every part, by name of its module."""
 
 
 def items(effort: Effort, progress: Progress) -> Iterator[Item]:
-    """All that the study finds out."""
+    """All items of the study."""
     for done, (name, title) in enumerate(PARTS.items()):
         progress(done / len(PARTS), title)
         part: Callable[[Effort], Iterator[Item]] = import_module(f"tierod.papers.column.{name}").items

@@ -1,4 +1,4 @@
-"""The bench's column swept by its motor while hands turn the wheel, and the errors of observers on such runs."""
+"""The bench column swept by its motor while hands turn the wheel, and the errors of observers on such runs."""
 
 from __future__ import annotations
 
@@ -21,21 +21,21 @@ from tierod.proving_ground.parts import NO_FAULT
 from tierod.vehicles import load
 
 AMPLITUDE = math.radians(30.0)
-"""Of the sweep, as in figure 10 of the paper [rad]."""
+"""Amplitude of the sweep, as in figure 10 of the paper [rad]."""
 HIGHEST = 3.0
 LOWEST = 0.1
-"""Frequencies of the sweep [Hz]."""
+"""Highest and lowest frequency of the sweep [Hz]."""
 SETTLE = 1.0
-"""At rest before the sweep [s]."""
+"""Time at rest before the sweep [s]."""
 NOISE = {"steering_wheel_angle": math.radians(0.05), "motor_angle_mechanical": math.radians(0.2), "driver_torque": 0.02}
-"""Standard deviation of the sensors' noise [rad, rad, N·m]."""
+"""Standard deviation of the sensor noise [rad, rad, N·m]."""
 
 HANDS = ("steps", "ramps", "free")
-"""What the hands may do: steps of 2 N·m after a sine of 1.5 N·m, the same with ramps of 100 ms, nothing."""
+"""Behaviours of the hands: steps of 2 N·m after a sine of 1.5 N·m, the same with ramps of 100 ms, hands off."""
 
 
 class Demand(NamedTuple):
-    """Angle that the motor is to turn the shaft to, its derivatives, and the torque of the hands."""
+    """Reference angle of the shaft, its derivatives, and the torque of the hands."""
 
     angle: Annotated[float, "rad"]
     rate: Annotated[float, "rad/s"]
@@ -45,13 +45,13 @@ class Demand(NamedTuple):
 
 @dataclass(frozen=True)
 class SweptBench:
-    """A bench whose motor follows an angle: proportional and derivative control, inertia and damping fed forward.
+    """A bench whose motor follows an angle by PD control with feed-forward of inertia and damping.
 
     Args:
         bench: the plant
-        stiffness: of the control, at the steering wheel axis [N m/rad]
-        damping: of the control, likewise [N m s/rad]
-        highest_torque: of the motor at its shaft [N m]
+        stiffness: proportional gain at the steering wheel axis [N m/rad]
+        damping: derivative gain at the steering wheel axis [N m s/rad]
+        highest_torque: largest torque of the motor at its shaft [N m]
     """
 
     bench: ColumnBench = field(default_factory=ColumnBench)
@@ -62,11 +62,11 @@ class SweptBench:
     Sample = Demand
 
     def init(self) -> BenchState:
-        """At rest."""
+        """State at rest."""
         return self.bench.init()
 
     def step(self, state: BenchState, sample: Demand) -> tuple[BenchState, BenchSignals]:
-        """One step on."""
+        """Advance by one sample."""
         ratio = self.bench.gear_ratio
         motion = state.motion
         lag = sample.angle - motion.motor_angle / ratio
@@ -80,14 +80,14 @@ class SweptBench:
 
 
 def demands(hands: str, seconds: float, sample_time: float = 1e-3, seed: int = 0, pace: str = "octaves") -> np.ndarray:
-    """Rows of `Demand`: a sweep after a rest, and what the hands do.
+    """Rows of `Demand`: a sweep after a rest, with hands.
 
     Args:
         hands: one of `HANDS`
-        seconds: duration
-        sample_time: [s]
-        seed: of when the hands pull
-        pace: of the sweep: "octaves", each as long as the other, or "linear", which stays longer at high frequencies
+        seconds: duration [s]
+        sample_time: sampling interval [s]
+        seed: seed of the times at which the hands pull
+        pace: "octaves" for a logarithmic sweep, or "linear", which stays longer at high frequencies
     """
     time = np.arange(round(seconds / sample_time)) * sample_time
     since = np.maximum(time - SETTLE, 0.0)
@@ -103,7 +103,7 @@ def demands(hands: str, seconds: float, sample_time: float = 1e-3, seed: int = 0
 
 
 def _swept(since: np.ndarray, seconds: float, pace: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Phase, its rate, and the rate of that."""
+    """Phase of the sweep [rad] and its first and second derivative."""
     low, high = 2.0 * math.pi * LOWEST, 2.0 * math.pi * HIGHEST
     if pace == "linear":
         slope = (high - low) / seconds
@@ -129,17 +129,17 @@ def _hands(hands: str, time: np.ndarray, seed: int) -> np.ndarray:
 def swept(
     hands: str, seconds: float = 40.0, seed: int = 0, bench: SweptBench | None = None, pace: str = "octaves"
 ) -> dict[str, np.ndarray]:
-    """One run of the bench: what an observer is given, with the sensors' noise, and the truth.
+    """Simulate a run of the bench: inputs of an observer with sensor noise, and true values.
 
     Args:
         hands: one of `HANDS`
-        seconds: duration
-        seed: of noise and hands
+        seconds: duration [s]
+        seed: seed of noise and hands
         bench: the plant; the default one where None
-        pace: of the sweep, see `demands`
+        pace: pace of the sweep, see `demands`
 
     Returns:
-        columns by name; `hand_torque`, `disturbance_torque` (of friction), `steering_wheel_rate` are true ones
+        columns by name; `hand_torque`, `disturbance_torque` (of friction) and `steering_wheel_rate` are true values
     """
     plant = bench or SweptBench()
     true = scan(plant, demands(hands, seconds, plant.bench.step_time, seed, pace))
@@ -159,13 +159,13 @@ def swept(
 
 
 FROM = 0.5
-"""Errors count from here on: the observers begin at rest with nothing known [s]."""
+"""Warm-up of the observers, which start at rest without further knowledge; errors count after it [s]."""
 
 SIGNALS = ("motor_torque", "steering_wheel_angle", "motor_angle_mechanical", "driver_torque")
-"""Columns of `ColumnSample`."""
+"""Signals in the order of `ColumnSample`."""
 
 DELAY = 20
-"""Samples of the output with a lag: 20 ms."""
+"""Lag of the delayed estimate in samples: 20 ms."""
 
 GOAL = "goal of tierod"
 
@@ -173,18 +173,18 @@ Change = Callable[[np.ndarray], np.ndarray]
 
 
 def known_column() -> ColumnParameters:
-    """The bench's column by its vehicle file: exact, unless it is made wrong."""
+    """True parameters of the bench column, from its vehicle file."""
     return load("column-bench").parameters_for(ColumnParameters)
 
 
 @dataclass(frozen=True)
 class Errors:
-    """Root mean square errors over some runs.
+    """Root mean square errors of an observer over some runs.
 
     Args:
-        hand_torque: [N m]
-        disturbance_torque: [N m]; NaN where it is not estimated
-        nis: mean normalised innovation squared; NaN likewise
+        hand_torque: error of the hand torque [N m]
+        disturbance_torque: error of the disturbance torque [N m]; NaN where it is not estimated
+        nis: mean normalised innovation squared; NaN where the observer has none
     """
 
     hand_torque: float
@@ -199,22 +199,22 @@ def seeds(effort: Effort) -> tuple[int, ...]:
 
 @lru_cache(maxsize=64)
 def drive(hands: str, seed: int, pace: str = "octaves") -> dict[str, np.ndarray]:
-    """One run of the bench of 40 s, kept."""
+    """One cached run of the bench over 40 s."""
     return swept(hands, 40.0, seed, pace=pace)
 
 
 def driven(hands: str, effort: Effort, pace: str = "octaves") -> list[dict[str, np.ndarray]]:
-    """The runs that are reported."""
+    """The reported runs."""
     return [drive(hands, seed, pace) for seed in seeds(effort)]
 
 
 def samples(run: Mapping[str, np.ndarray]) -> np.ndarray:
-    """Inputs of an observer, in the order of `ColumnSample`."""
+    """Samples of an observer, in the order of `ColumnSample`, (n, 4)."""
     return np.column_stack([run[name] for name in SIGNALS])
 
 
 def rms(parts: Sequence[np.ndarray]) -> float:
-    """Root mean square over all parts; NaN where there is none."""
+    """Root mean square over all parts; NaN where there is no part."""
     return float(np.sqrt(np.mean(np.square(np.concatenate(parts))))) if len(parts) else float("nan")
 
 
@@ -225,14 +225,15 @@ def errors(
 
     Args:
         block: observer of `ColumnSample`
-        runs: of `swept`
-        delay: samples by which the estimate is late
-        change: what is done to the samples before
+        runs: results of `swept`
+        delay: lag of the estimate in samples
+        change: function that falsifies the samples before the observer; none where None
     """
     hand, disturbance, nis = [], [], []
     for run in runs:
         given = samples(run)
         found = scan(block, given if change is None else change(given))
+        # The estimate of sample k + delay refers to the truth of sample k.
         late, known = slice(delay, None), slice(len(given) - delay)
         counted = run["time"][known] > FROM
         hand.append((found["hand_torque"][late] - run["hand_torque"][known])[counted])
@@ -246,5 +247,5 @@ def errors(
 def over_hands(
     block: Block, effort: Effort, delay: int = 0, change: Change | None = None, pace: str = "octaves"
 ) -> dict[str, Errors]:
-    """Errors of an observer on the runs that are reported, for everything that the hands may do."""
+    """Errors of an observer on the reported runs, by behaviour of the hands."""
     return {hands: errors(block, driven(hands, effort, pace), delay, change) for hands in HANDS}

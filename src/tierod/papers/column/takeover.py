@@ -1,4 +1,4 @@
-"""A driver takes the wheel while the column is controlled: how soon that is found, how soon control is gone."""
+"""A driver takes the wheel under position control: detection delay, time until the torque is gone, false detections."""
 
 from __future__ import annotations
 
@@ -18,20 +18,22 @@ from tierod.papers.column.tracking import CHOSEN, PRINTED, deaf, loop_with
 from tierod.proving_ground.cars.column_bench import ColumnBench
 
 HOLDS = {"light, 10 N·m/rad": 10.0, "firm, 30 N·m/rad": 30.0, "stiff, 100 N·m/rad": 100.0}
+"""Stiffness of the arms by kind of hold [N m/rad]."""
 FIRM = "firm, 30 N·m/rad"
 FREQUENCIES = (0.1, 0.3, 1.0, 3.0)
+"""Frequencies of the sines in which the driver takes the wheel [Hz]."""
 CROSSED = 1.0
-"""Torque of the hands from which on the time counts [N m]."""
+"""Hand torque at which the detection delay begins [N m]."""
 
 
 class Taken(NamedTuple):
-    """One grip; NaN for what did not happen. Times [s].
+    """Times of one grip [s]; NaN for an event that did not occur.
 
     Args:
-        crossed: from the grip until the hands' true torque passed 1 N m
-        found: from then until the driver was found
-        gone: from the grip until the motor's torque was nothing
-        freed: from crossing until then
+        crossed: from the grip until the true hand torque exceeds 1 N m
+        found: from that crossing until the driver is detected
+        gone: from the grip until the motor torque is zero
+        freed: from the crossing until the motor torque is zero
     """
 
     crossed: float
@@ -41,7 +43,7 @@ class Taken(NamedTuple):
 
 
 def taken(done: Run, grip: float) -> Taken:
-    """Delays after a grip."""
+    """Times of a grip that begins at the time `grip` [s]."""
     after = done.time >= grip
     hands = np.abs(done.signals["plant.truth_hand_torque"]) > CROSSED
     crossed = _first(done.time, after & hands)
@@ -56,7 +58,7 @@ def _first(time: np.ndarray, holds: np.ndarray) -> float:
 
 
 def items(loops: Mapping[str, ClosedLoop], effort: Effort) -> Iterator[Item]:
-    """Tables of grips and of wrong inertias, a picture, and their claims."""
+    """Tables, chart and claims on grips, false detections and wrong inertias."""
     loop = loops[CHOSEN]
     yield from _grips(effort)
     yield _picture(loop)
@@ -95,7 +97,7 @@ def _grips(effort: Effort) -> Iterator[Item]:
 
 
 def _taken(case: tuple[str, float, int, int]) -> Taken:
-    """One of some grips at instants spread over a period; other noise than the rule was tried on."""
+    """One of several grips spread over a period, with other noise than in the design of the rule."""
     hold, frequency, k, count = case
     grip = BEGIN + 2.0 + (k + 0.2) / count / frequency
     loop = replace(loop_with(CHOSEN), bench=holding(HOLDS[hold]))
@@ -244,7 +246,7 @@ def _inertia(loop: ClosedLoop) -> Iterator[Item]:
 
 
 def _feigned(loop: ClosedLoop, bench: ColumnBench) -> float:
-    """Amplitude of the observed torque of hands at 3 Hz, control kept up whatever it is [N m]."""
+    """Amplitude of the observed hand torque at 3 Hz without hands, with driver detection disabled [N m]."""
     done = run(replace(deaf(loop), bench=bench), Sweep(start=3.0, stop=3.0), BEGIN + 6.0, 12)
     steady = done.time >= BEGIN + 2.0 - 1e-9
     turning = np.exp(-6j * np.pi * done.time[steady])

@@ -1,4 +1,4 @@
-"""Tracking of the closed loop: sines and the sweep, with every observer, and its margins to instability."""
+"""Tracking of the closed loop: sines and the sweep, with every observer, and its stability margins."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from tierod.papers.column.parameter_sets import scattered
 from tierod.papers.column.reported import SCATTERED, SEEDS
 
 FREQUENCIES = (0.1, 1.0, 2.0, 3.0)
-"""Of the sines [Hz]."""
+"""Frequencies of the sines [Hz]."""
 
 MECHANICAL, BALANCED = "printed, mechanical reduction", "printed, balanced reduction"
 FULL = "printed, full column with gear"
@@ -37,19 +37,19 @@ PRINTED = (MECHANICAL, BALANCED)
 """The paper's two observers."""
 
 CHOSEN = MECHANICAL
-"""The observer behind all other runs: of those compared it bears the most wrong parameters."""
+"""Observer of all other runs; of those compared it tolerates the largest errors of the parameters."""
 
 SHARES = (0.02, 0.1)
-"""Standard deviations of the column's parameters, relative."""
+"""Relative standard deviations of the parameters of the column."""
 
 GOAL = 0.25
-"""Error that the shaft may have, rms [deg]."""
+"""Largest rms tracking error allowed [deg]."""
 
 SOURCE = "tierod; Raffone, section 6 and figure 10, gives no figure"
 
 
 def observers(known: Belief) -> Mapping[str, Block]:
-    """The observers that are compared, by name."""
+    """The compared observers by name."""
     column = known.column
     return {
         MECHANICAL: PrintedObserver.of_column(column, "series spring", SAMPLE_TIME),
@@ -67,7 +67,7 @@ def loop_with(observer: str) -> ClosedLoop:
 
 
 def items(loops: Mapping[str, ClosedLoop], effort: Effort) -> Iterator[Item]:
-    """Tables of sines, of observers, of margins, and their claims."""
+    """Tables, chart and claims on sines, observers and stability margins."""
     known = belief()
     yield from _sines(loops[CHOSEN], effort)
     swept = {name: sweep(deaf(loop), 4, effort.quick)[1] for name, loop in loops.items()}
@@ -79,7 +79,7 @@ def items(loops: Mapping[str, ClosedLoop], effort: Effort) -> Iterator[Item]:
 
 
 def _failing(observers: Sequence[str], effort: Effort) -> dict[str, tuple[str, ...]]:
-    """Columns of `SHARES` that an observer follows worse than the goal, by observer."""
+    """By observer, number of scattered columns with a tracking error above the goal, for each of `SHARES`."""
     count = 3 if effort.quick else 50
     cases = [(name, share, seed) for name in observers for share in SHARES for seed in range(count)]
     worse = np.reshape([rms > GOAL for rms in effort.made(_wrong_column, cases)], (len(observers), len(SHARES), count))
@@ -90,21 +90,22 @@ def _failing(observers: Sequence[str], effort: Effort) -> dict[str, tuple[str, .
 
 
 def _wrong_column(case: tuple[str, float, int]) -> float:
-    """Error of the short sweep of a column off by a share, with an observer [deg rms]."""
+    """Rms error of the short sweep of a scattered column with an observer [deg]."""
     name, share, seed = case
     bench = scattered(share, SEEDS.of(SCATTERED, seed + 1)[seed])
     return sweep(replace(deaf(loop_with(name)), bench=bench), seed, quick=True)[1].rms
 
 
 def deaf(loop: ClosedLoop) -> ClosedLoop:
-    """The loop that no driver ends."""
+    """The loop with driver detection disabled."""
+    # A drift far above any hand torque keeps the CUSUM at zero.
     rule = loop.controller.intervention
     unmoved = replace(rule, cusum=replace(rule.cusum, drift=1e3))
     return replace(loop, controller=replace(loop.controller, intervention=unmoved))
 
 
 def margins_of(loop: ClosedLoop, known: Belief) -> Margins | None:
-    """Margins of the loop cut at the motor's torque; None if it is unstable when closed."""
+    """Stability margins of the loop cut at the motor torque; None if the closed loop is unstable."""
     try:
         return margins(cut(loop, known), SAMPLE_TIME)
     except ParameterError:
@@ -112,7 +113,7 @@ def margins_of(loop: ClosedLoop, known: Belief) -> Margins | None:
 
 
 def cut(loop: ClosedLoop, known: Belief) -> LinearSystem:
-    """A closed loop, its column with gear and without friction, cut at the motor's torque."""
+    """The loop cut at the motor torque, with a linear column that has its gear and no friction."""
     whole = sampled(linear_column(SteeringColumn, known.column), SAMPLE_TIME)
     plant = LinearSystem(
         whole.A, whole.B[:, :1], whole.C, whole.D[:, :1], whole.states, whole.inputs[:1], whole.outputs
@@ -161,7 +162,7 @@ def _sines(loop: ClosedLoop, effort: Effort) -> Iterator[Item]:
 
 
 def changed(loop: ClosedLoop, **fields: Unpack[Settings]) -> ClosedLoop:
-    """The loop with other fields of its position control."""
+    """The loop with changed settings of its position control."""
     controller = loop.controller
     return replace(loop, controller=replace(controller, position=replace(controller.position, **fields)))
 

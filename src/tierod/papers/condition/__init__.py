@@ -1,1 +1,1 @@
-"""Condition monitoring of a whole vehicle: drives of the demonstrator, their scoring, and the study."""
+"""The study of condition monitoring of a whole vehicle: drives of the demonstrator, their scoring, and all parts."""

@@ -1,4 +1,4 @@
-"""The tests of the actuators: half or all torque lost, with an alternating or a fixed split of the motors."""
+"""Tests of the actuators: half or all torque lost, with an alternating or a fixed split between the motors."""
 
 from __future__ import annotations
 
@@ -41,11 +41,11 @@ PLACES = tuple(name.replace("_", " ") for name in ACTUATORS)
 
 
 def campaign(effort: Effort, share: float = 1.0, swing: bool = True) -> list[Drive]:
-    """The tests of all vehicles, or a few of one.
+    """Tests with one actuator lost, on all vehicles; a few tests on one vehicle if quick.
 
     Args:
-        effort: whether a few have to do
-        share: of the torque that is lost
+        effort: effort of the study
+        share: lost share of the torque [-]
         swing: whether the split of the steering torque alternates
     """
     drives = [drive for number in vehicles(effort) for drive in actuator_tests(number, share, swing)]
@@ -53,11 +53,11 @@ def campaign(effort: Effort, share: float = 1.0, swing: bool = True) -> list[Dri
 
 
 def supply_campaign(effort: Effort, share: float = 1.0, swing: bool = True) -> list[Drive]:
-    """Both motors, and both drives, in all vehicles, or on one round of one.
+    """Tests with both motors or both drives lost, on all vehicles; on one round of one vehicle if quick.
 
     Args:
-        effort: whether one round has to do
-        share: of the torque that both lose
+        effort: effort of the study
+        share: share of the torque that both lose [-]
         swing: whether the split of the steering torque alternates
     """
     drives = [drive for number in vehicles(effort) for drive in supply_tests(number, share, swing)]
@@ -65,7 +65,7 @@ def supply_campaign(effort: Effort, share: float = 1.0, swing: bool = True) -> l
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Accuracy as in Figure 25, delays, sizes, motors and sides."""
+    """Tables, Figure 25 and claims on accuracy, detection delay, fault magnitude and isolation."""
     if not VARIANTS:
         return
     found, partial = scores(campaign(effort), effort), scores(campaign(effort, 0.5), effort)

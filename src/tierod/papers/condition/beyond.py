@@ -1,4 +1,4 @@
-"""Beyond the tests: kinds and sizes of faults, two at a time, and how small a fault may be to be found in what time."""
+"""Faults beyond the paper's tests: more kinds and magnitudes, two at once, and the smallest detectable magnitude."""
 
 from __future__ import annotations
 
@@ -32,16 +32,16 @@ PAIRS_TEXT = (
     "after the first. Right is who names both and nothing else most of the time in which both show.",
 )
 SIZES = (0.5, 1.0, 2.0)
-"""Of the campaign of kinds, in multiples of the tests' offsets."""
+"""Fault magnitudes of the campaign of kinds, in multiples of the tests' offsets."""
 SMALL = (0.05, 0.07, 0.1, 0.14, 0.2, 0.3, 0.4, 0.55, 0.75, 1.0)
-"""Of the curve of detectable sizes, in multiples of the tests' offsets."""
+"""Fault magnitudes of the curve of detectable sizes, in multiples of the tests' offsets."""
 
 TIMES = np.geomspace(0.04, 20.0, 55)
-"""Of that curve [s]."""
+"""Times of that curve [s]."""
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """All that goes beyond the tests of the paper."""
+    """Tables, curve and claims on kinds, pairs and small offsets."""
     if BEST not in VARIANTS:
         return
     yield from _kinds(effort)
@@ -93,7 +93,7 @@ def _kinds(effort: Effort) -> Iterator[Item]:
 
 
 def pairs(effort: Effort) -> tuple[list[Drive], list[Drive]]:
-    """Drives with two sensors at fault, and with a sensor and an actuator."""
+    """Drives with two faulty sensors, and drives with a faulty sensor and a faulty actuator."""
     plans = ((1, SHORT, 41),) if effort.quick else ((1, SHORT, 41), (2, LONG, 42))
     two = [each for plan in plans for each in sensor_pairs(*plan)]
     mixed = [each for plan in plans for share in (1.0, 0.5) for each in mixed_pairs(*plan, share)]
@@ -143,7 +143,7 @@ def _small(effort: Effort) -> Iterator[Item]:
 
 
 def _least(of: Sequence[DriveScore], within: float) -> float:
-    """Smallest size from which on all are found within a time [s]."""
+    """Smallest size from which on every larger one is found within a time [s] in all drives; infinite without one."""
     sizes = sorted({each.drive.injected[0].size for each in of}, reverse=True)
     least = np.inf
     for size in sizes:

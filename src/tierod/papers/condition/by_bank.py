@@ -1,4 +1,4 @@
-"""The bank of filters as a diagnosis of the study, calibrated as the paper's rules are: on fault-free drives alone."""
+"""The bank of filters as a diagnosis of the study, calibrated like the paper's rules on fault-free drives alone."""
 
 from __future__ import annotations
 
@@ -24,29 +24,29 @@ from tierod.vehicles import Vehicle, load
 
 @dataclass
 class Known:
-    """A calibrated bank; put together where it is needed, since blocks are not sent.
+    """A calibrated bank, which each process builds on first use, since blocks are not pickled.
 
     Args:
-        vehicle: with the parameters and limits found
+        vehicle: vehicle with calibrated parameters and limits
     """
 
     vehicle: Vehicle
     _bank: Bank | None = field(default=None, init=False, repr=False, compare=False)
 
     def __getstate__(self) -> dict[str, Any]:
-        """Without the blocks."""
+        """State for pickling, without the bank."""
         return {**self.__dict__, "_bank": None}
 
     @property
     def bank(self) -> Bank:
-        """The bank at work."""
+        """The bank of the vehicle."""
         if self._bank is None:
             self._bank = condition_monitor(self.vehicle)
         return self._bank
 
 
 def calibrate(number: int, quick: bool) -> Known:
-    """Parameters and limits of a vehicle, from fault-free driving."""
+    """Calibrates parameters and limits of a vehicle on its fault-free drives."""
     driven = calibration_set(number, quick)
     vehicle = calibrate_parameters(driven.fitted, load("smartload")).vehicle
     designed = design_limits(driven.healthy, vehicle)
@@ -55,17 +55,18 @@ def calibrate(number: int, quick: bool) -> Known:
 
 
 def declare(known: Known, recording: Recording, name: str) -> Declared:
-    """Statements of the bank over a drive."""
+    """Declarations of the bank over a drive."""
     return declared_of(scan(known.bank, aligned(recording)), recording["yaw_rate"].time)
 
 
 def declared_of(result: Result, time: np.ndarray) -> Declared:
-    """Statements of any variant of the monitor.
+    """Declarations of any variant of the monitor.
 
     Args:
-        result: of a block whose output holds statements
-        time: of its samples [s]
+        result: outputs of a block that makes statements
+        time: sampling times [s]
     """
+    # The last kind, an actuator's loss of torque, is called a loss by the faults of the study.
     names = np.array(["", *KINDS[:-1], "loss"])
     status, kind, magnitude, deviation = (
         {each: result[f"statements.{each}.{part}"] for each in ELEMENTS}

@@ -1,4 +1,4 @@
-"""The rules of the paper as diagnoses of the study: as printed, corrected, and with rules that discriminate faults."""
+"""The rules of the paper as diagnoses of the study: printed, corrected, and with further rules that isolate faults."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from tierod.papers.condition.truth import NOTHING, Declared
 from tierod.vehicles import load
 
 PRINTED = "rules-printed"
-"""The variant whose equations keep their misprints."""
+"""Variant whose equations keep their misprints."""
 
 
 @dataclass
 class Known:
-    """Rules on a vehicle with its calibrations; put together where they are needed, since blocks are not sent.
+    """Calibrated rules, which each process builds on first use, since blocks are not pickled.
 
     Args:
-        car: as in its file
-        calibrations: by whether the misprints are kept
+        car: parameters of the vehicle file
+        calibrations: calibration, by whether the misprints are kept
     """
 
     car: ResidualParameters
@@ -35,7 +35,7 @@ class Known:
     _monitors: dict[str, RuleMonitor] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def __getstate__(self) -> dict[str, Any]:
-        """Without the blocks."""
+        """State for pickling, without the blocks."""
         return {**self.__dict__, "_monitors": {}}
 
     def monitor(self, name: str) -> RuleMonitor:
@@ -46,18 +46,19 @@ class Known:
 
 
 def calibrate(number: int, quick: bool) -> Known:
-    """Coefficients and thresholds of a vehicle, from fault-free driving."""
+    """Calibrates coefficients and thresholds of a vehicle on its fault-free drives."""
     driven = calibration_set(number, quick, drives=1)
     car = load("smartload").parameters_for(ResidualParameters)
     return Known(car, {each: calibrate_residuals(car, *driven, printed=each) for each in (False, True)})
 
 
 def declare(known: Known, recording: Recording, name: str) -> Declared:
-    """Declarations of the rules of a variant over a drive."""
+    """Declarations of a variant of the rules over a drive."""
     return said(known.monitor(name), recording)
 
 
 def said(monitor: RuleMonitor, recording: Recording) -> Declared:
     """Declarations of rules over a recording."""
     stated = declared_of(scan(monitor, samples_of(recording)), recording["yaw_rate"].time)
+    # Rules give neither kind nor size: the zeros of their statements are no estimates.
     return stated._replace(kind=NOTHING, size=NOTHING, deviation=NOTHING)

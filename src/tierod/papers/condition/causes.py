@@ -1,4 +1,4 @@
-"""Causes of claims that do not hold: which drives keep a figure from its goal, and by how much."""
+"""Causes of claims that do not hold, as text: the drives that keep a figure from its goal."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from tierod.papers.condition.scoring import FOUND, MISSED, NEVER, DriveScore, Fa
 from tierod.papers.condition.summary import injected_name
 
 MOST = 4
-"""Of a list that is written out."""
+"""Largest number of items of a list that are written out."""
 
 
 def wrong_time(of: Sequence[DriveScore]) -> str:
-    """Of accuracies: what the time is made of in which a state is wrong, on the mean and in the worst drive.
+    """Cause of a low accuracy: parts of the time with a wrong state, mean over all drives and in the worst one.
 
     Args:
         of: drives with one fault each
@@ -33,8 +33,9 @@ def wrong_time(of: Sequence[DriveScore]) -> str:
 
 
 def _parts(drive: DriveScore, fault: FaultScore) -> tuple[float, float, float, float]:
-    """Time in which a state is wrong [s]: all, before the declaration, the rest, and what of it is not observable."""
+    """Time with a wrong state [s]: total, before the declaration, after it, and the unobservable part of the total."""
     total, lasts = drive.drive.seconds, fault.injected.end - fault.injected.start
+    # The delay of a missed fault is infinite.
     wrong, before = total * (1.0 - fault.accuracy), min(fault.delay, lasts)
     return wrong, before, max(wrong - before, 0.0), total * (fault.accuracy_excused - fault.accuracy)
 
@@ -45,11 +46,11 @@ def _words(drive: DriveScore, fault: FaultScore) -> str:
 
 
 def late(of: Sequence[DriveScore], delay: Callable[[FaultScore], float]) -> str:
-    """Of delays: the longest one, beside the others.
+    """Cause of a long delay: the longest one and the median.
 
     Args:
-        of: drives
-        delay: of a fault that was found [s]
+        of: scores of drives
+        delay: function that gives the delay of a detected fault [s]
     """
     found = [(drive, delay(fault)) for drive, fault in _faults(of) if fault.outcome == FOUND]
     found = [pair for pair in found if not math.isnan(pair[1])]
@@ -61,7 +62,7 @@ def late(of: Sequence[DriveScore], delay: Callable[[FaultScore], float]) -> str:
 
 
 def missed(of: Sequence[DriveScore]) -> str:
-    """Of faults missed: which, and how long each was observable."""
+    """Cause of missed faults: the faults, and the time for which they were observable."""
     faults = [(drive, fault) for drive, fault in _faults(of) if fault.outcome == MISSED]
     times = [fault.shown for _, fault in faults]
     seen = f" Observable for {min(times):.2f} to {max(times):.2f} s each." if times else ""
@@ -69,7 +70,7 @@ def missed(of: Sequence[DriveScore]) -> str:
 
 
 def misnamed(of: Sequence[DriveScore]) -> str:
-    """Of names: what went by which other name."""
+    """Cause of wrong isolation: faults that were named otherwise, and drives with a fault-free element named."""
     pairs = (
         f"{injected_name(each)} as {each.named}"
         for each in of
@@ -80,13 +81,13 @@ def misnamed(of: Sequence[DriveScore]) -> str:
 
 
 def kinds(of: Sequence[DriveScore]) -> str:
-    """Of kinds: which were not named rightly."""
+    """Cause of wrong kinds: the faults whose kind was named wrongly."""
     known = [fault for _, fault in _faults(of) if fault.kind_right is not None]
     return f"Of {len(known)} not rightly: {_counted(_fault(each) for each in known if not each.kind_right)}."
 
 
 def sizes(of: Sequence[DriveScore]) -> str:
-    """Of sizes: the worst, and the share within their interval by kind."""
+    """Cause of wrong sizes: the largest error, and the coverage of the intervals by kind."""
     known = [(drive, fault) for drive, fault in _faults(of) if not math.isnan(fault.size_error)]
     if not known:
         return "None was named."
@@ -100,7 +101,7 @@ def sizes(of: Sequence[DriveScore]) -> str:
 
 
 def alarms(of: Sequence[DriveScore]) -> str:
-    """Of false alarms: in which drives."""
+    """Cause of false alarms: the drives that have them."""
     return f"In {_counted(_name(each) for each in of for _ in range(each.false_alarms))}."
 
 
@@ -117,7 +118,7 @@ def _fault(each: FaultScore) -> str:
 
 
 def _counted(words: Iterable[str]) -> str:
-    """The most frequent ones with their counts, and how many there are beside them."""
+    """The most frequent items with their counts, and the count of the rest."""
     counts = Counter(word.replace("_", " ") for word in words)
     shown = [f"{word} ({count})" if count > 1 else word for word, count in counts.most_common(MOST)]
     rest = counts.total() - sum(count for _, count in counts.most_common(MOST))

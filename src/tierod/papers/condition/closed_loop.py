@@ -1,4 +1,4 @@
-"""Faults inside the loop: the automated driver uses the faulty reading, and drives accordingly."""
+"""Faults inside the control loop: the automated driver acts on the faulty reading."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ class Driven(NamedTuple):
     """A drive with a fault inside the loop.
 
     Args:
-        score: of the diagnosis
-        seconds: until the run ended
-        farthest: from the middle of the lane
+        score: score of the diagnosis
+        seconds: duration of the run
+        farthest: largest distance from the middle of the lane
     """
 
     score: DriveScore
@@ -43,7 +43,7 @@ class Driven(NamedTuple):
 
 
 def drives(effort: Effort) -> list[Drive]:
-    """The tests of the sensors that the driver reads, on the short round."""
+    """Tests of the sensors that the automated driver uses, on the short round."""
     found = [
         drive
         for number in vehicles(effort)
@@ -54,7 +54,7 @@ def drives(effort: Effort) -> list[Drive]:
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """One row for every sensor and kind of fault."""
+    """Table with one row for every sensor and kind of fault."""
     chosen = drives(effort)
     known = calibrations((BEST,), (drive.vehicle for drive in chosen), effort)
     found = each(partial(_driven, known), chosen, effort)

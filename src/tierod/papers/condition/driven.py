@@ -1,4 +1,4 @@
-"""Test drives: the rounds, the faults, and the share of their time in which they are observable."""
+"""The test drives: rounds, faults, and the share of their time in which the faults are observable."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ TEXT = (
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """The rounds of Figures 18, 19 and 24, and the observable share of the tests' faults."""
+    """Rounds (Figures 18, 19, 24), observable share of the faults, lost yaw rate (22), and torque of a motor (28)."""
     yield Heading("What is driven", TEXT)
     yield _demonstrators(effort)
     yield _rounds()
@@ -65,7 +65,7 @@ def _rounds() -> Chart:
 
 
 def _shown(drive: Drive, recording: Recording) -> tuple[str, str, float, float]:
-    """(element, kind, share of the fault's time in which it is observable, time until it first is [s])."""
+    """Element, kind, observable share of the fault's time [-], and time from the fault until it is observable [s]."""
     injected = drive.injected[0]
     time = recording["yaw_rate"].time
     there = truths(drive, time)[injected.element]

@@ -1,4 +1,4 @@
-"""Drives of the demonstrator: calibration, fault-free ones, the tests of the paper, and more faults beyond them."""
+"""Drives of the demonstrator: for calibration, fault-free, the tests of the paper, and further faults."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ from tierod.papers.condition.faults import (
 from tierod.papers.condition.vehicles import LATER, LONG, SHORT, THIRD, Vehicle, changed, vehicle
 
 SENSORS = tuple(OFFSETS)
-"""The sensors that fail."""
+"""Sensors into which faults are injected."""
 ACTUATORS = ("steering_motor_1", "steering_motor_2", "drive_left", "drive_right")
-"""The actuators that fail."""
+"""Actuators into which faults are injected."""
 
 TEST_SECONDS, ACTUATOR_SECONDS = 60.0, 200.0
-"""How long the tests of the paper last, of sensors and of actuators [s]."""
+"""Duration of the paper's tests of sensors and of actuators [s]."""
 LEG = 600.0
-"""Longest drive in one piece [s]."""
+"""Longest duration of a single drive [s]."""
 UNSEEN = 1000
-"""The rounds drawn at random from this number on are driven by no calibration."""
+"""First number of the random rounds that no calibration uses."""
 
 
 @dataclass(frozen=True)
@@ -41,13 +41,13 @@ class Drive:
     """One drive to be recorded.
 
     Args:
-        course: name of a round, see `rounds.course`
-        seconds: how long
+        course: name of a course, see `vehicles.course`
+        seconds: duration
         vehicle: number of the demonstrator, see `vehicles.vehicle`
-        seed: of sensors' noise, slopes, wind
-        injected: what fails
+        seed: seed of sensor noise, slopes and wind
+        injected: injected faults
         swing: whether the split of the steering torque alternates
-        later: what has changed since the calibration, and by what factor, see `vehicles.changed`
+        later: property that has changed since the calibration, and its factor, see `vehicles.changed`
     """
 
     course: str
@@ -60,20 +60,20 @@ class Drive:
 
     @property
     def name(self) -> str:
-        """Name by fault, place and vehicle."""
+        """Name by faults, course, vehicle and seed."""
         faults = ", ".join(each.name for each in self.injected) or "healthy"
         later = f", {self.later[0]} times {self.later[1]:g}" if self.later else ""
         return f"{faults}, {self.course}, vehicle {self.vehicle}{later}, seed {self.seed}"
 
     @property
     def driven(self) -> Vehicle:
-        """The demonstrator and its sensors."""
+        """The demonstrator and its sensors, as changed since the calibration."""
         known = vehicle(self.vehicle, self.swing)
         return changed(known, *self.later) if self.later else known
 
 
 def calibration_drives(vehicle: int = 1, swing: bool = True) -> tuple[Drive, tuple[Drive, ...]]:
-    """Five fault-free minutes for parameters, and an hour for thresholds, on rounds drawn at random.
+    """Fault-free drives on random rounds: five minutes for the parameters, and an hour for the thresholds.
 
     Args:
         vehicle: number of the demonstrator
@@ -85,10 +85,10 @@ def calibration_drives(vehicle: int = 1, swing: bool = True) -> tuple[Drive, tup
 
 
 def healthy_drives(hours: float, vehicles: Sequence[int] = (1, 2, 3), swing: bool = True) -> list[Drive]:
-    """Fault-free drives on rounds that no calibration has seen, in legs of ten minutes, the vehicles by turns.
+    """Fault-free drives on rounds that no calibration uses, ten minutes each, with the vehicles in turn.
 
     Args:
-        hours: all together
+        hours: total duration [h]
         vehicles: numbers of the demonstrators
         swing: see `Drive`
     """
@@ -102,13 +102,14 @@ def healthy_drives(hours: float, vehicles: Sequence[int] = (1, 2, 3), swing: boo
 
 
 def changed_drives(hours: float, share: float = 0.1, vehicles: Sequence[int] = (1, 2, 3)) -> list[Drive]:
-    """Fault-free drives of cars whose mass, cornering stiffness or tyre radius is no longer that of the calibration.
+    """Fault-free drives of vehicles whose mass, cornering stiffness or tyre radius has changed since the calibration.
 
     Args:
-        hours: all together
-        share: by which it has changed, up and down by turns
+        hours: total duration [h]
+        share: relative change, up and down in turn [-]
         vehicles: numbers of the demonstrators
     """
+    # A change stays for one turn of all vehicles, so that every vehicle gets every change.
     changes = [(what, 1.0 + sign * share) for what in LATER for sign in (1.0, -1.0)]
     drives = healthy_drives(hours, vehicles)
     return [
@@ -118,7 +119,7 @@ def changed_drives(hours: float, share: float = 0.1, vehicles: Sequence[int] = (
 
 
 def kinds_of_the_paper(sensor: str, in_the_loop: bool = False) -> tuple[Injected, ...]:
-    """Total loss, offset of either sign, and an outlier of one second, from 20 s on.
+    """Faults of the paper's tests: total loss, offset of either sign, and an outlier of one second, from 20 s on.
 
     Source: Li, Frey, Gauterin, section 5; sizes of `faults`.
     """
@@ -136,7 +137,7 @@ def sensor_tests(vehicle: int = 1, in_the_loop: bool = False, swing: bool = True
 
     Args:
         vehicle: number of the demonstrator
-        in_the_loop: whether the automated driver uses the faulty reading too
+        in_the_loop: whether the automated driver uses the faulty reading as well
         swing: see `Drive`
     """
     return [
@@ -148,14 +149,14 @@ def sensor_tests(vehicle: int = 1, in_the_loop: bool = False, swing: bool = True
 
 
 def actuator_tests(vehicle: int = 1, share: float = 1.0, swing: bool = True) -> list[Drive]:
-    """The nine tests of the actuators: both steering motors and one drive on three rounds, each by itself.
+    """The nine tests of the actuators: either steering motor or one drive lost, on three rounds.
 
-    The paper names three losses on each of three rounds without a list; the right drive fails on the long round, the
-    left one on the two others.
+    The paper has three losses on each of three rounds, but does not list them. Here the right drive fails on the long
+    round, the left one on the two others.
 
     Args:
         vehicle: number of the demonstrator
-        share: of the torque that is lost
+        share: lost share of the torque [-]
         swing: see `Drive`
     """
     drives = {SHORT: "drive_left", LONG: "drive_right", THIRD: "drive_left"}
@@ -167,11 +168,11 @@ def actuator_tests(vehicle: int = 1, share: float = 1.0, swing: bool = True) -> 
 
 
 def supply_tests(vehicle: int = 1, share: float = 1.0, swing: bool = True) -> list[Drive]:
-    """Both steering motors, or both drives, without what feeds or enables them, on three rounds.
+    """Tests with a common cause, such as a lost supply: both steering motors or both drives lost, on three rounds.
 
     Args:
         vehicle: number of the demonstrator
-        share: of the torque that both lose
+        share: share of the torque that both lose [-]
         swing: see `Drive`
     """
     return [
@@ -182,19 +183,19 @@ def supply_tests(vehicle: int = 1, share: float = 1.0, swing: bool = True) -> li
 
 
 def both_motors(vehicle: int = 1, swing: bool = True) -> Drive:
-    """Both steering motors without torque from 104 s on, as in Figures 12 to 14 of the paper."""
+    """Drive with both steering motors without torque from 104 s on, as in Figures 12 to 14 of the paper."""
     return Drive(SHORT, 106.0, vehicle, 20 + vehicle, (lost("steering_motor_1"), lost("steering_motor_2")), swing)
 
 
 def more_kinds(
     vehicle: int = 1, course: str = SHORT, seed: int = 0, sizes: Sequence[float] = (1.0,), seconds: float = TEST_SECONDS
 ) -> list[Drive]:
-    """Every kind of fault of every sensor, in several sizes.
+    """Drives with every kind of fault of every sensor, in several sizes.
 
     Args:
         vehicle: number of the demonstrator
         course, seed, seconds: see `Drive`
-        sizes: multiples of the offset of the tests; other kinds are scaled so that they do as much harm
+        sizes: multiples of the offset of the tests; the other kinds are scaled to disturb the reading as much
     """
     drives = []
     for sensor, size in product(SENSORS, sizes):
@@ -215,7 +216,7 @@ def more_kinds(
 
 
 def sensor_pairs(vehicle: int = 1, course: str = SHORT, seed: int = 0) -> list[Drive]:
-    """All 15 pairs of sensors at once: lost, and with offsets; the second one fails 2 s after the first."""
+    """Drives with each of the 15 pairs of sensors, both lost or both with offsets; the second fails 2 s later."""
     drives = []
     for first, second in combinations(SENSORS, 2):
         lost_pair = (Injected(first, LOSS), Injected(second, LOSS, start=22.0))
@@ -225,7 +226,7 @@ def sensor_pairs(vehicle: int = 1, course: str = SHORT, seed: int = 0) -> list[D
 
 
 def mixed_pairs(vehicle: int = 1, course: str = SHORT, seed: int = 0, share: float = 1.0) -> list[Drive]:
-    """Every sensor, with its offset, together with every actuator that has lost a share of its torque 2 s later."""
+    """Drives with an offset of every sensor and, 2 s later, a lost share of the torque of every actuator."""
     return [
         Drive(
             course,

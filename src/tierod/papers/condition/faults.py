@@ -1,4 +1,4 @@
-"""Faults of the drives: which sensor or actuator, how, how much, when."""
+"""Injected faults: element, kind, size and time."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ LOSS, STUCK, OFFSET, GAIN, DRIFT, OUTLIER, NOISE, DELAY = (
     *("loss", "stuck", "offset", "gain", "drift", "outlier", "noise", "delay"),
 )
 KINDS = (LOSS, STUCK, OFFSET, GAIN, DRIFT, OUTLIER, NOISE, DELAY)
-"""Kinds of faults of a sensor; an actuator has losses alone."""
+"""Kinds of sensor faults; an actuator has losses only."""
 
 OFFSETS = {
     "wheel_speed_rear_left": 2.0,
@@ -34,10 +34,10 @@ OFFSETS = {
     "steering_shaft_torque": 3.0,
     "tie_rod_force": 250.0,
 }
-"""Size of the tests' offset of every sensor, in the unit of its signal; the paper names none."""
+"""Offset of every sensor in the tests, in the unit of its signal; the paper prints none."""
 
 OUTLIER_FACTOR = 3.0
-"""An outlier is this multiple of the signal, for a second; the paper names none."""
+"""Factor on the signal during an outlier of one second; the paper prints none."""
 
 TORQUES = {
     "steering_motor_1": "steering_motor_1_torque",
@@ -45,7 +45,7 @@ TORQUES = {
     "drive_left": "drive_torque_left",
     "drive_right": "drive_torque_right",
 }
-"""Channel of every actuator's torque."""
+"""Actuator -> channel of its torque."""
 
 TARGETS = {
     "steering_motor_1": "steering_motor_1_target_torque",
@@ -53,22 +53,21 @@ TARGETS = {
     "drive_left": "target_drive_torque_left",
     "drive_right": "target_drive_torque_right",
 }
-"""Channel of the torque that is asked of every actuator."""
+"""Actuator -> channel of its commanded torque."""
 
 _READ_IN_THE_LOOP = ("wheel_speed_rear_left", "wheel_speed_rear_right", "yaw_rate", "steering_wheel_angle")
 
 
 @dataclass(frozen=True)
 class Injected:
-    """One fault of one drive, which is the truth that a diagnosis is held against.
+    """One injected fault of a drive, the truth for its score.
 
     Args:
-        element: a sensor by its signal, or an actuator ("steering_motor_1")
+        element: signal of a sensor, or name of an actuator ("steering_motor_1")
         kind: one of `KINDS`
-        size: of an offset in the unit of the signal, of a gain or an outlier the factor, of a drift per second, of
-            noise its standard deviation, of a delay in seconds, of an actuator's loss the share lost; NaN where a kind
-            has none
-        start, end: of the fault
+        size: fault magnitude: offset in the unit of the signal, factor of a gain or outlier, drift per second, standard
+            deviation of noise, delay in seconds, lost share of an actuator's torque; NaN for a kind without one
+        start, end: beginning and end of the fault
         in_the_loop: whether the automated driver uses the faulty reading, as well as the recording
     """
 
@@ -87,12 +86,12 @@ class Injected:
 
     @property
     def in_recording_alone(self) -> bool:
-        """Whether it affects the recording alone, as in a sensor that no control unit uses."""
+        """Whether the fault affects the recording alone, as in a sensor that no controller uses."""
         return self.element not in TORQUES and not (self.in_the_loop and self.element in _READ_IN_THE_LOOP)
 
     @property
     def fault(self) -> Fault:
-        """The fault as the proving ground takes it."""
+        """The fault as an object of the proving ground."""
         lasts, trigger = self.end - self.start, AtTime(self.start)
         if self.element in TORQUES:
             return Fault(f"actuator.{TORQUES[self.element]}", TorqueLoss(self.size), trigger, lasts)
@@ -110,11 +109,11 @@ class Injected:
 
 
 def lost(actuator: str, share: float = 1.0, start: float = 104.0, end: float = 200.0) -> Injected:
-    """An actuator that gives less, or nothing.
+    """A loss of torque of an actuator.
 
     Args:
         actuator: its name
-        share: of the torque that is lost
-        start, end: of the fault [s]; those of Figures 12 to 17 of Li, Frey, Gauterin if not given
+        share: lost share of the torque [-]
+        start, end: beginning and end of the fault [s]; by default those of Figures 12 to 17 of Li, Frey, Gauterin
     """
     return Injected(actuator, LOSS, share, start, end)

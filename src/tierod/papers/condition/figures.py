@@ -1,4 +1,4 @@
-"""The figures of the paper redrawn from our drives: residuals after their thresholds, and states, real and declared."""
+"""Figures of the paper redrawn from virtual drives: residuals beyond their thresholds, true and declared states."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from tierod.papers.condition.truth import Declared, truths
 from tierod.papers.condition.vehicles import SHORT
 
 RULES = "rules"
-"""The variant whose residuals and thresholds are shown: the corrected equations."""
+"""Variant whose residuals and thresholds are shown: the corrected equations."""
 
 TEXT = (
     "The cases that the paper shows, on our short round: a lost left rear wheel speed (7, 8, 10), both steering motors "
@@ -38,7 +38,7 @@ BOTH = (
 )
 UNITS = ("m/s", "m/s", "rad/s", "rad", "N·m", "N")
 EIGHT = tuple(f"r{number}a" for number in range(1, 9))
-"""The residuals of actuators that the paper has."""
+"""Residuals of the actuators in the paper."""
 _SEED, _LATE = 11, 21
 
 
@@ -73,7 +73,7 @@ def items(effort: Effort) -> Iterator[Item]:
 
 
 class _View:
-    """Drives with the declarations of some calibrated diagnoses."""
+    """Charts of drives with the declarations of some calibrated diagnoses."""
 
     def __init__(self, known: Mapping[tuple[str, int], Any], names: Sequence[str]):
         self.known, self.names = known, names
@@ -88,12 +88,13 @@ class _View:
         span: tuple[float, float],
         only: Sequence[str] = (),
     ) -> Chart:
-        """Residuals beyond their thresholds."""
+        """Chart of the residuals that are beyond their thresholds."""
         recording = recorded(drive)
         ratios = self._ratios(recording)
         time = recording["yaw_rate"].time
         inside = (time >= span[0]) & (time < span[1])
         names = [each.name for each in residuals if each.name in (only or ratios)]
+        # `flags` draws from bottom to top.
         rows = {name: (np.abs(ratios[name]) > 1.0)[inside] for name in reversed(names)}
         fault = drive.injected[0]
         panel = flags(title, time[inside], rows, fault.start, fault.end)
@@ -114,7 +115,7 @@ class _View:
         span: tuple[float, float],
         caption: str = "",
     ) -> Chart:
-        """Real and declared states."""
+        """Chart of true and declared states."""
         recording = recorded(drive)
         said = {name: diagnosed(name, drive, recording, self.known) for name in self.names}
         time = recording["yaw_rate"].time
@@ -135,7 +136,7 @@ class _View:
         )
 
     def _ratios(self, recording: Recording) -> dict[str, np.ndarray]:
-        """Residuals in thresholds; zero where a residual is not there."""
+        """Ratios of the residuals to their thresholds; zero where a residual is missing."""
         monitor = self.monitor
         result = scan(AllResiduals(monitor.sensors, monitor.actuators), samples_of(recording))
         lively = Excitation._make(result[f"excitation.{name}"] for name in Excitation._fields)
@@ -149,7 +150,7 @@ class _View:
 
 
 def _state(each: Declared, element: str) -> np.ndarray:
-    """1 where it is declared, a half where it is one of several that are named together."""
+    """1 where an element is declared faulty, 0.5 where it is one of several candidates, else 0."""
     return np.where(each.said("faulty", element), 1.0, 0.5 * each.said("candidates", element))
 
 

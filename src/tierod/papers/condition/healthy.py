@@ -1,4 +1,4 @@
-"""Fault-free driving: false alarms on rounds that no calibration has seen, and of vehicles that have changed since."""
+"""Fault-free driving: false alarms on rounds that no calibration uses, and of vehicles that have changed since."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ TEXT = (
     "a fault.",
 )
 HOURS, THOROUGH, CHANGED, CHANGED_THOROUGH = 3.0, 100.0, 1.0, 20.0
-"""Hours of fault-free driving in all and in thorough studies, and of changed vehicles."""
+"""Hours of fault-free driving in a usual and in a thorough study; the same for changed vehicles [h]."""
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """False alarms of all diagnoses, and their bound."""
+    """Table of false alarms of all diagnoses with their upper bound, and the claims."""
     if not VARIANTS:
         return
     hours = 0.1 if effort.quick else THOROUGH if effort.thorough else HOURS

@@ -1,4 +1,4 @@
-"""Odd driving, wiring and logging of a fault-free vehicle: the whole monitor's verdicts, and no false alarm."""
+"""Verdicts of the whole monitor on unusual driving, wiring and logging of a fault-free vehicle."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _JUDGED = (Status.HEALTHY, Status.FAULT, Status.SUSPECT)
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """One row for every odd recording."""
+    """Table with one row for every odd recording, and the claims."""
     if BEST not in VARIANTS:
         return
     vehicle = calibrations((BEST,), (1,), effort)[VARIANTS[BEST].module, 1].vehicle
@@ -54,7 +54,7 @@ def items(effort: Effort) -> Iterator[Item]:
 
 
 def _unlike(name: str, each: Diagnosis | str) -> str:
-    """The verdict beside the expected one, and its own cause."""
+    """Final and expected verdict of a recording with the cause that the monitor gives."""
     if isinstance(each, str):
         return f"{name}: refused, {each}"
     finding = each.findings[0]
@@ -63,7 +63,7 @@ def _unlike(name: str, each: Diagnosis | str) -> str:
 
 
 def said(recording: Recording, vehicle: Vehicle) -> Diagnosis | str:
-    """Diagnosis of a recording, or why there is none."""
+    """Diagnosis of a recording, or the reason for its refusal."""
     try:
         return diagnose(recording, vehicle, MONITOR)
     except TierodError as error:
@@ -78,7 +78,7 @@ def declared_faulty(each: Diagnosis | str) -> tuple[str, ...]:
 
 
 def time_declared_faulty(each: Diagnosis | str, recording: Recording) -> float:
-    """For how long sensors and actuators are called faulty, added up [s]."""
+    """Time for which elements are declared faulty, summed over all of them [s]."""
     if isinstance(each, str):
         return 0.0
     end = recording.span[1]
@@ -87,7 +87,7 @@ def time_declared_faulty(each: Diagnosis | str, recording: Recording) -> float:
 
 
 def as_expected(name: str, each: Diagnosis | str) -> bool:
-    """Whether a recording ends in the expected verdict, with a cause unless that is healthy."""
+    """Whether a recording ends with the expected verdict, and with a cause unless it is healthy."""
     if isinstance(each, str):
         return False
     finding = each.findings[0]
@@ -97,7 +97,7 @@ def as_expected(name: str, each: Diagnosis | str) -> bool:
 
 
 def row(each: Diagnosis | str, recording: Recording) -> tuple[str, str, str, str, str]:
-    """Verdict, what is at fault, for how long, what is not judged, and why."""
+    """Table row: verdict, faulty elements, time declared faulty, elements not judged, and cause."""
     if isinstance(each, str):
         return "refused", "", "", "", each
     finding = each.findings[0]

@@ -1,4 +1,4 @@
-"""Recordings of fault-free vehicles that must not be diagnosed as faulty: odd driving, wiring and logging."""
+"""Recordings of fault-free vehicles with unusual driving, wiring or logging, which must not cause a false alarm."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ from tierod.proving_ground.courses.conditions import Adhesion, Along
 from tierod.proving_ground.run import run
 
 STEERING = ("steering_wheel_angle", "steering_shaft_torque", "tie_rod_force")
-"""Signals of the steering's own bus."""
+"""Signals of the steering bus."""
 SECONDS = 60.0
 HALT = 60.0
-"""Place of the halt on ice [m]."""
+"""Position of the halt on ice along the round [m]."""
 
 
 def odd_drives(number: int = 1) -> dict[str, Recording]:
-    """Recordings of a fault-free vehicle by what is odd about them.
+    """Unusual recordings of a fault-free vehicle, by name.
 
     Args:
-        number: of the vehicle
+        number: number of the demonstrator
     """
     usual = recorded(Drive(SHORT, SECONDS, number, 71))
     long = recorded(Drive(LONG, SECONDS, number, 72))
@@ -68,16 +68,16 @@ NOT_HEALTHY: Mapping[str, Status] = {
     "tie rod force is silent from 20 s on": Status.NOT_AVAILABLE,
     "targets are missing from 20 s on": Status.NOT_AVAILABLE,
 }
-"""Expected verdict of each odd recording; all others end in healthy."""
+"""Name of an unusual recording -> expected verdict; all others end with healthy."""
 
 
 def on_ice(number: int, name: str, seconds: float = SECONDS) -> Recording:
     """A fault-free drive on a slippery road.
 
     Args:
-        number: of the vehicle
-        name: in `SLIPPERY`
-        seconds: how long
+        number: number of the demonstrator
+        name: name in `SLIPPERY`
+        seconds: duration [s]
     """
     return _on(number, SLIPPERY[name](), seconds)
 
@@ -88,13 +88,13 @@ def _on(number: int, course: AnyCourse, seconds: float = SECONDS) -> Recording:
 
 
 def _braking_on_ice() -> AnyCourse:
-    """The long round with a halt on a straight that is ice."""
+    """The long round with a halt on an icy straight."""
     ice = Adhesion(window=Along(HALT - 30.0, HALT + 16.0, 1.0), left=0.3, right=0.3)
     return replace(_circuit(LONG), time=SECONDS, speed=9.0, halts=(Halt(HALT, 2.0),), conditions=(ice,))
 
 
 def _starting_on_ice() -> AnyCourse:
-    """The long round, its first 20 m of ice."""
+    """The long round with ice on its first 20 m."""
     ice = Adhesion(window=Along(-5.0, 20.0, 1.0), left=0.2, right=0.2)
     return replace(_circuit(LONG), time=SECONDS, speed=9.0, conditions=(ice,))
 
@@ -106,7 +106,7 @@ def _circuit(name: str) -> Circuit:
 
 
 def _icy(left: float, right: float) -> AnyCourse:
-    """The long round, taken slowly, with ice all along its first bend."""
+    """The long round at low speed, with ice along its first bend."""
     ice = Adhesion(window=Along(78.0, 110.0, 1.0), left=left, right=right)
     return replace(_circuit(LONG), time=SECONDS, speed=9.0, conditions=(ice,))
 
@@ -117,11 +117,11 @@ SLIPPERY: Mapping[str, Callable[[], AnyCourse]] = {
     "braking harder than ice holds": _braking_on_ice,
     "driving off harder than ice holds": _starting_on_ice,
 }
-"""Courses that are slippery somewhere, by what is odd about them."""
+"""Name -> maker of a course that is slippery in places."""
 
 
 def sliced(recording: Recording, start: float) -> Recording:
-    """A recording from an instant on [s], its clock beginning anew."""
+    """The part of a recording after a time [s], with its clock reset to zero."""
     channels = {}
     for name, each in recording.channels.items():
         kept = each.time >= start
@@ -130,19 +130,19 @@ def sliced(recording: Recording, start: float) -> Recording:
 
 
 def without(recording: Recording, name: str) -> Recording:
-    """A recording that lacks a channel."""
+    """The recording without a channel."""
     return Recording(
         {each: channel for each, channel in recording.channels.items() if each != name}, recording.metadata
     )
 
 
 def scaled(recording: Recording, name: str, factor: float) -> Recording:
-    """A recording with one channel in another scale."""
+    """A recording with one channel multiplied by a factor."""
     return _changed(recording, (name,), lambda time, values: factor * values)
 
 
 def late(recording: Recording, names: Iterable[str], delay: float, start: float = 0.0) -> Recording:
-    """A recording in which some channels come late [s], from an instant on [s]."""
+    """A recording in which some channels are delayed [s] from a start on [s]."""
     return _changed(
         recording,
         names,
@@ -154,10 +154,10 @@ def ending(recording: Recording, names: Iterable[str], start: float, how: str = 
     """A recording in which some channels end.
 
     Args:
-        recording: as it was
-        names: of the channels
-        start: time from which they are dead [s]
-        how: "silent" without any value, "zero", or "held" at the last one
+        recording: original recording
+        names: names of the channels
+        start: time at which they end [s]
+        how: "silent" without values, "zero", or "held" at the last value
     """
 
     def end(time: np.ndarray, values: np.ndarray) -> np.ndarray:
@@ -168,13 +168,13 @@ def ending(recording: Recording, names: Iterable[str], start: float, how: str = 
 
 
 def with_gaps(recording: Recording, names: Iterable[str], length: float, every: float = 10.0) -> Recording:
-    """A recording in which some channels are missing for a while, again and again.
+    """A recording in which some channels have periodic gaps.
 
     Args:
-        recording: as it was
-        names: of the channels
-        length: of each gap [s]
-        every: from gap to gap [s]; the first one begins half of it into the recording
+        recording: original recording
+        names: names of the channels
+        length: duration of a gap [s]
+        every: period of the gaps [s]; the first one begins after half a period
     """
 
     def gap(time: np.ndarray, values: np.ndarray) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Faults injected into recordings of real cars: detected and isolated, and no alarm where none was injected."""
+"""Faults injected into recordings of real cars: detection, isolation, and false alarms without a fault."""
 
 from __future__ import annotations
 
@@ -49,10 +49,10 @@ class Judged(NamedTuple):
     """Diagnosis of the recording of a car.
 
     Args:
-        quiet: as it was made, after the learning
-        found: with every fault; observable by the less exact of the two criteria below
-        asked: observable by the accuracy required of the demonstrator's sensors
-        own: observable by the accuracy that the other sensors of this car reach
+        quiet: score of the unchanged recording after its learning part
+        found: scores with every fault; observable by the less accurate of the two criteria below
+        asked: the same, observable by the accuracy required of the demonstrator's sensors
+        own: the same, observable by the accuracy that the other sensors of this car reach
     """
 
     quiet: DriveScore
@@ -62,7 +62,7 @@ class Judged(NamedTuple):
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Faults detected and isolated in both recordings."""
+    """Tables and claims on the faults in both recordings."""
     if BEST not in VARIANTS:
         return
     yield Heading("Real cars", TEXT)
@@ -155,7 +155,7 @@ def _claims(car: RealCar, of: Judged, own: Mapping[str, float]) -> list[Claim]:
 
 
 def _beside(own: Mapping[str, float]) -> str:
-    """Accuracies of a car beside those of the demonstrator, and what the bank reckons with."""
+    """Text with the accuracies of a car beside those required of the demonstrator, and the noises of the bank."""
     words = ", ".join(
         f"{name.replace('_', ' ')} {known:.2g} ({KNOWN[name]:.2g} asked of the demonstrator)"
         for name, known in own.items()
@@ -168,10 +168,10 @@ def _beside(own: Mapping[str, float]) -> str:
 
 
 def at_other_instants(here: Mapping[RealCar, Recording]) -> Table:
-    """The bank alone, with the same faults all over what is judged.
+    """Table of the bank with the same faults at many instants of the judged part.
 
     Args:
-        here: the cars whose recordings there are
+        here: available recordings, by car
     """
     rows = []
     for car, recording in here.items():
@@ -228,14 +228,15 @@ def judged(
     quick: bool = False,
     kinds: Callable[[str, float, float], tuple[Injected, ...]] | None = None,
 ) -> Judged:
-    """Scores of the recording as it is, after the learning, and with every injected fault.
+    """Scores of a recording after its learning part, unchanged and with every injected fault.
 
     Args:
-        car: whose recording it is
-        recording: as it was made
-        name: of the diagnosis, the bank or the rules that discriminate
-        quick: whether one instant of each fault has to do
-        kinds: faults of a sensor from a start that last so long; those of the tests if None
+        car: car of the recording
+        recording: original recording
+        name: diagnosis, the bank or the rules that discriminate
+        quick: whether each fault is injected at one instant only
+        kinds: function that gives the faults of a sensor from its name, start [s] and duration [s]; those of the tests
+            if None
     """
     own = accuracy(car, recording)
     measures = [{name: max(own[name], KNOWN[name]) for name in SENSORS}, KNOWN, own]
@@ -255,12 +256,12 @@ def judged(
 
 
 def faults_of(sensor: str, start: float, lasting: float) -> tuple[Injected, ...]:
-    """The faults of the tests of a sensor.
+    """The faults of the tests for one sensor.
 
     Args:
-        sensor: that fails
-        start: on the clock of the recording [s]
-        lasting: for so long; an outlier for a second [s]
+        sensor: signal of the sensor
+        start: beginning of the faults on the clock of the recording [s]
+        lasting: duration of all but the outlier, which lasts for a second [s]
     """
     end, size = start + lasting, OFFSETS[sensor]
     return (
@@ -278,7 +279,7 @@ def _scored(
     faults: tuple[Injected, ...],
     measures: Sequence[Mapping[str, float]],
 ) -> list[DriveScore]:
-    """Scores after the learning, by every criterion of observability; the recording is the truth."""
+    """Scores after the learning part, one per criterion of observability; the unchanged recording is the truth."""
     declared = diagnosis(injected(fault_free, [each.fault for each in faults]) if faults else fault_free)
     time = declared.time
     judged_from = int(np.searchsorted(time, time[0] + car.learning))
@@ -291,12 +292,13 @@ def _scored(
         {name: each[judged_from:] for name, each in read.items()},
         {},
     )
+    # A label for the score; nothing is simulated.
     drive = Drive(car.name, float(time[-1]), 0, 0, faults)
     later = declared.since(judged_from)
     return [score(drive, truth._replace(known=known), later) for known in measures]
 
 
 def _failing(each: Injected, time: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Readings of a sensor with a fault."""
+    """Readings of a sensor with a fault injected."""
     name = each.element
     return injected(Recording({name: Channel(name, time, values, "")}), [each.fault])[name].values

@@ -30,15 +30,15 @@ from tierod.papers.condition.rules.rule_monitor import RuleMonitor, rule_monitor
 from tierod.papers.condition.truth import Declared
 
 SETTLED = 2.0
-"""Not looked at, at the beginning of a recording [s]."""
+"""Warm-up at the start of a recording, which is not used [s]."""
 
 
 def said(bank: Bank, recording: Recording) -> Declared:
     """Declarations of the bank over a recording.
 
     Args:
-        bank: of the car
-        recording: as it was made, or with faults
+        bank: bank of the car
+        recording: recording, with or without injected faults
     """
     samples = sampled(recording)
     return declared_of(scan(bank, samples.values), samples.time)
@@ -47,11 +47,11 @@ def said(bank: Bank, recording: Recording) -> Declared:
 def accuracy(car: RealCar, recording: Recording) -> dict[str, float]:
     """Accuracy with which the other sensors of a car estimate each reading [unit of the sensor].
 
-    The root of the mean squared error of the filter that leaves the sensor out, on the beginning of the recording.
+    It is the root mean square error of the filter that leaves the sensor out, on the learning part of the recording.
 
     Args:
-        car: whose recording it is
-        recording: fault-free
+        car: car of the recording
+        recording: fault-free recording
     """
     samples, base = sampled(recording), RollingFilter.of_vehicle(car.known)
     found = {}
@@ -67,20 +67,21 @@ def accuracy(car: RealCar, recording: Recording) -> dict[str, float]:
 
 
 def healthy_ratios(car: RealCar, recording: Recording, start: float, stop: float) -> tuple[float, float, float]:
-    """The largest ratios of a stretch of a fault-free recording [nat].
+    """Largest log-likelihood ratios in a part of a fault-free recording [nat].
 
-    Over the short time those of hypotheses with and without wheels, over the long time that of any.
+    Three values: of the short mean, for hypotheses with and without wheels; of the long mean, for any hypothesis.
 
     Args:
-        car: whose recording it is
-        recording: fault-free
-        start, stop: of the stretch, from the beginning of the recording [s]
+        car: car of the recording
+        recording: fault-free recording
+        start, stop: bounds of the part, from the start of the recording [s]
     """
     explanations = hypotheses_of_cars()
     count = len(explanations) - 1
     bank = rolling_monitor(car.known, unreachable(explanations))
     ratios = scan(replace(bank, judge=Watching(bank.judge.decision)), sampled(recording).values).values
     largest = lasting(ratios[round(start * RATE) : round(stop * RATE)]).max(axis=0)
+    # The short means of all hypotheses come first, then the long ones, each with the fault-free hypothesis in front.
     fast, slow = largest[1 : count + 1], largest[count + 2 :]
     wheels = np.array([any(name in ALL_WHEELS for name in each.sensors) for each in explanations[1:]])
     return float(fast[wheels].max()), float(fast[~wheels].max()), float(slow.max())
@@ -88,18 +89,18 @@ def healthy_ratios(car: RealCar, recording: Recording, start: float, stop: float
 
 RULES = "rules-discriminating"
 MARGIN = 1.5
-"""Of a threshold over the largest fault-free residual: wider than the paper's, since little of it is known."""
+"""Ratio of a threshold to the largest fault-free residual [-]: larger than the paper's, as there is little data."""
 OFFSET_START = 0.5
 """Standard deviation of the accelerometer's offset on roads with 5 % of grade [m/s**2]."""
 OFFSET_GROWTH = 0.05
-"""And its growth where the grade changes within a few hundred metres [m/s**2 after a second]."""
+"""Random walk of that offset where the grade changes within a few hundred metres [m/s**2 after a second]."""
 
 
 def parameters_of(car: RealCar) -> ResidualParameters:
-    """The car, as far as it is known; what the residuals of the steering's torques would need is left at little.
+    """Known parameters of a car; those that only the residuals of the steering torques need are placeholders.
 
     Args:
-        car: which one
+        car: the car
     """
     known = car.known
     names = ("mass", "yaw_inertia", "front_distance", "rear_distance", "steering_ratio", "track_width")
@@ -116,11 +117,11 @@ def parameters_of(car: RealCar) -> ResidualParameters:
 
 
 def learnt(car: RealCar, recording: Recording) -> RuleMonitor:
-    """The rules on a car, its understeer and thresholds from the beginning of the recording.
+    """The rules for a car, with understeer and thresholds from the learning part of its recording.
 
     Args:
-        car: which one
-        recording: of it, on one grid
+        car: the car
+        recording: its recording on one time grid, see `on_grid`
     """
     samples = samples_of(recording)[: round(car.learning * RATE)]
     parameters = parameters_of(car)
@@ -134,6 +135,7 @@ def learnt(car: RealCar, recording: Recording) -> RuleMonitor:
         values = result[f"residuals.{name}"][settled][result[f"there.{name}"][settled] > 0.5]
         if len(values):
             centre = float(np.median(values))
+            # A residual that hardly moves on the learning part would get a threshold of zero.
             largest = max(float(np.max(np.abs(values - centre))), 1e-3)
             thresholds[name] = ResidualThreshold(MARGIN * largest, centre=centre)
         else:
@@ -144,7 +146,7 @@ def learnt(car: RealCar, recording: Recording) -> RuleMonitor:
 
 
 def _on_slopes(speed: AdaptiveSpeed) -> AdaptiveSpeed:
-    """The filter of the speed on roads that climb, where gravity is an offset of the accelerometer that changes."""
+    """The filter of the speed for roads with grade, where gravity acts as a varying offset of the accelerometer."""
     known = speed.speed
     variance = (known.initial_variance[0], OFFSET_START**2)
     growth = (known.process_noise[0], OFFSET_GROWTH**2 / RATE)
@@ -152,7 +154,7 @@ def _on_slopes(speed: AdaptiveSpeed) -> AdaptiveSpeed:
 
 
 def _understeer(parameters: ResidualParameters, samples: np.ndarray) -> Coefficients:
-    """Understeer and offset of the steering angle, by least squares on rolling."""
+    """Understeer and offset of the steering angle, by least squares against the steer angle of rolling without slip."""
     left, right, yaw, turned = samples[:, :4].T
     rolling = np.array([steer_of_rolling(*each, parameters) for each in zip(yaw, left, right, strict=True)], float)
     regressors = np.column_stack([0.5 * (left + right) * yaw, np.ones(len(samples))])

@@ -1,4 +1,4 @@
-"""Recordings of two real cars, with their sensors, as far as they have those of the demonstrator."""
+"""Recordings of two real cars, with those of the demonstrator's sensors that they have."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from tierod.core.recording import Channel, Recording
 from tierod.vehicles import Vehicle, load
 
 DATA = "TIEROD_DATA"
-"""Environment variable that names the folder of the real recordings; without it ../shared/data is looked into."""
+"""Environment variable with the folder of the real recordings; the default is ../shared/data."""
 
 RATE = 100.0
-"""Of the grid [Hz]."""
+"""Sampling rate of the grid [Hz]."""
 
 SENSORS = ("wheel_speed_rear_left", "wheel_speed_rear_right", "yaw_rate", "steering_wheel_angle")
-"""The judged sensors that production cars have."""
+"""Judged sensors that production cars have."""
 
 _LATERAL = "lateral_acceleration"
 _ALONG = "longitudinal_acceleration"
 _SMOOTHING = 0.2
-"""Over this time the speed of the front wheels is smoothed where it gives the longitudinal acceleration [s]."""
+"""Window of the moving average of the front wheel speed before it is differentiated [s]."""
 
 
 @dataclass(frozen=True)
@@ -34,13 +34,13 @@ class RealCar:
     """A recording of a real car.
 
     Args:
-        name: as people call it
-        file: folder and name of the recording
-        vehicle: its vehicle file
-        dbc: database of its bus, if it needs one
-        learning: so long from the beginning constants are chosen and accuracies are measured; what is later is judged
-        starts: of the injected faults, on the clock of the recording
-        lasting: how long each lasts
+        name: name of the car for tables
+        file: folder and file name of the recording
+        vehicle: name of its vehicle file
+        dbc: bus database, if the recording needs one
+        learning: duration of the first part, on which constants and accuracies are determined; the rest is judged
+        starts: beginnings of the injected faults on the clock of the recording [s]
+        lasting: duration of each fault
     """
 
     name: str
@@ -53,11 +53,11 @@ class RealCar:
 
     @property
     def known(self) -> Vehicle:
-        """Vehicle that the file of the car holds."""
+        """Vehicle file of the car."""
         return load(self.vehicle)
 
     def recording(self) -> Recording | None:
-        """The recording as it was made; None where it is absent or cannot be read with what is installed."""
+        """The original recording; None where it or the library of its reader is missing."""
         from tierod.io.derive import complete
         from tierod.io.readers import read
 
@@ -71,10 +71,12 @@ class RealCar:
 
 
 def on_grid(made: Recording) -> Recording:
-    """All signals that rules need at the same times, front wheels left aside; the acceleration from those if missing.
+    """All signals that the rules need, on one time grid.
+
+    A missing longitudinal acceleration is derived from the front wheel speeds, which the rules do not use.
 
     Args:
-        made: a recording of a real car
+        made: recording of a real car
     """
     wanted = (*SENSORS, _LATERAL, *([_ALONG] if _ALONG in made else []))
     first = max(made[name].time[0] for name in wanted)
@@ -88,10 +90,11 @@ def on_grid(made: Recording) -> Recording:
 
 
 def _from_front_wheels(made: Recording, time: np.ndarray) -> np.ndarray:
-    """Longitudinal acceleration of the front wheels, which are not judged [m/s**2]."""
+    """Longitudinal acceleration from the front wheel speeds [m/s**2]."""
     names = ("wheel_speed_front_left", "wheel_speed_front_right")
     speed = sum(np.interp(time, made[name].time, made[name].values) for name in names) / 2.0
     count = round(_SMOOTHING * RATE)
+    # `convolve` pads with zeros, which would look like hard braking at both ends.
     padded = np.pad(speed, count, mode="edge")
     smooth = np.convolve(padded, np.ones(count) / count, "same")[count:-count]
     return np.gradient(smooth, 1.0 / RATE)
@@ -101,4 +104,4 @@ CARS = (
     RealCar("RAV4", ("rav4_highway_minute", "can.log"), "rav4", "rav4", 30.0, (33.0, 42.0, 51.0), 6.0),
     RealCar("passenger car", ("revsted_slip_angle", "obd.csv"), "revsted-car", None, 9.0, (10.0, 13.5, 17.0), 2.0),
 )
-"""A minute of highway at 8 to 20 m/s, and 20 s of tight bends at 3 to 10 m/s."""
+"""The recordings: a minute of highway at 8 to 20 m/s, and 20 s of tight bends at 3 to 10 m/s."""

@@ -1,4 +1,4 @@
-"""Drives made into recordings at 100 Hz, results of many drives, and the fault-free drives of a calibration."""
+"""Recordings of drives at 100 Hz, work over many drives in parallel, and the recordings of a calibration."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from tierod.proving_ground.run import Outcome, run
 from tierod.proving_ground.sensors import SensorSet
 
 RATE = 100.0
-"""Of all channels [Hz]."""
+"""Sampling rate of all channels [Hz]."""
 
 TRUTHS = {
     "truth_wheel_speed_rear_left": "m/s",
@@ -44,26 +44,27 @@ TRUTHS = {
     "truth_position_y": "m",
     "truth_lateral_offset": "m",
 }
-"""True signals that are kept beside the measured ones, and their units."""
+"""True signals that are kept beside the measured ones -> unit."""
 
 UNITS = {name: SIGNALS[name].unit for name in MEASURED} | TRUTHS
-"""Of all channels."""
+"""Channel -> unit, for all channels of a recording."""
 
 
 def outcome(drive: Drive) -> Outcome:
-    """The run of a drive, with all that the proving ground records."""
+    """Simulates a drive and returns the complete outcome of the proving ground."""
     car, sensors = drive.driven
     way = course(drive.course, drive.seconds, drive.seed)
     return run(car, way, drive.seconds, drive.seed, sensors, [each.fault for each in drive.injected])
 
 
 def recorded(drive: Drive) -> Recording:
-    """The recording of a drive: `MEASURED`, and `TRUTHS` beside them, on one grid of 100 Hz.
+    """The recording of a drive: `MEASURED` and `TRUTHS` on one time grid of 100 Hz.
 
-    Faults that the recording alone shows are put into the recording of the drive without them, which several share.
+    Faults that affect the recording alone are injected into the recording of the drive without them, so that several
+    drives share one simulation.
 
     Args:
-        drive: what to drive
+        drive: the drive
     """
     late = tuple(each for each in drive.injected if each.in_recording_alone)
     driven = replace(drive, injected=tuple(each for each in drive.injected if not each.in_recording_alone))
@@ -81,7 +82,7 @@ def _driven(drive: Drive) -> Recording:
 
 
 def as_recorded(made: Recording) -> Recording:
-    """A recording of the proving ground as those of `recorded` are: `MEASURED` and `TRUTHS` alone, on one grid."""
+    """Reduces a recording of the proving ground to `MEASURED` and `TRUTHS` on one time grid, as `recorded` does."""
     return _recording(_columns(made))
 
 
@@ -96,15 +97,15 @@ def _recording(columns: dict[str, np.ndarray]) -> Recording:
 
 
 def deviations(drive: Drive, recording: Recording) -> dict[str, np.ndarray]:
-    """Deviation of everything that fails in a drive from its value without the fault, sample by sample.
+    """Deviation of every faulty element from its fault-free value at each sample.
 
     Args:
-        drive: with its faults
-        recording: of the drive
+        drive: drive with its faults
+        recording: recording of the drive
 
     Returns:
-        by element: of a sensor its reading less that of a fault-free sensor, noise aside, in its unit; of an actuator
-        the torque commanded less the torque given [N*m]
+        by element: reading of a sensor less that of a fault-free sensor without noise, in its unit; commanded less
+        delivered torque of an actuator [N*m]
     """
     sensors = drive.driven.sensors
     found = {}
@@ -117,12 +118,12 @@ def deviations(drive: Drive, recording: Recording) -> dict[str, np.ndarray]:
 
 
 def fault_free(sensor: str, recording: Recording, sensors: SensorSet) -> np.ndarray:
-    """Readings of a sensor without fault and noise, in its unit."""
+    """Readings of a sensor without fault and noise, but with its gain and bias, in its unit."""
     return sensors[sensor].gain * recording[f"truth_{sensor}"].values + sensors[sensor].bias
 
 
 def truth(actuator: str) -> str:
-    """Channel of the torque that an actuator gives."""
+    """Channel of the torque that an actuator delivers."""
     return f"truth_{TORQUES[actuator]}"
 
 
@@ -130,9 +131,9 @@ def each(work: Callable[[Drive, Recording], Any], drives: Sequence[Drive], effor
     """Results of a function for every drive's recording, in the order of the drives.
 
     Args:
-        work: importable function of drive and recording, with picklable results, or a partial of one
-        drives: what to drive
-        effort: what makes the drives
+        work: importable function of drive and recording with picklable results, or a partial of one
+        drives: the drives
+        effort: effort of the study, with the workers
 
     Raises:
         InputError: a drive failed, with the reason
@@ -145,17 +146,17 @@ def _worked(work: Callable[[Drive, Recording], Any], drive: Drive) -> Any:
 
 
 QUICK_SECONDS = 80.0
-"""Of driving that the parameters of a quick study come from; little more than a calibration takes at all."""
+"""Driving for the parameters of a quick study [s]; little more than a calibration requires at least."""
 QUICK_DRIVES = 2
-"""Of ten minutes each, that limits of a quick study come from: with less they cannot be designed at all."""
+"""Drives of ten minutes for the limits of a quick study; with fewer, limits cannot be designed."""
 
 
 class CalibrationSet(NamedTuple):
-    """Recordings of a fault-free vehicle.
+    """Fault-free recordings of a vehicle for its calibration.
 
     Args:
-        fitted: that parameters are found in
-        healthy: that limits and thresholds are designed on
+        fitted: recordings for the parameters
+        healthy: recordings for limits and thresholds
     """
 
     fitted: list[Recording]
@@ -163,12 +164,12 @@ class CalibrationSet(NamedTuple):
 
 
 def calibration_set(number: int, quick: bool, drives: int = QUICK_DRIVES) -> CalibrationSet:
-    """Five fault-free minutes of a vehicle and an hour; 80 seconds and a few drives of ten minutes if quick.
+    """Five fault-free minutes and an hour of a vehicle; if quick, 80 s and a few drives of ten minutes.
 
     Args:
-        number: of the vehicle
-        quick: whether a few minutes have to do
-        drives: how many of ten minutes then
+        number: number of the demonstrator
+        quick: whether the set is short
+        drives: number of drives of ten minutes in a short set
     """
     first, hour = calibration_drives(number)
     first = replace(first, seconds=QUICK_SECONDS) if quick else first

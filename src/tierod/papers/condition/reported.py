@@ -1,4 +1,4 @@
-"""The demonstrators and seeds of the reported drives: drawn anew whenever the monitor that is judged changes."""
+"""Demonstrators and seeds of the reported drives, which change whenever the condition monitor changes."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from tierod.monitors.condition.monitor import condition_monitor
 from tierod.vehicles import load
 
 COUNT = 3
-"""Demonstrators that the tests are driven with."""
+"""Number of demonstrators in the tests."""
 
 USED = 100
-"""Numbers of demonstrators up to this one were driven while thresholds were chosen, and are not reported."""
+"""Demonstrators up to this number were used while thresholds were chosen, and are not reported."""
 
 
 @cache
 def first_vehicle() -> int:
-    """Number of the first demonstrator: its parameters, and the seeds of its drives, are drawn by it."""
+    """Number of the first demonstrator, which determines its parameters and the seeds of its drives."""
     return USED + 1 + 10 * (reported_seed(condition_monitor(load("smartload"))) % 100_000)
 
 
 def vehicles(effort: Effort) -> tuple[int, ...]:
-    """Numbers of the demonstrators of a study; one where it is quick."""
+    """Numbers of the demonstrators of a study; a single one if it is quick."""
     return tuple(range(first_vehicle(), first_vehicle() + (1 if effort.quick else COUNT)))

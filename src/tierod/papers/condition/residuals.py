@@ -1,4 +1,4 @@
-"""Sensitivity of every residual, with fixed and adaptive thresholds, and the effect on the rules."""
+"""Sensitivity of every residual with fixed and adaptive thresholds, and their effect on the rules."""
 
 from __future__ import annotations
 
@@ -36,18 +36,18 @@ from tierod.papers.condition.truth import truth_of
 from tierod.vehicles import load
 
 USUAL = Excitation(8.0, 0.2, 2.0, 0.5)
-"""A lively drive of the demonstrator, at which adaptive thresholds are quoted."""
+"""Excitation of a lively drive of the demonstrator, at which adaptive thresholds are quoted."""
 
 
 @dataclass(frozen=True)
 class JudgedResidual:
-    """One residual and how it is judged.
+    """One residual with its decision.
 
     Args:
-        residual: what it is: equation, signals, unit, condition, correction
-        deviation: standard deviation while all is well, in its unit
-        threshold: of it, fixed or widening
-        rule: that stops: one value beyond the threshold, which then counts for the hold-on of the rules
+        residual: entry of the catalogue
+        deviation: fault-free standard deviation, in its unit
+        threshold: threshold, fixed or adaptive
+        rule: stopping rule: one value beyond the threshold, which the rules then hold for their hold-on time
     """
 
     residual: Residual
@@ -57,17 +57,17 @@ class JudgedResidual:
 
     @property
     def distance(self) -> str:
-        """Input of the rule, in words."""
+        """Decision variable of the rule, as text."""
         return "off its healthy median, in thresholds" if self.threshold.centre else "off zero, in thresholds"
 
     @property
     def sigmas(self) -> float:
-        """The threshold at `USUAL` excitation, in standard deviations."""
+        """Threshold at the excitation `USUAL`, in standard deviations."""
         return float(self.threshold.at(USUAL)) / self.deviation
 
     @property
     def condition(self) -> str:
-        """Condition under which it is judged, in words."""
+        """Enabling condition, as text."""
         words = {
             "moving": "above walking speed",
             "gentle": "below 6 m/s2 across",
@@ -78,11 +78,11 @@ class JudgedResidual:
 
 
 def judged(name: str, calibration: ResidualCalibration) -> JudgedResidual:
-    """A residual as a calibration judges it.
+    """A residual with its decision by a calibration.
 
     Args:
-        name: of the residual
-        calibration: from fault-free drives
+        name: name of the residual
+        calibration: calibration on fault-free drives
 
     Raises:
         ParameterError: there is no such residual
@@ -104,7 +104,7 @@ SOURCE = "Li, Frey, Gauterin, Figure 7 and section 3.9"
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Signatures of the faults, thresholds, and the rules with either kind of threshold."""
+    """Signatures of the faults, thresholds, and scores of the rules with fixed and with adaptive thresholds."""
     tests = sensor_tests(VEHICLE)[:: 7 if effort.quick else 1]
     known = _calibrated(effort)
     monitors = {name: rule_monitor(_car(), each, RULES) for name, each in known.items()}

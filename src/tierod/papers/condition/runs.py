@@ -1,4 +1,4 @@
-"""Drives through diagnoses: calibrated once for every vehicle, driven once for all variants, scored alike."""
+"""Runs diagnoses over drives: calibrates once per vehicle, simulates once for all variants, and scores alike."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from tierod.papers.condition.truth import Declared, truth_of
 
 
 class Variant(NamedTuple):
-    """A way to diagnose a recording.
+    """A diagnosis of the study.
 
     Args:
-        title: for tables
-        module: with `calibrate(vehicle, quick)`, which gives something picklable that is known of a vehicle, and
-            `declare(known, recording, name)`, which gives a `Declared`
+        title: title for tables
+        module: module with `calibrate(vehicle, quick)`, which returns a picklable calibration of a vehicle, and
+            `declare(known, recording, name)`, which returns a `Declared`
     """
 
     title: str
@@ -35,10 +35,10 @@ VARIANTS: Mapping[str, Variant] = {
     "rules-discriminating": Variant("rules that discriminate", _RULES),
     "bank": Variant("bank of filters", "tierod.papers.condition.by_bank"),
 }
-"""Every diagnosis that the study holds against the others, by the name of the monitor's variant."""
+"""Diagnoses that the study compares, by the name of the monitor's variant."""
 
 BEST = "bank"
-"""The default diagnosis, which the goals are about."""
+"""The default diagnosis, for which the goals are set."""
 
 _known: dict[tuple[str, int, bool], Any] = {}
 _scored: dict[tuple[Any, ...], list[DriveScore]] = {}
@@ -48,9 +48,9 @@ def calibrations(names: Iterable[str], vehicles: Iterable[int], effort: Effort) 
     """Calibrations of every variant to every vehicle, by (module of the variant, number of the vehicle).
 
     Args:
-        names: of the variants
+        names: names of the variants
         vehicles: numbers of the demonstrators
-        effort: how many processes, and whether a few minutes of driving have to do
+        effort: effort of the study, with the workers; a quick one calibrates on a few minutes
 
     Raises:
         InputError: a calibration failed
@@ -77,14 +77,15 @@ def diagnosed(name: str, drive: Drive, recording: Recording, known: Mapping[tupl
 
 
 def scores(drives: Sequence[Drive], effort: Effort, names: Sequence[str] | None = None) -> dict[str, list[DriveScore]]:
-    """The scores of many drives, by variant; computed once and cached.
+    """The scores of many drives, by variant; computed once and cached in the process.
 
     Args:
-        drives: what to drive
-        effort: how many processes, and whether calibration has to be short
-        names: of the variants; all if None
+        drives: the drives
+        effort: effort of the study, with the workers; a quick one calibrates on a few minutes
+        names: names of the variants; all if None
     """
     names = tuple(VARIANTS) if names is None else tuple(names)
+    # With the module itself, as tests put another module under the same name.
     key = {name: (name, import_module(VARIANTS[name].module), effort.quick, *drives) for name in names}
     missing = tuple(name for name in names if key[name] not in _scored)
     if missing:

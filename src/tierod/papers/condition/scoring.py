@@ -1,4 +1,4 @@
-"""A diagnosis of a drive held against what was injected: accuracy, delay, wrong names, kind, size, replaced values."""
+"""Score of a diagnosis against the injected faults: accuracy, delay, isolation, kind, size, and substitute values."""
 
 from __future__ import annotations
 
@@ -14,27 +14,27 @@ from tierod.papers.condition.faults import Injected
 from tierod.papers.condition.truth import Declared, Truth, truths
 
 ELEMENTS = (*SENSORS, *ACTUATORS)
-"""Everything that is judged."""
+"""All judged elements."""
 NAMED_AFTER = 2.0
-"""So long after the declaration kind and size are judged, or at the end of a shorter fault [s]."""
+"""Time after the declaration at which kind and size are judged [s]; at the end of a fault that is shorter."""
 GRACE = 2.0
-"""So long after the end of a fault its own declaration is no false alarm [s]; in the accuracy it counts at once."""
+"""Time after a fault in which its declaration is no false alarm [s]; the accuracy counts it as wrong at once."""
 SETTLED = 0.5
-"""Time after a fault is first observable from which its name counts [s]."""
+"""Time after a fault is first observable before its name counts [s]."""
 
 INTERVAL = 1.96
-"""Standard deviations to either side that hold a size 95 times in a hundred."""
+"""Half width of a 95 % interval in standard deviations."""
 
 FOUND, MISSED, NOT_TESTABLE = "found", "missed", "not testable"
 UNNAMED, AMBIGUOUS, NEVER = "none", "ambiguous", "never shows"
-"""In place of names: nothing is declared, several together, or the fault was never observable."""
+"""Stand for a name where nothing is declared, where several are candidates, and where a fault never is observable."""
 
 
 class StrictScore(NamedTuple):
-    """Score of a fault, observable as soon as a likelihood-ratio test with true parameters detects it.
+    """Score of a fault that counts as observable where a likelihood-ratio test with true parameters detects it.
 
     Args:
-        outcome, accuracy_excused, delay_shown: as of `FaultScore`
+        outcome, accuracy_excused, delay_shown: as in `FaultScore`
     """
 
     outcome: str
@@ -43,27 +43,27 @@ class StrictScore(NamedTuple):
 
 
 class FaultScore(NamedTuple):
-    """Score of one fault's diagnosis.
+    """Score of the diagnosis of one fault.
 
     Args:
         injected: the fault
-        accuracy: share of all samples of the drive at which the element's state is right
-        accuracy_excused: the same, without the samples at which the state is not observable and not right: the
-            fault is present or past, and makes no difference to the readings
-        outcome: FOUND, MISSED, or NOT_TESTABLE where it never was observable
-        delay: from its beginning to the first declaration; infinite where there is none
-        delay_shown: from the first sample at which it is observable; below zero where it was declared before, and
-            counted to the end of a fault that never is
-        delay_excited: the same, less the time in which it is not observable: a torque hardly commanded or a
-            signal near zero carries no information, and a fault may be observable for a moment long before it is again
-        delay_suspected: likewise, to where it is declared or named as one of several
-        shown: how long it was observable
-        kind_right: whether the kind is right; None where none is named
-        size_error: relative error of the size; NaN where none is named
+        accuracy: share of all samples of the drive at which the state of the element is right; eq (53)
+        accuracy_excused: the same without the samples at which the state is wrong but not observable, as the present or
+            past fault does not change the reading
+        outcome: FOUND, MISSED, or NOT_TESTABLE for a fault that is neither declared nor ever observable
+        delay: detection delay from the beginning of the fault; infinite if it is not declared
+        delay_shown: detection delay from the first observable sample; negative if declared before it, and counted to
+            the end of a fault that never is observable
+        delay_excited: observable time before the declaration: a torque that is hardly commanded, or a signal near zero,
+            carries no information, and a fault may be observable for a moment long before it is again
+        delay_suspected: observable time until the element is declared or is one of several candidates
+        shown: total observable time
+        kind_right: whether the named kind is right; None if none is named
+        size_error: relative error of the named size; NaN if none is named
         size_covered: whether the true size is within `INTERVAL` of the estimate; None without a size of the right kind
-        rmse: of the substitute value against that of a fault-free sensor, while declared; NaN without one
-        largest: greatest magnitude of that error
-        strict: the same fault by `Truth.strict`; None where that grade is not known
+        rmse: root mean square error of the substitute value while the sensor is declared; NaN without one
+        largest: largest magnitude of that error
+        strict: score of the same fault by `Truth.strict`; None where the noise is unknown
     """
 
     injected: Injected
@@ -84,16 +84,17 @@ class FaultScore(NamedTuple):
 
 
 class DriveScore(NamedTuple):
-    """Score of one drive's diagnosis.
+    """Score of the diagnosis of one drive.
 
     Args:
-        drive: what was driven
-        faults: score of everything that was injected
-        wrong_share: share of the time with faults in which a fault-free element is declared
-        false_alarms: declarations that begin while nothing, or something else, is at fault, those within a fault aside
-        healthy_hours: without fault
-        flagged_share: share of the fault-free time in which anything at all is declared
-        named: what was declared at most samples at which a fault shows and all have shown for a while
+        drive: the drive
+        faults: score of every injected fault
+        wrong_share: share of the time with faults in which a fault-free element is declared [-]
+        false_alarms: declarations that begin while no fault is present, except of an element whose fault has just ended
+        healthy_hours: fault-free time
+        flagged_share: share of the fault-free time in which anything is declared [-]
+        named: elements that are declared most often at the samples at which a fault is observable and all have been
+            observable for `SETTLED`
     """
 
     drive: Drive
@@ -106,12 +107,12 @@ class DriveScore(NamedTuple):
 
 
 def score(drive: Drive, truth: Truth, declared: Declared) -> DriveScore:
-    """The score of one drive.
+    """The score of the diagnosis of one drive.
 
     Args:
-        drive: with what was injected
-        truth: of its recording
-        declared: by the diagnosis, on the same samples
+        drive: drive with its faults
+        truth: truth of its recording
+        declared: declarations of the diagnosis on the same samples
     """
     time = declared.time
     faulty = truths(drive, time)
@@ -171,9 +172,10 @@ def _of_fault(
 def _graded(
     each: Injected, truth: Truth, time: np.ndarray, said: np.ndarray, there: np.ndarray, shown: np.ndarray
 ) -> StrictScore:
-    """Outcome, accuracy where the state is observable, and delay, by one grade of what is observable."""
+    """Outcome, accuracy and delay of a fault by one criterion of observability."""
     here = (time >= each.start - 1e-9) & (time < each.end - 1e-9)
     right, gone = said == there, (time >= each.end) & ~there
+    # After the fault, a remaining declaration is excused where the fault would not change the reading.
     counted = right | ~((there & ~shown) | (gone & ~truth.would_show(each, time)))
     first, began = _first(said & here), _first(shown & here)
     accuracy = float(np.mean(right[counted]))
@@ -184,14 +186,14 @@ def _graded(
 
 
 def _excited(shows: np.ndarray, first: int | None, time: np.ndarray) -> float:
-    """Time for which a fault has shown before a sample [s]; infinite where there is none."""
+    """Observable time of a fault before a sample [s]; infinite without that sample."""
     return math.inf if first is None else float(np.sum(shows[:first])) * _step(time)
 
 
 def _kind(
     each: Injected, declared: Declared, first: int | None, here: np.ndarray
 ) -> tuple[bool | None, float, bool | None]:
-    """Whether the kind is right, the relative error of the size, and whether its interval holds it."""
+    """Whether the kind is right, the relative error of the size, and whether its interval contains the true size."""
     kinds, sizes = declared.kind.get(each.element), declared.size.get(each.element)
     if first is None or kinds is None:
         return None, math.nan, None
@@ -207,7 +209,7 @@ def _kind(
 
 
 def _replaced(each: Injected, truth: Truth, declared: Declared, within: np.ndarray) -> tuple[float, float]:
-    """Root mean square and greatest magnitude of the error of the value in the sensor's place."""
+    """Root mean square and largest magnitude of the error of the substitute value."""
     value = declared.value.get(each.element)
     if value is None or each.element not in truth.fault_free or not within.any():
         return math.nan, math.nan
@@ -216,7 +218,7 @@ def _replaced(each: Injected, truth: Truth, declared: Declared, within: np.ndarr
 
 
 def _name(declared: Declared, shown: Mapping[str, np.ndarray], time: np.ndarray) -> str:
-    """Names of the elements declared for most of the time once all faults are observable, joined by " + "."""
+    """Most frequent set of declared elements once all faults have been observable, joined by " + "."""
     if not shown:
         return NEVER
     late = np.logical_and.reduce([_after(each, round(SETTLED / _step(time))) for each in shown.values()])
@@ -225,6 +227,7 @@ def _name(declared: Declared, shown: Mapping[str, np.ndarray], time: np.ndarray)
         return NEVER
     flags = np.array([declared.said("faulty", element)[late] for element in ELEMENTS])
     unsure = np.logical_or.reduce([declared.said("candidates", element)[late] for element in ELEMENTS])
+    # One bit per element makes sets of elements countable.
     codes = (1 << np.arange(len(ELEMENTS))) @ flags
     code, _ = Counter(zip(codes.tolist(), (unsure & (codes == 0)).tolist(), strict=True)).most_common(1)[0]
     names = [element for place, element in enumerate(ELEMENTS) if code[0] >> place & 1]
@@ -232,19 +235,19 @@ def _name(declared: Declared, shown: Mapping[str, np.ndarray], time: np.ndarray)
 
 
 def _after(shows: np.ndarray, samples: int) -> np.ndarray:
-    """Whether something has shown at least once, so many samples ago or more."""
+    """Whether a flag was set at least once, a number of samples ago or earlier."""
     ever = np.logical_or.accumulate(shows)
     return np.concatenate([np.zeros(min(samples, len(ever)), bool), ever[: max(len(ever) - samples, 0)]])
 
 
 def _false_alarms(said: np.ndarray, faulty: np.ndarray, any_fault: np.ndarray, time: np.ndarray) -> int:
-    """Declarations that begin outside all faults, those of the element itself soon after its fault aside."""
+    """Number of declarations that begin outside all faults, except soon after the fault of the element itself."""
     begins = said & ~np.concatenate([[False], said[:-1]])
     return int(np.sum(begins & ~any_fault & ~_soon_after(faulty, time)))
 
 
 def _soon_after(faulty: np.ndarray, time: np.ndarray) -> np.ndarray:
-    """Whether it is at fault or was within the time of grace."""
+    """Whether a fault is present or ended within `GRACE`."""
     last = np.maximum.accumulate(np.where(faulty, time, -math.inf))
     return time - last <= GRACE
 

@@ -1,4 +1,4 @@
-"""Verdicts of the bank where a number of its tuning is a fifth smaller or larger, all others as they are."""
+"""Sensitivity of the bank's verdicts to its tuning: each number 20 % smaller or larger, all others unchanged."""
 
 from __future__ import annotations
 
@@ -52,23 +52,23 @@ TEXT = (
 )
 FACTORS = (0.8, 1.2)
 UNCHANGED = 0.95
-"""Goal of the share of numbers that change no verdict."""
+"""Goal of the share of numbers that change no verdict [-]."""
 BEFORE, START, END, SECONDS = 5.0, 7.0, 11.0, 12.5
-"""From where on a drive is judged, a fault with the first bend, its end, and that of the drive [s]."""
+"""Start of the judged part, beginning of a fault (with the first bend), its end, and end of the drive [s]."""
 ROUND, ON_ICE = 40.0, 20.0
 """End of the fault-free drives, on a round and on ice [s]."""
 FURTHER = (STUCK, GAIN, DRIFT, NOISE, DELAY)
-"""Kinds beside those of the paper's tests; every sensor has one of them, by turns."""
+"""Kinds beside those of the paper's tests, which the sensors get in turn."""
 EVERY = 20
-"""Of a quick study only each so many numbers are varied, and only each so many drives are judged."""
+"""Step between the numbers that are varied in a quick study."""
 
 
 class Judged(NamedTuple):
-    """All drives, judged with one number varied.
+    """Results of all drives with one number varied.
 
     Args:
-        scores: of the drives, in their order
-        digests: of their outputs: equal where not one of them changed
+        scores: scores of the drives, in their order
+        digests: checksums of the outputs of the bank, equal where no output changed
     """
 
     scores: tuple[DriveScore, ...]
@@ -76,15 +76,15 @@ class Judged(NamedTuple):
 
 
 class Effect(NamedTuple):
-    """What changes with one number.
+    """Changes of the results by one number.
 
     Args:
-        changed: verdicts that differ
-        alarms: false alarms more
-        alarming: drives in which there are more
-        accuracy: mean accuracy more
-        delay: longest delay from where a fault is observable more
-        shows: whether any output differs at all
+        changed: names of the drives whose verdict differs
+        alarms: increase of the false alarms
+        alarming: names of the drives with more false alarms
+        accuracy: increase of the mean accuracy [-]
+        delay: increase of the longest delay, counted in observable time
+        shows: whether any output differs
     """
 
     changed: tuple[str, ...]
@@ -96,12 +96,13 @@ class Effect(NamedTuple):
 
 
 def drives(number: int) -> list[Drive]:
-    """Drives with faults and without, beside those on ice.
+    """Drives with faults and without, except those on ice.
 
     Args:
-        number: of the vehicle
+        number: number of the demonstrator
     """
     seed = 60 + number
+    # Reversed, so that the first drive of a kind remains, with its positive size.
     every = {
         (each.injected[0].element, each.injected[0].kind): each for each in reversed(more_kinds(number, SHORT, seed))
     }
@@ -121,7 +122,7 @@ def drives(number: int) -> list[Drive]:
 
 
 def _short(drive: Drive) -> Drive:
-    """A drive whose faults come sooner and last shorter: the second of two so much after the first as before."""
+    """A drive with earlier and shorter faults; the time between two faults stays the same."""
     first = drive.injected[0].start
     injected = tuple(
         replace(each, start=(start := START + each.start - first), end=start + 1.0 if each.kind == OUTLIER else END)
@@ -131,7 +132,7 @@ def _short(drive: Drive) -> Drive:
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """One row for every number, in a thorough study; a few of them in a quick one."""
+    """Table with one row per number in a thorough study, and for a few in a quick one; nothing in a usual study."""
     if BEST not in VARIANTS or not (effort.thorough or effort.quick):
         return
     vehicle = first_vehicle()
@@ -140,6 +141,7 @@ def items(effort: Effort) -> Iterator[Item]:
     chosen = [each for each in every if each.used and not each.off][:: EVERY if effort.quick else 1]
     asked = [None, *product(chosen, FACTORS)]
     found = effort.made(partial(judged, known, vehicle, effort.quick), asked, lambda each: f"a variation ({each})")
+    # The first result is that of the unchanged bank; two follow for each number.
     effects = {each: [effect(found[0], one) for one in found[1 + 2 * k : 3 + 2 * k]] for k, each in enumerate(chosen)}
     yield Heading("Numbers a fifth smaller or larger", TEXT)
     yield _table(effects, every, found[0])
@@ -147,13 +149,13 @@ def items(effort: Effort) -> Iterator[Item]:
 
 
 def judged(known: Known, vehicle: int, quick: bool, asked: tuple[Number, float] | None) -> Judged:
-    """All drives, judged by the bank with one number varied; as it is if None."""
+    """Results of all drives by the bank with a number multiplied by a factor; unchanged if None."""
     bank = known.bank if asked is None else varied(known.bank, *asked)
     return judged_by(bank, prepared(vehicle, quick))
 
 
 def judged_by(bank: Bank, every: Sequence[Prepared]) -> Judged:
-    """All drives, judged by a bank."""
+    """Results of all drives by a bank."""
     scanner: Scanner = Scanner(bank)
     scores, digests = [], []
     for each in every:
@@ -164,7 +166,7 @@ def judged_by(bank: Bank, every: Sequence[Prepared]) -> Judged:
 
 
 class Prepared(NamedTuple):
-    """A drive, ready to be judged."""
+    """A drive with its truth, sampling times and the samples of the bank."""
 
     drive: Drive
     truth: Truth
@@ -174,11 +176,11 @@ class Prepared(NamedTuple):
 
 @lru_cache(maxsize=2)
 def prepared(vehicle: int, quick: bool) -> tuple[Prepared, ...]:
-    """All drives of a vehicle, each driven once in a process.
+    """All drives of a vehicle, simulated once per process.
 
     Args:
-        vehicle: its number
-        quick: whether a few of them have to do
+        vehicle: number of the demonstrator
+        quick: whether only a few drives are made
     """
     every = drives(vehicle)
     made = [_prepared(each, recorded(each)) for each in (every[:: len(every) // 4] if quick else every)]
@@ -186,14 +188,14 @@ def prepared(vehicle: int, quick: bool) -> tuple[Prepared, ...]:
 
 
 def _prepared(drive: Drive, recording: Recording) -> Prepared:
-    """The drive without its straight beginning."""
+    """The drive without its straight start."""
     injected = tuple(replace(each, start=each.start - BEFORE, end=each.end - BEFORE) for each in drive.injected)
     drive, recording = replace(drive, seconds=drive.seconds - BEFORE, injected=injected), sliced(recording, BEFORE)
     return Prepared(drive, truth_of(drive, recording), recording["yaw_rate"].time, aligned(recording))
 
 
 def effect(usual: Judged, other: Judged) -> Effect:
-    """What changes from one to another."""
+    """Changes from one result to another."""
     pairs = list(zip(usual.scores, other.scores, strict=True))
     return Effect(
         tuple(before.drive.name for before, after in pairs if _verdict(before) != _verdict(after)),
@@ -241,14 +243,14 @@ def _table(effects: Mapping[Number, Sequence[Effect]], every: Sequence[Number], 
 
 
 def _weight(both: Sequence[Effect]) -> float:
-    """What comes first: verdicts and false alarms, then accuracy and delay."""
+    """Sorting key of the rows: changed verdicts and false alarms, then accuracy and delay, then any change at all."""
     verdicts = sum(len(each.changed) + abs(each.alarms) for each in both)
     rest = max(min(abs(each.accuracy) + 0.01 * abs(each.delay), 0.5) for each in both)
     return verdicts + rest + 1e-9 * any(each.shows for each in both)
 
 
 def _reason(number: Number, both: Sequence[Effect]) -> str:
-    """The whole of it where the number decides a verdict."""
+    """The complete reason of a number that changes a verdict, otherwise its first clause."""
     return number.reason if any(each.changed for each in both) else first_clause(number.reason)
 
 
@@ -263,6 +265,7 @@ def _cells(both: Sequence[Effect]) -> tuple[str, ...]:
     changes = (
         [len(each.changed) for each in both],
         [each.alarms for each in both],
+        # Adding 0.0 turns a rounded -0.0 into 0.0.
         [round(each.accuracy, 3) + 0.0 for each in both],
         [round(each.delay, 2) + 0.0 for each in both],
     )

@@ -1,4 +1,4 @@
-"""The 48 tests of the sensors: every diagnosis by the measure of the paper, and the figures that it prints."""
+"""The 48 tests of the sensors: accuracy of every diagnosis as the paper defines it, and its figures."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ VALUES = {
     "steering_shaft_torque": (0.35, "N*m"),
     "tie_rod_force": (45.0, "N"),
 }
-"""Goal of the error of every sensor's replaced value, root mean square, and its unit."""
+"""Sensor -> goal of the root mean square error of its substitute value, and the unit."""
 
 BACK = (
     f"A sensor that is right again counts as whole after {Returning.recovers:g} s in which its fault would show; near "
@@ -46,13 +46,13 @@ PLACES = tuple(name.replace("_", " ") for name in SENSORS)
 
 
 def campaign(effort: Effort) -> list[Drive]:
-    """The tests of all vehicles, or a few of one."""
+    """Tests on all vehicles; a few tests on one vehicle if quick."""
     drives = [drive for number in vehicles(effort) for drive in sensor_tests(number)]
     return drives[::5] if effort.quick else drives
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Accuracy as in Figure 20, delays, confusion, replaced values."""
+    """Tables, Figure 20 and claims on accuracy, detection delay, isolation and substitute values."""
     if not VARIANTS:
         return
     drives = campaign(effort)
@@ -127,7 +127,7 @@ def _claims(of: Sequence[DriveScore]) -> Iterator[Claim]:
 
 
 def _delays(of: Sequence[DriveScore]) -> Iterator[Claim]:
-    """How late outliers, offsets and losses are named."""
+    """Claims on the detection delay of outliers, offsets and losses."""
     by_kind = {kind: [each for each in of if _of_kind(kind)(each)] for kind in (OFFSET, OUTLIER, LOSS)}
     found = {kind: summary(several) for kind, several in by_kind.items()}
     shown = {kind: causes.late(several, lambda fault: fault.delay_shown) for kind, several in by_kind.items()}
@@ -144,7 +144,7 @@ def _delays(of: Sequence[DriveScore]) -> Iterator[Claim]:
 
 
 def _strict_claims(of: Sequence[DriveScore]) -> Iterator[Claim]:
-    """The same, where a fault is observable as soon as a test with true parameters and motion detects it."""
+    """Claims for faults that count as observable where a test with true parameters and motion detects them."""
     known, sees = summary(of).strict, "seen by a likelihood-ratio test with true parameters"
     yield _claim("strict-missed", f"Faults missed, {sees}.", known.missed, exactly(0.0), causes.missed(of))
     worst = f"Accuracy of the worst test of faults {sees}."
@@ -183,7 +183,7 @@ def _baseline(found: tables.Scores) -> Iterator[Claim]:
 
 
 def _weakest(of: Sequence[DriveScore]) -> str:
-    """The sensors and kinds of least accuracy, and how many faults were not named by their own name."""
+    """Text with the sensors and kinds of lowest accuracy, and the number of faults that were not isolated."""
     faults = [fault for each in of for fault in each.faults]
     groups = dict.fromkeys((fault.injected.element, fault.injected.kind) for fault in faults)
     mean = {
@@ -197,5 +197,5 @@ def _weakest(of: Sequence[DriveScore]) -> str:
 
 
 def longest(delays: np.ndarray) -> float:
-    """The longest of some delays [s]; NaN of none."""
+    """The last of ascending delays [s]; NaN without any."""
     return float(delays[-1]) if len(delays) else float("nan")

@@ -1,4 +1,4 @@
-"""Sensitivity of residuals to faults: by equation, and in the drives; and where the two disagree."""
+"""Sensitivity of residuals to faults by their equations and as measured, and the disagreements of both."""
 
 from __future__ import annotations
 
@@ -19,14 +19,15 @@ from tierod.papers.condition.rules.readings import Excitation
 from tierod.papers.condition.rules.rule_monitor import RuleMonitor
 
 SEEN, UNSEEN = 0.05, 0.01
-"""Shares of a fault's time: from the first on a residual counts as sensitive, up to the second as insensitive."""
+"""Shares of a fault's time beyond the threshold: a residual counts as sensitive from the first on, and as insensitive
+up to the second [-]."""
 BEHIND = {
     "steering_motor_1": "target_steering_wheel_angle",
     "steering_motor_2": "target_steering_wheel_angle",
     "drive_left": "target_vehicle_speed",
     "drive_right": "target_vehicle_speed",
 }
-"""What every actuator makes true, beside giving the torque that it is asked for."""
+"""Actuator -> target that it follows, beside its commanded torque."""
 _FILTERED = "the two-stage filter leaves a wheel out that differs from the other"
 _SCRUB = "a drive on one side alone turns the front wheels about their axes, which the equation leaves out"
 ASIDE = {
@@ -35,15 +36,15 @@ ASIDE = {
     ("r14", "wheel_speed_rear_left"): _FILTERED,
     **{(name, drive): _SCRUB for name in ("r3", "r19") for drive in ("drive_left", "drive_right")},
 }
-"""Known reasons; elsewhere it is the size beside the threshold."""
+"""Residual and element -> known reason of a disagreement; elsewhere it is the size against the threshold."""
 
 
 class Seen(NamedTuple):
     """Response of a residual to a fault.
 
     Args:
-        share: of the fault's time beyond the threshold
-        reach: of the residual over its threshold, exceeded in 5 % of the fault's time
+        share: share of the fault's time in which the residual is beyond its threshold [-]
+        reach: ratio of the residual to its threshold that is exceeded in 5 % of the fault's time [-]
     """
 
     share: float
@@ -51,16 +52,16 @@ class Seen(NamedTuple):
 
 
 Signatures = Mapping[tuple[str, str], Mapping[str, Seen]]
-"""By element and kind, what each residual made of it."""
+"""Element and kind of a fault -> residual -> its response."""
 
 
 def signatures(tests: Sequence[Drive], recordings: Sequence[Recording], monitor: RuleMonitor) -> Signatures:
-    """Responses of every residual to the faults of some drives, mean over all of one element and kind.
+    """Responses of every residual to the faults of some drives, as means by element and kind.
 
     Args:
         tests: drives with one fault each
-        recordings: of them
-        monitor: whose residuals and thresholds are taken
+        recordings: their recordings
+        monitor: rules with the residuals and thresholds
     """
     block = AllResiduals(monitor.sensors, monitor.actuators)
     names = [each.name for each in (*SENSOR_RESIDUALS, *ACTUATOR_RESIDUALS)]
@@ -86,17 +87,17 @@ def signatures(tests: Sequence[Drive], recordings: Sequence[Recording], monitor:
 
 
 def uses(residual: str, element: str) -> bool:
-    """Whether the fault of an element enters a residual, by its equation.
+    """Whether the fault of an element enters a residual by its equation.
 
-    That of a sensor enters where its reading does; that of an actuator where something is compared to what it is asked
-    for, or to what it makes true.
+    The fault of a sensor enters with its reading, that of an actuator with its commanded torque or with the target that
+    the actuator follows.
     """
     signals = RESIDUALS[residual].signals
     return element in signals if element in SENSORS else bool({TARGETS[element], BEHIND[element]} & set(signals))
 
 
 def of_kinds(seen: Signatures) -> Table:
-    """The share of every fault's time in which each residual of the sensors is beyond its threshold."""
+    """Table with the share of every fault's time in which each residual of the sensors is beyond its threshold."""
     names = tuple(each.name for each in SENSOR_RESIDUALS)
     rows = tuple(
         (f"{sensor} {kind}", *(_share(found[name].share) for name in names))
@@ -108,7 +109,7 @@ def of_kinds(seen: Signatures) -> Table:
 
 
 def theory_and_measurement(seen: Signatures) -> Table:
-    """Every residual against every element: sensitivity by equation, and the largest share over all kinds of faults."""
+    """Table of residuals against elements: sensitivity by equation, and the largest measured share over all kinds."""
     elements = [each for each in (*SENSORS, *ACTUATORS) if any(element == each for element, _ in seen)]
     rows = tuple(
         (name, *(_cell(name, element, _largest(seen, name, element)) for element in elements)) for name in RESIDUALS
@@ -123,7 +124,7 @@ def theory_and_measurement(seen: Signatures) -> Table:
 
 
 def disagreements(seen: Signatures) -> Table:
-    """Residuals insensitive to a fault in their equation, or sensitive to one that is not, and why."""
+    """Table of residuals that are insensitive to a fault in their equation or sensitive to another, with the reason."""
     rows = tuple(_disagreements(seen)) or (("none", "", "", "", ""),)
     title = "Where equations and measurement disagree on residuals"
     return Table(title, ("residual", "fault of", "by its equation", "measured", "why"), rows)

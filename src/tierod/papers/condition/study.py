@@ -1,4 +1,4 @@
-"""The study of condition monitoring: one part after the other, in the order of the paper."""
+"""The study of condition monitoring: its parts in the order of the paper."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ PARTS: Mapping[str, str] = {
     "real_cars": "real cars",
     "sensitivity": "numbers a fifth smaller or larger",
 }
-"""Module of every part, and what it is about."""
+"""Module of every part -> its title for the progress."""
 
 
 def items(effort: Effort, progress: Progress) -> Iterator[Item]:
-    """All that the study finds out."""
+    """Headings, tables, charts and claims of all parts."""
     for done, (name, title) in enumerate(PARTS.items()):
         progress(done / len(PARTS), title)
         part: Callable[[Effort], Iterator[Item]] = import_module(f"tierod.papers.condition.{name}").items

@@ -1,4 +1,4 @@
-"""Error of every substitute of a sensor, with the parameters of a calibration and with those of the shipped file."""
+"""Error of every substitute of a sensor, with calibrated parameters and with those of the shipped vehicle file."""
 
 from __future__ import annotations
 
@@ -32,22 +32,22 @@ TEXT = (
     "writes them into the table that the monitor goes by.",
 )
 HOURS = 1.0
-"""Of fault-free driving, for plain relations."""
+"""Fault-free driving for the plain relations [h]."""
 SETTLED = 200
-"""First samples, over which nothing has settled."""
+"""Samples of warm-up, which are left out."""
 SEED = 400
-"""Of the drives with offsets; no calibration and no other part of the study has them."""
+"""First seed of the drives with offsets, which neither a calibration nor another part of the study uses."""
 
 Squares = dict[tuple[str, str, bool], tuple[float, int]]
-"""By sensor, substitute and whether the vehicle is calibrated: sum of squared errors, and of how many samples."""
+"""Sensor, substitute and whether the vehicle is calibrated -> sum of squared errors, and number of samples."""
 
 
 class Error(NamedTuple):
     """Root-mean-square error of a substitute, in the unit of its sensor.
 
     Args:
-        calibrated: with calibrated parameters
-        uncalibrated: with those of the shipped vehicle file
+        calibrated: error with calibrated parameters
+        uncalibrated: error with the parameters of the shipped vehicle file
     """
 
     calibrated: float
@@ -58,7 +58,7 @@ def measured(effort: Effort) -> dict[str, dict[str, Error]]:
     """The errors of all substitutes, by sensor and name.
 
     Args:
-        effort: how many vehicles and processes
+        effort: effort of the study
     """
     chosen = vehicles(effort)
     found = calibrations(("bank",), chosen, effort)
@@ -79,7 +79,7 @@ def measured(effort: Effort) -> dict[str, dict[str, Error]]:
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """A table of the errors."""
+    """Table of the errors."""
     yield Heading("Substitutes of the sensors", TEXT)
     rows = tuple(
         (sensor, SIGNALS[sensor].unit, name.replace("-", " "), f"{error.calibrated:.3g}", f"{error.uncalibrated:.3g}")
@@ -90,7 +90,7 @@ def items(effort: Effort) -> Iterator[Item]:
 
 
 def _squares(known: Mapping[int, by_bank.Known], drive: Drive, recording: Recording) -> Squares:
-    """Squared errors of one drive: the filters' where a sensor fails, else those of plain relations."""
+    """Squared errors of one drive: of the bank's filter if a sensor fails, otherwise of the plain relations."""
     shipped = by_bank.Known(load("smartload"))
     found: Squares = {}
     for calibrated, car in ((True, known[drive.vehicle]), (False, shipped)):
@@ -101,7 +101,7 @@ def _squares(known: Mapping[int, by_bank.Known], drive: Drive, recording: Record
 
 
 def _held_out(drive: Drive, recording: Recording, car: by_bank.Known) -> dict[tuple[str, str], np.ndarray]:
-    """Errors of the bank's value for the sensor that fails, while it is declared."""
+    """Errors of the bank's substitute for the faulty sensor while it is declared."""
     (fault,) = drive.injected
     declared = by_bank.declare(car, recording, "bank")
     during = declared.faulty[fault.element] & (declared.time < fault.end) & (declared.time >= fault.start)
@@ -110,7 +110,7 @@ def _held_out(drive: Drive, recording: Recording, car: by_bank.Known) -> dict[tu
 
 
 def _related(drive: Drive, recording: Recording, vehicle: Vehicle) -> dict[tuple[str, str], np.ndarray]:
-    """Errors of all plain relations."""
+    """Errors of all plain relations on a fault-free drive."""
     readings: Any = ConditionSample(
         *(recording[name].values if name in recording else np.nan for name in ConditionSample._fields)
     )

@@ -1,4 +1,4 @@
-"""Figures of many scored drives together."""
+"""Statistics over many scored drives."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ from tierod.papers.condition.scoring import (
 
 
 class Strict(NamedTuple):
-    """Figures of the faults that a likelihood-ratio test with true parameters detects.
+    """Statistics with faults that count as observable where a likelihood-ratio test with true parameters detects them.
 
     Args:
-        missed: never declared
-        not_testable: not even seen by that test
-        worst: least accuracy without the samples at which that test detects nothing
-        delays: from the first sample at which that test detects them, of those found, ascending
+        missed: number of faults that were observable and never declared
+        not_testable: number of faults that were neither declared nor ever observable
+        worst: lowest accuracy without wrong samples at which the state is not observable [-]
+        delays: detection delays of the found faults from the first observable sample, ascending
     """
 
     missed: int
@@ -40,26 +40,26 @@ class Strict(NamedTuple):
 
 
 class Summary(NamedTuple):
-    """Figures of many drives; NaN where there is nothing to make one from.
+    """Statistics of many drives; NaN without data.
 
     Args:
-        drives: how many
-        accuracy, worst: mean and least of all faults' accuracy
-        excused, worst_excused: the same without the samples at which a fault is not observable
-        wrong: share of the time with faults in which a fault-free element is declared
-        missed: faults that were observable and never declared
-        not_testable: faults that never were observable
-        delays: from the fault, of those found, ascending
-        delays_shown: from the first sample at which it is observable, ascending
-        delays_excited: the same, less the time in which it is not observable, ascending
-        delays_suspected: likewise, to where it is named as one of several at least, ascending
-        kinds: share of right kinds among those named
-        size_error: 95 % quantile of the relative errors of sizes
-        covered: share of the sizes of rightly named kinds that are within their interval of 95 %
-        false_alarms: outside faults
-        healthy_hours: without fault
+        drives: number of drives
+        accuracy, worst: mean and lowest accuracy over all faults [-]
+        excused, worst_excused: the same without wrong samples at which the state is not observable [-]
+        wrong: mean share of the time with faults in which a fault-free element is declared [-]
+        missed: number of faults that were observable and never declared
+        not_testable: number of faults that were neither declared nor ever observable
+        delays: detection delays of the found faults from their beginning, ascending
+        delays_shown: the same from the first observable sample, ascending
+        delays_excited: observable time before the declaration of the found faults, ascending
+        delays_suspected: observable time until the element is declared or one of several candidates, ascending
+        kinds: share of right kinds among those named [-]
+        size_error: 95 % quantile of the relative errors of the sizes [-]
+        covered: share of the sizes of rightly named kinds within their 95 % interval [-]
+        false_alarms: number of false alarms
+        healthy_hours: fault-free time
         bound: upper 95 % bound of the rate of false alarms
-        strict: the same faults, observable as soon as a likelihood-ratio test with true parameters detects them
+        strict: statistics with faults that are observable where a test with true parameters detects them
     """
 
     drives: int
@@ -84,7 +84,7 @@ class Summary(NamedTuple):
 
 
 def summary(scores: Sequence[DriveScore]) -> Summary:
-    """All figures of some scored drives."""
+    """Statistics of scored drives."""
     faults = [fault for each in scores for fault in each.faults]
     faulty = [each for each in scores if each.faults]
     kinds = [fault.kind_right for fault in faults if fault.kind_right is not None]
@@ -128,23 +128,23 @@ def _delays(faults: Iterable[FaultScore], delay: Callable[[FaultScore], float]) 
 
 
 def mean(values: Iterable[float]) -> float:
-    """Mean; NaN of nothing."""
+    """Mean; NaN without values."""
     known = list(values)
     return float(np.mean(known)) if known else math.nan
 
 
 def least(values: Iterable[float]) -> float:
-    """The least; NaN of nothing."""
+    """Smallest value; NaN without values."""
     return min(values, default=math.nan)
 
 
 def share_within(delays: np.ndarray, limit: float) -> float:
-    """Share of delays up to a limit [s]; NaN of none."""
+    """Share of delays up to a limit [s]; NaN without delays."""
     return float(np.mean(delays <= limit + 1e-9)) if len(delays) else math.nan
 
 
 def confusion(scores: Iterable[DriveScore]) -> dict[str, Counter[str]]:
-    """Counts of the names that were declared for the faults of a drive, by what had failed."""
+    """Confusion matrix: true faults of a drive -> count of every declared name."""
     found: dict[str, Counter[str]] = defaultdict(Counter)
     for each in scores:
         if each.faults:
@@ -159,7 +159,7 @@ def injected_name(each: DriveScore) -> str:
 
 
 class Isolated(NamedTuple):
-    """Shares of drives by what was named: the true faults, a part of them, an ambiguous set, none, a fault-free one."""
+    """Shares of drives by declaration: the true faults, a part of them, an ambiguous set, nothing, another element."""
 
     right: float
     partial: float
@@ -169,9 +169,9 @@ class Isolated(NamedTuple):
 
 
 def isolated(scores: Sequence[DriveScore]) -> Isolated:
-    """Isolation of the faults of some drives, by what they were named most of the time.
+    """Isolation of the faults of drives, by the names that were declared most of the time.
 
-    Drives in which not all faults are observable for long enough to be named are left out.
+    Drives in which not all faults are observable for long enough are left out.
     """
     verdicts = [_verdict(each) for each in scores if each.faults and each.named != NEVER]
     return Isolated(*(mean(verdict == name for verdict in verdicts) for name in Isolated._fields))

@@ -1,4 +1,4 @@
-"""Tables and curves that several parts of the study share."""
+"""Tables and panels that several parts of the study share."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ HEADER = (
 
 
 def compared(title: str, scores: Scores, note: str = "") -> Table:
-    """One row of figures for every diagnosis."""
+    """Table with one row of statistics for every diagnosis."""
     rows = tuple((VARIANTS[name].title, *_figures(summary(each))) for name, each in scores.items())
     return Table(title, HEADER, rows, note)
 
@@ -48,13 +48,13 @@ def _number(value: float, form: str) -> str:
 
 
 def by_group(title: str, scores: Scores, group: Callable[[DriveScore], str], header: str, note: str = "") -> Table:
-    """Mean and worst accuracy of every diagnosis, one row for every group of drives, in order of appearance.
+    """Table with mean and worst accuracy of every diagnosis, one row per group of drives in order of appearance.
 
     Args:
-        title, note: of the table
-        scores: by variant
-        group: of a drive
-        header: of the column of groups
+        title, note: title and note of the table
+        scores: scores by variant
+        group: function that gives the group of a drive
+        header: header of the column of groups
     """
     groups = list(dict.fromkeys(group(each) for several in scores.values() for each in several))
     rows = []
@@ -68,7 +68,7 @@ def by_group(title: str, scores: Scores, group: Callable[[DriveScore], str], hea
 
 
 def confused(title: str, scores: Sequence[DriveScore], note: str = "") -> Table:
-    """Table of declared names, a row for everything that failed."""
+    """Confusion matrix of declared names, one row per true fault."""
     found = confusion(scores)
     names = sorted({name for row in found.values() for name in row}, key=lambda name: (name not in found, name))
     rows = tuple((failed, *(str(row.get(name, 0)) for name in names)) for failed, row in found.items())
@@ -76,7 +76,7 @@ def confused(title: str, scores: Sequence[DriveScore], note: str = "") -> Table:
 
 
 def named(title: str, scores: Sequence[DriveScore], note: str = "") -> Table:
-    """Table of declared names in words, for many names."""
+    """Confusion matrix with the counts as text, for many names."""
     rows = tuple((failed, _words(row)) for failed, row in confusion(scores).items())
     return Table(title, ("failed", "named"), rows, note)
 
@@ -86,7 +86,7 @@ def _words(row: Counter[str]) -> str:
 
 
 def delays(title: str, scores: Sequence[DriveScore], groups: Mapping[str, Callable[[DriveScore], bool]]) -> Table:
-    """Delays of some groups of drives: from the fault, and from where it is first observable."""
+    """Table of detection delays by group of drives: from the fault, from the first observable sample, and so on."""
     rows = []
     for name, belongs in groups.items():
         of = summary([each for each in scores if belongs(each)])
@@ -103,20 +103,20 @@ def delays(title: str, scores: Sequence[DriveScore], groups: Mapping[str, Callab
 
 
 GAP = 1.5
-"""Between two rows of flags; each is one high."""
+"""Distance of two rows of flags, each of height one."""
 
 STATES = (("fault-free", 0.0), ("one of several", 0.5), ("faulty", 1.0))
-"""Heights of what is declared of an element."""
+"""Declared states of an element and their heights in a chart."""
 
 
 def flags(title: str, time: np.ndarray, rows: Mapping[str, np.ndarray], begin: float, end: float = np.inf) -> Panel:
-    """Flags over time, row above row: 0 at the foot of a row, 1 above.
+    """Panel of flags over time, one row above the other.
 
     Args:
-        title: of the panel
-        time: [s]
-        rows: by name, from bottom to top
-        begin, end: of the fault [s]
+        title: title of the panel
+        time: sampling times [s]
+        rows: flags by name, from bottom to top
+        begin, end: beginning and end of the fault [s]
     """
     heights = (GAP * place + np.asarray(values, float) for place, values in enumerate(rows.values()))
     marks = tuple(Lines(name, *steps(time, each)) for name, each in zip(rows, heights, strict=True))
@@ -126,13 +126,13 @@ def flags(title: str, time: np.ndarray, rows: Mapping[str, np.ndarray], begin: f
 
 
 def states(title: str, time: np.ndarray, real: np.ndarray, said: Mapping[str, np.ndarray]) -> Panel:
-    """Real and declared state of one element over time.
+    """Panel of true and declared states of one element over time.
 
     Args:
-        title: of the panel
-        time: [s]
-        real: whether it is at fault
-        said: what is declared, by diagnosis, as in `STATES`; drawn slightly above each other
+        title: title of the panel
+        time: sampling times [s]
+        real: whether the element is faulty
+        said: declared state as in `STATES`, by diagnosis; drawn slightly above each other
     """
     marks = [Lines("real state", *steps(time, np.asarray(real, float)))]
     marks += [
@@ -143,20 +143,20 @@ def states(title: str, time: np.ndarray, real: np.ndarray, said: Mapping[str, np
 
 
 def steps(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """A curve of steps by its corners alone."""
+    """The corners of a step curve."""
     change = np.flatnonzero(np.diff(values)) + 1
     keep = np.unique(np.concatenate([[0], change - 1, change, [len(values) - 1]]))
     return time[keep], values[keep]
 
 
 def curves(title: str, y_title: str, time: np.ndarray, values: Mapping[str, np.ndarray], every: int = 5) -> Panel:
-    """Signals over time.
+    """Panel of signals over time.
 
     Args:
-        title, y_title: of the panel
-        time: [s]
-        values: by name
-        every: only each so many samples are drawn
+        title, y_title: titles of panel and vertical axis
+        time: sampling times [s]
+        values: signals by name
+        every: decimation of the drawn samples
     """
     drawn = slice(None, None, every)
     return Panel(

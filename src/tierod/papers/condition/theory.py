@@ -1,4 +1,4 @@
-"""Detectability and isolability by structure, compared with what was measured."""
+"""Detectability and isolability by structural analysis, compared with the measured isolation."""
 
 from __future__ import annotations
 
@@ -33,9 +33,9 @@ class Compared(NamedTuple):
 
     Args:
         fault: name, or names joined by " + "
-        theory: isolability by structure
-        alike: by structure, what explains it as well
-        named: by diagnosis, what it went by, and in how many drives
+        theory: isolability by structure, as text
+        alike: faults that are not isolable from it by structure
+        named: diagnosis -> count of every declared name
     """
 
     fault: str
@@ -45,7 +45,7 @@ class Compared(NamedTuple):
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Single faults and pairs, and where theory and measurement disagree."""
+    """Tables of single faults and pairs, and of the disagreements between theory and measurement."""
     if BEST not in VARIANTS:
         return
     structure = isolability(vehicle_structure(load("smartload")), at_once=2)
@@ -77,13 +77,14 @@ def _pairs(effort: Effort) -> list[DriveScore]:
 
 
 def compared(structure: Isolability, found: Mapping[str, Sequence[DriveScore]]) -> Iterator[Compared]:
-    """Theory and measurement of everything that failed in some drives.
+    """Theory and measurement for every fault of some drives.
 
     Args:
-        structure: of faults one and two at a time
+        structure: isolability of single faults and pairs
         found: scores of drives, by diagnosis
     """
     counts = {name: confusion(of) for name, of in found.items()}
+    # Both sides join the elements of a pair in an order of their own.
     names = {_canonical(fault): fault for fault in structure.faults}
     for fault in dict.fromkeys(fault for of in counts.values() for fault in of):
         name = names[_canonical(fault)]
@@ -101,7 +102,7 @@ def _canonical(fault: str) -> str:
 
 
 def table(title: str, rows: Sequence[Compared]) -> Table:
-    """One row for every fault: isolability by structure, and the names by each diagnosis."""
+    """Table with one row per fault: isolability by structure, and the names declared by each diagnosis."""
     diagnoses = list(dict.fromkeys(name for each in rows for name in each.named))
     cells = [
         (_plain(each.fault), each.theory, *(_counted(each.fault, each.named[name]) for name in diagnoses))
@@ -111,11 +112,11 @@ def table(title: str, rows: Sequence[Compared]) -> Table:
 
 
 def disagreements(rows: Iterable[Compared], remark: str = "") -> Iterator[tuple[str, ...]]:
-    """Every disagreement in words: fault, isolability by structure, diagnosis, measurement, and why.
+    """Table rows of all disagreements: fault, isolability by structure, diagnosis, measurement, and reason.
 
     Args:
         rows: theory and measurement
-        remark: to be added to the names of the faults
+        remark: text that is added to the names of the faults
     """
     for each in rows:
         for name, named in each.named.items():
@@ -127,12 +128,12 @@ def disagreements(rows: Iterable[Compared], remark: str = "") -> Iterator[tuple[
 
 
 def reason(each: Compared, named: str, diagnosis: str = BEST) -> str:
-    """Why a fault was named otherwise than structure predicts; "" where it does.
+    """Reason why a fault was named otherwise than structure predicts; "" where both agree.
 
     Args:
         each: the fault
-        named: what it went by
-        diagnosis: the bank, or else rules
+        named: name that was declared
+        diagnosis: name of the diagnosis, the bank or one of the rules
     """
     if named in ((*each.alike, AMBIGUOUS) if each.alike else (each.fault,)):
         return ""

@@ -1,4 +1,4 @@
-"""Residuals over time with their thresholds (Figures 6, 12, 15), and the delay where hardly any torque is asked for."""
+"""Residuals over time with their thresholds (Figures 6, 12, 15), and detection delay at low commanded torque."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ from tierod.papers.condition.vehicles import LONG, SHORT, THIRD
 
 RULES, SHARES = "rules", "rules-discriminating"
 EIGHT = tuple(f"r{number}a" for number in range(1, 9))
-"""The residuals of actuators that the paper has."""
+"""Residuals of the actuators in the paper."""
 FOUR = ("r1a", "r4a", "r5a", "r6a")
-"""Those of Figure 27."""
+"""Residuals of Figure 27."""
 MOTION = ("r1a", "r5a")
-"""Those of them that follow the motion and ever alarm."""
+"""Residuals of `FOUR` that depend on the motion and exceed their thresholds."""
 TEXT = (
     "Residuals of the corrected equations over time; dashed are their thresholds of calibration. Figure 6 of the paper "
     "shows one residual with its threshold, Figures 12 and 15 the eight of the actuators.",
@@ -46,7 +46,7 @@ _SEED, _LATE, _FROM = 11, 21, 100.0
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Three figures, and how late a motor is found that hardly does anything."""
+    """Three figures, and the detection delay of a motor with hardly any commanded torque."""
     names = [name for name in (RULES, SHARES, BEST) if name in VARIANTS]
     if len(names) < 3:
         return
@@ -118,12 +118,12 @@ def _trend(
 
 
 def paper_drive() -> Drive:
-    """Steering motor 1 fails on the short round when it does in Figures 26 to 28."""
+    """Drive on the short round in which steering motor 1 fails at the time of Figures 26 to 28."""
     return Drive(SHORT, ACTUATOR_SECONDS, 1, _LATE, (lost(MOTOR, start=123.5, end=ACTUATOR_SECONDS),))
 
 
 def alarm_times(monitor: RuleMonitor, made: Recording, drive: Drive) -> dict[str, float]:
-    """Time [s] from the fault until each of the four residuals of Figure 27 leaves its threshold, or infinite."""
+    """Time [s] from the fault until each residual of Figure 27 exceeds its threshold; infinite if it does not."""
     time, start = made["yaw_rate"].time, drive.injected[0].start
     found = {}
     for name, (values, threshold) in _residuals(monitor, made, FOUR).items():
@@ -135,7 +135,7 @@ def alarm_times(monitor: RuleMonitor, made: Recording, drive: Drive) -> dict[str
 def _residuals(
     monitor: RuleMonitor, made: Recording, names: Sequence[str]
 ) -> dict[str, tuple[np.ndarray, ResidualThreshold]]:
-    """Residuals, NaN where not there, with their thresholds."""
+    """Residuals, NaN where missing, with their thresholds."""
     result = scan(AllResiduals(monitor.sensors, monitor.actuators), samples_of(made))
     every = (*monitor.sensor_thresholds, *monitor.actuator_thresholds)
     known = {each.name: at for each, at in zip((*SENSOR_RESIDUALS, *ACTUATOR_RESIDUALS), every, strict=True)}
@@ -146,10 +146,10 @@ def _residuals(
 
 
 def quiet_drive(rounds: Sequence[str] = (SHORT, LONG, THIRD)) -> Drive:
-    """Steering motor 1 fails where its fault stays unobservable for longest, on all rounds.
+    """Drive in which steering motor 1 fails at the beginning of the longest unobservable time of all rounds.
 
     Args:
-        rounds: that are looked at
+        rounds: names of the rounds
     """
     longest = max((_quiet(name) for name in rounds), key=lambda found: found[0])
     _, name, start = longest
@@ -157,7 +157,7 @@ def quiet_drive(rounds: Sequence[str] = (SHORT, LONG, THIRD)) -> Drive:
 
 
 def _quiet(name: str) -> tuple[float, str, float]:
-    """Longest time in which a lost motor would not show on a round [s], the round, and its beginning [s]."""
+    """Longest time in which a lost motor would be unobservable on a round [s], the round, and its beginning [s]."""
     drive = Drive(name, ACTUATOR_SECONDS, 1, _LATE, (lost(MOTOR, end=ACTUATOR_SECONDS),))
     free = recorded(Drive(name, ACTUATOR_SECONDS, 1, _LATE))
     time = free["yaw_rate"].time
@@ -168,7 +168,7 @@ def _quiet(name: str) -> tuple[float, str, float]:
 
 
 def longest_run(flags: np.ndarray) -> tuple[int, int]:
-    """(first, number) of the longest run of true values; (0, 0) where none is."""
+    """First index and length of the longest run of true values; (0, 0) without one."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], np.asarray(flags, int), [0]])))
     if not len(edges):
         return 0, 0
@@ -178,7 +178,7 @@ def longest_run(flags: np.ndarray) -> tuple[int, int]:
 
 
 def unobservable(drive: Drive, made: Recording) -> float:
-    """Time from the fault until it is observable [s]."""
+    """Time from the fault until it is observable [s]; infinite if it never is."""
     time, fault = made["yaw_rate"].time, drive.injected[0]
     there = (time >= fault.start - 1e-9) & (time < fault.end - 1e-9)
     shows = truth_of(drive, made).shows(fault.element, there)
@@ -186,7 +186,7 @@ def unobservable(drive: Drive, made: Recording) -> float:
 
 
 def delay(declared: Declared, drive: Drive) -> tuple[float, float]:
-    """Time [s] from the fault until its element is declared, and until it is at least one of several; or infinite."""
+    """Time [s] from the fault until its element is declared, and until it is at least a candidate; or infinite."""
     fault = drive.injected[0]
     said = declared.said("faulty", fault.element)
     found = []

@@ -1,4 +1,4 @@
-"""Declarations of a diagnosis over a drive, the truth, and from when a fault is observable."""
+"""Declarations of a diagnosis over a drive, the truth, and the observability of faults."""
 
 from __future__ import annotations
 
@@ -30,15 +30,15 @@ KNOWN = {
     "drive_left": 10.0,
     "drive_right": 10.0,
 }
-"""Accuracy with which all else estimates each element's true value: standard deviation [unit of the signal; N*m].
+"""Standard deviation with which all other signals estimate the true value of each element [unit of the signal; N*m].
 
-For sensors that is what is asked of a reconfigured value; for actuators it is assumed.
+For sensors it is the accuracy required of a reconfigured value; for actuators it is assumed.
 """
 
 ALIKE = 0.1
-"""Over this time errors of the true value are alike, so that it counts once in a likelihood ratio [s]."""
+"""Correlation time of the estimation error [s]; samples within it count as one in a log-likelihood ratio."""
 ENOUGH = 4.5
-"""Log-likelihood ratio from which a fault is observable: that of a deviation of three standard deviations."""
+"""Log-likelihood ratio from which a fault is observable [nat]: that of three standard deviations."""
 
 
 def where_shown(
@@ -46,37 +46,40 @@ def where_shown(
 ) -> np.ndarray:
     """Whether the fault of an element is observable at each sample.
 
-    The logarithm of the likelihood ratio between "faulty" and "healthy" over the last `ALIKE` seconds, for whoever
-    knows what the reading should be with a standard deviation of `known`: mean squared deviation / (2 * known**2).
+    The criterion is the log-likelihood ratio of "faulty" against "fault-free" over the last `ALIKE` seconds, if the
+    true value is known with the standard deviation `known`: mean squared deviation / (2 * known**2).
 
     Args:
         element: sensor or actuator
-        deviation: of its reading, or its torque, from what it would be without fault
-        faulty: whether the fault is there
-        rate: samples per second [Hz]
-        known: standard deviation with which all else estimates each true value [unit of the signal; N*m]
+        deviation: deviation of its reading or torque from the fault-free value
+        faulty: whether the fault is present
+        rate: sampling rate [Hz]
+        known: standard deviation of the estimate of each true value [unit of the signal; N*m]
     """
     count = max(round(ALIKE * rate), 1)
+    # Infinite deviations, of faults that always show, would make the running sums below NaN.
     largest = 1e3 * known[element]
     power = np.where(faulty, np.clip(np.asarray(deviation, float), -largest, largest), 0.0) ** 2
     total = np.concatenate([[0.0], np.cumsum(power)])
     past = np.minimum(np.arange(1, len(power) + 1), count)
+    # Divided by the full window at the start as well, where there is less evidence.
     mean = (total[1:] - total[1 + np.arange(len(power)) - past]) / count
     enough: np.ndarray = faulty & (mean / (2.0 * known[element] ** 2) >= ENOUGH)
     return enough
 
 
 def known_by_noise(drive: Drive) -> dict[str, float]:
-    """Standard deviation of each true value given the motion and all parameters, over `ALIKE` seconds.
+    """Standard deviation of each true value over `ALIKE` seconds if motion and all parameters are known.
 
-    No test can do better: only white noise and steps of the sensors are left, and a likelihood ratio averages them.
-    Lost torque of a motor is read from the shaft's torque, that of a drive from the acceleration along the road.
+    It is a lower bound for any test: only white noise and quantisation of the sensors are left, and the log-likelihood
+    ratio averages them. The lost torque of a motor shows in the shaft torque, that of a drive in the longitudinal
+    acceleration.
 
     Args:
-        drive: with its car and sensors
+        drive: drive with its car and sensors
 
     Returns:
-        by element [unit of the signal; N*m]
+        standard deviation by element [unit of the signal; N*m]
     """
     sensors, nominal = drive.driven.sensors, load("smartload")
     mean = math.sqrt(ALIKE * RATE)
@@ -91,17 +94,17 @@ def known_by_noise(drive: Drive) -> dict[str, float]:
 
 
 class Declared(NamedTuple):
-    """A diagnosis over time; elements that a mapping lacks count as never stated.
+    """Declarations of a diagnosis over time; an element that a mapping lacks is never declared.
 
     Args:
-        time: of the samples
-        faulty: by element, whether it is declared faulty, and nothing else could be it
-        candidates: by element, whether it is one of several that are named together as "one of these"
-        not_testable: by element, whether its state is declared not testable now
-        kind: by element, the kind that is named, "" for none; meaningful while it is faulty
-        size: by element, the size that is named, in the unit of `faults.Injected`; NaN for none
-        value: by sensor, what is given in its place, in its unit
-        deviation: by element, the estimated standard deviation of the magnitude
+        time: sampling times
+        faulty: by element, whether it is declared faulty
+        candidates: by element, whether it is one of several candidates for a fault
+        not_testable: by element, whether it is declared not testable
+        kind: by element, the named kind, "" for none; valid while the element is faulty
+        size: by element, the named size in the unit of `faults.Injected`; NaN for none
+        value: by sensor, its substitute value in its unit
+        deviation: by element, the estimated standard deviation of the size
     """
 
     time: Annotated[Any, "s"]
@@ -114,20 +117,21 @@ class Declared(NamedTuple):
     deviation: Mapping[str, np.ndarray] = NOTHING
 
     def since(self, place: int) -> Declared:
-        """Statements from one sample on."""
+        """The declarations from a sample on."""
         parts = (getattr(self, name) for name in self._fields[1:])
         return Declared(self.time[place:], *({key: each[place:] for key, each in part.items()} for part in parts))
 
     def said(self, which: str, element: str) -> np.ndarray:
-        """One of the mappings of truth values for one element; false everywhere where it is lacking."""
+        """Flags of one element in the mapping `which`; all false for an element that it lacks."""
         found = getattr(self, which).get(element)
         return np.zeros(len(self.time), bool) if found is None else np.asarray(found, bool)
 
 
 def truths(drive: Drive, time: np.ndarray) -> dict[str, np.ndarray]:
-    """Whether each element is at fault at each sample, for those that ever are."""
+    """Element -> whether it is faulty at each sample, for the elements with an injected fault."""
     found: dict[str, np.ndarray] = {}
     for each in drive.injected:
+        # The tolerance absorbs the rounding of the sampling times.
         during = (time >= each.start - 1e-9) & (time < each.end - 1e-9)
         found[each.element] = found.get(each.element, np.zeros(len(time), bool)) | during
     return found
@@ -137,11 +141,11 @@ class Truth(NamedTuple):
     """Ground truth for a diagnosis of a drive, on the samples of its recording.
 
     Args:
-        off: by element that fails, how far it is from what it would be without fault, see `recorded.deviations`
-        fault_free: by sensor that fails, what it would read without fault
-        asked: by actuator that fails, the torque asked of it [N*m]
-        known: standard deviation with which all else estimates each true value, see `where_shown`
-        noise: the same of whoever knows motion and parameters, see `known_by_noise`; empty where nothing is strict
+        off: by faulty element, its deviation from the fault-free value, see `recorded.deviations`
+        fault_free: by faulty sensor, its fault-free reading
+        asked: by faulty actuator, its commanded torque [N*m]
+        known: standard deviation of the estimate of each true value, see `where_shown`
+        noise: the same if motion and parameters are known, see `known_by_noise`; empty where there is no strict score
     """
 
     off: Mapping[str, np.ndarray]
@@ -152,7 +156,7 @@ class Truth(NamedTuple):
 
     @property
     def strict(self) -> Truth:
-        """The same, where a fault is observable as soon as a test with true parameters detects it."""
+        """The truth with faults that are observable where a likelihood-ratio test with true parameters detects them."""
         return self._replace(known=self.noise or self.known)
 
     def shows(self, element: str, there: np.ndarray) -> np.ndarray:
@@ -160,7 +164,7 @@ class Truth(NamedTuple):
 
         Args:
             element: sensor or actuator
-            there: whether the fault is
+            there: whether the fault is present
         """
         return where_shown(element, self.off[element], there, known=self.known)
 
@@ -179,11 +183,12 @@ class Truth(NamedTuple):
             return fault_free - float(fault_free[min(int(np.searchsorted(time, each.start)), len(fault_free) - 1)])
         if each.kind in (GAIN, OUTLIER):
             return (each.size - 1.0) * fault_free
+        # The other kinds would show at any reading.
         return np.full(len(time), math.inf)
 
 
 def truth_of(drive: Drive, recording: Recording) -> Truth:
-    """The truth of a drive of the demonstrator."""
+    """The truth of a drive of the demonstrator, with the noise of its sensors for the strict score."""
     sensors = drive.driven.sensors
     failing = {each.element for each in drive.injected}
     return Truth(

@@ -1,4 +1,4 @@
-"""Every float of the bank of filters that is tuning, as one number each: where it stands, and why it has its value."""
+"""The tuning of the bank of filters as a list of numbers, each with its places in the bank and its reason."""
 
 from __future__ import annotations
 
@@ -15,27 +15,27 @@ from tierod.export.described import described, meanings
 from tierod.monitors.condition.signals import Sensor
 
 COUNTS = ("samples", "samples_of_actuators", "samples_of_both_motors", "proofs", "fewest", "remaining")
-"""Fields that count samples or sensors: they go to the next whole number at least, or nothing would change."""
+"""Fields that count samples or sensors; they change by at least one, since smaller changes would have no effect."""
 
 BY_SENSOR = {"sensor_noise": "noise", "plausible": "plausible", "growth": "growth"}
-"""Fields with a number for every sensor, and the column of the table of sensors that it comes from."""
+"""Field with one number per sensor -> column of the sensor table that gives the number."""
 
 ALIKE = "likewise"
-"""Begins what a field says in the words of the field before."""
+"""First word of a description that repeats that of the field before."""
 
 FLAGS = "trusted"
-"""Which elements a lane uses, as 1 or 0: the hypothesis itself, no number."""
+"""Field with the elements that a lane uses as flags 1 or 0: part of the hypothesis, not of the tuning."""
 
 
 class Number(NamedTuple):
     """A number of the tuning.
 
     Args:
-        name: dotted, without the numbers of lanes, sensors and hypotheses
-        values: in the bank; several where it differs between sensors or hypotheses
-        places: of them in `tuning` of the bank
-        reason: what its field says about it
-        used: whether the graph depends on it
+        name: dotted name without the indices of lanes, sensors and hypotheses
+        values: its values in the bank; several where it differs between sensors or hypotheses
+        places: indices of these values in `tuning` of the bank
+        reason: description of its field
+        used: whether the graph of the bank depends on it
     """
 
     name: str
@@ -46,11 +46,11 @@ class Number(NamedTuple):
 
     @property
     def off(self) -> bool:
-        """Whether it is zero, or endless, everywhere: a factor changes nothing."""
+        """Whether all values are zero or infinite, so that a factor has no effect."""
         return all(value == 0.0 or not math.isfinite(value) for value in self.values)
 
     def scaled(self, factor: float) -> tuple[float, ...]:
-        """Its values with a factor; a count goes to the next whole number at least."""
+        """The values times a factor; a count is rounded away from its value to a whole number."""
         if self.name.rpartition(".")[2] in COUNTS:
             rounded = math.floor if factor < 1.0 else math.ceil
             return tuple(float(rounded(factor * value)) for value in self.values)
@@ -58,9 +58,9 @@ class Number(NamedTuple):
 
 
 def numbers_of(bank: Bank) -> list[Number]:
-    """The numbers of a bank, those of a lane that differ between lanes each by itself.
+    """The tuning of a bank; a number that differs between lanes is listed once per value.
 
-    Parameters of the vehicle, times between samples and what a lane leaves out are no tuning.
+    Parameters of the vehicle, sampling intervals and the signals that a lane leaves out are no tuning.
 
     Args:
         bank: the monitor
@@ -86,12 +86,12 @@ def numbers_of(bank: Bank) -> list[Number]:
 
 
 def varied(bank: Bank, number: Number, factor: float) -> Bank:
-    """The bank with one of its numbers multiplied.
+    """The bank with one of its numbers multiplied by a factor.
 
     Args:
         bank: the monitor
-        number: of it
-        factor: of the number
+        number: the number
+        factor: factor on all its values
     """
     values = [value for _, value in tuning(bank)]
     scaled = dict(zip(number.values, number.scaled(factor), strict=True))
@@ -102,7 +102,7 @@ def varied(bank: Bank, number: Number, factor: float) -> Bank:
 
 
 def is_given(name: str) -> bool:
-    """Whether a float is no tuning: given by the vehicle file, by the recording, or by the hypothesis."""
+    """Whether a float is no tuning but given by vehicle file, sampling interval or hypothesis."""
     *above, last = name.split(".")
     return last == "sample_time" or FLAGS in above or ("vehicle" in above and "fading" not in above)
 
@@ -112,7 +112,7 @@ def _without_digits(path: str) -> str:
 
 
 def _in_use(bank: Bank) -> set[str]:
-    """Names of all that lanes or judge depend on."""
+    """Names of the numbers on which the graphs of lanes and judge depend."""
     graph = trace(bank)
     assert isinstance(graph, BankGraph)
     used = [f"lanes.{name}" for name in tuning_in_use(graph.lane)]
@@ -120,7 +120,7 @@ def _in_use(bank: Bank) -> set[str]:
 
 
 def _meanings(prefix: str, block: object) -> Mapping[str, str]:
-    """Name of every float -> what its field says; of numbers by sensor what the table of sensors says."""
+    """Name of every float -> description of its field, or of its column in the sensor table."""
     of_sensors = meanings(Sensor)
     found: dict[str, str] = {}
     before = ""
@@ -135,7 +135,7 @@ def _meanings(prefix: str, block: object) -> Mapping[str, str]:
 
 
 def first_clause(text: str) -> str:
-    """A sentence up to its first semicolon or full stop, but for one that begins in the words of the field before."""
+    """A description up to its first semicolon or full stop; one with "likewise" keeps the repeated part."""
     before, alike, rest = text.partition(f"; {ALIKE}")
     if alike:
         return f"{before}{alike}{first_clause(rest)}"

@@ -1,4 +1,4 @@
-"""The steering of four states in the unscented filter, beside that of two: what they show, and what stiffness costs."""
+"""The steering model with four states in the unscented filter, compared with two states: residual and effort."""
 
 from __future__ import annotations
 
@@ -43,13 +43,13 @@ PAPER = "Li, Frey, Gauterin, "
 SAMPLE_TIME = 0.01
 CAR = load("smartload").parameters_for(ResidualParameters)
 _FINE = 200
-"""Steps of Runge and Kutta to a sample of what the others are held against."""
+"""Runge-Kutta steps per sample of the reference solution."""
 _SEED = 11
 _BOTH = ("two bodies, the angle measured", "two bodies, both measured (eqs 4, 5)")
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Items on cost and loss of each way of sampling, and r1 of both filters."""
+    """Tables and claims on effort and error of every discretisation, and on r1 of all filters."""
     yield Heading("The steering as two bodies (eqs 3, 4)", TEXT)
     samplings = sampled(0.5 if effort.quick else 2.0)
     yield Table(
@@ -76,12 +76,12 @@ def items(effort: Effort) -> Iterator[Item]:
 
 
 class Sampling(NamedTuple):
-    """A way to sample the steering.
+    """A discretisation of the steering model.
 
     Args:
-        name: in words
-        multiplications, additions: of a step of the unscented filter with it
-        error: largest, of the angle, over the test [rad]; NaN where it diverges
+        name: name in the table
+        multiplications, additions: operations of a step of the unscented filter with it
+        error: largest error of the angle over the test [rad]; NaN where it diverges
     """
 
     name: str
@@ -97,10 +97,10 @@ class Sampling(NamedTuple):
 
 
 def sampled(seconds: float) -> list[Sampling]:
-    """Every way to sample, on the same torque and force.
+    """Every discretisation, tested on the same torque and force.
 
     Args:
-        seconds: of the test
+        seconds: duration of the test [s]
     """
     exact = _angles(explicit(_FINE), two_body_parameters(CAR), seconds)
     ways: dict[str, Model] = {
@@ -124,7 +124,7 @@ def _sampling(name: str, block: UnscentedFilter, error: np.ndarray) -> Sampling:
 
 
 def _angles(model: Model, parameters: Any, seconds: float) -> np.ndarray:
-    """The angle of the column over the test, sample by sample; infinite once it diverges."""
+    """Angle of the column at each sample of the test [rad]; infinite once it diverges."""
     known: Any = model
     at = known.Parameters(parameters, SAMPLE_TIME)
     x = known.State(*(0.0,) * len(known.State._fields))
@@ -133,6 +133,7 @@ def _angles(model: Model, parameters: Any, seconds: float) -> np.ndarray:
         time = SAMPLE_TIME * k
         inputs = StiffRack.Input(3.0 * np.sin(5.0 * time) + 1.0, 150.0 * np.sin(3.0 * time))
         x = known.transition(x, inputs, at)
+        # Written so that NaN ends the loop as well.
         if not abs(x.steering_wheel_angle) < 10.0:
             break
         angles[k] = x.steering_wheel_angle
@@ -140,18 +141,18 @@ def _angles(model: Model, parameters: Any, seconds: float) -> np.ndarray:
 
 
 def filters() -> dict[str, UnscentedFilter]:
-    """The filter of the residuals, and those of the paper, by name."""
+    """The filter of the residuals and those of the paper, by name in the table."""
     both = two_bodies(CAR, SAMPLE_TIME)
     return {"one body": one_body(CAR, SAMPLE_TIME)} | dict.fromkeys(_BOTH, both)
 
 
 class OnDrive(NamedTuple):
-    """A filter on a minute of driving, and on the same minute with a lost angle.
+    """Results of a filter on a minute of driving, fault-free and with a lost angle.
 
     Args:
         residual: r1 without fault, root mean square [rad]
-        stated: standard deviation of the angle that the filter states at the end [rad]
-        error: of the estimated angle without fault, root mean square [rad]
+        stated: standard deviation of the angle by the filter's covariance at the end [rad]
+        error: error of the estimated angle without fault, root mean square [rad]
         jump: largest r1 in the tenth of a second after the loss [rad]
         later: largest r1 in the tenth of a second from ten seconds after the loss [rad]
         values: r1 without fault [rad]
@@ -175,11 +176,11 @@ class OnDrive(NamedTuple):
 
 
 def drive_of(block: UnscentedFilter, copied: bool) -> OnDrive:
-    """Result of a filter on the test drive.
+    """Results of a filter on the test drive.
 
     Args:
-        block: of `filters`
-        copied: whether it gets the rack's position as rack ratio times angle
+        block: a filter of `filters`
+        copied: whether it gets the rack position as rack ratio times angle
     """
     drive = Drive(SHORT, TEST_SECONDS, 1, _SEED)
     lost = Drive(SHORT, TEST_SECONDS, 1, _SEED, (Injected("steering_wheel_angle", LOSS),))
@@ -187,13 +188,14 @@ def drive_of(block: UnscentedFilter, copied: bool) -> OnDrive:
     true = fault_free("steering_wheel_angle", recorded(drive), drive.driven.sensors)
     read, followed, _ = _filtered(block, copied, lost)
     settled = slice(200, None)
+    # The angle is lost at 20 s, sample 2000.
     jump, later = (float(np.max(np.abs((followed - read)[at : at + 10]))) for at in (2000, 3000))
     values = (expected - angle)[settled]
     return OnDrive(_rms(values), float(deviation[-1]), _rms((expected - true)[settled]), jump, later, values)
 
 
 def _filtered(block: UnscentedFilter, copied: bool, drive: Drive) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The angle read, estimated, and the standard deviation that the filter states."""
+    """Measured angle, estimated angle, and standard deviation by the filter's covariance [rad]."""
     made = recorded(drive)
     torque, force, angle = (
         made[name].values for name in ("steering_shaft_torque", "tie_rod_force", "steering_wheel_angle")
@@ -211,7 +213,7 @@ def _rms(values: np.ndarray) -> float:
 
 @cache
 def modes() -> np.ndarray:
-    """Eigenvalues of eq (3), the fastest last [1/s]."""
+    """Eigenvalues of eq (3) in ascending magnitude [1/s]."""
     sliding = TwoBodyRack.State(0.0, 0.0, 0.0, 1e3)
     still = StiffRack.Input(0.0, 0.0)
     matrix = jacobian(lambda x: TwoBodyRack.derivative(x, still, two_body_parameters(CAR)), sliding)

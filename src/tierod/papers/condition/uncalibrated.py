@@ -1,4 +1,4 @@
-"""The bank on uncalibrated vehicles: what it finds, and how reliable its kinds and magnitudes are."""
+"""The bank on uncalibrated vehicles: detection, kinds and magnitudes of faults, and false alarms."""
 
 from __future__ import annotations
 
@@ -35,11 +35,11 @@ TEXT = (
     "noises that no other part drives.",
 )
 PLANS = ((SHORT, 81), (LONG, 82), (THIRD, 83))
-"""Course and seed, by vehicle."""
+"""Course and seed of every vehicle."""
 LEAST_SIZE = {OFFSET: 0.0, GAIN: 1.0, NOISE: 0.0, DELAY: 0.0}
-"""Of the faults that are tried, by kind; of other kinds none is."""
+"""Kind of the tested faults -> bound that their size exceeds; other kinds are not tested."""
 COVERED = between(0.93, 0.97)
-"""Share of the sizes that 95 % intervals should hold."""
+"""Goal of the coverage of 95 % intervals of the size."""
 UNSURE = (
     "Predictions by the vehicle file as it is shipped have errors that last; where the motion changes little, a gain "
     "or a delay then fits no better than an offset. Calibrated vehicles have smaller ones."
@@ -49,11 +49,11 @@ WIDE = (
     "most; those of a calibrated vehicle are its own."
 )
 HOURS = 1.0
-"""Of fault-free driving of the three vehicles [h]."""
+"""Fault-free driving of the three vehicles together [h]."""
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Items on what is found on uncalibrated vehicles, and what is not."""
+    """Table and claims on the faults and false alarms of uncalibrated vehicles."""
     plans = [(number, *plan) for number, plan in zip(vehicles(effort), PLANS, strict=False)]
     faulty = [drive for plan in plans for drive in more_kinds(*plan) if _chosen(drive)]
     faulty = faulty[::6] if effort.quick else faulty
@@ -85,7 +85,7 @@ def _of_sizes(scored: list[DriveScore]) -> str:
 
 
 def _chosen(drive: Drive) -> bool:
-    """An offset upwards, a gain of more than one, noise, or a delay."""
+    """Whether the fault is a positive offset, a gain above one, noise, or a delay."""
     (fault,) = drive.injected
     return fault.size > LEAST_SIZE.get(fault.kind, math.inf)
 

@@ -1,4 +1,4 @@
-"""The demonstrator: its rounds, its sensors, and how one vehicle differs from the other."""
+"""The demonstrator: rounds, sensors, and the differences between vehicles."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from tierod.proving_ground.courses.circuit import Circuit, drawn, weather
 from tierod.proving_ground.sensors import SensorSet
 
 SHORT, LONG, THIRD = "short-round", "long-round", "third-round"
-"""The rounds of the tests, redrawn in kind after Figures 18, 19 and 24 of Li, Frey, Gauterin."""
+"""Rounds of the tests, similar to Figures 18, 19 and 24 of Li, Frey, Gauterin."""
 
 
 @lru_cache(maxsize=64)
 def course(name: str, seconds: float, seed: int = 0) -> AnyCourse:
-    """A round, or any shipped course, as it is driven.
+    """A shipped course or a random round, a round with weather and slopes.
 
     Args:
-        name: of a shipped course, or "round-17" for one of those drawn at random
-        seconds: how long a round is driven
-        seed: of slopes, unevenness and wind; the way itself goes by the name alone
+        name: name of a shipped course, or "round-17" for a random round
+        seconds: duration of the drive on a round [s]
+        seed: seed of slopes, unevenness and wind; the path depends on the name alone
     """
     way = drawn(int(name.removeprefix("round-"))) if name.startswith("round-") else load(name)
     if not isinstance(way, Circuit):
@@ -63,14 +63,14 @@ OFF = {
     ("steering.rack.rack_damping",): (0.05, 0.20),
     ("steering.rack.centring",): (0.05, 0.20),
 }
-"""By how much a vehicle is off the nominal one: least and greatest share, of either sign; several fields share a draw.
+"""Range of the relative deviation from the nominal vehicle, of either sign; fields of one key share a draw.
 
 Source: mass and stiffness as in the richer simulations beside Li, Frey, Gauterin; friction, damping and centring are
 assumed.
 """
 
 RADIUS, SIDES = (0.025, 0.05), 0.006
-"""By what share all tyres, and the left one against the right one, differ from what the wheel speeds assume."""
+"""Range of the relative deviation of all tyre radii, and largest difference between left and right [-]."""
 
 OFFSETS = {
     "yaw_rate": 0.003,
@@ -80,7 +80,7 @@ OFFSETS = {
     "longitudinal_acceleration": 0.05,
     "lateral_acceleration": 0.08,
 }
-"""Standard deviation of every sensor's constant offset, in the unit of its signal; as production sensors have it."""
+"""Standard deviation of the constant offset of every sensor, in the unit of its signal; as of production sensors."""
 
 
 class Vehicle(NamedTuple):
@@ -95,21 +95,22 @@ LATER = {
     "stiffness": ("chassis.front.tyre.cornering_stiffness", "chassis.rear.tyre.cornering_stiffness"),
     "radius": ("chassis.front.tyre.radius", "chassis.rear.tyre.radius"),
 }
-"""What may change about a vehicle after it was calibrated: load, other tyres, pressure."""
+"""Property that may change after a calibration (load, tyres, tyre pressure) -> fields of the vehicle."""
 
 
 def changed(of: Vehicle, what: str, factor: float) -> Vehicle:
-    """A vehicle of which something has changed since its calibration.
+    """A vehicle with a property that has changed since its calibration.
 
     Args:
         of: the vehicle
-        what: one of `LATER`
-        factor: of its former value
+        what: a property in `LATER`
+        factor: factor on its former value
     """
     known = numbers(of.car)
     car = replaced(of.car, {path: factor * known[path].value for path in LATER[what]})
     if what != "radius":
         return Vehicle(car, of.sensors)
+    # The wheel speeds are still computed with the former radius, so they read low on larger tyres.
     names = ("wheel_speed_rear_left", "wheel_speed_rear_right")
     gains = {f"sensors.{name}.gain": of.sensors[name].gain / factor for name in names}
     return Vehicle(car, replaced(of.sensors, gains))
@@ -117,11 +118,11 @@ def changed(of: Vehicle, what: str, factor: float) -> Vehicle:
 
 @lru_cache(maxsize=32)
 def vehicle(number: int, swing: bool = True) -> Vehicle:
-    """A demonstrator, off the nominal one by its own draw.
+    """A demonstrator that deviates at random from the nominal one.
 
     Args:
-        number: 0 is the nominal one, with production sensors; every other is drawn by its number
-        swing: whether the steering torque is split unequally, and alternating, between both motors
+        number: 0 for the nominal one with production sensors; any other is the seed of the deviations
+        swing: whether the split of the steering torque between both motors alternates
     """
     car, sensors = DemonstratorCar(), SensorSet.production().only(MEASURED)
     if swing:

@@ -1,1 +1,1 @@
-"""Evidence from a fleet that one car does not give: the errors of a monitor, ramps over months, and cohorts."""
+"""The study of fleets: the errors of a monitor, changes over months, and cohorts that differ."""

@@ -1,4 +1,4 @@
-"""A batch of 20 cars in 1 000 whose friction is 1 N m higher, after four weeks."""
+"""Detection of a batch of 20 cars in 1 000 whose friction is up to 1 N m higher, after four weeks."""
 
 from __future__ import annotations
 
@@ -16,21 +16,24 @@ from tierod.fleet.virtual import FleetFile, Group, drawn
 from tierod.fleet.virtual_estimates import ErrorLaw, estimates, series
 
 FLEETS, QUICK_FLEETS = 50, 3
+"""Number of fleets for each size of the difference, in full and in the quick study."""
 CARS, SHARE, WEEKS = 1000, 0.02, 4
+"""Cars of a fleet, share of them in a batch, and weeks of drives."""
 ODD = "2025-47"
+"""Name of the batch that differs."""
 GOAL = "goal of tierod"
 OTHERS = tuple(Group("rack batch", f"2025-{week:02d}", SHARE) for week in range(1, 47))
-"""Batches of 20 cars each."""
+"""The batches that do not differ, 20 cars each."""
 
 
 @dataclass(frozen=True)
 class Fleet:
-    """One fleet.
+    """A virtual fleet with one batch that may differ.
 
     Args:
-        friction: by which that of the odd batch is higher [N*m]
-        law: of the errors
-        seed: of all chance
+        friction: excess friction of the batch `ODD` [N*m]
+        law: errors of the friction monitor
+        seed: seed of all random numbers
     """
 
     friction: float
@@ -39,7 +42,10 @@ class Fleet:
 
 
 def judged(task: Fleet) -> tuple[bool, float, int, float]:
-    """Whether the odd batch is named first, its log odds, other cohorts that are named, and its effect [N*m]."""
+    """Whether the batch `ODD` ranks first with odds above 1, its log odds, other cohorts with odds above 1, its effect.
+
+    The log odds are natural [nat], the effect is the estimated excess friction [N*m].
+    """
     suppliers = (Group("supplier", "A", 0.5), Group("climate", "north", 0.3, warmer=-6.0))
     odd = Group("rack batch", ODD, SHARE, task.friction)
     file = FleetFile("batch", CARS, "2026-01-05", seed=task.seed, weeks=WEEKS, groups=(odd, *OTHERS, *suppliers))
@@ -52,7 +58,7 @@ def judged(task: Fleet) -> tuple[bool, float, int, float]:
 
 
 def items(law: ErrorLaw, effort: Effort, seed: int) -> Iterator[Item]:
-    """Table and claims; arguments as of `virtual_years.items`."""
+    """Table and claims; arguments as in `virtual_years.items`."""
     count = QUICK_FLEETS if effort.quick else FLEETS
     sizes = (1.0, 0.5, 0.25, 0.0)
     tasks = [Fleet(size, law, seed + number) for size in sizes for number in range(count)]

@@ -1,4 +1,4 @@
-"""The errors of the default friction monitor over virtual cars and drives, from which drives at estimate level come."""
+"""Errors of the default friction monitor over virtual cars and drives, from which virtual estimates are drawn."""
 
 from __future__ import annotations
 
@@ -14,17 +14,18 @@ from tierod.monitors.diagnose import diagnose
 from tierod.papers.fleet.reported import DRIVEN, SEEDS
 
 CARS, QUICK_CARS = 16, 3
+"""Number of cars in full and in the quick study."""
 FRICTIONS = (4.0, 4.0, 4.0, 4.5, 5.0, 6.0)
-"""Of the drives of each car on each set of tyres [N*m]."""
+"""True friction of the drives of each car on each set of tyres [N*m]."""
 
 SECONDS = 300.0
-"""Of a drive: a few minutes a week."""
+"""Duration of a drive: a few minutes a week [s]."""
 
 VEHICLE = "midsize-eps"
 
 
 def measured(effort: Effort) -> ErrorLaw:
-    """The law of the errors.
+    """Fit the law of the errors to driven virtual cars.
 
     Args:
         effort: how many cars are driven
@@ -45,13 +46,13 @@ def measured(effort: Effort) -> ErrorLaw:
 
 
 def estimated(task: VirtualDrive) -> tuple[float, float]:
-    """(estimate, stated deviation) of the default monitor [N*m]; NaN where it gave none."""
+    """Estimate and stated standard deviation of the default monitor [N*m]; NaN where it gave none."""
     estimate = diagnose(task.recording(), VEHICLE, monitor="friction").findings[0].estimate
     return (math.nan, math.nan) if estimate is None else (estimate.value, estimate.standard_deviation)
 
 
 def table(law: ErrorLaw) -> Table:
-    """The law as the study shows it."""
+    """Table of the law of the errors."""
     rows = (
         ("drives, cars", f"{law.drives}, {law.cars}", ""),
         ("offset of a car", f"{law.offset:+.3f}", f"{law.offset_deviation:.3f}"),

@@ -1,4 +1,4 @@
-"""Seeds of the fleets that are reported: drawn anew whenever the friction monitor, which judges them, changes."""
+"""Seeds of the reported fleets; they change whenever the judged friction monitor changes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The study of fleets: measured errors first, then vehicle-years that are drawn from them."""
+"""The study of fleets: the measured errors of the monitor, then vehicle-years and batches drawn from them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tierod.papers.fleet.reported import BATCHES, SEEDS, YEARS
 
 
 def items(effort: Effort, progress: Progress) -> Iterator[Item]:
-    """All that the study finds out."""
+    """All items of the study."""
     progress(0.0, "drives of virtual cars")
     law = measured_errors.measured(effort)
     yield Heading(

@@ -1,4 +1,4 @@
-"""Fleets at estimate level: false alarms on fault-free vehicle-years, and how soon ramps and steps are found."""
+"""Fleets at estimate level: false alarms on fault-free vehicle-years, and detection delay of ramps and steps."""
 
 from __future__ import annotations
 
@@ -20,40 +20,47 @@ from tierod.fleet.virtual_estimates import ErrorLaw, estimates, series
 from tierod.methods.trends.fleet_alarms import DAYS_PER_YEAR
 
 CARS, QUICK_CARS = 10_000, 200
+"""Cars of a fleet in full and in the quick study."""
 WEEKS = 53
+"""Weeks that a fleet is watched."""
 PER_WEEK = (1, 2, 7)
-"""Drives of five minutes a week."""
+"""Drives of five minutes per car and week, one fleet for each number."""
 
 RAMP, STEP = 0.01 / SECONDS_PER_DAY, 1.0
-"""1 N*m per 100 days [N*m/s], and a jump [N*m]."""
+"""Fault magnitudes: a ramp of 1 N*m per 100 days [N*m/s], and a step [N*m]."""
 
 BEGIN = (90.0 * SECONDS_PER_DAY, 270.0 * SECONDS_PER_DAY)
+"""Earliest and latest start of a change [s]."""
 CHANGED = 0.05
-"""Share of cars with a change in the fleets where changes are looked for."""
+"""Share of cars that change in the fleets with changes."""
 
 TYRES: Annotated[float, "N*m"] = 0.03
-"""Standard deviation of what other tyres do to the estimate of a car in the strict count: a drive's own scatter, and
-twice what sixteen cars have shown at the most."""
+"""Standard deviation, over cars, of the shift of the estimate by other tyres in the strict count of false alarms.
+
+It equals the scatter of a single drive and is twice the largest value that sixteen driven cars have shown.
+"""
 
 SHIFTED = (
     "Shifts of fault-free levels, such as of other tyres, count as normally distributed; one of more than five "
     "deviations still stands out."
 )
+"""Part of the cause of false alarms beyond the design."""
 
 WITHIN = 30.0
+"""Required detection delay of a ramp [d]."""
 GOAL = "goal of tierod"
 
 
 @dataclass(frozen=True)
 class Years:
-    """One kind of fleet, drawn once.
+    """A virtual fleet that is watched for a year.
 
     Args:
-        per_week: drives of each car
-        cars: how many
-        law: of the errors
-        seed: of all chance
-        ageing: of a share of the cars; none where fault-free
+        per_week: drives of each car per week
+        cars: number of cars
+        law: errors of the friction monitor
+        seed: seed of all random numbers
+        ageing: changes of a share of the cars; empty for a fault-free fleet
     """
 
     per_week: int
@@ -63,7 +70,7 @@ class Years:
     ageing: tuple[Ageing, ...] = ()
 
     def run(self) -> tuple[VirtualCars, Trends]:
-        """The cars, and what the product finds in their estimates."""
+        """Draw the cars and their estimates, and evaluate the trends of the product on them."""
         file = FleetFile("study", self.cars, "2025-01-01", seed=self.seed, weeks=WEEKS, drives_per_week=self.per_week,
                          ageing=self.ageing)  # fmt: skip
         cars = drawn(file)
@@ -72,14 +79,14 @@ class Years:
 
 @dataclass(frozen=True)
 class Counted:
-    """Counts of one kind of fleet.
+    """False alarms and detection delays of one fleet.
 
     Args:
-        years: vehicle-years that were watched without a change
-        alarms: of cars without a change
-        delays: from the begin of each change to its alarm [d]; infinite where there was none
-        wrong_share: of the list of changed cars at the end
-        listed: how many cars are in it
+        years: fault-free vehicle-years that were watched
+        alarms: false alarms: first alarms of cars before a change or without one
+        delays: time from each change without an earlier alarm to its alarm [d]; infinite where there was none
+        wrong_share: share of fault-free cars in the list of changed cars at the end
+        listed: number of cars in that list
     """
 
     years: float
@@ -90,10 +97,11 @@ class Counted:
 
 
 def counted(task: Years) -> Counted:
-    """Run one kind of fleet, and count."""
+    """Run one fleet, and count its false alarms and detection delays."""
     cars, found = task.run()
     changed = np.isfinite(cars.begin)
     first = cars.day.min(axis=1)
+    # A changed car contributes fault-free time up to its change; an alarm before the change is false.
     end = np.where(changed, np.maximum(cars.begin, first), cars.day.max(axis=1))
     before = np.where(changed, found.alarmed < cars.begin, np.isfinite(found.alarmed))
     delay = np.where(np.isfinite(found.alarmed), found.alarmed - cars.begin, np.inf)[changed & ~before]
@@ -107,9 +115,9 @@ def items(law: ErrorLaw, effort: Effort, seed: int) -> Iterator[Item]:
     """Tables, chart and claims.
 
     Args:
-        law: of the errors
-        effort: how many cars
-        seed: of all chance
+        law: errors of the friction monitor
+        effort: sets the number of cars
+        seed: seed of all random numbers
     """
     count = QUICK_CARS if effort.quick else CARS
     ramp = Ageing("ramp", Linear(RAMP), CHANGED, BEGIN)
@@ -132,17 +140,17 @@ def items(law: ErrorLaw, effort: Effort, seed: int) -> Iterator[Item]:
 
 
 def with_tyres(law: ErrorLaw, deviation: float) -> ErrorLaw:
-    """The law of cars whose tyres move the estimate from autumn to spring; with 0 it has independent errors alone.
+    """The law of errors of cars whose winter tyres shift the estimate; with 0 the errors of drives are independent.
 
     Args:
-        law: of the errors
-        deviation: of that shift from car to car [N*m]
+        law: errors of the friction monitor
+        deviation: standard deviation of that shift over the cars [N*m]
     """
     return replace(law, winter=0.0, winter_deviation=deviation)
 
 
 def upper_bound(alarms: int) -> float:
-    """Number of alarms that is not exceeded with 95 % confidence (Garwood, 1936)."""
+    """Upper limit of the mean number of alarms at 95 % confidence, one-sided (Garwood, 1936)."""
     from scipy.stats import chi2
 
     return float(0.5 * chi2.ppf(0.95, 2 * alarms + 2))
@@ -210,13 +218,13 @@ def _delay_chart(ramps: list[Counted]) -> Chart:
 
 
 def quantile(each: Counted, share: float) -> float:
-    """Delay that a share of the cars does not exceed [d]."""
+    """Quantile of the detection delay: the delay that a share of the cars does not exceed [d]."""
     delays = np.sort(each.delays)
     return float(delays[min(math.ceil(share * len(delays)), len(delays)) - 1]) if len(delays) else math.nan
 
 
 def within(each: Counted) -> float:
-    """Share of changes found within `WITHIN` days."""
+    """Share of changes detected within `WITHIN` days."""
     return float(np.mean(np.array(each.delays) <= WITHIN)) if each.delays else math.nan
 
 

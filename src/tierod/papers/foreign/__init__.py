@@ -1,1 +1,1 @@
-"""Monitors on plants that this project did not write, or that share nothing with it."""
+"""The study of foreign plants: monitors on simulations that others wrote or that share no code with tierod."""

@@ -1,4 +1,4 @@
-"""The bank of filters on CommonRoad's multi-body car: faults of the sensors of its motion."""
+"""The bank of filters on CommonRoad's multi-body car, with faults of its motion sensors."""
 
 from __future__ import annotations
 
@@ -17,7 +17,10 @@ from tierod.papers.foreign.reported import CAR, SENSORS
 
 GOAL = "goal of tierod, as on real cars"
 LEARNING, STARTS, LASTING = 30.0, (33.0, 42.0, 51.0), 6.0
-"""Of a drive that is learnt, and of the faults that are put into the rest, as on the highway minute [s]."""
+"""Learning time at the start of the drive, instants of the injected faults, and duration of a fault [s].
+
+They are those of the highway recording in the study of real cars.
+"""
 TEXT = (
     "CommonRoad's multi-body car turns by its own Magic Formula tyres, springs and load transfer. Its vehicle file has "
     "its masses and lengths, and a stiffness from its tyres. The bank keeps the limits that were found on the RAV4. "
@@ -35,7 +38,13 @@ CAUSE = (
 
 
 def faults_of(sensor: str, start: float, lasting: float) -> tuple[Injected, ...]:
-    """The faults of a sensor; arguments as in the study of real cars."""
+    """The faults of a sensor: those of the study of real cars, a stuck reading and a drift.
+
+    Args:
+        sensor: faulty sensor
+        start: start of the faults on the clock of the recording [s]
+        lasting: duration of the faults; an outlier lasts a second [s]
+    """
     end = start + lasting
     return (
         *real_cars.faults_of(sensor, start, lasting),
@@ -45,7 +54,7 @@ def faults_of(sensor: str, start: float, lasting: float) -> tuple[Injected, ...]
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Items of the study; what is worse than at home comes first."""
+    """Items of the study, worst results first."""
     yield Heading("Sensors of CommonRoad's car", TEXT)
     car = MultibodyCar(
         "CommonRoad's car", ("", ""), "rav4", None, LEARNING, STARTS, LASTING, seed=SENSORS.of(CAR, 1)[0]
@@ -58,7 +67,7 @@ def items(effort: Effort) -> Iterator[Item]:
 
 
 def by_kind(found: list[DriveScore]) -> Mapping[str, list[DriveScore]]:
-    """The scores by kind of fault, those with the most missed first."""
+    """Scores by kind of fault, the kind with the most missed faults first."""
     kinds: dict[str, list[DriveScore]] = {}
     for each in found:
         kinds.setdefault(each.drive.injected[0].kind, []).append(each)
@@ -66,10 +75,10 @@ def by_kind(found: list[DriveScore]) -> Mapping[str, list[DriveScore]]:
 
 
 def shown(of: Judged) -> Iterator[Item]:
-    """Tables and claims.
+    """Tables and claims of the judged recording.
 
     Args:
-        of: of the recording
+        of: scores of the fault-free drive and of every fault
     """
     rows = []
     for kind, found in by_kind(of.found).items():

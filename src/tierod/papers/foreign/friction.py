@@ -1,4 +1,4 @@
-"""The friction monitor on a column and friction laws that share nothing with it."""
+"""The friction monitor on a simulated column whose equations and friction laws differ from the monitor's own."""
 
 from __future__ import annotations
 
@@ -19,9 +19,10 @@ from tierod.papers.foreign.rubbing_column import LUGRE, MAXWELL, SIGNALS, Rubbin
 from tierod.papers.friction.estimators import monitor
 
 LEVELS = (4.0, 5.5, 8.0, 12.5)
-"""Of friction while sliding fast, as at home [N*m]."""
+"""Levels of friction at high sliding speed, as in the study of friction [N*m]; the first is fault-free."""
 LAWS = (LUGRE, MAXWELL)
 MINUTES, CARS = 7.0, 3
+"""Duration of a drive [min], and cars for each friction law."""
 SPREAD = {
     "mass": 0.04,
     "yaw_inertia": 0.04,
@@ -33,9 +34,10 @@ SPREAD = {
     "pinion_damping": 0.2,
     "build_up": 0.3,
 }
-"""Standard deviation of the logarithm of what differs from car to car; the monitor keeps its vehicle file."""
+"""Standard deviation of the logarithm of each parameter over the cars; the monitor keeps its vehicle file."""
 GOAL = "goal of tierod, as at home"
 FREE, RISEN = (Status.HEALTHY,), (Status.RISING, Status.FAULT, Status.SUSPECT)
+"""Verdicts that count as fault-free and as increased friction."""
 TEXT = (
     "Wheel and pinion on an elastic shaft, with friction by LuGre or by generalised Maxwell slip, in a car whose "
     "equations were written for this study and share none with tierod. Each car differs from the vehicle file; it "
@@ -45,14 +47,14 @@ TEXT = (
 
 
 class Judged(NamedTuple):
-    """A drive.
+    """Estimate and verdict of one drive.
 
     Args:
-        law, level, car: which
-        true: mean level of friction where the estimate was enabled [N*m]
-        estimate, deviation: at the end [N*m]
+        law, level, car: friction law, level of friction [N*m] and number of the car
+        true: true mean level of friction over the samples at which the estimate was enabled [N*m]
+        estimate, deviation: estimate and its standard deviation at the end [N*m]
         status: verdict at the end
-        why: its cause, in a sentence
+        why: cause of the verdict, in a sentence
     """
 
     law: str
@@ -66,12 +68,12 @@ class Judged(NamedTuple):
 
 
 def drawn(law: str, level: float, random: np.random.Generator) -> RubbingCar:
-    """A car beside that of the vehicle file.
+    """Draw a car around that of the vehicle file.
 
     Args:
-        law: of friction
-        level: of friction [N*m]
-        random: that it is drawn with
+        law: friction law
+        level: level of friction [N*m]
+        random: random generator
     """
     nominal = RubbingCar(law, level)
     changes = {name: getattr(nominal, name) * float(np.exp(size * random.normal())) for name, size in SPREAD.items()}
@@ -79,10 +81,10 @@ def drawn(law: str, level: float, random: np.random.Generator) -> RubbingCar:
 
 
 def judged(task: tuple[str, int, int, float]) -> list[Judged]:
-    """A car without fault, then with every level.
+    """Judge a fault-free drive of a car, then one with every higher level of friction.
 
     Args:
-        task: law, number of the car, first seed, minutes of a drive
+        task: law, number of the car, first seed, duration of a drive [min]
     """
     law, number, seed, minutes = task
     car = drawn(law, LEVELS[0], np.random.default_rng([seed, number, 7]))
@@ -96,7 +98,7 @@ def judged(task: tuple[str, int, int, float]) -> list[Judged]:
 def _on(
     car: RubbingCar, level: tuple[float, float] | None, seeds: Sequence[int], minutes: float
 ) -> tuple[Judged, tuple[float, float] | None]:
-    """One drive judged, and the level that it gave."""
+    """Judge one drive; returns the judgement and the baseline that the monitor learnt, as (level, deviation) [N*m]."""
     seed = int(np.random.SeedSequence(list(seeds)).generate_state(1)[0])
     seen = driven(car, course(minutes, seed), seed)
     judge = monitor(level)
@@ -113,7 +115,7 @@ def _on(
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Items of the study; what is worse than at home comes first: bias and deviations, then verdicts."""
+    """Items of the study: bias and coverage first, then verdicts."""
     seed = FRICTION.of(COLUMN, 1)[0]
     cars, minutes = (1, 6.0) if effort.quick else (CARS, MINUTES)
     tasks = [(law, number, seed, minutes) for law in LAWS for number in range(cars)]
@@ -126,7 +128,7 @@ def shown(found: Sequence[Judged]) -> Iterator[Item]:
     """Table and claims.
 
     Args:
-        found: drives
+        found: the judged drives
     """
     rows = []
     for law in LAWS:

@@ -1,4 +1,4 @@
-"""Drives of motulator: machines of several ratings under its own control, and what their sensors read."""
+"""Drives simulated by motulator: machines of several ratings under its current vector control, and sensor readings."""
 
 from __future__ import annotations
 
@@ -12,27 +12,27 @@ from tierod.core.errors import InputError
 from tierod.monitors.motor_angle.signals import MotorAngleSample
 
 SAMPLE_TIME = 1e-4
-"""Of control and recording [s]."""
+"""Sampling interval of control and recording [s]."""
 CURRENT_NOISE, VOLTAGE_NOISE, ANGLE_NOISE = 2.5e-3, 2.3e-3, 5e-4
-"""Standard deviations: of currents over the largest one, of voltages over the supply, of the shaft's angle [rad]."""
+"""Standard deviations of noise: current over the largest current, voltage over the supply, shaft angle [rad]."""
 HELD, RAMP = 0.5, 0.1
-"""Time of each speed, and of the way to it [s]."""
+"""Interval between changes of speed, and duration of the ramp to the next speed at its start [s]."""
 
 
 @dataclass(frozen=True)
 class Machine:
-    """A synchronous machine with permanent magnets, and what feeds and loads it.
+    """A permanent-magnet synchronous machine with its supply and load.
 
     Args:
-        resistance: of a phase [ohm]
-        direct, quadrature: inductances along and across the flux [H]
-        flux: of the magnets [V*s]
-        pole_pairs: electrical turns per turn
-        inertia: of rotor and load [kg*m**2]
-        supply: of the converter [V]
-        current: largest, amplitude of a phase [A]
-        speed: largest electrical one of the courses [rad/s]
-        load: largest torque that opposes [N*m]
+        resistance: phase resistance [ohm]
+        direct, quadrature: inductances of the d and q axes [H]
+        flux: flux linkage of the magnets [V*s]
+        pole_pairs: electrical turns per mechanical turn
+        inertia: inertia of rotor and load [kg*m**2]
+        supply: supply voltage of the converter [V]
+        current: largest amplitude of the phase current [A]
+        speed: largest electrical speed [rad/s]
+        load: largest load torque [N*m]
     """
 
     resistance: float
@@ -55,16 +55,16 @@ MACHINES = {
     "2.2 kW, surface magnets": Machine(3.6, 0.043, 0.043, 0.545, 3, 0.015, 540.0, 9.0, 280.0, 8.0),
     "2.2 kW, interior magnets": Machine(3.6, 0.036, 0.051, 0.545, 3, 0.015, 540.0, 9.0, 280.0, 8.0),
 }
-"""By name; the last is motulator's own example, the others are assumed. Inertias include what the motor turns."""
+"""Machines by name; the last is motulator's own example, the others are assumed. Inertias include the driven load."""
 
 
 @dataclass(frozen=True, eq=False)
 class MotorDrive:
-    """A drive as it is recorded.
+    """A recorded drive.
 
     Args:
-        samples: of `MotorAngleSample`, (n, signals), every `SAMPLE_TIME`
-        angle: true, of the shaft [rad], (n,)
+        samples: signals of `MotorAngleSample` every `SAMPLE_TIME`, (n, signals); NaN where a signal is absent
+        angle: true mechanical angle of the shaft [rad], (n,)
     """
 
     samples: np.ndarray
@@ -73,12 +73,12 @@ class MotorDrive:
 
 @lru_cache(maxsize=16)
 def motor_drive(name: str, seed: int, seconds: float) -> MotorDrive:
-    """A drive to and fro under motulator's current vector control with its sensor.
+    """Simulate a drive in both directions under motulator's current vector control with a position sensor.
 
     Args:
-        name: in `MACHINES`
-        seed: of speeds, loads and noise
-        seconds: how long
+        name: name in `MACHINES`
+        seed: seed of speeds, loads and noise
+        seconds: duration [s]
 
     Raises:
         InputError: motulator is not installed
@@ -103,7 +103,7 @@ def motor_drive(name: str, seed: int, seconds: float) -> MotorDrive:
 def _simulated(
     machine: Machine, random: np.random.Generator, seconds: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Currents and mean voltages of each sample in the stator's axes, complex, and the shaft's angle."""
+    """Complex stator-frame currents [A] and mean voltages [V] of each sample, and mechanical shaft angle [rad]."""
     model, sm, parts = _motulator()
     levels = machine.speed * random.uniform(-1.0, 1.0, round(seconds / HELD) + 2)
     loads = machine.load * random.uniform(-1.0, 1.0, len(levels))
@@ -128,7 +128,8 @@ def _simulated(
     seen = control.data
     phases = np.asarray(seen.ref.d_abc) * machine.supply
     made = (2.0 / 3.0) * (phases @ np.exp(2j * np.pi / 3.0 * np.arange(3)))
-    # A command is made one sample after it was computed, and stands until the sample after that.
+    # The converter applies a command one sample after its computation and holds it for one sample, so that the mean
+    # voltage of the interval that ends at sample k is the command of k - 2.
     voltage = np.concatenate([[0.0, 0.0], made[:-2]])
     return np.asarray(seen.fbk.i_ss), voltage, np.unwrap(np.asarray(seen.fbk.theta_m)) / machine.pole_pairs
 

@@ -1,4 +1,4 @@
-"""The monitor of the motor's angle sensor on motulator's drives, fault-free and with faults in the recording."""
+"""The monitor of the motor angle sensor on motulator's drives, fault-free and with injected faults."""
 
 from __future__ import annotations
 
@@ -26,14 +26,16 @@ from tierod.vehicles import Vehicle, load
 
 GOAL = "goal of tierod, as at home"
 SECONDS, START = 10.0, 7.0
-"""Of a drive, and of a fault [s]."""
+"""Duration of a drive, and start of the fault in it [s]."""
 ANGLE = MotorAngleSample._fields.index("motor_angle_mechanical")
+"""Column of the faulty sensor in the samples."""
 TEXT = (
     "Drives that motulator simulates under its own current vector control: surface and interior magnets of three "
     "ratings, to and fro under loads that step. The vehicle file has the machine's true parameters, and tuning and "
     "thresholds stay those of the 12 V motor. Faults are put into the recording. Seeds follow from the judged monitor.",
 )
 Fault = Callable[[np.ndarray, np.ndarray, float], np.ndarray]
+"""Function from reading [rad], time since the fault [s] and pole pairs to the faulty reading [rad]."""
 
 
 def _offset(angle: np.ndarray, since: np.ndarray, pole_pairs: float) -> np.ndarray:
@@ -61,19 +63,19 @@ FAULTS: Mapping[str, Fault] = {
     "gain of 1.05": _gain,
     "stuck": _stuck,
 }
-"""By name: what the sensor reads of a true reading, its time since the fault [s], and the pole pairs."""
+"""Faults by name."""
 
 
 class Judged(NamedTuple):
-    """A drive.
+    """Results of one drive, fault-free and with every fault.
 
     Args:
-        machine: in `MACHINES`
-        turning: time in which the angle was known [s]
-        error: of the observer's electrical angle while it was, root mean square [rad]
-        false: tests that alarmed without a fault
-        delays: by fault, time to the first alarm [s]; infinite where none came
-        plain: finding where the vehicle file gives the inductance along the flux alone; None for a machine with surface
+        machine: name in `MACHINES`
+        turning: time in which the observed angle was valid [s]
+        error: root mean square error of the observed electrical angle in that time [rad]
+        false: tests with a false alarm
+        delays: detection delay by fault [s]; infinite where no test alarmed
+        plain: finding with a vehicle file that gives the d-axis inductance alone; None for a machine with surface
             magnets
     """
 
@@ -86,11 +88,11 @@ class Judged(NamedTuple):
 
 
 def vehicle(name: str, salient: bool = True) -> Vehicle:
-    """A vehicle file with the parameters of a machine.
+    """Vehicle with the parameters of a machine.
 
     Args:
-        name: in `MACHINES`
-        salient: whether it gives both inductances; otherwise that along the flux alone
+        name: name in `MACHINES`
+        salient: whether it gives both inductances; otherwise that of the d axis alone
     """
     machine, base = MACHINES[name], load("motor-bench")
     known = {
@@ -110,16 +112,17 @@ def vehicle(name: str, salient: bool = True) -> Vehicle:
 
 
 def judged(task: tuple[str, int, float]) -> Judged:
-    """A machine's drive, fault-free and with every fault.
+    """Judge a drive of a machine, fault-free and with every fault.
 
     Args:
-        task: name of the machine, seed, and seconds of the drive
+        task: name of the machine, seed, and duration of the drive [s]
     """
     name, seed, seconds = task
     drive, pole_pairs = motor_drive(name, seed, seconds), float(MACHINES[name].pole_pairs)
     monitor = MotorAngleMonitor.of_vehicle(vehicle(name), SAMPLE_TIME)
     free = scan(monitor, drive.samples)
     known = free["compared.known"] > 0.5
+    # The complex exponential wraps the error, so that a whole turn between the two angles does not count.
     away = np.angle(np.exp(1j * pole_pairs * (free["estimate.motor_angle"] - drive.angle)))[known]
     start = START * seconds / SECONDS
     since = SAMPLE_TIME * np.arange(len(drive.angle)) - start
@@ -138,7 +141,7 @@ def judged(task: tuple[str, int, float]) -> Judged:
 
 
 def recorded(drive: MotorDrive) -> Recording:
-    """A drive as a recording of the signals that it has."""
+    """The drive as a recording of its available signals."""
     time = SAMPLE_TIME * np.arange(len(drive.angle))
     columns = zip(MotorAngleSample._fields, drive.samples.T, strict=True)
     there = {name: values for name, values in columns if np.isfinite(values).any()}
@@ -146,7 +149,7 @@ def recorded(drive: MotorDrive) -> Recording:
 
 
 def alarms_of(outputs: Result, during: np.ndarray) -> dict[str, float]:
-    """Time from the first sample of `during` to the first alarm of every test that alarms in it [s]."""
+    """Detection delay from the first sample of `during`, for every test that alarms in it [s]."""
     begin = int(np.argmax(during))
     found = {}
     for name in outputs.names:
@@ -156,7 +159,7 @@ def alarms_of(outputs: Result, during: np.ndarray) -> dict[str, float]:
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Items of the study; what is worse than at home comes first: false alarms, then faults."""
+    """Items of the study, worst results first: false alarms, then faults."""
     yield Heading("Motors of motulator", TEXT)
     seed, drives = MOTORS.of(BY_NAME, 1)[0], 3 if effort.thorough else 1
     machines = list(MACHINES)[:1] if effort.quick else list(MACHINES)
@@ -173,7 +176,7 @@ def shown(found: Sequence[Judged]) -> Iterator[Item]:
     """Table and claims.
 
     Args:
-        found: drives
+        found: the judged drives
     """
     names = list(dict.fromkeys(each.machine for each in found))
     names.sort(key=lambda name: -sum(bool(each.false) for each in found if each.machine == name))

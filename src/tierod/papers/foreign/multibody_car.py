@@ -1,4 +1,4 @@
-"""Drives of CommonRoad's multi-body car, a BMW 320i: what the sensors of its motion read."""
+"""Drives of CommonRoad's multi-body car, a BMW 320i, as readings of its motion sensors."""
 
 from __future__ import annotations
 
@@ -14,10 +14,12 @@ from tierod.papers.condition.real_recordings import RealCar
 from tierod.vehicles import Vehicle, load
 
 RATE = 100.0
-"""Of the recording [Hz]."""
+"""Sampling rate of the recording [Hz]."""
 STEERING_RATIO, AXLE_STIFFNESS = 1.0 / 16.0, (107e3, 119e3)
-"""Road wheel per turn of the steering wheel, which CommonRoad does not know; stiffness of the axles, from its tyres'
-21.9 per load and friction [N/rad]."""
+"""Road wheel angle over steering wheel angle, which CommonRoad does not give; cornering stiffness of the axles [N/rad].
+
+The stiffnesses follow from the coefficient 21.9 of CommonRoad's tyres, per load and friction.
+"""
 NOISES = {
     "wheel_speed_front_left": 0.02,
     "wheel_speed_front_right": 0.02,
@@ -28,23 +30,24 @@ NOISES = {
     "lateral_acceleration": 0.05,
     "longitudinal_acceleration": 0.05,
 }
-"""Standard deviations by signal, in its unit."""
+"""Standard deviation of the noise of each signal, in its unit."""
 UNITS = {"wheel": "m/s", "yaw": "rad/s", "steering": "rad", "lateral": "m/s**2", "longitudinal": "m/s**2"}
+"""Unit of a signal by the first word of its name."""
 
 
 @dataclass(frozen=True)
 class MultibodyCar(RealCar):
-    """The car, as the study of real cars takes one.
+    """CommonRoad's car in the form of a car of the study of real cars.
 
     Args:
-        seed: of course and noise
+        seed: seed of course and noise
     """
 
     seed: int = 0
 
     @property
     def known(self) -> Vehicle:
-        """A vehicle file with its parameters."""
+        """Vehicle with the parameters of CommonRoad's car; all others are those of the RAV4."""
         base, given = load("rav4"), _parameters()
         values = {
             "mass": given.m,
@@ -60,7 +63,7 @@ class MultibodyCar(RealCar):
         return replace(base, parameters={**base.parameters, **changed})
 
     def recording(self) -> Recording | None:
-        """The recording as it was driven; None where CommonRoad's models are not installed."""
+        """The simulated recording; None where CommonRoad's models are not installed."""
         try:
             return multibody_drive(self.seed, self.learning + 30.0)
         except InputError:
@@ -69,11 +72,11 @@ class MultibodyCar(RealCar):
 
 @lru_cache(maxsize=4)
 def multibody_drive(seed: int, seconds: float) -> Recording:
-    """A drive on bends of up to some 3 m/s2, between 8 and 20 m/s.
+    """Simulate a drive through bends of up to some 2.5 m/s2, between 8 and 20 m/s.
 
     Args:
-        seed: of bends, speeds and noise
-        seconds: how long
+        seed: seed of bends, speeds and noise
+        seconds: duration [s]
 
     Raises:
         InputError: the package `commonroad-vehicle-models` is not installed
@@ -105,7 +108,7 @@ def multibody_drive(seed: int, seconds: float) -> Recording:
 
 def _signals(states: np.ndarray, given: Any) -> dict[str, np.ndarray]:
     along, yaw, across = states[3], states[5], states[10]
-    # The model calls left what rolls faster in a turn to the left, so that its sides are the other way round.
+    # The model names left the wheels that roll faster in a left turn, so that its sides are interchanged.
     names = ("front_right", "front_left", "rear_right", "rear_left")
     found = {f"wheel_speed_{name}": given.R_w * states[23 + place] for place, name in enumerate(names)}
     return found | {

@@ -1,4 +1,4 @@
-"""Seeds of the drives on plants of others: each follows from the monitor that is judged on it."""
+"""Seeds of the reported drives on foreign plants; each follows from the monitor that is judged on it."""
 
 from __future__ import annotations
 

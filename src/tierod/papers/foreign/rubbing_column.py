@@ -1,7 +1,7 @@
 """A car with column steering written for this study alone: it shares no equation and no parameter with tierod.
 
-Wheel and pinion hang on an elastic shaft; friction below it is that of LuGre or of generalised Maxwell slip; tyres
-saturate by a hyperbolic tangent and their trail falls with slip. Everything is plain Python by half a millisecond.
+An elastic shaft connects steering wheel and pinion. The pinion has LuGre or generalised Maxwell slip friction. Tyre
+forces saturate by a hyperbolic tangent, and the pneumatic trail falls with slip. The integration step is 0.5 ms.
 
 Sources: Canudas de Wit, Olsson, Astrom, Lischinsky, IEEE TAC 40 (1995) 419 (LuGre); Lampaert, Swevers, Al-Bender, IEEE
 TAC 48 (2003) 683 (generalised Maxwell slip); Pacejka, Tyre and Vehicle Dynamics (2006), sections 1.3 and 7.2 (single
@@ -17,10 +17,10 @@ from typing import NamedTuple
 import numpy as np
 
 STEP, EVERY = 5e-4, 20
-"""Of the integration [s], and how many make a sample of 100 Hz."""
+"""Step of the integration [s], and number of steps per sample of 100 Hz."""
 LUGRE, MAXWELL = "LuGre", "generalised Maxwell slip"
 ELEMENTS = 6
-"""Of generalised Maxwell slip."""
+"""Number of elements of generalised Maxwell slip."""
 SIGNALS = (
     "steering_wheel_angle",
     "steering_wheel_rate",
@@ -30,23 +30,24 @@ SIGNALS = (
     "motor_torque",
     "vehicle_speed",
 )
-"""That are recorded, in order."""
+"""Recorded signals, in the order of the columns."""
 NOISE = (1e-3, 0.01, 3e-3, 0.1, 0.05, 5e-3, 0.05)
-"""Their standard deviations [rad, rad/s, rad/s, m/s**2, N*m, N*m, m/s]."""
+"""Standard deviations of the noise of `SIGNALS` [rad, rad/s, rad/s, m/s**2, N*m, N*m, m/s]."""
 
 
 @dataclass(frozen=True)
 class RubbingCar:
-    """The car, in SI units; nominal values are typical of a mid-size car with 1.6 t.
+    """Parameters of the car in SI units; nominal values are typical of a mid-size car of 1.6 t.
 
     Args:
-        mass, yaw_inertia, front, rear: of the body, and its centre's distances from the axles
-        front_stiffness, rear_stiffness: of the axles; grip: largest lateral force over the load
-        mechanical_trail, pneumatic_trail, relaxation: of the front tyres
-        ratio, motor_ratio: road wheel and motor per turn of the column
-        wheel_inertia, pinion_inertia, shaft, shaft_damping, wheel_damping, pinion_damping: of the column
-        law: of friction; level: while sliding fast; excess: share by which it is higher at rest, gone at `stribeck`
-        build_up: angle over which it builds up
+        mass, yaw_inertia, front, rear: body, and distances of its centre of gravity from the axles
+        front_stiffness, rear_stiffness: cornering stiffness of the axles; grip: largest lateral force over the load
+        mechanical_trail, pneumatic_trail, relaxation: trails and relaxation length of the front tyres
+        ratio, motor_ratio: turns of road wheel and motor per turn of the column
+        wheel_inertia, pinion_inertia, shaft, shaft_damping, wheel_damping, pinion_damping: column and its elastic shaft
+        law: friction law; level: friction at high sliding speed; excess: relative excess of friction at rest, which
+            decays with the Stribeck velocity `stribeck`
+        build_up: angle over which friction builds up
     """
 
     law: str
@@ -75,18 +76,18 @@ class RubbingCar:
 
 
 class Course(NamedTuple):
-    """Wanted angle of the steering wheel [rad] and speed [m/s], a value each `STEP`."""
+    """Reference of the steering wheel angle [rad] and speed [m/s], a value every `STEP`."""
 
     angle: np.ndarray
     speed: np.ndarray
 
 
 def course(minutes: float, seed: int) -> Course:
-    """Bends of 0.5 to 3 m/s2 either way with straights between, at 10 to 27 m/s, the hands never quite still.
+    """Bends of 0.5 to 3 m/s2 in both directions and straights, at 10 to 27 m/s, with small motions of the hands.
 
     Args:
-        minutes: how long
-        seed: of bends and speeds
+        minutes: duration [min]
+        seed: seed of bends and speeds
     """
     random = np.random.default_rng([seed, 1])
     count = round(60.0 * minutes / STEP)
@@ -112,12 +113,12 @@ def course(minutes: float, seed: int) -> Course:
 
 
 def driven(car: RubbingCar, way: Course, seed: int) -> np.ndarray:
-    """Readings of the sensors, every 10 ms in the order of `SIGNALS`, (n, 7).
+    """Simulate the car; returns sensor readings every 10 ms in the order of `SIGNALS`, (n, 7).
 
     Args:
         car: the plant
-        way: of `course`
-        seed: of the sensors' noise
+        way: result of `course`
+        seed: seed of the sensor noise
     """
     friction = _LuGre(car) if car.law == LUGRE else _Maxwell(car)
     count = len(way.angle) // EVERY
@@ -137,6 +138,7 @@ def driven(car: RubbingCar, way: Course, seed: int) -> np.ndarray:
         behind = most * math.tanh(car.rear_stiffness * (car.rear * yaw - lateral) / speed / most)
         trail = car.mechanical_trail + car.pneumatic_trail * max(1.0 - abs(slip) / 0.15, 0.0)
         rubbing = friction.torque(pinion_rate)
+        # Semi-implicit Euler: rates first, then angles from the new rates, which keeps the stiff shaft stable.
         across = (force + behind) / car.mass
         pinion_gain = bar + car.motor_ratio * motor - car.ratio * trail * force
         wheel_rate += STEP / car.wheel_inertia * (hand - bar - car.wheel_damping * wheel_rate)
@@ -157,18 +159,18 @@ def _assist(bar: float, speed: float) -> float:
 
 
 def _sliding(car: RubbingCar, rate: float) -> float:
-    """Level of friction at a rate: falling from rest (Stribeck)."""
+    """Stribeck curve: steady friction at a sliding rate [N*m]."""
     ratio = rate / car.stribeck
     return car.level * (1.0 + car.excess * math.exp(-ratio * ratio))
 
 
 def sliding_level(car: RubbingCar, rates: np.ndarray) -> float:
-    """Mean level of friction over rates at which the steering slides [N*m]: what an estimate is held against."""
+    """Mean steady friction over sliding rates [N*m], the truth that an estimate is compared with."""
     return float(np.mean([_sliding(car, float(rate)) for rate in rates]))
 
 
 class _LuGre:
-    """One mean bristle, its micro-damping a third of critical."""
+    """LuGre friction with one mean bristle, whose damping ratio at rest is 0.3."""
 
     def __init__(self, car: RubbingCar):
         self.car, self.stiffness, self.bristle = car, car.level / car.build_up, 0.0
@@ -181,12 +183,12 @@ class _LuGre:
 
 
 class _Maxwell:
-    """Parallel elements that stick and slip, each with a share of the level and a stiffness of its own."""
+    """Generalised Maxwell slip: parallel stick-slip elements, each with a share of the level and its own stiffness."""
 
     def __init__(self, car: RubbingCar):
         self.car = car
         self.shares = [1.0 / ELEMENTS] * ELEMENTS
-        # Elements give way one after the other, up to twice the angle of build-up.
+        # The stiffnesses are staggered so that the elements slip one after the other, up to twice the build-up angle.
         self.stiffness = [
             car.level / ELEMENTS / (car.build_up * 2.0 * (number + 1) / ELEMENTS) for number in range(ELEMENTS)
         ]
@@ -197,7 +199,7 @@ class _Maxwell:
         for number, share in enumerate(self.shares):
             force, limit = self.forces[number], share * level
             sliding = abs(force) >= limit and force * rate > 0.0
-            # While it slips an element follows its Stribeck level with the attraction C = 50 levels a second.
+            # A slipping element approaches its Stribeck level with the attraction C = 50 levels per second.
             following = 50.0 * self.car.level * (share * direction - force / level)
             slope = following if sliding else self.stiffness[number] * rate
             force += STEP * slope

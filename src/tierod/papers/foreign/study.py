@@ -1,4 +1,4 @@
-"""The study of foreign plants: one part after the other."""
+"""The study of foreign plants: motion sensors of a car, friction of a column, and motors."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ PARTS: Mapping[str, str] = {
     "friction": "friction on a foreign column",
     "motors": "motors of motulator",
 }
-"""Module of every part, and what it is about."""
+"""Subject of every part, by name of its module."""
 
 
 def items(effort: Effort, progress: Progress) -> Iterator[Item]:
-    """All that the study finds out."""
+    """All items of the study."""
     for done, (name, title) in enumerate(PARTS.items()):
         progress(done / len(PARTS), title)
         part: Callable[[Effort], Iterator[Item]] = import_module(f"tierod.papers.foreign.{name}").items

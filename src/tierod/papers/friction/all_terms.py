@@ -1,4 +1,4 @@
-"""The joint filter with all terms of eq (19), on a car whose steering ratio varies and on one where it does not."""
+"""The joint filter with all terms of eq (19), on cars with a variable and with a constant steering ratio."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from tierod.papers.friction.statistics import mean, plus_minus, pooled
 
 LEVELS = (HEALTHY, STATES[WORST])
 ROADS = {"as usual": "constant ratio", VARIABLE_RATIO: f"ratio grows by {100 * RATIO_GROWTH:g} % per rad²"}
-"""Conditions that are driven, and how the table calls them."""
+"""Condition in `CONDITIONS` -> its words in the table."""
 TERMS = {
     named.OPEN: "ratio constant, sign frozen (as the paper)",
     named.RATIO: "rho(theta)",
     named.RATIO_SLOPE: "rho(theta) and rho'",
     named.ALL_TERMS: "rho(theta), rho' and delta (eq 19)",
 }
-"""Estimators that are compared, and how the table calls them."""
+"""Estimator in `ESTIMATORS` -> its words in the table."""
 TEXT = (
     "Eq (19) has two terms more than the filter that the paper runs: with the slope of the ratio, and with Dirac's "
     "delta, which is twice as large as printed and here as wide as a sign smoothed over 0.02 rad/s. All filters have "
@@ -34,7 +34,7 @@ TEXT = (
 
 
 def cases(condition: str, level: float, effort: Effort) -> tuple[Case, ...]:
-    """Drives on a kind of ratio with a level of friction; the same routes for both."""
+    """Drives under a condition at a friction level [N*m]; the routes are the same for all."""
     routes, minutes = ((8101,), 4.0) if effort.quick else ((8101, 8102, 8103), 7.0)
     return tuple(Case(route, level, minutes, condition=condition) for route in routes)
 
@@ -45,7 +45,7 @@ def wants(effort: Effort) -> Wants:
 
 
 def items(drives: Drives, effort: Effort) -> Iterator[Item]:
-    """Table and claims."""
+    """Table of the estimates, and the claims on every term left out."""
     found = {
         (condition, level, name): pooled(drives.of(cases(condition, level, effort)), name)
         for condition in ROADS

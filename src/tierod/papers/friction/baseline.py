@@ -1,4 +1,4 @@
-"""The baseline algorithm of the paper on its drives: Figure 3 and what sections 4.1 to 4.3 claim of it."""
+"""The baseline algorithm of the paper on its drives: Figure 3 and the claims of sections 4.1 to 4.3."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def _figure(sets: PaperSets, drives: Drives) -> Chart:
     panels = []
     for name in (named.BASELINE, named.BASELINE_SIGN):
         found = {state: variances(sets, drives, state, name) for state in ("Healthy", WORST)}
-        # The longest windows would leave the others in a few bars.
+        # The largest variances would squeeze all others into a few bars.
         widest = max((float(np.quantile(values, 0.99)) for values in found.values() if len(values)), default=1.0)
         at = np.linspace(0.0, widest, BINS + 1)
         panels.append(

@@ -1,4 +1,4 @@
-"""Drives of the study as data: which car, which friction, which road, which sensors."""
+"""Drives of the study as data: car, friction, road and sensors of each."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ HEALTHY = 4.0
 """Friction of the fault-free steering [N*m]; Table 1 of the paper."""
 
 ADDED = {"PWM 15%": 1.5, "PWM 20%": 4.0, "PWM 25%": 8.5}
-"""Friction that the paper's clutch brake adds [N*m]: the middles of the ranges of Table 1."""
+"""Friction that the paper's clutch brake adds [N*m]: middle of every range in Table 1."""
 
 STATES = {"Healthy": HEALTHY} | {name: HEALTHY + added for name, added in ADDED.items()}
 """Total friction of every health state [N*m]."""
 
 _CARS = 77
-"""Stream of chance that cars are drawn from."""
+"""Number of the random stream that draws the cars; the first word of its seed is the car's."""
 
 
 @dataclass(frozen=True)
@@ -34,11 +34,11 @@ class Case:
         friction: level of dry friction [N*m], or its course over time
         minutes: duration [min]
         car: seed of the car and its sensors, drawn around the nominal ones; None for the nominal ones themselves
-        scatter: how widely they are drawn, a name in `SCATTERS`
+        scatter: spread of car and sensors, a name in `SCATTERS`
         tyres: a name in `TYRES`
-        law: of the friction, a name in `LAWS`
-        condition: what else is unusual, a name in `CONDITIONS`
-        reference: a fault-free drive of the same car, against whose level this one is judged
+        law: friction law, a name in `LAWS`
+        condition: further difference from the usual drive, a name in `CONDITIONS`
+        reference: fault-free drive of the same car, which gives the baseline; None learns it in this drive
     """
 
     route: int
@@ -64,11 +64,11 @@ class Case:
 
     @property
     def level(self) -> float:
-        """Level of friction, before a change if there is one [N*m]."""
+        """Friction level at the start of the drive [N*m]."""
         return self.friction.levels[0] if isinstance(self.friction, FrictionCourse) else self.friction
 
     def counted_from(self, first: int) -> Case:
-        """The same drive on other roads, in another car, with other noise: its numbers count from this one on."""
+        """The same case with the seeds of route, car and reference shifted by `first`; unchanged for 0."""
         if not first:
             return self
         reference = None if self.reference is None else self.reference.counted_from(first)
@@ -76,7 +76,7 @@ class Case:
         return replace(self, route=first + self.route, car=car, reference=reference)
 
     def setup(self) -> Setup:
-        """Car, sensors and roads: tyres, law and condition first, then what is drawn around them."""
+        """Car, sensors and roads with tyres, law and condition applied, then drawn at random around them."""
         setup = usual()
         for change in (TYRES[self.tyres], LAWS[self.law], CONDITIONS[self.condition]):
             setup = change(setup)
@@ -86,7 +86,7 @@ class Case:
         return replace(setup, car=car, sensors=sensors)
 
     def recording(self) -> Recording:
-        """The drive as measured by the sensors."""
+        """Simulates the drive; the channels are those of the sensors, and the truth."""
         setup = self.setup()
         recording = drive(
             setup.car,
@@ -101,7 +101,7 @@ class Case:
 
 
 def _with_motor(setup: Setup) -> SensorSet:
-    """The sensors with the motor's own, as exact at the column as those of the steering wheel are."""
+    """The sensors with those of the motor, which are as accurate at the column as the steering wheel's."""
     gear = setup.car.steering.motor.ratio  # type: ignore[attr-defined]
     rate = setup.sensors["steering_wheel_rate"]
     motor = {
@@ -112,7 +112,7 @@ def _with_motor(setup: Setup) -> SensorSet:
 
 
 def _column_angle_of_motor(recording: Recording, setup: Setup) -> Recording:
-    """The recording with angle and rate of the column in the place of those of the steering wheel."""
+    """The recording with angle and rate of the column, measured at the motor, in place of the steering wheel's."""
     gear = setup.car.steering.motor.ratio  # type: ignore[attr-defined]
     angle, speed = recording["pinion_angle"], recording["motor_speed"]
     below = {

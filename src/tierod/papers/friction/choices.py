@@ -1,4 +1,4 @@
-"""Claims of the paper about the choices in its filter, in section 4.3 and appendix B."""
+"""Claims of the paper on the design choices of its filter, in section 4.3 and appendix B."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from tierod.papers.friction.statistics import deviation, joined, mean, pooled
 
 
 def items(drives: Drives, effort: Effort) -> Iterator[Item]:
-    """The claims."""
+    """Claims on operating point, unscented filter and virtual noise."""
     sets = paper_sets(effort)
     yield from _on_filter(sets, drives)
     yield from _on_virtual_noise(sets, drives)
@@ -112,7 +112,7 @@ def _on_virtual_noise(sets: PaperSets, drives: Drives) -> Iterator[Claim]:
 
 
 def _apart(sets: PaperSets, drives: Drives) -> str:
-    """By how much the a posteriori operating point changes error and spread of every health state, in words."""
+    """Sentence with the change of error and spread by the a posteriori operating point, for every health state."""
     changes = []
     for state in STATES:
         cases = list(sets.all_of(state))

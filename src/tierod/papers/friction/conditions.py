@@ -1,4 +1,4 @@
-"""The search for conditions under which the baseline fails as printed and the refined filter scatters as printed."""
+"""Search for conditions under which the baseline fails and the refined filter scatters as the paper prints it."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from tierod.papers.friction.searched import SEARCHED, wandering
 from tierod.papers.friction.statistics import deviation, joined, overlap, plus_minus, pooled
 
 PRINTED_DEVIATION = (1.5, 2.2)
-"""Standard deviation of every health state as printed [N*m]."""
+"""Printed range of the standard deviation of the estimates in every health state [N*m]."""
 
 FAILING = 0.4
-"""Overlap from which a histogram hardly separates two groups [-]."""
+"""Overlap of two histograms from which the baseline counts as failing [-]."""
 
 LEVELS = (HEALTHY, STATES[WORST])
 BASELINES = (named.BASELINE, named.BASELINE_SIGN)
@@ -31,7 +31,7 @@ FILTERS = {
     named.PER_SAMPLE: "rows of G one",
     named.PNEUMATIC: "rows of one, pneumatic trail",
 }
-"""Readings of the refined filter, and how the tables call them."""
+"""Reading of the refined filter -> its words in the tables."""
 
 
 @dataclass(frozen=True)
@@ -39,9 +39,9 @@ class Found:
     """Result of one condition.
 
     Args:
-        overlaps: of the baseline's variances, healthy and PWM 25 %, by variant
-        areas: AUC of the same
-        estimates: of the readings of the printed filter, by reading and level [N*m]
+        overlaps: overlap of the baseline's variances, healthy against PWM 25 %, by variant
+        areas: AUC of the same variances, by variant
+        estimates: settled estimates of the filter, by reading and friction level [N*m]
     """
 
     overlaps: dict[str, float]
@@ -49,13 +49,13 @@ class Found:
     estimates: dict[tuple[str, float], np.ndarray]
 
     def deviations(self, name: str) -> tuple[float, float]:
-        """Standard deviation of a reading, fault-free and PWM 25 % [N*m]."""
+        """Standard deviations of the estimates of a reading, fault-free and at PWM 25 % [N*m]."""
         healthy, faulty = (deviation(self.estimates[name, level]) for level in LEVELS)
         return healthy, faulty
 
 
 def cases(condition: str, level: float, effort: Effort) -> tuple[Case, ...]:
-    """The drives under a condition at a level of friction; the same routes everywhere."""
+    """Drives under a condition at a friction level [N*m]; the routes are the same for all."""
     setting = SEARCHED[condition]
     routes, minutes = ((8001,), 4.0) if effort.quick else ((8001, 8002, 8003), 6.0)
     return tuple(
@@ -220,6 +220,6 @@ def _claims(found: dict[str, Found]) -> Iterator[Claim]:
 
 
 def _distance(deviations: tuple[float, float]) -> float:
-    """Distance of the worse of two standard deviations outside of the printed range [N*m]."""
+    """Distance of two standard deviations from the printed range [N*m]: the larger one, 0 where both lie within."""
     low, high = PRINTED_DEVIATION
     return max(max(low - value, value - high, 0.0) if np.isfinite(value) else np.inf for value in deviations)

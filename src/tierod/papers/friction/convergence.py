@@ -1,4 +1,4 @@
-"""Convergence time of the printed filter to the true friction, over the variance P0 that is not printed."""
+"""Convergence time of the printed filter to the true friction, for several values of P0, which is not printed."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from tierod.papers.friction.statistics import mean
 
 TRUE = STATES[WORST]
 SHARES = (0.5, 0.8, 0.9)
-"""Of the way from the start to the true level."""
+"""Shares of the way from the initial estimate to the true friction [-]."""
 PRINTED_SECONDS = {"enabled": 50.0, "total": 150.0}
 GOALS = {"enabled": between(30.0, 75.0), "total": between(90.0, 225.0)}
 TEXT = (
@@ -31,18 +31,18 @@ TEXT = (
 
 
 def cases(effort: Effort) -> tuple[Case, ...]:
-    """Drives with the largest friction of the paper."""
+    """Drives with the largest friction level of the paper."""
     routes, minutes = ((8201,), 4.0) if effort.quick else ((8201, 8202, 8203, 8204, 8205), 10.0)
     return tuple(Case(route, TRUE, minutes) for route in routes)
 
 
 def wants(effort: Effort) -> Wants:
-    """The drives, seen by the printed filter with every P0."""
+    """The drives, and the printed filter with every P0."""
     return dict.fromkeys(cases(effort), tuple(named.OF_VARIANCE.values()))
 
 
 def items(drives: Drives, effort: Effort) -> Iterator[Item]:
-    """Times over P0, the courses, and the claims."""
+    """Table of convergence times over P0, courses of one drive, and the claims."""
     digests = drives.of(cases(effort))
     yield Heading("Convergence to the true friction over P0", TEXT)
     rows = []
@@ -65,13 +65,13 @@ def items(drives: Drives, effort: Effort) -> Iterator[Item]:
 
 
 def reached(digest: Digest, name: str, share: float, true: float = TRUE) -> tuple[float, float]:
-    """Enabled and total time [s] until an estimate has gone a share of the way to the truth, or infinite.
+    """Enabled and total time [s] until an estimate has gone a share of the way to the truth; infinite if it never does.
 
     Args:
-        digest: of a drive
-        name: of the estimator
-        share: of the way from the paper's start
-        true: level of friction [N*m]
+        digest: digest of a drive
+        name: name of the estimator
+        share: share of the way from the initial estimate of 3 N*m [-]
+        true: friction level at the end of the way [N*m]
     """
     course = digest.courses[name]
     short = course.friction < INITIAL + share * (true - INITIAL)
@@ -87,13 +87,13 @@ def _mean_time(digests: Sequence[Digest], name: str, share: float) -> tuple[floa
 
 
 def _own(digests: Sequence[Digest], name: str) -> float:
-    """Enabled time [s] to 95 % of the way to the mean of what follows, which is no statement on the truth."""
+    """Enabled time [s] to 95 % of the way to the mean of the filter's own settled estimates, which may be biased."""
     times = [reached(each, name, 0.95, each.mean(name))[0] for each in digests if math.isfinite(each.mean(name))]
     return mean(np.array(times)) if times else math.inf
 
 
 def _after(digest: Digest, name: str, seconds: float) -> float:
-    """The estimate once so much time was enabled [N*m]; NaN where it never was."""
+    """Estimate after an enabled time [s] in a drive [N*m]; NaN where the enabled time of the drive is shorter."""
     course = digest.courses[name]
     later = np.flatnonzero(course.enabled_seconds >= seconds)
     return float(course.friction[later[0]]) if len(later) else math.nan
@@ -124,6 +124,7 @@ def _claims(digests: Sequence[Digest]) -> Iterator[Claim]:
     for index, (kind, printed) in enumerate(PRINTED_SECONDS.items()):
         times = {variance: _mean_time(digests, name, 0.8)[index] for variance, name in named.OF_VARIANCE.items()}
         finite = {variance: time for variance, time in times.items() if math.isfinite(time)}
+        # The floor keeps the logarithm finite where the estimate starts beyond the goal.
         off = {variance: abs(math.log(max(time, 0.1) / printed)) for variance, time in finite.items()}
         nearest = min(off, key=off.__getitem__, default=math.nan)
         words = ", ".join(

@@ -1,4 +1,4 @@
-"""Digest of one drive: every estimator's course, the baseline's windows, and the verdict."""
+"""Digest of one drive: course of every estimator, windows of the baseline algorithm, and the verdict."""
 
 from __future__ import annotations
 
@@ -20,30 +20,30 @@ from tierod.papers.friction.estimators import BASELINES, DEFAULT, ESTIMATORS, mo
 
 RATE = 100.0
 KEPT = 20
-"""Every so manieth sample of an estimate is kept: 5 Hz, far above what a filter of many seconds moves with."""
+"""Decimation of the stored estimates, to 5 Hz: far above the bandwidth of filters that settle in many seconds."""
 
 ALIGNING_TRUTH = "truth_self_aligning_torque"
 
 READY_SECONDS = 50.0
-"""Enabled time before an estimate counts [s]: as printed by Mohtat et al., section 5."""
+"""Warm-up: enabled time before an estimate counts [s], as printed by Mohtat et al., section 5."""
 
 ALARM = 3.0
-"""Level of the running verdict from which friction is reported as risen; one more is a fault."""
+"""Alarm level of the running verdict from which friction counts as rising; a fault is one level higher."""
 
 _LEVEL = {Status.NOT_READY: 0.0, Status.HEALTHY: 2.0, Status.RISING: ALARM, Status.FAULT: ALARM + 1.0}
 LEVELS = np.array([_LEVEL.get(status, 1.0) for status in STATUSES])
-"""Of each status by its code; 1 where friction is not identifiable."""
+"""Alarm level by status code: 0 not ready, 1 no verdict, 2 healthy, 3 rising, 4 fault."""
 
 
 @dataclass(frozen=True)
 class Course:
-    """An estimate over a drive.
+    """Course of an estimate over a drive, at 5 Hz.
 
     Args:
-        friction: estimated [N*m]
+        friction: estimated friction [N*m]
         enabled_seconds: enabled time so far [s]
-        aligning_error: of the estimated self-aligning torque, root mean square over the spread of the true one; NaN
-            where none is estimated
+        aligning_error: root mean square error of the self-aligning torque over the standard deviation of the true
+            torque [-]; NaN where none is estimated
     """
 
     friction: np.ndarray
@@ -52,7 +52,7 @@ class Course:
 
     @property
     def settled(self) -> np.ndarray:
-        """The estimates after the ready time [N*m]."""
+        """The estimates after the warm-up [N*m]."""
         return self.friction[self.enabled_seconds > READY_SECONDS]
 
 
@@ -61,11 +61,11 @@ class Windows:
     """Windows of the baseline monitor over a drive.
 
     Args:
-        variance: of every window, once a second [(N*m)**2]
-        realigned: the same where the vehicle's torque is delayed until both agree best [(N*m)**2]
-        enabled_share: of the drive
-        delay: by which the observer's torque lags behind that of the vehicle [s]
-        warped: variance of every window where the vehicle's torque is stretched by dynamic time warping [(N*m)**2]
+        variance: variance of every window, once a second [(N*m)**2]
+        realigned: the same with the vehicle's torque delayed by `delay` [(N*m)**2]
+        enabled_share: share of the drive in which the monitor was enabled [-]
+        delay: lag of the observer's torque behind the vehicle's, at the peak of their correlation [s]
+        warped: variance of every window after dynamic time warping of the vehicle's torque [(N*m)**2]
     """
 
     variance: np.ndarray
@@ -81,10 +81,10 @@ class Verdict:
 
     Args:
         status: at the end of the drive
-        worst: highest code of the running verdict at any time
-        ratios: lowest and highest ratio to the baseline while it was judged [-]
-        delays: enabled time from a step of friction to rising and to fault [s], infinite where it never came
-        early: whether there was an alarm before the step
+        worst: highest alarm level of the running verdict, as in `LEVELS`
+        ratios: lowest and highest ratio to the baseline while friction was judged [-]
+        delays: enabled time from a step of friction to rising and to fault [s], infinite without the alarm
+        early: whether there was an alarm before the step; at any time in a drive without a step
         level: baseline and its standard deviation [N*m]; None where none was learnt
     """
 
@@ -102,10 +102,10 @@ class Digest:
 
     Args:
         seconds: duration [s]
-        angle: of the steering wheel [rad]
-        courses: of every estimator that was asked for
-        windows: of every baseline that was asked for
-        verdict: of the default monitor
+        angle: steering wheel angle at 5 Hz [rad]
+        courses: course of every requested estimator, by name
+        windows: windows of every requested form of the baseline monitor, by name
+        verdict: verdict of the default monitor
     """
 
     seconds: float
@@ -115,22 +115,22 @@ class Digest:
     verdict: Verdict | None = None
 
     def settled(self, estimator: str) -> np.ndarray:
-        """Estimates after the ready time [N*m]."""
+        """Estimates of an estimator after the warm-up [N*m]."""
         return self.courses[estimator].settled
 
     def mean(self, estimator: str) -> float:
-        """Mean of the settled estimates [N*m]; NaN where the gate never opened long enough."""
+        """Mean of the settled estimates [N*m]; NaN where the estimator was not enabled for long enough."""
         values = self.settled(estimator)
         return float(values.mean()) if len(values) else math.nan
 
 
 def digest(case: Case, names: Iterable[str], level: tuple[float, float] | None = None) -> Digest:
-    """A drive and what the estimators made of it.
+    """Simulates a drive, runs the estimators over it and returns their results.
 
     Args:
         case: the drive
-        names: in `ESTIMATORS` and `BASELINES`; `DEFAULT` is always there
-        level: baseline of the car and its standard deviation [N*m]
+        names: estimators in `ESTIMATORS` and `BASELINES`; `DEFAULT` always runs
+        level: baseline of the car and its standard deviation [N*m]; None learns it from this drive
     """
     recording = case.recording()
     wanted = list(names)
@@ -156,7 +156,7 @@ def _tracking(estimated: np.ndarray, truth: np.ndarray) -> float:
 
 
 def _aligned(recording: Recording, blocks: Iterable[Any]) -> Aligned:
-    """The signals of all blocks on one grid, and the true self-aligning torque."""
+    """Signals of all blocks on one time grid, with the true self-aligning torque."""
     names = dict.fromkeys(name for block in blocks for name, _ in leaves(skeleton(block.Sample)))
     return recording.align([*names, ALIGNING_TRUTH], RATE)
 
@@ -171,6 +171,7 @@ def _windows(run: Result) -> Windows:
     ready = run["ready"][once_a_second] > 0.0
     external, internal = run["external_torque"], run["internal_torque"]
     lag = round(lag_between(internal, external) * RATE)
+    # The roll is cyclic, but by half a second at most, so it disturbs only windows at one end of the drive.
     delayed = np.roll(external, lag)
     return Windows(
         run["variance"][once_a_second][ready],
@@ -182,11 +183,11 @@ def _windows(run: Result) -> Windows:
 
 
 WARPED_RATE, WARPED_BAND = 20.0, 0.5
-"""Samples that are warped [Hz], and how far two times may lie apart [s]."""
+"""Rate of the samples that are warped [Hz], and largest time shift between two matched samples [s]."""
 
 
 def _warped(internal: np.ndarray, external: np.ndarray) -> np.ndarray:
-    """Variance as `_variance`, once a second over the last 15 s, each window warped alone; the first are shorter."""
+    """Variance as in `_variance`, each window of 15 s warped alone; the shorter ones at the start are not warped."""
     thin = round(RATE / WARPED_RATE)
     second, length = round(WARPED_RATE), 15 * round(WARPED_RATE)
     pair = [values[thin - 1 :: thin] for values in (external, internal)]
@@ -201,15 +202,16 @@ def _warped(internal: np.ndarray, external: np.ndarray) -> np.ndarray:
 
 
 def _variance(difference: np.ndarray) -> np.ndarray:
-    """Over the last 15 s, once a second, as the baseline monitor has it without a gate."""
+    """Variance over the last 15 s, once a second: that of the baseline monitor without a gate."""
     second = int(RATE)
     ends = np.arange(second, len(difference) + 1, second)
     return np.array([difference[max(end - 15 * second, 0) : end].var(ddof=1) for end in ends])
 
 
 def lag_between(late: np.ndarray, early: np.ndarray, longest: float = 0.5) -> float:
-    """Shift at which two torques agree best [s]: the peak of their correlation."""
+    """Lag of one torque behind another [s]: the shift at the peak of their cross-correlation."""
     reach = min(round(longest * RATE), len(late) - 1)
+    # Padded, since the correlation by FFT is cyclic: without it, the ends of the drive would correlate with each other.
     size = 1 << (len(late) + reach - 1).bit_length()
     spectra = (np.fft.rfft(values - values.mean(), size) for values in (late, early))
     products = np.fft.irfft(next(spectra) * np.conj(next(spectra)), size)

@@ -1,4 +1,4 @@
-"""The estimators that the study compares, by name; all assume the same vehicle file, whatever car is driven."""
+"""The estimators that the study compares, by name; all assume the parameters of one vehicle file."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from tierod.vehicles import Vehicle, load
 VEHICLE = "midsize-eps"
 GRAVITY = 9.81
 RATIO_GROWTH = 0.06
-"""Growth of the ratio with the squared angle that estimators with a variable ratio are given [1/rad**2]."""
+"""Growth of the steering ratio with the squared angle that estimators with a variable ratio assume [1/rad**2]."""
 
 DEFAULT = "default"
 """tierod's own estimator, with its verdict."""
@@ -46,10 +46,10 @@ NO_DROP = "default, no trail drop"
 RIGID = "default, the bar taken as rigid"
 NO_ROAD = "default, no weight, turn slip or drive force"
 ROAD = ("weight_lever", "turn_slip", "drive_share")
-"""Coefficients of what the road does to the steered wheels beside the self-aligning torque."""
+"""Coefficients of the road's torques on the steered wheels beside the self-aligning torque."""
 
 OF_VARIANCE = {variance: f"paper, printed, P0 {variance:g}" for variance in (6e-4, 1e-2, 0.1, 1.0, 25.0)}
-"""Names of the printed filter by its variance of friction at the start [(N*m)**2]; 6e-4 is its steady one."""
+"""Initial variance P0 of friction [(N*m)**2] -> name of the printed filter; 6e-4 is its steady-state variance."""
 
 BASELINE = "baseline"
 BASELINE_SIGN = "baseline, printed sign"
@@ -59,7 +59,7 @@ BASELINE_IN_G = "baseline, printed gate in g"
 
 @cache
 def vehicle() -> Vehicle:
-    """Parameters that every estimator of the study assumes."""
+    """Vehicle file that every estimator of the study assumes, whatever car is driven."""
     return load(VEHICLE)
 
 
@@ -68,19 +68,19 @@ def _parameters() -> FrictionParameters:
 
 
 def _with_pneumatic_trail() -> FrictionParameters:
-    """The paper speaks of the pneumatic trail alone; the mechanical one is half of what acts."""
+    """Parameters with the pneumatic trail alone, as the paper words it: half of the trail that acts."""
     return replace(_parameters(), trail=0.5 * _parameters().trail)
 
 
 def without(
     *coefficients: str, cutoff: float = 12.0, half_width: float = 0.0, rigid: bool = False
 ) -> PreslidingFrictionFilter:
-    """The default estimator without some of the coefficients that it learns, or with another conditioning.
+    """The default estimator without some of its learnt coefficients, or with another conditioning.
 
     Args:
-        coefficients: names in `Coefficients` that are zero and not learnt
-        cutoff: of the low-pass before the law [Hz]
-        half_width: of the play [rad]
+        coefficients: names in `Coefficients` that stay zero
+        cutoff: cutoff frequency of the low-pass before the friction law [Hz]
+        half_width: half width of the play in the angle [rad]
         rigid: whether the torsion bar is taken as rigid
     """
     none = dict.fromkeys(coefficients, 0.0)
@@ -92,8 +92,9 @@ def without(
 
 
 def _single_law() -> PreslidingFrictionFilter:
-    """Predecessor of the default estimator: one exponential law, 5 Hz before it, a play, six coefficients."""
+    """Predecessor of the default estimator: one exponential law behind a low-pass of 5 Hz and a play, rigid bar."""
     left_out = ("finite", "long", "trail_drop", "load_share", *ROAD)
+    # 49 Hz is just below the Nyquist frequency: this estimator had no low-pass behind the friction law.
     return replace(without(*left_out, cutoff=5.0, half_width=3e-4, rigid=True), regressor_cutoff=49.0)
 
 
@@ -101,18 +102,18 @@ def monitor(level: tuple[float, float] | None = None) -> FrictionMonitor:
     """The default estimator with its verdict.
 
     Args:
-        level: baseline of the car from an earlier drive and its standard deviation [N*m]; None learns it anew
+        level: baseline of the car from an earlier drive and its standard deviation [N*m]; None learns it
     """
     return FrictionMonitor.of_vehicle(vehicle(), 0.01, *(level or (None, 0.0)))
 
 
 def _of_variance(variance: float) -> RefinedFrictionMonitor:
-    """The printed filter that starts with a variance of friction [(N*m)**2]."""
+    """The printed filter with an initial variance of friction [(N*m)**2]."""
     return printed(_parameters(), initial_friction_variance=variance)
 
 
 def _with_terms(ratio_slope: float, sign_slope: float) -> RefinedFrictionMonitor:
-    """The printed filter with a variable ratio and terms of eq (19), 1 or 0 each."""
+    """The printed filter with a variable ratio; the terms of eq (19) are on (1) or off (0)."""
     return linearised(
         _parameters(), steering_ratio_growth=RATIO_GROWTH, with_ratio_slope=ratio_slope, with_sign_slope=sign_slope
     )
@@ -124,7 +125,7 @@ def _baseline(gate: VarianceGate | None = None, literal_sign: bool = False) -> V
 
 
 def _gate_in_g() -> VarianceGate:
-    """The printed gate with its limits of lateral acceleration read in g: printed in m/s^2 they hardly ever open."""
+    """The printed gate with its limits of lateral acceleration in g: in m/s^2, as printed, it hardly ever opens."""
     return VarianceGate(minimum_acceleration=0.1 * GRAVITY, maximum_acceleration=0.5 * GRAVITY)
 
 
@@ -149,7 +150,7 @@ ESTIMATORS: Mapping[str, Callable[[], Any]] = {
     RIGID: lambda: without(rigid=True),
     NO_ROAD: lambda: without(*ROAD),
 }
-"""Blocks with outputs `friction_torque` and `enabled`; the default estimator runs with its verdict, see `monitor`."""
+"""Name -> maker of a block with outputs `friction_torque` and `enabled`; for `DEFAULT` see `monitor`."""
 
 BASELINES: Mapping[str, Callable[[], VarianceFrictionMonitor]] = {
     BASELINE: _baseline,
@@ -157,4 +158,4 @@ BASELINES: Mapping[str, Callable[[], VarianceFrictionMonitor]] = {
     BASELINE_GATED: lambda: _baseline(VarianceGate()),
     BASELINE_IN_G: lambda: _baseline(_gate_in_g()),
 }
-"""Forms of the baseline monitor, whose figure is a variance over 15 s."""
+"""Name -> maker of a form of the baseline monitor, whose feature is a variance over 15 s."""

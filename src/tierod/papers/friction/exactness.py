@@ -1,4 +1,4 @@
-"""Bias and scatter on the nominal car: soft and stiff friction, a noisy rate, and what parts of the estimator bring."""
+"""Bias and scatter on the nominal car, by friction law and noise of the rate, and without parts of the estimator."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ KINDS: Mapping[str, tuple[str, str]] = {
     "Dahl 1°, rate noise 0.05 rad/s": ("Dahl 1°", "rate noise 0.05 rad/s"),
     "Dahl 3°, rate noise 0.05 rad/s": ("Dahl 3°", "rate noise 0.05 rad/s"),
 }
-"""What is driven: friction law and condition."""
+"""Kind of drive -> its friction law in `LAWS` and its condition in `CONDITIONS`."""
 
 NOISY = (named.PRINTED_SMOOTH, named.CORRECTED_SMOOTH)
 CHANGES = (named.ONE_LAW, named.NO_LOAD, named.NO_DROP, named.RIGID, named.NO_ROAD)
@@ -38,7 +38,7 @@ COMPARED = (
 
 
 def cases(effort: Effort, kind: str, level: float) -> tuple[Case, ...]:
-    """The drives of a kind at a level; the same routes for every kind, so that kinds differ by the kind alone."""
+    """Drives of a kind at a friction level [N*m]; all kinds share the routes, so that nothing else differs."""
     law, condition = KINDS[kind]
     minutes, routes = (4.0, ROUTES[:1]) if effort.quick else (8.0, ROUTES)
     return tuple(Case(route, level, minutes, law=law, condition=condition) for route in routes)
@@ -59,7 +59,7 @@ def wants(effort: Effort) -> Wants:
 
 
 def items(drives: Drives, effort: Effort) -> Iterator[Item]:
-    """The tables."""
+    """Tables of bias and scatter, and of the estimator without some of its parts."""
     yield Heading(
         "How exact on the nominal car",
         (

@@ -1,4 +1,4 @@
-"""Accuracy of the estimators where no two cars, sensors and sets of tyres are alike."""
+"""Accuracy of the estimators over cars, sensors and tyres that all differ."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from tierod.papers.friction.statistics import deviation, joined, mean, means, po
 from tierod.proving_ground import SensorSet
 
 CARS, QUICK_CARS = 48, 2
-"""Cars that are drawn; every one is driven at every level."""
+"""Number of cars drawn, full and quick study; each is driven at every level."""
 
 SLIGHT = (1.0, 2.0)
-"""Range of the smallest injected friction [N*m]: PWM 15 % of Table 1. Every car gets its own out of it."""
+"""Range of the smallest added friction [N*m]: PWM 15 % of Table 1. Each car draws its own value from it."""
 
 LEVELS = {4.0: 0.30, 8.0: 0.61, 12.5: 0.86}
-"""Level of friction [N*m] -> largest standard deviation that is aimed at [N*m]: what was attained once before."""
+"""Friction level [N*m] -> goal of the standard deviation of the estimate [N*m], a value that was attained before."""
 
 LARGEST_BIAS = 0.3
 COMPARED = (named.DEFAULT, named.SINGLE_LAW, named.CORRECTED, named.PRINTED, named.UNSCENTED)
@@ -44,7 +44,8 @@ def healthy_drives(effort: Effort) -> tuple[Case, ...]:
 
 
 def faulty_drives(effort: Effort) -> dict[str, tuple[Case, ...]]:
-    """One drive of every car with every fault, on other roads and other tyres than the fault-free one."""
+    """One drive of every car with every fault, on roads and tyres that differ from the fault-free drive."""
+    # A fixed seed: the cases are the keys of the results, so every call must give equal ones.
     chance = np.random.default_rng(1)
     tyres = list(TYRES)
     drives: dict[str, list[Case]] = {"PWM 15%": [], "PWM 20%": [], "PWM 25%": []}
@@ -75,7 +76,7 @@ def wants(effort: Effort) -> Wants:
 
 
 def items(drives: Drives, effort: Effort) -> Iterator[Item]:
-    """The table, a figure and the claims on exactness."""
+    """Table, figure and claims on bias and standard deviation."""
     healthy, faulty = healthy_drives(effort), faulty_drives(effort)
     groups = {"Healthy": healthy} | faulty
     yield Heading(
@@ -119,11 +120,12 @@ def _table(groups: dict[str, tuple[Case, ...]], drives: Drives) -> Table:
 
 
 def _without_gains(cases: tuple[Case, ...], drives: Drives) -> np.ndarray:
-    """Mean errors of the default estimator less their regression on the gains of both torque sensors [N*m]."""
+    """Residuals of the mean errors of the default estimator after regression on both torque gains [N*m]."""
     driven = [case for case in cases if case in drives.digests]
     errors = np.array([drives.digests[case].mean(named.DEFAULT) - case.level for case in driven])
     gains = [[each["driver_torque"].gain, each["motor_torque"].gain, 1.0] for each in _sensors(driven, drives)]
     known = np.isfinite(errors)
+    # Three coefficients would fit three drives without any residual.
     if known.sum() <= 3:
         return np.zeros(0)
     regressors = np.array(gains)[known] * np.array([[case.level] for case in driven])[known]
@@ -133,7 +135,7 @@ def _without_gains(cases: tuple[Case, ...], drives: Drives) -> np.ndarray:
 
 
 def _gains(cases: tuple[Case, ...], drives: Drives) -> str:
-    """Deviation of the gains of driver's and motor's torque from one over the cars, in words."""
+    """Root mean square error of the gains of driver and motor torque over the cars, as text."""
     sensors = _sensors(list(cases), drives)
     spreads = (
         float(np.sqrt(np.mean([(each[name].gain - 1.0) ** 2 for each in sensors])))
@@ -143,7 +145,7 @@ def _gains(cases: tuple[Case, ...], drives: Drives) -> str:
 
 
 def _sensors(cases: list[Case], drives: Drives) -> list[SensorSet]:
-    """Of the cars as they were driven: a case is counted from the first seed of the drives."""
+    """Sensors of the cars as driven; the seeds are shifted by the first seed of the drives."""
     return [case.counted_from(drives.first).setup().sensors for case in cases]
 
 
@@ -215,7 +217,7 @@ def _claims_on_estimates(groups: dict[str, tuple[Case, ...]], drives: Drives) ->
 
 
 def ratios(cases: tuple[Case, ...], drives: Drives) -> np.ndarray:
-    """Mean estimate over the baseline of the car, per drive [-]."""
+    """Ratio of the mean estimate to the car's baseline [-], per drive whose reference learnt one."""
     found = []
     for case in cases:
         digest = drives.digests.get(case)

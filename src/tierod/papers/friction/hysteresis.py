@@ -21,27 +21,27 @@ from tierod.papers.friction.statistics import mean
 from tierod.proving_ground import lock_to_lock
 
 PWM = (0, 5, 10, 15, 20, 25, 30, 35)
-"""Settings of the clutch brake [%]; appendix A."""
+"""Duty cycles of the clutch brake [%]; appendix A."""
 
 SUPPORTS: tuple[Support, ...] = ("hoist", "ground")
 TRIALS = 2
-"""Turns at every setting and support; appendix A."""
+"""Turns at every duty cycle and support; appendix A."""
 
 TABLE_1 = {15: (1.0, 2.0), 20: (3.0, 5.0), 25: (7.0, 10.0)}
 """Injected friction as printed in Table 1: PWM [%] -> range [N*m]."""
 
 BRAKE_DEVIATION = 0.10
-"""Scatter of the brake from trial to trial, relative; in kind with the width of the printed ranges [assumed]."""
+"""Relative standard deviation of the brake torque from trial to trial [-]; in line with printed ranges [assumed]."""
 
 
 def brake_torque(pwm: float) -> float:
-    """Friction that the clutch brake adds at the steering wheel axis [N*m], in kind with Table 1.
+    """Friction that the clutch brake adds at the steering wheel axis [N*m], in agreement with Table 1.
 
     Args:
-        pwm: setting [%]
+        pwm: duty cycle [%]
 
-    Source: through the middles of the three printed ranges, 1.5, 4 and 8.5 N*m, goes a power law with the exponent 3.4
-    within 1 %; below and above it is continued [assumed].
+    Source: a power law with the exponent 3.4 meets the middles of the three printed ranges, 1.5, 4 and 8.5 N*m, within
+    1 %; below and above them it is extrapolated [assumed].
     """
     return 1.5 * float((pwm / 15.0) ** 3.4)
 
@@ -51,10 +51,10 @@ class Turn:
     """One lock-to-lock turn.
 
     Args:
-        support: what the car stands on
-        pwm: setting of the brake [%]
-        added: friction that the brake truly added in this trial [N*m]
-        total: friction that the loop gave [N*m]
+        support: whether the wheels hang free or stand on the ground
+        pwm: duty cycle of the brake [%]
+        added: true friction added by the brake in this trial [N*m]
+        total: total friction estimated from the loop [N*m]
     """
 
     support: Support
@@ -64,7 +64,7 @@ class Turn:
 
 
 def turns(effort: Effort) -> list[Turn]:
-    """The series of the paper: every setting on both supports, two turns each."""
+    """The paper's series: two turns at every duty cycle on both supports."""
     method = HysteresisIdentification.of_vehicle(vehicle())
     seeds = SEEDS.of(TURNS, 10_000)
     chance = np.random.default_rng(seeds[-1])
@@ -95,7 +95,7 @@ def items(measured: list[Turn]) -> Iterator[Item]:
 
 
 def _fault_free(measured: list[Turn], support: Support) -> float:
-    """Total friction without the brake [N*m]."""
+    """Mean total friction of the turns without the brake [N*m]."""
     return _mean(turn.total for turn in measured if turn.support == support and turn.pwm == 0)
 
 

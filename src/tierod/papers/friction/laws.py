@@ -1,4 +1,4 @@
-"""Friction laws outside the model of the default estimator: what they cost, and whether the verdict stays right."""
+"""Friction laws outside the model of the default estimator: bias of the estimate, and the verdict."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def _reference(law: str, effort: Effort) -> Case:
 
 
 def cases(law: str, level: float, effort: Effort) -> tuple[Case, ...]:
-    """The drives of a law at a level, judged against the level of a fault-free drive under the same law."""
+    """Drives with a law at a friction level [N*m], with the baseline of a fault-free drive with the same law."""
     minutes, routes = (5.0, (7001,)) if effort.quick else (7.0, (7001, 7002))
     return tuple(Case(route, level, minutes, law=law, reference=_reference(law, effort)) for route in routes)
 
@@ -39,7 +39,7 @@ def wants(effort: Effort) -> Wants:
 
 
 def items(drives: Drives, effort: Effort) -> Iterator[Item]:
-    """The table of biases, the table of verdicts, and the claims."""
+    """Tables of biases and of verdicts, and the claims."""
     yield Heading(
         "Friction laws outside the estimator's model",
         (

@@ -1,4 +1,4 @@
-"""The refined monitor with every term of its linearisation."""
+"""The refined monitor with every term of its linearised balance, eq (19)."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from tierod.monitors.friction.refined import RefinedFrictionMonitor
 
 @dataclass(frozen=True)
 class LinearisedFrictionMonitor(RefinedFrictionMonitor):
-    """The refined monitor on `LinearisedFrictionEstimation`: the operating point enters as inputs.
+    """The refined monitor on `LinearisedFrictionEstimation`, which takes the operating point as inputs.
 
-    Angle and rate there are measured or estimated, as of `operating_point`; torque and friction are estimated.
+    `operating_point` decides whether its angle and rate are measured or estimated; torque and friction are estimates.
     Source: Mohtat et al., appendix B.
     """
 
@@ -38,12 +38,12 @@ class LinearisedFrictionMonitor(RefinedFrictionMonitor):
 
 
 def linearised(parameters: FrictionParameters, **terms: float) -> LinearisedFrictionMonitor:
-    """The printed monitor with an open self-aligning torque and the terms of eq (19).
+    """The printed monitor with the terms of eq (19) and a large process noise of the self-aligning torque.
 
     Args:
-        parameters: of the joint model; those of a vehicle, `vehicle.parameters_for(VariableRatioParameters)`, have the
-            growth of its ratio where its file gives `steering_ratio_growth`
-        terms: fields of `VariableRatioParameters` beyond it
+        parameters: parameters of the joint model; `vehicle.parameters_for(VariableRatioParameters)` includes the growth
+            of the ratio where the vehicle file gives `steering_ratio_growth`
+        terms: fields of `VariableRatioParameters`, which replace those of `parameters`
     """
     return LinearisedFrictionMonitor(
         joint_filter(

@@ -1,4 +1,4 @@
-"""The development and test sets of the paper (Table 2), driven by virtual cars that differ from drive to drive."""
+"""Development and test sets of the paper (Table 2), driven by virtual cars that differ from drive to drive."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ SEEN_BY = (
     named.UNSCENTED,
     *named.BASELINES,
 )
-"""All that the paper's drives are shown to, beside the default estimator."""
+"""Estimators that run over the paper's drives, beside the default one."""
 
 
 @dataclass(frozen=True)
@@ -32,8 +32,8 @@ class PaperSets:
     """The drives of the paper.
 
     Args:
-        development, test: drives of every health state
-        further: drives that the paper does not have: every health state on the tyres it was not driven on
+        development, test: drives by health state
+        further: drives that the paper does not have: fault-free and worst state on the tyres that its sets leave out
     """
 
     development: Mapping[str, tuple[Case, ...]]
@@ -45,12 +45,12 @@ class PaperSets:
         return self.development[state] + self.test[state]
 
     def on(self, tyres: str, state: str) -> tuple[Case, ...]:
-        """Every drive of a health state on certain tyres."""
+        """All drives of a health state on the given tyres."""
         return tuple(case for case in self.all_of(state) + self.further[state] if case.tyres == tyres)
 
 
 def paper_sets(effort: Effort) -> PaperSets:
-    """98 and 78 minutes of the fault-free car in drives of 13 (one of 7), and one drive of 7 and 6 minutes a fault."""
+    """Both sets: 98 and 78 min fault-free in drives of 13 min (one of 7), one drive of 7 and 6 min for every fault."""
     healthy = ((4.0, 4.0), (4.0,)) if effort.quick else ((13.0,) * 7 + (7.0,), (13.0,) * 6)
     faulty = (4.0, 4.0) if effort.quick else (7.0, 6.0)
     states = list(STATES)
@@ -77,7 +77,7 @@ def paper_sets(effort: Effort) -> PaperSets:
 
 
 def _case(seed: int, state: str, minutes: float, turn: int) -> Case:
-    """A drive of a car of its own, whose level was learnt on another day, on other roads and other tyres."""
+    """A drive of a newly drawn car, with a reference drive of the same car on other roads and tyres."""
     kinds = list(TYRES)
     own, other = (kinds[place % len(kinds)] for place in (turn, turn + 1))
     reference = Case(seed + 5000, HEALTHY, 7.0 if minutes > 5.0 else 5.0, car=seed, tyres=other)
@@ -92,12 +92,12 @@ def wants(effort: Effort) -> Wants:
 
 
 def minutes(cases: Iterable[Case]) -> float:
-    """Duration of some drives together [min]."""
+    """Total duration of the drives [min]."""
     return sum(case.minutes for case in cases)
 
 
 def quantities(sets: PaperSets, drives: Drives) -> Table:
-    """Table 2: what was driven."""
+    """Table 2: minutes, printed and driven, by health state."""
     printed = {"Healthy": "98 / 78"} | dict.fromkeys(("PWM 15%", "PWM 20%", "PWM 25%"), "7 / 6")
     rows = tuple(
         (

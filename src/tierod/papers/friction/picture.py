@@ -1,4 +1,4 @@
-"""The conditions under which the paper's picture comes about, driven in every health state."""
+"""The conditions that reproduce the paper's figures, driven in every health state."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ FILTER, BASELINE = named.PNEUMATIC, named.BASELINE_SIGN
 
 
 def cases(state: str, effort: Effort) -> tuple[Case, ...]:
-    """The drives in a health state."""
+    """Drives in a health state under the conditions found."""
     routes, minutes = ((8101,), 4.0) if effort.quick else ((8101, 8102, 8103, 8104), 7.0)
     return tuple(Case(route, STATES[state], minutes, condition=CONDITION) for route in routes)
 
@@ -43,7 +43,7 @@ def wants(effort: Effort) -> Wants:
 
 
 def items(drives: Drives, effort: Effort) -> Iterator[Item]:
-    """Figures 3, 7 and 8 anew, and their claims."""
+    """Figures 3, 7 and 8 under the conditions found, and their claims."""
     groups = {state: drives.of(cases(state, effort)) for state in STATES}
     estimates = {state: pooled(groups[state], FILTER) for state in STATES}
     variances = {
@@ -65,6 +65,7 @@ def items(drives: Drives, effort: Effort) -> Iterator[Item]:
 
 def _chart(estimates: dict[str, np.ndarray], variances: dict[str, np.ndarray]) -> Chart:
     ends = edges(estimates["Healthy"], estimates[WORST])
+    # The largest variances would squeeze all others into a few bars.
     widest = max((float(np.quantile(values, 0.99)) for values in variances.values() if len(values)), default=1.0)
     steps = np.linspace(0.0, widest, BINS + 1)
     states = list(STATES)

@@ -1,4 +1,4 @@
-"""The virtual car itself: closed forms, energy, tyre curves, another simulator, real cars."""
+"""Validation of the virtual car: closed forms, energy balance, tyre curves, another simulator, real cars."""
 
 from __future__ import annotations
 
@@ -25,19 +25,19 @@ from tierod.proving_ground import ColumnEps, EpsCar, TwoTrack, lock_to_lock, wit
 from tierod.proving_ground.courses import Start
 
 DATA = "TIEROD_DATA"
-"""Environment variable that names the folder of the real recordings; without it ../shared/data is looked into."""
+"""Environment variable with the folder of the real recordings; the default is ../shared/data."""
 
 LEVELS = (4.0, 12.5)
 SPEEDS = (10.0, 20.0, 30.0)
 WEAVES = ((20.0, 0.035, 0.2), (20.0, 0.035, 0.5), (20.0, 0.035, 1.0), (30.0, 0.0185, 0.5))
-"""Speed [m/s], road-wheel angle [rad] and frequency [Hz] of the weaves beside the other simulator."""
+"""Speed [m/s], road-wheel angle [rad] and frequency [Hz] of the weaves that run in both simulators."""
 
 ABSENT = "The package commonroad-vehicle-models is not installed."
 NO_DATA = f"The recording is not here; name the folder that holds it with {DATA}."
 
 
 def items() -> Iterator[Item]:
-    """The claims on the virtual car."""
+    """Claims on the virtual car."""
     yield Heading(
         "The virtual car",
         (
@@ -97,7 +97,7 @@ def _on_closed_forms() -> Iterator[Claim]:
 
 
 def _loop_friction(level: float) -> float:
-    """Friction from the area of a loop [N*m], less the work of the car's own damping."""
+    """Friction from the area of a hysteresis loop, less the work of the true damping [N*m]."""
     steering = EpsCar().steering
     assert isinstance(steering, ColumnEps)
     motor, bar = steering.motor, steering.torsion_bar
@@ -113,7 +113,7 @@ def _claim(name: str, text: str, measured: float | None, goal: float, note: str,
 
 
 def _returned(friction: float) -> float:
-    """Steering wheel angle that is left after the hands have let go of it at 1 rad [rad]."""
+    """Steering wheel angle 6 s after its release at 1 rad [rad]."""
     car = with_friction(replace(EpsCar(), start=Start(15.0)), friction)
     time = np.arange(round(9.0 / STEP)) * STEP
     held = np.where(time < 3.0, 1.0, 0.0)
@@ -157,6 +157,7 @@ def _on_the_simulator() -> Iterator[Claim]:
 def _tyre_error() -> float:
     from tierod.physics.magic_formula import combined_forces, stiffness_per_load
 
+    # Before the import: it raises `InputError` where the package is missing.
     tyre = commonroad_tyre()
     from vehiclemodels.parameters_vehicle2 import parameters_vehicle2
     from vehiclemodels.utils.tire_model import formula_lateral
@@ -167,6 +168,7 @@ def _tyre_error() -> float:
         stiffnesses = (tyre.longitudinal_stiffness, stiffness)
         friction = (tyre.longitudinal_friction * tyre.friction, tyre.friction)
         for slip in (-0.3, -0.05, 0.01, 0.1, 0.4):
+            # The slip angle of the published formula has the opposite sign.
             theirs, _ = formula_lateral(-slip, 0.0, load, published)
             ours = combined_forces((0.0, slip), stiffnesses, friction, load, tyre.shape, tyre.curvature).lateral
             worst = max(worst, abs(float(ours) / float(theirs) - 1.0))
@@ -174,7 +176,7 @@ def _tyre_error() -> float:
 
 
 def _or_none(work: Callable[[], Any]) -> Any:
-    """Result of the other simulator; None where it is not installed."""
+    """Result of work with the other simulator; None where it is not installed."""
     try:
         return work()
     except (InputError, ImportError):
@@ -207,7 +209,7 @@ def _on_real_cars() -> Iterator[Claim]:
 
 
 def _recorded(judge: Callable[..., Agreement], *parts: str, **how: Any) -> Agreement | None:
-    """Figures of a recording of a real car; None where it is missing, or its reader is not installed."""
+    """Agreement with a recording of a real car; None where it or its reader is missing."""
     from tierod.io.derive import complete
     from tierod.io.readers import read
 

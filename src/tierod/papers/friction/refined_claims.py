@@ -1,4 +1,4 @@
-"""Claims of the paper about its refined algorithm, in sections 3, 5 and 6, on its drives."""
+"""Claims of the paper on its refined algorithm (sections 3, 5 and 6), on its drives."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from tierod.papers.friction.statistics import (
 
 
 def items(drives: Drives, effort: Effort) -> Iterator[Item]:
-    """The claims."""
+    """Claims on enabled share, separation, standard deviation, means and tyres."""
     sets = paper_sets(effort)
     yield from _on_data(sets, drives)
     estimates = {state: pooled(drives.of(sets.all_of(state)), named.PRINTED) for state in STATES}
@@ -55,7 +55,7 @@ def _on_data(sets: PaperSets, drives: Drives) -> Iterator[Claim]:
 
 
 def _on_separation(healthy: np.ndarray, faulty: np.ndarray) -> Iterator[Claim]:
-    """Separation of estimates [N*m] of the fault-free and the worst health state."""
+    """Separation of the fault-free and the worst health state by their estimates [N*m]."""
     yield Claim(
         "paper.separation",
         "The refined algorithm distinguishes the friction fault from the healthy system with maximum accuracy.",
@@ -93,7 +93,7 @@ def _on_separation(healthy: np.ndarray, faulty: np.ndarray) -> Iterator[Claim]:
 
 
 def _on_deviation(estimates: dict[str, np.ndarray], tracked: dict[str, np.ndarray]) -> Iterator[Claim]:
-    """Standard deviations of the estimates [N*m] by health state, and where the self-aligning torque is tracked."""
+    """Standard deviations by health state, as printed and with a tracked self-aligning torque [N*m]."""
     for state in STATES:
         yield Claim(
             f"paper.deviation-{_slug(state)}",
@@ -123,7 +123,7 @@ def _on_deviation(estimates: dict[str, np.ndarray], tracked: dict[str, np.ndarra
 
 
 def _on_means(estimates: dict[str, np.ndarray]) -> Iterator[Claim]:
-    """Order and bias of the mean estimates [N*m], by health state."""
+    """Order and bias of the mean estimates by health state [N*m]."""
     steps = np.diff([mean(estimates[state]) for state in STATES])
     yield Claim(
         "paper.levels-in-order",

@@ -25,10 +25,10 @@ from tierod.papers.friction.statistics import (
 )
 
 THRESHOLD = 7.5
-"""Half-way between the nominal friction and the least of what a driver notices [N*m]: 4 and 11, Table 1."""
+"""Threshold half-way between the nominal friction, 4, and the least that a driver notices, 11 [N*m]; Table 1."""
 
 INITIAL = 3.0
-"""Where the filter of the paper starts [N*m]."""
+"""Initial friction estimate of the paper's filter [N*m]."""
 
 READINGS = (named.PRINTED, named.POSTERIOR, named.PER_SAMPLE, named.OPEN, named.CORRECTED, named.UNSCENTED)
 
@@ -141,7 +141,7 @@ def _boxes(estimates: dict[str, np.ndarray]) -> Chart:
 
 
 def _by_tyres(sets: PaperSets, drives: Drives) -> Iterator[Item]:
-    """Figure 9: fault-free and faulty on every kind of tyre."""
+    """Figure 9: fault-free and faulty estimates on every kind of tyre, and a table."""
     found = {
         (tyres, state): pooled(drives.of(sets.on(tyres, state)), named.PRINTED) for tyres in TYRES for state in STATES
     }
@@ -170,7 +170,7 @@ def _by_tyres(sets: PaperSets, drives: Drives) -> Iterator[Item]:
 
 
 def _readings(sets: PaperSets, drives: Drives) -> Table:
-    """Every reading of the printed filter on the paper's drives."""
+    """Bias and standard deviation of every reading of the filter on the paper's drives."""
     rows = []
     for name in (*READINGS, named.DEFAULT):
         cells = [plus_minus(pooled(drives.of(sets.all_of(state)), name), STATES[state]) for state in STATES]

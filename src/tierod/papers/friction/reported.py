@@ -1,4 +1,4 @@
-"""Seeds of the friction drives that are reported: drawn anew whenever the monitor that is judged changes."""
+"""Seeds of the reported friction drives, which change whenever the friction monitor changes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Runs the drives that the parts of the study need: each once, on all cores, references first."""
+"""Runs every drive that the parts of the study need, once and on all cores, reference drives first."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tierod.papers.friction.cases import Case
 from tierod.papers.friction.digest import Digest, digest
 
 Wants = Mapping[Case, Iterable[str]]
-"""Drives with the names of the estimators that are to see them."""
+"""Drive -> names of the estimators that run over it."""
 
 
 @dataclass(frozen=True)
@@ -28,9 +28,9 @@ class Drives:
     """All drives of a study.
 
     Args:
-        digests: of every drive that went well
-        failures: (drive, why) of the others
-        first: seed from which the numbers of the drives counted
+        digests: digest of every drive that succeeded
+        failures: (drive, reason) of every drive that failed
+        first: offset of the seeds of all drives
     """
 
     digests: Mapping[Case, Digest]
@@ -38,26 +38,26 @@ class Drives:
     first: int = 0
 
     def of(self, cases: Iterable[Case]) -> list[Digest]:
-        """The digests of those drives that went well, in order."""
+        """Digests of the given drives in their order, without those that failed."""
         return [self.digests[case] for case in cases if case in self.digests]
 
     @property
     def hours(self) -> float:
-        """Driving time [h]."""
+        """Total duration of the drives [h]."""
         return sum(each.seconds for each in self.digests.values()) / 3600.0
 
 
 def run_drives(parts: Iterable[Wants], effort: Effort, progress: Progress, first: int = 0) -> Drives:
-    """Every drive once, with all estimators that any part needs.
+    """Runs every drive once, with all estimators that any part needs.
 
     Args:
-        parts: drives that each part of the study needs
-        effort: what makes the drives
-        progress: called with the share of the driving done and what is driven
-        first: seed from which the numbers of the drives count
+        parts: drives and estimators that each part of the study needs
+        effort: effort of the study, with the workers and kept results
+        progress: called with the share of the driving done and a description
+        first: offset of the seeds of all drives
 
     Raises:
-        TierodError: no drive at all went well
+        TierodError: every drive failed
     """
     wants: dict[Case, set[str]] = {}
     for part in parts:
@@ -71,6 +71,7 @@ def run_drives(parts: Iterable[Wants], effort: Effort, progress: Progress, first
     for tasks in (_first(wants), _then(wants)):
         # The level of a reference is known only now, so the tasks of the second round are made here.
         given = [replace(_with_level(task, digests), first=first) for task in tasks]
+        # Longest first, so that no core is left alone with a long drive at the end.
         given.sort(key=lambda task: -task.case.minutes)
         for number, result in effort.outcomes(_work, given):
             case = given[number].case

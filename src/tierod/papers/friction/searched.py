@@ -1,4 +1,4 @@
-"""Trials in the search for the paper's conditions: one thing at a time, and then together."""
+"""Conditions tried in the search for the paper's conditions, one change at a time and then together."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ class Setting:
 
     Args:
         condition: a name in `CONDITIONS`
-        tyres: names in `TYRES`, one drive after the other
+        tyres: names in `TYRES`, which the drives take in turn
         law: a name in `LAWS`
         scatter: a name in `SCATTERS`; empty for the nominal car
-        wander: relative standard deviation by which friction wanders during the drive, as with its temperature
+        wander: relative standard deviation of friction during a drive, as with temperature [-]
     """
 
     condition: str = "as usual"
@@ -45,11 +45,12 @@ SEARCHED: Mapping[str, Setting] = {
         "all together", _ALL_TYRES, "Dahl 3°", "usual", 0.25
     ),
 }
-"""One thing at a time, and then together."""
+"""Name in the tables -> condition that is tried."""
 
 
 def wandering(level: float, share: float, minutes: float, seed: int) -> FrictionCourse:
-    """Friction that takes another value every minute, straight in between."""
+    """Friction with a random value every minute, log-normal about a level [N*m], and linear in between."""
+    # Seeded by its arguments, since cases are keys of the results: equal arguments must give equal courses.
     chance = np.random.default_rng([seed, round(10.0 * level)])
     times = np.arange(math.ceil(minutes) + 1)
     levels = level * np.exp(share * chance.standard_normal(len(times)))

@@ -1,4 +1,4 @@
-"""Differences between cars, sensors and roads of the study, by name: tyres, friction laws, conditions, scatter."""
+"""Variations of car, sensors and roads in the study, by name: tyres, friction laws, conditions, scatter."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from tierod.proving_ground.steering.friction_laws import Coulomb, Dahl, DahlPowe
 
 @dataclass(frozen=True)
 class Setup:
-    """A car, its sensors and where it is driven.
+    """A car with its sensors, roads and driving conditions.
 
     Args:
-        car: the truth; hidden from the estimators
-        sensors: of the channels on its bus
-        roads: kinds of road, in order
-        conditions: what else acts
+        car: the true car, which the estimators do not have
+        sensors: sensors of the channels on its bus
+        roads: kinds of road, in driving order
+        conditions: disturbances by driver, wind and road
         below_bar: whether angle and rate of the steering wheel are measured at the motor, below the torsion bar
     """
 
@@ -45,10 +45,10 @@ def usual() -> Setup:
 
 
 def chassis(setup: Setup) -> TwoTrack:
-    """Chassis of the car.
+    """Two-track chassis of the car.
 
     Raises:
-        TypeError: it is not the one with two tracks
+        TypeError: the car has another chassis
     """
     if not isinstance(setup.car.chassis, TwoTrack):
         raise TypeError(f"the study drives cars on two tracks, not on {type(setup.car.chassis).__name__}")
@@ -92,7 +92,7 @@ def _return(**changes: Any) -> Change:
 
 
 def _trail(factor: float) -> Change:
-    """Mechanical and pneumatic trail."""
+    """Scales the mechanical and the pneumatic trail."""
 
     def change(setup: Setup) -> Setup:
         body = chassis(setup)
@@ -105,7 +105,7 @@ def _trail(factor: float) -> Change:
 
 
 def _loaded(setup: Setup) -> Setup:
-    """Five people and luggage: a quarter more mass, most of it behind."""
+    """Five people and luggage: 25 % more mass, most of it at the rear."""
     body = chassis(setup)
     body = replace(
         body,
@@ -126,7 +126,7 @@ def _sensors(names: tuple[str, ...], **changes: Any) -> Change:
 
 
 def _driven(acceleration: float, haste: float) -> Change:
-    """Bends up to a lateral acceleration [m/s**2], and so many times the usual speeds."""
+    """Bends up to a lateral acceleration [m/s**2], speeds multiplied by `haste`."""
 
     def change(setup: Setup) -> Setup:
         roads = tuple(
@@ -143,13 +143,13 @@ def _below_bar(setup: Setup) -> Setup:
 
 
 def _rough(setup: Setup) -> Setup:
-    """Wind, ruts, and bends banked twice as much as usual."""
+    """Gusts, ruts, and bends banked twice as much as usual."""
     roads = tuple(replace(road, superelevation=0.3, greatest_bank=0.1) for road in setup.roads)
     return replace(setup, roads=roads, conditions=(*setup.conditions, Gusts(deviation=4.0), Unevenness(deviation=0.01)))
 
 
 def together(*changes: Change) -> Change:
-    """All changes, one after the other."""
+    """A change that applies all given ones in order."""
 
     def change(setup: Setup) -> Setup:
         for each in changes:
@@ -181,13 +181,13 @@ LAWS: Mapping[str, Change] = {
 
 USUAL_LAW = "Dahl 1°"
 UNKNOWN_LAWS = tuple(LAWS)[4:]
-"""Laws that the default estimator does not assume."""
+"""Laws that the default estimator does not assume: all but the first four of `LAWS`."""
 
 _TORQUES = ("driver_torque", "motor_torque")
 _MOTION = ("yaw_rate", "lateral_acceleration")
 
 RATIO_GROWTH = 0.06
-"""Of the variable ratio with the squared angle [1/rad**2]: 15 % more direct at a quarter turn; assumed."""
+"""Growth of the steering ratio with the squared angle [1/rad**2]: 15 % more direct at a quarter turn; assumed."""
 
 VARIABLE_RATIO = "variable steering ratio"
 
@@ -225,4 +225,4 @@ SCATTERS: Mapping[str, Scatter] = {
     "usual": Scatter(),
     "hard": Scatter(tyre_stiffness=0.1, mass=0.08, torque_delay=0.05),
 }
-"""Spreads of car and sensors: as between cars of one type, and a harder form with late torques."""
+"""Spread of car and sensors: as between cars of one type, and larger, with delayed torques."""

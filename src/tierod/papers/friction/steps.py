@@ -1,4 +1,4 @@
-"""Delay of the verdict after friction has stepped up, and of the paper's filters until they cross a threshold."""
+"""Detection delay of the verdict after a step of friction, and time of the paper's filters to cross a threshold."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ KINDS = {
     "rate noise 0.05 rad/s": (False, "rate noise 0.05 rad/s"),
     "scatter": (True, "as usual"),
 }
-"""Whether the car is drawn at random, and the condition."""
+"""Kind of drive -> whether the car is drawn at random, and its condition in `CONDITIONS`."""
 
 
 def cases(effort: Effort, after: float, kind: str) -> tuple[Case, ...]:
-    """Drives whose friction steps up half-way."""
+    """Drives whose friction steps up half-way to the level `after` [N*m]."""
     scattered, condition = KINDS[kind]
     minutes, count = (8.0, 1) if effort.quick else (12.0, COUNT)
     return tuple(
@@ -61,7 +61,7 @@ def wants(effort: Effort) -> Wants:
 
 
 def items(drives: Drives, effort: Effort) -> Iterator[Item]:
-    """The tables and a claim."""
+    """Tables of the detection delays, and the claim on false alarms before the step."""
     yield Heading("How soon", ("Friction steps up half-way through the drive; times are enabled time from the step.",))
     rows, early = [], 0
     for after in STEPS:
@@ -95,7 +95,7 @@ def items(drives: Drives, effort: Effort) -> Iterator[Item]:
 
 
 def _crossing(digest: Digest, name: str) -> tuple[float, float]:
-    """Enabled and total time from the step half-way until the estimate crosses the threshold [s]."""
+    """Enabled and total time from the step until the estimate crosses the threshold [s]; infinite if it does not."""
     course = digest.courses[name]
     half = len(course.friction) // 2
     above = course.friction[half:] > THRESHOLD

@@ -1,4 +1,4 @@
-"""The study of friction: all drives first, then one part after the other."""
+"""The study of friction: runs all drives first, then yields one part after the other."""
 
 from __future__ import annotations
 
@@ -56,11 +56,11 @@ PARTS = (
     steps.items,
 )
 _DRIVING = 0.9
-"""Share of the work that is driving, for the progress."""
+"""Share of the drives in the progress of the study [-]."""
 
 
 def items(effort: Effort, progress: Progress) -> Iterator[Item]:
-    """All that the study finds out."""
+    """Headings, tables, charts and claims of all parts."""
 
     def driving(share: float, what: str) -> None:
         progress(_DRIVING * share, what)

@@ -1,4 +1,4 @@
-"""Verdicts over a fleet, each car against its baseline."""
+"""Verdicts of the default monitor over a fleet, each car against its own baseline."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from tierod.papers.friction.runs import Drives
 
 
 def items(drives: Drives, effort: Effort) -> Iterator[Item]:
-    """The table and the claims."""
+    """Table of the verdicts, and the claims on missed faults and false alarms."""
     faulty = faulty_drives(effort)
     yield _verdicts({"Healthy": healthy_drives(effort)} | faulty, drives, effort)
     yield from _claims(faulty, drives, effort)
@@ -29,7 +29,7 @@ def _judged(cases: tuple[Case, ...], drives: Drives) -> list[Verdict]:
 
 
 def _fault_free(effort: Effort, drives: Drives) -> list[tuple[Case, Verdict]]:
-    """The paper's fault-free drives, each judged against a level of another day."""
+    """The paper's fault-free drives with their verdicts, each against the baseline of its reference drive."""
     cases = [case for case in paper_sets(effort).all_of("Healthy") if case in drives.digests]
     return list(zip(cases, _judged(tuple(cases), drives), strict=True))
 
@@ -54,7 +54,7 @@ def _verdicts(groups: dict[str, tuple[Case, ...]], drives: Drives, effort: Effor
 
 
 def _missed(faulty: dict[str, tuple[Case, ...]], drives: Drives) -> str:
-    """The drives with a fault that were not found, in words."""
+    """Missed faults as text."""
     words = []
     for case in (case for cases in faulty.values() for case in cases):
         verdict = drives.digests[case].verdict if case in drives.digests else None

@@ -1,1 +1,1 @@
-"""The angle of a steering motor and its sensor: what observers and their detectors attain."""
+"""The study of the motor angle: accuracy of its observers, and detection of faults of its sensor."""

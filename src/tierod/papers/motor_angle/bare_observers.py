@@ -1,4 +1,4 @@
-"""The equations of the paper's methods and nothing else, for counting: no beginning, no gaps, no decisions."""
+"""The bare equations of the paper's methods, for counting operations: no initialisation, no gaps, no decisions."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tierod.physics.clarke_park import Direction, RotorVector, StatorVector, dir
 
 
 class Seen(NamedTuple):
-    """Voltages and currents in the stator's axes, and the sensor's angle that turns them (8, 9)."""
+    """Voltages and currents in the stator frame, and the sensor angle of Park's transform (8, 9)."""
 
     voltage_alpha: Annotated[Scalar, "V"]
     voltage_beta: Annotated[Scalar, "V"]
@@ -21,7 +21,7 @@ class Seen(NamedTuple):
 
 
 class Found(NamedTuple):
-    """Angle and speed, and what Park's transform makes of the direct axis, which the paper counts."""
+    """Angle and speed, and the d-axis outputs of Park's transform, whose operations the paper counts."""
 
     motor_angle: Annotated[Scalar, "rad"]
     motor_speed: Annotated[Scalar, "rad/s"]
@@ -30,7 +30,7 @@ class Found(NamedTuple):
 
 
 class FullState(NamedTuple):
-    """Current, speed, angle: three integrators."""
+    """States of the full observer: current, speed and angle, three integrators."""
 
     current: Annotated[Scalar, "A"]
     speed: Annotated[Scalar, "rad/s"]
@@ -39,14 +39,14 @@ class FullState(NamedTuple):
 
 @dataclass(frozen=True)
 class BareLuenberger:
-    """Eqs (8), (9) and (23), by Euler.
+    """Full Luenberger observer of eqs (8), (9) and (23), by Euler's method.
 
     Args:
         current_current, current_speed, speed_current, speed_speed: A of (20)
         current_voltage: B of (20)
         current_gain, speed_gain: K of (23)
         pole_pairs: z_p
-        sample_time: T
+        sample_time: sampling interval T
     """
 
     current_current: Annotated[float, "1/s"] = -500.0
@@ -62,11 +62,11 @@ class BareLuenberger:
     Sample = Seen
 
     def init(self) -> FullState:
-        """At rest."""
+        """State at rest."""
         return FullState(0.0, 0.0, 0.0)
 
     def step(self, state: FullState, sample: Seen) -> tuple[FullState, Found]:
-        """One sample on."""
+        """Advance by one sample."""
         voltage, current = _rotor(sample, direction(electrical_angle(sample.motor_angle, self.pole_pairs)))
         off = current.q - state.current
         rise = (
@@ -85,14 +85,14 @@ class BareLuenberger:
 
 
 class ReducedState(NamedTuple):
-    """x_B and angle: two integrators."""
+    """States of the reduced observer: x_B and angle, two integrators."""
 
     inner: Annotated[Scalar, "rad/s"]
     angle: Annotated[Scalar, "rad"]
 
 
 class Motor(NamedTuple):
-    """Voltages, currents and angle, and the motor's parameters where they are read in every step."""
+    """Voltages, currents and angle, and the parameters of the motor as inputs of every step."""
 
     seen: Seen
     gain: Annotated[Scalar, "rad/A/s"]
@@ -106,11 +106,13 @@ class Motor(NamedTuple):
 
 @dataclass(frozen=True)
 class BareReduced:
-    """Eqs (8), (9), (32) corrected and (33), by Euler, their coefficients worked out in every step as they are written.
+    """Reduced Luenberger observer of eqs (8), (9), (32) corrected and (33), by Euler's method.
+
+    The coefficients are computed in every step, as the equations are written.
 
     Args:
         pole_pairs: z_p
-        sample_time: T
+        sample_time: sampling interval T
     """
 
     pole_pairs: Annotated[float, ""] = 4.0
@@ -119,11 +121,11 @@ class BareReduced:
     Sample = Motor
 
     def init(self) -> ReducedState:
-        """At rest."""
+        """State at rest."""
         return ReducedState(0.0, 0.0)
 
     def step(self, state: ReducedState, sample: Motor) -> tuple[ReducedState, Found]:
-        """One sample on."""
+        """Advance by one sample."""
         angle = electrical_angle(sample.seen.motor_angle, self.pole_pairs)
         voltage, current = _rotor(sample.seen, direction(angle))
         pole = -sample.damping / sample.inertia + sample.gain * sample.machine_constant / sample.inductance
@@ -140,26 +142,26 @@ class BareReduced:
 
 
 class FilteredState(NamedTuple):
-    """Low-passed currents: two integrators, whose rates are the derivatives."""
+    """Low-pass filtered currents: two integrators, whose rates are the derivatives."""
 
     alpha: Annotated[Scalar, "A"]
     beta: Annotated[Scalar, "A"]
 
 
 class FeedforwardFound(NamedTuple):
-    """Electrical angle."""
+    """Electrical angle of the feedforward."""
 
     electrical_angle: Annotated[Scalar, "rad"]
 
 
 @dataclass(frozen=True)
 class BareFeedforward:
-    """Eq (46) with minus L dI/dt, its quotient as printed, and derivatives of the currents by a low-pass.
+    """Eq (46) with minus L dI/dt, its quotient as printed, and derivatives of the currents by a low-pass filter.
 
     Args:
-        resistance, inductance: of a phase
-        bandwidth: of the low-pass
-        sample_time: T
+        resistance, inductance: phase resistance and inductance
+        bandwidth: bandwidth of the low-pass filter
+        sample_time: sampling interval T
     """
 
     resistance: Annotated[float, "ohm"] = 0.05
@@ -170,11 +172,11 @@ class BareFeedforward:
     Sample = Seen
 
     def init(self) -> FilteredState:
-        """No current."""
+        """State without current."""
         return FilteredState(0.0, 0.0)
 
     def step(self, state: FilteredState, sample: Seen) -> tuple[FilteredState, FeedforwardFound]:
-        """One sample on."""
+        """Advance by one sample."""
         share, slope = self.bandwidth * self.sample_time, self.inductance * self.bandwidth
         away = (sample.current_alpha - state.alpha, sample.current_beta - state.beta)
         alpha = sample.voltage_alpha - self.resistance * sample.current_alpha - slope * away[0]

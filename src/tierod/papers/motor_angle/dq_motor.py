@@ -1,4 +1,4 @@
-"""A permanent-magnet motor in the rotor's axes: with its load as an input or as a state, and linear across the flux."""
+"""Permanent-magnet motor in the rotor frame, with the load as an input or a state, and its linear q-axis model."""
 
 from __future__ import annotations
 
@@ -20,26 +20,26 @@ from tierod.physics.pm_motor import (
 )
 
 DqMotorParameters = MotorParameters
-"""A motor whose inductance may differ along and across the flux."""
+"""Parameters of a motor whose d- and q-axis inductances may differ."""
 
 
 class DqMotor:
-    """Currents in the rotor's axes and speed; the load is an input.
+    """Model of the currents in the rotor frame and the speed, with the load as an input.
 
-    Validity: no saturation; the axes turn with the rotor's true electrical angle.
+    Validity: no saturation; the rotor frame turns with the true electrical angle.
     Source: Reinelt et al., eqs (12) to (14), where theta is the mechanical angle; corrected: the torque constant is
     3/2 c_M with amplitude-invariant vectors, and a salient motor makes torque by (L_sd - L_sq) i_sd i_sq too.
     """
 
     class State(NamedTuple):
-        """Currents along and across the rotor's flux, and mechanical speed."""
+        """Currents of the d and q axes, and mechanical speed."""
 
         current_d: Annotated[float, "A"]
         current_q: Annotated[float, "A"]
         speed: Annotated[float, "rad/s"]
 
     class Input(NamedTuple):
-        """Voltages, and the torque that opposes."""
+        """Voltages of the d and q axes, and load torque."""
 
         voltage_d: Annotated[float, "V"]
         voltage_q: Annotated[float, "V"]
@@ -55,23 +55,23 @@ class DqMotor:
 
     @staticmethod
     def derivative(x: State, u: Input, p: DqMotorParameters) -> State:
-        """Eqs (12) to (14)."""
+        """Time derivative of the state, eqs (12) to (14)."""
         return DqMotor.State(*_rates(x, u, u.load_torque, p))
 
     @staticmethod
     def output(x: State, u: Input, p: DqMotorParameters) -> Output:
-        """The currents."""
+        """Measured currents of the state."""
         return DqMotor.Output(x.current_d, x.current_q)
 
 
 class LoadedDqMotor:
-    """The same with the load as a state that stays as it is: process noise lets it walk.
+    """The same model with the load as a constant state, which process noise turns into a random walk.
 
-    Source: as `DqMotor`; the state is an addition, since a load that is left out makes the speed wrong.
+    Source: as `DqMotor`; the load state is an addition, since a neglected load biases the speed.
     """
 
     class State(NamedTuple):
-        """Currents, mechanical speed, and the torque that opposes."""
+        """Currents, mechanical speed, and load torque."""
 
         current_d: Annotated[float, "A"]
         current_q: Annotated[float, "A"]
@@ -79,7 +79,7 @@ class LoadedDqMotor:
         load_torque: Annotated[float, "N*m"]
 
     class Input(NamedTuple):
-        """Voltages."""
+        """Voltages of the d and q axes."""
 
         voltage_d: Annotated[float, "V"]
         voltage_q: Annotated[float, "V"]
@@ -89,12 +89,12 @@ class LoadedDqMotor:
 
     @staticmethod
     def derivative(x: State, u: Input, p: DqMotorParameters) -> State:
-        """Eqs (12) to (14), and a load that stays."""
+        """Time derivative of the state, eqs (12) to (14) with a constant load."""
         return LoadedDqMotor.State(*_rates(x, u, x.load_torque, p), 0.0)
 
     @staticmethod
     def output(x: State, u: Input, p: DqMotorParameters) -> DqMotor.Output:
-        """The currents."""
+        """Measured currents of the state."""
         return DqMotor.Output(x.current_d, x.current_q)
 
 
@@ -104,7 +104,7 @@ def _rates(
     load_torque: Scalar,
     p: DqMotorParameters,
 ) -> tuple[Scalar, Scalar, Scalar]:
-    """Rates of both currents and of the speed."""
+    """Time derivatives of both currents and of the speed."""
     current = RotorVector(x.current_d, x.current_q)
     along, across = p.motor_inductance, p.inductance_across
     currents = current_rate(
@@ -122,15 +122,15 @@ def _rates(
 
 
 READINGS = ("corrected", "printed")
-"""Whether the torque constant is 3/2 c_M, as amplitude-invariant vectors want it, or c_M as printed."""
+"""Torque constant 3/2 c_M, correct for amplitude-invariant vectors, or c_M as printed."""
 
 
 def q_axis_motor(p: MotorParameters, reading: str = "corrected") -> LinearSystem:
-    """Linear system from the voltage across the flux to the current across it.
+    """Linear system from the q-axis voltage to the q-axis current.
 
     Args:
-        p: of the motor
-        reading: "corrected" or "printed", of the torque constant
+        p: parameters of the motor
+        reading: torque constant, "corrected" or "printed"
 
     Returns:
         states `current_q`, `speed`; input `voltage_q`; output `current_q`
@@ -138,7 +138,7 @@ def q_axis_motor(p: MotorParameters, reading: str = "corrected") -> LinearSystem
     Raises:
         ParameterError: another reading
 
-    Validity: no current along the flux, and no load.
+    Validity: no d-axis current, and no load.
     Source: Reinelt et al., eqs (15), (16), (19) and (20), which print c_M where 3/2 c_M belongs in the mechanical row.
     """
     if reading not in READINGS:
@@ -151,11 +151,11 @@ def q_axis_motor(p: MotorParameters, reading: str = "corrected") -> LinearSystem
 
 
 def with_load(motor: LinearSystem, inertia: float) -> LinearSystem:
-    """The same with a load torque that stays, as a third state `load_torque`.
+    """The linear system with a constant load torque as a third state `load_torque`.
 
     Args:
-        motor: of `q_axis_motor`
-        inertia: of the rotor [kg*m**2]
+        motor: result of `q_axis_motor`
+        inertia: inertia of the rotor [kg*m**2]
     """
     A = np.zeros((3, 3))
     A[:2, :2], A[1, 2] = motor.A, -1.0 / inertia

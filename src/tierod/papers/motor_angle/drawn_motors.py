@@ -1,4 +1,4 @@
-"""The default observer on motors that differ from the vehicle file."""
+"""Accuracy of the default observer on motors that differ from the vehicle file."""
 
 from __future__ import annotations
 
@@ -27,21 +27,21 @@ from tierod.proving_ground.cars.motor_bench import MotorBench
 from tierod.proving_ground.varied import Varied
 
 DRAWS, SECONDS = 20, 20.0
-"""Motors, and length of a drive [s]."""
+"""Number of motors, and duration of a drive [s]."""
 RESISTANCE, FLUX, INDUCTANCE = (0.8, 1.3), (0.94, 1.02), (0.93, 1.07)
-"""True values over those that the observer assumes."""
+"""Ranges of the true values over those that the observer assumes."""
 TARGET = "target of tierod"
 
 
 class Errors(NamedTuple):
-    """Errors of the angle [rad]: root mean square, and the largest."""
+    """Root mean square and largest error of the angle [rad]."""
 
     rms: float
     most: float
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Draws, a warm winding, a winding that warms."""
+    """Items of the study: drawn motors, a warm winding, a winding that warms up."""
     yield Heading(
         "Motors that differ from the vehicle file",
         (
@@ -72,7 +72,7 @@ def items(effort: Effort) -> Iterator[Item]:
 
 
 def drawn(seed: int) -> Errors:
-    """A drive of a motor that differs by chance."""
+    """Errors over a drive of a motor whose parameters are drawn at random."""
     random = np.random.default_rng([seed, 13])
     return _with_true(seed, *(random.uniform(*span) for span in (RESISTANCE, FLUX, INDUCTANCE)))
 
@@ -82,7 +82,7 @@ def _warm(seed: int) -> Errors:
 
 
 def ramped(seed: int) -> Errors:
-    """A drive over which the resistance rises by 40 %, with less flux and inductance."""
+    """Errors over a drive in which the resistance rises by 40 %, with less flux and inductance."""
     plant = bench()
     machine = plant.motor.machine
     time = bench_time(SECONDS)

@@ -1,4 +1,4 @@
-"""Drives of the motor bench with faults inside the loop: what the current control reads is what is recorded."""
+"""Drives of the motor bench with faults inside the loop: the current control reads the recorded, faulty signals."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from tierod.papers.motor_angle.fault_kinds import Fault
 from tierod.proving_ground.cars.motor_bench import MotorBench
 
 RATE, SUBSTEPS = 1e4, 10
+"""Sampling rate of the recording [Hz], and samples per step of the bench."""
 NOISES = {
     "motor_current_alpha": 0.15,
     "motor_current_beta": 0.15,
@@ -22,17 +23,18 @@ NOISES = {
     "motor_voltage_beta": 0.03,
     "motor_angle_mechanical": 5e-4,
 }
-"""Standard deviations by signal."""
+"""Standard deviations of the sensor noise by signal, in its unit."""
 ANGLE = MotorAngleSample._fields.index("motor_angle_mechanical")
+"""Column of the angle sensor in the samples."""
 
 
 def bench_time(seconds: float) -> np.ndarray:
-    """Instants of the bench's steps, a millisecond apart [s]."""
+    """Times of the steps of the bench, every millisecond [s]."""
     return np.arange(round(seconds * RATE / SUBSTEPS)) * SUBSTEPS / RATE
 
 
 def course(time: np.ndarray, seed: int) -> np.ndarray:
-    """A superposition at work: four sines of the motor's angle, up to some 100 rad/s."""
+    """Target angle of the motor of an active front steering at work: four sines, up to some 100 rad/s [rad]."""
     random = np.random.default_rng(seed)
     parts = [
         random.uniform(0.4, 1.0) / (0.4 + f) * np.sin(2.0 * np.pi * f * time + random.uniform(0.0, 2.0 * np.pi))
@@ -43,10 +45,10 @@ def course(time: np.ndarray, seed: int) -> np.ndarray:
 
 @dataclass(frozen=True)
 class BenchDrive:
-    """A drive as measured for the monitor.
+    """A drive as the monitor receives it, with the truth.
 
     Args:
-        samples: columns of `MotorAngleSample`, (n, columns), at `RATE`
+        samples: signals of `MotorAngleSample` at `RATE`, (n, signals)
         speed: true speed of the shaft [rad/s], (n,)
         angle: true angle of the shaft [rad], (n,)
     """
@@ -62,13 +64,13 @@ class BenchDrive:
 
 
 def drive(seed: int, seconds: float, fault: Fault | None = None, start: float = 0.0) -> BenchDrive:
-    """A drive of the bench as it is recorded.
+    """Simulate and record a drive of the bench.
 
     Args:
-        seed: of course and noises
-        seconds: how long
-        fault: None for a fault-free drive
-        start: of the fault [s]
+        seed: seed of course and noise
+        seconds: duration [s]
+        fault: fault of the drive; None for a fault-free one
+        start: start of the fault [s]
     """
     return noisy(clean_drive(seed, seconds, fault, start), np.random.default_rng([seed, 77]))
 
@@ -82,13 +84,13 @@ def clean_drive(
     load: np.ndarray | None = None,
     target: np.ndarray | None = None,
 ) -> BenchDrive:
-    """The same without noise.
+    """Simulate a drive of the bench without sensor noise.
 
     Args:
-        seed, seconds, fault, start: as of `drive`
-        plant: the bench; the usual one where None
-        load: torque that opposes besides the spring, a value per step of the bench; none where None [N*m]
-        target: angle that is asked of the motor, likewise; that of `course` where None [rad]
+        seed, seconds, fault, start: as in `drive`
+        plant: the bench; the default one where None
+        load: load torque besides the spring, a value per step of the bench; none where None [N*m]
+        target: target angle of the motor, a value per step of the bench; that of `course` where None [rad]
     """
     plant, time = plant or MotorBench(), bench_time(seconds)
     inputs = bench_inputs(course(time, seed) if target is None else target)
@@ -101,35 +103,37 @@ def clean_drive(
 
 
 def bench_inputs(target: np.ndarray) -> dict[str, np.ndarray]:
-    """Inputs of a bench under control of its angle, without a fault.
+    """Fault-free inputs of a bench under angle control.
 
     Args:
-        target: angle, a value per step of the bench [rad]
+        target: target angle, a value per step of the bench [rad]
     """
     return inputs_of(MotorBench(), target_motor_angle=target, control=np.ones(len(target)))
 
 
 def inputs_of(plant: Block, **given: np.ndarray) -> dict[str, np.ndarray]:
-    """All inputs of a bench, in its order: those given, a value per step, and no fault in its ports."""
+    """All inputs of a bench in its order: the given ones, a value per step, and fault-free ports."""
     steps = len(next(iter(given.values())))
     return {name: np.full(steps, 1.0 if name.endswith(".gain") else 0.0) for name in trace(plant).sample} | given
 
 
 def fine(found: Result, name: str) -> np.ndarray:
-    """A signal of the motor at `RATE`, from the outputs of its bench."""
+    """Signal of the motor at `RATE`, from the outputs of its bench."""
     return np.column_stack([found[f"motor.fine.{name}.{k}"] for k in range(SUBSTEPS)]).ravel()
 
 
 def faulty_ports(fault: Fault, since: np.ndarray, target: np.ndarray) -> dict[str, np.ndarray]:
-    """Effect of a fault on the port of its signal.
+    """Gain, offset and hold of a fault at the port of its signal, a value per step of the bench.
 
     Args:
-        fault: which
-        since: time from its begin on, a value per step of the bench; below zero before [s]
-        target: angle that is asked of the motor, likewise [rad]
+        fault: the fault
+        since: time since the start of the fault, a value per step of the bench; negative before it [s]
+        target: target angle of the motor, a value per step of the bench [rad]
     """
+    # The tolerance keeps rounding of the time from delaying the fault by a step.
     on, since, port = since >= -1e-9, np.maximum(since, 0.0), f"ports.{fault.signal}"
     gain, offset = fault.gain(since), fault.offset(since)
+    # The offset makes up for the gain at the angle of the start, so that the faulty reading does not jump there.
     if fault.from_here:
         offset = offset + (1.0 - gain) * target[np.argmax(on)]
     return {
@@ -140,13 +144,13 @@ def faulty_ports(fault: Fault, since: np.ndarray, target: np.ndarray) -> dict[st
 
 
 def recorded(found: Result, inputs: Mapping[str, np.ndarray], quantum: float = 0.0, start: float = 0.0) -> BenchDrive:
-    """Signals of the bench behind their ports; slow signals at their instants.
+    """Record the signals of the bench behind their ports; the target angle only at its own instants.
 
     Args:
         found: outputs of the bench
-        inputs: that it had
-        quantum: steps of the angle, none if zero [rad]
-        start: of these steps [s]
+        inputs: inputs of the bench
+        quantum: resolution of the angle from `start` on, 0 for exact readings [rad]
+        start: start of the coarse resolution [s]
     """
 
     def through(name: str) -> np.ndarray:
@@ -171,7 +175,7 @@ def recorded(found: Result, inputs: Mapping[str, np.ndarray], quantum: float = 0
 
 
 def noisy(clean: BenchDrive, random: np.random.Generator) -> BenchDrive:
-    """A drive with the noise of its sensors."""
+    """The drive with sensor noise."""
     samples = clean.samples.copy()
     for name, noise in NOISES.items():
         samples[:, MotorAngleSample._fields.index(name)] += noise * random.normal(size=len(samples))

@@ -1,4 +1,4 @@
-"""Faults of a motor's angle sensor, and of one current: kinds and sizes."""
+"""Faults of a motor angle sensor and of a current sensor: kinds and fault magnitudes."""
 
 from __future__ import annotations
 
@@ -10,23 +10,23 @@ import numpy as np
 
 POLE_PAIRS = 4.0
 DEGREE = math.radians(1.0) / POLE_PAIRS
-"""Of the electrical angle, at the shaft [rad]."""
+"""One degree of the electrical angle, as angle of the shaft [rad]."""
 FIVE_DEGREES = 5.0 * DEGREE
-"""The same: the smallest offset that is worth an alarm [rad]."""
+"""Five degrees electrical, the smallest offset that deserves an alarm, as angle of the shaft [rad]."""
 
 
 @dataclass(frozen=True)
 class Fault:
-    """Effect of a fault on a signal, over the time since its onset.
+    """Effect of a fault on a signal, over the time since its start.
 
     Args:
-        name: in words
-        gain, offset: of the signal, over the time [s]
-        from_here: whether the gain is about the angle at which it begins, so that nothing jumps
-        held: whether it stands still
-        quantum: steps in which it is recorded; the control reads it finer [rad]
-        signal: which one
-        size: time until it is as large as an offset of five degrees electrical [s]
+        name: name in words
+        gain, offset: gain and offset of the signal, as functions of the time [s]
+        from_here: whether the gain acts about the angle at the start of the fault, so that the signal does not jump
+        held: whether the signal is stuck
+        quantum: resolution of the recorded signal; the control still reads the fine one [rad]
+        signal: name of the faulty signal
+        size: time until the fault is as large as an offset of five degrees electrical [s]
     """
 
     name: str
@@ -40,19 +40,19 @@ class Fault:
 
 
 def offset(degrees: float) -> Fault:
-    """A zero that has moved, as of a magnet that has slipped.
+    """Constant offset, as of a magnet that has slipped.
 
     Args:
-        degrees: electrical
+        degrees: offset, electrical [degree]
     """
     return Fault(f"offset of {degrees:g}° electrical", offset=_constant(degrees * DEGREE))
 
 
 def drift(degrees: float) -> Fault:
-    """A zero that moves.
+    """Offset that grows linearly.
 
     Args:
-        degrees: electrical, per second
+        degrees: rate of the offset, electrical [degree/s]
     """
     return Fault(
         f"drift of {degrees:g}°/s electrical",
@@ -62,19 +62,19 @@ def drift(degrees: float) -> Fault:
 
 
 def gain(percent: float) -> Fault:
-    """A scale that is too large from the angle on at which it begins.
+    """Gain error about the angle at the start of the fault.
 
     Args:
-        percent: too much
+        percent: excess of the gain [%]
     """
     return Fault(f"gain {percent:g} % too large", gain=_constant(1.0 + 0.01 * percent), from_here=True)
 
 
 def noise(degrees: float) -> Fault:
-    """White noise.
+    """Additional white noise.
 
     Args:
-        degrees: electrical, standard deviation
+        degrees: standard deviation, electrical [degree]
     """
     return Fault(
         f"noise of {degrees:g}° electrical",
@@ -83,19 +83,19 @@ def noise(degrees: float) -> Fault:
 
 
 def coarse(degrees: float) -> Fault:
-    """Steps, as of bits that are lost.
+    """Coarse resolution, as of lost bits.
 
     Args:
-        degrees: electrical, of a step
+        degrees: resolution, electrical [degree]
     """
     return Fault(f"steps of {degrees:g}° electrical", quantum=degrees * DEGREE)
 
 
 def intermittent(degrees: float) -> Fault:
-    """An offset that comes for 5 ms, ten times a second.
+    """Intermittent offset that lasts 5 ms, ten times a second.
 
     Args:
-        degrees: electrical
+        degrees: offset, electrical [degree]
     """
     return Fault(
         f"{degrees:g}° electrical for 5 ms, ten times a second",
@@ -122,4 +122,4 @@ FAULTS = (
     SWAPPED_SINE,
     SWAPPED_PHASES,
 )
-"""From small to large, kind after kind."""
+"""All faults, by kind and from small to large."""

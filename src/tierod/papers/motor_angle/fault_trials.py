@@ -1,4 +1,4 @@
-"""Trials of a fault: a drive of the bench up to an instant at which its motor turns, and from there with the fault."""
+"""Trials of a fault: a fault-free drive up to a time at which the motor turns, continued with the fault."""
 
 from __future__ import annotations
 
@@ -25,21 +25,21 @@ from tierod.papers.motor_angle.healthy_drives import bench_monitor
 from tierod.proving_ground.cars.motor_bench import MotorBench
 
 EARLIEST, LATEST, AFTER = 5.5, 7.0, 1.5
-"""Of the begin of a fault, and how long it is watched then [s]."""
+"""Earliest and latest start of a fault, and time for which it is watched [s]."""
 
 STROKE = 0.6
-"""Time in which the motor turns one way at a given speed [s]."""
+"""Time between reversals of the motor in drives at one speed [s]."""
 
 SHARPNESS = 8.0
-"""Of its reversals: they take about 0.05 s."""
+"""Steepness of the reversals, which take about 0.05 s [-]."""
 
 
 class Trial(NamedTuple):
-    """A drive into which faults are put.
+    """A drive for the injection of faults.
 
     Args:
-        seed: of course and noise
-        speed: of its strokes [rad/s]; None for a course of many speeds
+        seed: seed of course and noise
+        speed: speed of its strokes [rad/s]; None for a course of many speeds
     """
 
     seed: int
@@ -50,8 +50,8 @@ class Found(NamedTuple):
     """Outcome of one fault in one trial.
 
     Args:
-        delay: from when it is as large as five degrees to the first alarm [ms]; infinite where none came
-        turning: the same, of time in which the motor turned fast enough for its angle to be known [ms]
+        delay: detection delay from when the fault reaches five degrees to the first alarm [ms]; infinite if undetected
+        turning: the same, counting only the time in which the motor turned fast enough for a valid angle [ms]
         first: test that alarmed first
     """
 
@@ -61,16 +61,17 @@ class Found(NamedTuple):
 
 
 NOTHING = Found(np.inf, np.inf, "")
+"""Outcome of an undetected fault."""
 
 
 @dataclass(frozen=True)
 class Begun:
-    """A bench and its monitor at the instant before a fault.
+    """State of bench and monitor before a fault.
 
     Args:
-        trial: which
-        step: of the bench that comes next, the last fault-free one
-        bench, monitor: between two steps
+        trial: the trial
+        step: next step of the bench, the last fault-free one
+        bench, monitor: their states before that step
     """
 
     trial: Trial
@@ -80,7 +81,7 @@ class Begun:
 
 
 def target(trial: Trial, steps: int) -> np.ndarray:
-    """Angle that is asked of the motor, every millisecond [rad]."""
+    """Target angle of the motor every millisecond [rad]."""
     time = np.arange(steps) * SUBSTEPS / RATE
     if trial.speed is None:
         return course(time, trial.seed)
@@ -90,11 +91,11 @@ def target(trial: Trial, steps: int) -> np.ndarray:
 
 
 def found_in(trials: Sequence[Trial], effort: Effort) -> list[dict[str, Found]]:
-    """Every fault in every trial, by the fault's name; nothing of a trial in which the motor does not turn.
+    """Outcomes of every fault by name, for each trial in which the motor turns.
 
     Args:
-        trials: drives
-        effort: that makes them
+        trials: the trials
+        effort: runs them
 
     Raises:
         TierodError: a trial could not be simulated
@@ -103,11 +104,11 @@ def found_in(trials: Sequence[Trial], effort: Effort) -> list[dict[str, Found]]:
 
 
 def found_anywhere(names: Sequence[str], seeds: Sequence[int], effort: Effort) -> dict[str, list[Found]]:
-    """Faults that begin at any instant of drives, by name; further arguments and errors as of `found_in`.
+    """Outcomes of faults that begin at any time of a drive, by name; other arguments and errors as in `found_in`.
 
     Args:
-        names: of the faults
-        seeds: of the drives
+        names: names of the faults
+        seeds: seeds of the drives
     """
     tasks = [(name, seed) for name in names for seed in seeds]
     found = effort.made(_anywhere, tasks)
@@ -120,13 +121,14 @@ def _anywhere(task: tuple[str, int]) -> Found:
 
 
 def all_faults(trial: Trial) -> dict[str, Found]:
-    """Every fault in one trial."""
+    """Outcomes of every fault in one trial, by name; empty where the motor does not turn."""
     begun = begin(trial)
     return {} if begun is None else {fault.name: found(begun, fault) for fault in FAULTS}
 
 
 def begin(trial: Trial) -> Begun | None:
-    """Up to a random instant at which the motor turns; None where it does not."""
+    """Simulate up to a random time at which the motor turns; None where it does not turn."""
+    # The interval from `EARLIEST` to `LATEST` runs twice: to find when the motor turns, then up to the chosen step.
     early, late = (round(seconds * RATE / SUBSTEPS) for seconds in (EARLIEST, LATEST))
     asked = np.column_stack(list(bench_inputs(target(trial, late)).values()))
     random = np.random.default_rng([trial.seed, 77])
@@ -141,7 +143,8 @@ def begin(trial: Trial) -> Begun | None:
 
 
 def found(begun: Begun, fault: Fault) -> Found:
-    """Outcome of a fault from there on."""
+    """Simulate a fault from that state on, and evaluate its outcome."""
+    # One fault-free step comes first, so that a stuck sensor has a reading to hold.
     after = round(AFTER * RATE / SUBSTEPS)
     inputs = bench_inputs(target(begun.trial, begun.step + after)[begun.step :])
     since = np.arange(-1, after - 1) * SUBSTEPS / RATE
@@ -152,19 +155,19 @@ def found(begun: Begun, fault: Fault) -> Found:
 
 
 def anywhere(fault: Fault, seed: int, seconds: float = 9.0) -> Found:
-    """A fault that begins at any instant of a drive, standing and in the first seconds included."""
+    """Outcome of a fault that begins at any time of a drive, at standstill and in the first seconds as well."""
     start = np.random.default_rng([seed, 3]).integers(500, round(1e3 * (seconds - AFTER))) * 1e-3
     outputs = scan(bench_monitor(), drive(seed, seconds, fault, start).samples)
     return delays(outputs, round(start * RATE), fault)
 
 
 def delays(outputs: Result, start: int, fault: Fault) -> Found:
-    """Delay until the first alarm.
+    """Outcome of a fault from the alarms of the monitor.
 
     Args:
-        outputs: of the monitor
+        outputs: outputs of the monitor
         start: sample at which the fault begins
-        fault: which
+        fault: the fault
     """
     alarms = alarms_after(outputs, start)
     if not alarms:
@@ -177,7 +180,7 @@ def delays(outputs: Result, start: int, fault: Fault) -> Found:
 
 
 def alarms_after(outputs: Result, start: int) -> dict[str, int]:
-    """Samples from the start to the begin of every alarm."""
+    """Samples from the start to the first alarm, for every test that alarms."""
     names = [name for name in outputs.names if name.startswith("alarms.") and (outputs[name][start:] > 0.5).any()]
     return {name.rsplit(".", 1)[-1]: int(np.argmax(outputs[name][start:] > 0.5)) for name in names}
 
@@ -185,7 +188,7 @@ def alarms_after(outputs: Result, start: int) -> dict[str, int]:
 def _on(
     bench: Memory | None, monitor: Memory | None, asked: np.ndarray, random: np.random.Generator
 ) -> tuple[Memory, Memory, np.ndarray]:
-    """Bench and monitor some steps on, and whether the angle was known."""
+    """Advance bench and monitor; returns their states, and whether the observed angle was valid at each sample."""
     ran = scan(MotorBench(), asked, bench)
     names = dict(zip(bench_inputs(np.zeros(1)), asked.T, strict=True))
     outputs = scan(bench_monitor(), noisy(recorded(ran, names), random).samples, monitor)

@@ -1,4 +1,4 @@
-"""The angle of a motor from its back-EMF: alone, and followed by a model of the rotor with a load."""
+"""Motor angle from the back-EMF (feedforward), alone and with an observer of the rotor and its load."""
 
 from __future__ import annotations
 
@@ -23,21 +23,22 @@ from tierod.physics.lag import share_reached
 from tierod.physics.pm_motor import rotor_acceleration, stator_flux_rate, torque_constant
 
 READINGS = ("corrected", "printed")
+"""Sign of the inductive term in (46): minus, or plus as printed."""
 SLOW = ("held", "increments")
-"""While the back-EMF is too small: the angle is held, or it follows the increments of the sensor."""
+"""Behaviour while the back-EMF is too small: hold the angle, or follow the increments of the sensor."""
 
 
 class FeedforwardState(NamedTuple):
-    """Memory.
+    """State of the feedforward.
 
     Args:
-        emf: filtered [V]
-        current: of the sample before [A]
-        known: whether that is known
-        speed: electrical [rad/s]
-        lagging: electrical angle of the filtered back-EMF [rad], unbounded
+        emf: filtered back-EMF [V]
+        current: current of the last sample [A]
+        known: whether that current was available
+        speed: electrical speed [rad/s]
+        lagging: electrical angle of the filtered back-EMF [rad], not wrapped
         sensed: last angle of the sensor [rad]
-        begun: whether the sensor has given the beginning
+        begun: whether the angle has been initialised by the sensor
     """
 
     emf: StatorVector
@@ -54,9 +55,9 @@ class Turning(NamedTuple):
 
     Args:
         lagging: electrical angle of the filtered back-EMF [rad]
-        electrical_angle: the same without the lag [rad]
-        electrical_speed: with its sign [rad/s]
-        standing: 1 while it is too small for an angle, which is held
+        electrical_angle: the same, compensated for the lag of the filter [rad]
+        electrical_speed: signed electrical speed [rad/s]
+        standing: 1 while the back-EMF is too small for an angle
     """
 
     lagging: Scalar
@@ -67,20 +68,20 @@ class Turning(NamedTuple):
 
 @dataclass(frozen=True)
 class FeedforwardAngle:
-    """The direction of the back-EMF, u - R i - L di/dt, filtered, its lag taken back.
+    """Motor angle from the direction of the filtered back-EMF, u - R i - L di/dt, with compensated filter lag.
 
     Args:
-        parameters: of the motor
-        bandwidth: of the filter, which makes the derivative causal [rad/s]; 300 Hz
-        least_speed: below it the angle is held: the noise of the derivative is as large as the back-EMF
+        parameters: parameters of the motor
+        bandwidth: bandwidth of the filter, which makes the derivative causal [rad/s]; 300 Hz
+        least_speed: speed below which the noise of the derivative exceeds the back-EMF, and `slow` applies
         reading: "corrected", or "printed" with +L di/dt, which turns the angle by atan(2 L i_q / psi)
-        slow: below the least speed the angle is "held", or follows the sensor's "increments"
+        slow: below the least speed the angle is "held", or follows the "increments" of the sensor
 
-    The quotient of (46) leaves half a turn open: of the two angles the one within a quarter of a turn of the last is
-    taken, and with it the sign of the speed.
+    The quotient of (46) is ambiguous by half a turn: of the two angles the one within a quarter of a turn of the last
+    angle is taken, which also gives the sign of the speed.
 
-    Validity: the back-EMF of a slow motor is too small. A motor that turns a quarter of an electrical turn while its
-    angle is held leaves it wrong by half turns for good.
+    Validity: not at low speed, where the back-EMF is too small. If the motor turns by a quarter of an electrical turn
+    while the angle is held, the angle stays wrong by half turns.
     Source: Reinelt et al., eq (46); corrected: minus L dI/dt in both axes, the arctangent of two arguments.
     """
 
@@ -107,7 +108,7 @@ class FeedforwardAngle:
         return FeedforwardState(none, none, 0.0, 0.0, 0.0, 0.0, 0.0)
 
     def step(self, state: FeedforwardState, sample: MotorAngleObserver.Sample) -> tuple[FeedforwardState, Tree]:
-        """One sample on."""
+        """Advance by one sample."""
         pole_pairs = self.parameters.motor_pole_pairs
         after, turning = self.turned(state, sample)
         angle = turning.electrical_angle / pole_pairs
@@ -116,7 +117,7 @@ class FeedforwardAngle:
         return after, output_class("standing")(angle, speed, turning.standing, away)
 
     def turned(self, state: FeedforwardState, sample: MotorAngleObserver.Sample) -> tuple[FeedforwardState, Turning]:
-        """One sample on: the memory, and angle and speed from the back-EMF."""
+        """Advance by one sample; returns the state, and angle and speed from the back-EMF."""
         p = self.parameters
         first = fresh(state.begun, sample)
         begun = where(either(state.begun, first), 1.0, 0.0)
@@ -136,8 +137,9 @@ class FeedforwardAngle:
         return both(present(sample.motor_current_alpha), present(sample.motor_current_beta))
 
     def _emf(self, state: FeedforwardState, sample: MotorAngleObserver.Sample) -> StatorVector:
-        """The filtered back-EMF; turned on where anything is missing."""
+        """Filtered back-EMF; while an input is missing it is rotated with the last speed."""
         p = self.parameters
+        # The voltage is a mean over the sample, so that the ohmic drop takes the mean current.
         mean = StatorVector(
             0.5 * (sample.motor_current_alpha + state.current.alpha),
             0.5 * (sample.motor_current_beta + state.current.beta),
@@ -156,14 +158,14 @@ class FeedforwardAngle:
         )
 
     def _increment(self, state: FeedforwardState, sample: MotorAngleObserver.Sample) -> Scalar:
-        """Electrical angle that the sensor has gained [rad]; 0 where it is not used or missing."""
+        """Increment of the electrical angle by the sensor [rad]; 0 where it is not used or missing."""
         if self.slow == "held":
             return 0.0
         gained = wrapped(sample.motor_angle_mechanical - state.sensed)
         return self.parameters.motor_pole_pairs * where(both(present(gained), state.begun), gained, 0.0)
 
     def _turning(self, emf: StatorVector, before: Scalar, increment: Scalar) -> Turning:
-        """The angle of the back-EMF nearest to the one before."""
+        """Angle of the back-EMF nearest to the last one, with lag compensation and speed."""
         p = self.parameters
         own = park(emf, direction(before))
         sign = where(own.q < 0.0, -1.0, 1.0)
@@ -175,10 +177,10 @@ class FeedforwardAngle:
         return Turning(lagging, lagging + moved, where(standing, 0.0, sign * speed), standing)
 
     def _lag(self, filtered: Scalar) -> tuple[Scalar, Scalar]:
-        """Angle by which the filtered back-EMF is behind, and the speed, from its length [rad; rad/s].
+        """Lag of the filtered back-EMF [rad], and speed [rad/s], from its amplitude over the flux.
 
-        A first-order filter s/(1 - a/z), a = 1 - s, shortens by sqrt(1 + a x^2/s^2) and delays by
-        atan2(a x, s + a x^2/2) at an angle x per sample, to its third power. Half of x more is the voltage's mean.
+        A first-order filter s/(1 - a/z), a = 1 - s, reduces the amplitude by sqrt(1 + a x^2/s^2) and delays by
+        atan2(a x, s + a x^2/2) at an angle x per sample, up to its third power. The mean voltage adds a lag of x/2.
         """
         p = self.parameters
         share = share_reached(p.sample_time * self.bandwidth)
@@ -191,11 +193,11 @@ class FeedforwardAngle:
 
 
 FOLLOWING_POLES = (-250.0, -251.0, -252.0)
-"""Of the error of angle, speed and load [1/s]: above a reversing load, well below the filter of the derivative."""
+"""Poles of the error of angle, speed and load [1/s]: faster than load reversals, slower than the derivative filter."""
 
 
 class RotorState(NamedTuple):
-    """Angle, speed and load."""
+    """Angle, speed and load torque of the rotor."""
 
     angle: Annotated[float, "rad"]
     speed: Annotated[float, "rad/s"]
@@ -203,7 +205,7 @@ class RotorState(NamedTuple):
 
 
 class FollowedState(NamedTuple):
-    """Memory of the feedforward and of the rotor, and whether the sensor has given the beginning."""
+    """States of feedforward and rotor, and whether the angle has been initialised by the sensor."""
 
     feedforward: FeedforwardState
     rotor: RotorState
@@ -212,14 +214,14 @@ class FollowedState(NamedTuple):
 
 @dataclass(frozen=True)
 class FeedforwardWithLoad:
-    """Luenberger observer of angle, speed and load, fed by the torque of the current and by the angle of (46).
+    """Luenberger observer of angle, speed and load, driven by the torque of the current, corrected by the angle (46).
 
     Args:
-        feedforward: gives the angle
-        gain: of angle, speed and load per radian between that angle and the own one
+        feedforward: the feedforward angle
+        gain: corrections of angle, speed and load per radian of difference between the two angles
 
-    While the back-EMF is too small, the model is drawn to the angle that is held: a load that reverses at rest would
-    carry it away otherwise.
+    While the back-EMF is too small, the observer is corrected by the held angle: otherwise a load that reverses at
+    standstill would carry the angle away.
 
     Source: Reinelt et al., eqs (16) and (46); the combination and the load are additions.
     """
@@ -233,15 +235,15 @@ class FeedforwardWithLoad:
     def of(
         cls, parameters: SampledMotorParameters, poles: tuple[float, ...] = FOLLOWING_POLES, slow: str = "held"
     ) -> FeedforwardWithLoad:
-        """The usual one of a motor.
+        """Design the observer of a motor.
 
         Args:
-            parameters: of the motor
-            poles: of the error of angle, speed and load [1/s]
-            slow: what `FeedforwardAngle` does below its least speed
+            parameters: parameters of the motor
+            poles: poles of the error of angle, speed and load [1/s]
+            slow: behaviour of `FeedforwardAngle` below its least speed
 
         Raises:
-            ParameterError: the poles do not fit
+            ParameterError: the poles cannot be placed
         """
         p, A = parameters, np.zeros((3, 3))
         A[0, 1], A[1, 1], A[1, 2] = 1.0, -p.motor_damping / p.motor_inertia, -1.0 / p.motor_inertia
@@ -254,7 +256,7 @@ class FeedforwardWithLoad:
         return FollowedState(self.feedforward.init(), RotorState(0.0, 0.0, 0.0), 0.0)
 
     def step(self, state: FollowedState, sample: MotorAngleObserver.Sample) -> tuple[FollowedState, Tree]:
-        """One sample on."""
+        """Advance by one sample."""
         p = self.feedforward.parameters
         first = fresh(state.begun, sample)
         inner, turning = self.feedforward.turned(state.feedforward, sample)
@@ -273,7 +275,7 @@ class FeedforwardWithLoad:
         return FollowedState(inner, rotor, begun), output
 
     def _predicted(self, rotor: RotorState, sample: MotorAngleObserver.Sample) -> RotorState:
-        """The rotor a sample on, by the current's torque; as it was where the current is missing."""
+        """Prediction of the rotor by the torque of the current; constant speed where the current is missing."""
         p = self.feedforward.parameters
         own = direction(electrical_angle(rotor.angle, p.motor_pole_pairs))
         current = park(StatorVector(sample.motor_current_alpha, sample.motor_current_beta), own)

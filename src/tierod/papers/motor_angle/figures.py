@@ -1,4 +1,4 @@
-"""Figures 4 to 7 of the paper: the observers in a car with active front steering, beside the bench."""
+"""Figures 4 to 7 of the paper: the observers in a car with active front steering, and on the bench."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ CAR = "active-front-steering"
 
 @dataclass(frozen=True)
 class CarDrive:
-    """A drive, and the truth every ten milliseconds.
+    """A drive of the car, with the truth every ten milliseconds.
 
     Args:
-        samples: of `MotorAngleObserver.Sample`, (n, 5), at `RATE`
-        places: samples at which the truth is known, (m,)
-        angle, speed: of the motor's shaft [rad], [rad/s], (m,)
+        samples: signals of `MotorAngleObserver.Sample` at `RATE`, (n, 5)
+        places: indices of the samples with a true value, (m,)
+        angle, speed: true angle and speed of the motor shaft [rad], [rad/s], (m,)
     """
 
     samples: np.ndarray
@@ -43,7 +43,7 @@ class CarDrive:
 
     @property
     def time(self) -> np.ndarray:
-        """Time of the truth, from its first sample [s]."""
+        """Time of the true values from the first sample [s]."""
         return self.places / RATE
 
     def observed(self, observer: Block) -> Result:
@@ -51,18 +51,18 @@ class CarDrive:
         return scan(observer, self.samples)
 
     def error(self, observer: Block) -> np.ndarray:
-        """Error of its angle where the truth is known [rad]."""
+        """Error of an observer's angle at the samples with a true value [rad]."""
         return np.asarray(self.observed(observer)["motor_angle"][self.places] - self.angle)
 
 
 @lru_cache(maxsize=8)
 def car_drive(course: str, seconds: float, seed: int = 1) -> CarDrive:
-    """A drive with the sensors of a production car; that of the motor's angle is read ten times as often.
+    """Simulate a drive with the sensors of a production car, with the motor angle sampled at `RATE`.
 
     Args:
-        course: of the virtual proving ground
-        seconds: how long
-        seed: of all chance
+        course: name of a course of the proving ground
+        seconds: duration [s]
+        seed: seed of all random numbers
     """
     sensors = SensorSet.production()
     angle = replace(dict(sensors.items())["motor_angle_mechanical"], rate=RATE)
@@ -71,6 +71,7 @@ def car_drive(course: str, seconds: float, seed: int = 1) -> CarDrive:
     samples = np.column_stack([channels[name].values for name in MotorAngleObserver.Sample._fields])
     truth = channels["truth_motor_angle_mechanical"]
     places = np.round(truth.time * RATE).astype(int)
+    # A last true value may lie beyond the last sample of the observer.
     kept = places < len(samples)
     return CarDrive(samples, places[kept], truth.values[kept], channels["truth_motor_speed"].values[kept])
 
@@ -83,7 +84,7 @@ PRINTED = (
 )
 """The four methods of the paper."""
 FOLLOWS = 0.1
-"""Error of an observer that follows "pretty well" [rad]: of Figures 4 and 5, on whose scale no more could be seen."""
+"""Largest error of an observer that follows "pretty well" [rad]: the scale of Figures 4 and 5 would hide it."""
 LOADED = (
     "Luenberger, with load",
     "reduced Luenberger, with load",
@@ -92,15 +93,15 @@ LOADED = (
     "flux observer",
     "default",
 )
-"""The same with the load as a state, and what the paper does not have."""
+"""The same methods with the load as a state, and methods that the paper does not contain."""
 FAST, HELD = (18.0, 20.5), (22.2, 27.8)
-"""Of the parking manoeuvre: the steering wheel turns from lock to lock, and is held near one [s]."""
+"""Intervals of the parking manoeuvre: steering from lock to lock, and holding near a lock [s]."""
 EVERY = 4
-"""Of the true values is drawn."""
+"""Decimation of the drawn curves [true values]."""
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """The drives, their sections, and all methods side by side."""
+    """Items of the study: all methods side by side, and charts of the drives and their intervals."""
     slalom = car_drive("slalom", 12.0 if effort.quick else 30.0, SEEDS.of(IN_THE_CAR, 2)[0])
     parking = car_drive("parking", 30.0 if effort.quick else 40.0, SEEDS.of(IN_THE_CAR, 2)[1])
     yield Heading(
@@ -273,6 +274,6 @@ def _own_claims(slalom: CarDrive, parking: CarDrive, errors: dict[str, dict[str,
 
 
 def _lost(seen: CarDrive, error: np.ndarray, span: tuple[float, float]) -> float:
-    """Change of the error over a section, between means of half a second [rad]."""
+    """Change of the error over an interval, from means over half a second at either end [rad]."""
     begin, end = ((seen.time >= edge) & (seen.time < edge + 0.5) for edge in (span[0], span[1] - 0.5))
     return abs(float(error[end].mean() - error[begin].mean()))

@@ -1,4 +1,4 @@
-"""A sensorless flux observer with a phase-locked loop, as drives use them today."""
+"""Sensorless flux observer with a phase-locked loop, as in present-day drives."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from tierod.physics.pm_motor import stator_flux_rate
 
 
 class FluxState(NamedTuple):
-    """Memory.
+    """State of the observer.
 
     Args:
-        flux: of the stator [V*s]
-        current: of the sample before [A]
-        known: whether that is known
-        angle: electrical [rad], unbounded
-        speed: electrical [rad/s]
-        begun: whether the sensor has given the beginning
+        flux: stator flux linkage [V*s]
+        current: current of the last sample [A]
+        known: whether that current was available
+        angle: electrical angle [rad], not wrapped
+        speed: electrical speed [rad/s]
+        begun: whether the angle has been initialised by the sensor
     """
 
     flux: StatorVector
@@ -37,15 +37,15 @@ class FluxState(NamedTuple):
 
 @dataclass(frozen=True)
 class FluxObserver:
-    """The stator's flux from its voltages, the magnets' part held to its length, its direction followed by a loop.
+    """Observer that integrates the stator flux, corrects the magnitude of its magnet part and tracks its direction.
 
-    No model of the rotor: a load does not disturb it. At low speed it needs the exact resistance, and at rest it is
-    blind and drifts.
+    It contains no model of the rotor, so that a load does not disturb it. At low speed it needs the exact resistance;
+    at standstill the angle is not observable and drifts.
 
     Args:
-        parameters: of the motor; inertia and damping are not used
-        bandwidth: of the loop, whose poles are both there
-        damping: by which the correction of the length grows with the speed
+        parameters: parameters of the motor; inertia and damping are not used
+        bandwidth: both poles of the phase-locked loop
+        damping: growth of the correction of the magnitude with the speed
 
     Source: Hinkkanen, Saarakkala, Awan, Molsa, Tuovinen, IEEE Trans. Ind. Appl. 54 (2018) 5506,
     doi 10.1109/TIA.2018.2858753, eqs (9), (10), (30) and (36) for a motor without saliency, in the stator's axes; that
@@ -66,7 +66,7 @@ class FluxObserver:
         return FluxState(StatorVector(self.parameters.motor_flux, 0.0), StatorVector(0.0, 0.0), 0.0, 0.0, 0.0, 0.0)
 
     def step(self, state: FluxState, sample: MotorAngleObserver.Sample) -> tuple[FluxState, Tree]:
-        """One sample on."""
+        """Advance by one sample."""
         p, time = self.parameters, self.parameters.sample_time
         first = fresh(state.begun, sample)
         begun = where(either(state.begun, first), 1.0, 0.0)
@@ -90,8 +90,9 @@ class FluxObserver:
         return after, output_class()(shaft, after.speed / p.motor_pole_pairs, away_from_sensor)
 
     def _advanced(self, state: FluxState, sample: MotorAngleObserver.Sample) -> StatorVector:
-        """The flux a sample on; turned with the rotor where anything is missing."""
+        """Stator flux after a sample; while an input is missing it is rotated with the last speed."""
         p = self.parameters
+        # The voltage is a mean over the sample, so that the ohmic drop takes the mean current.
         mean = StatorVector(
             0.5 * (sample.motor_current_alpha + state.current.alpha),
             0.5 * (sample.motor_current_beta + state.current.beta),
@@ -108,14 +109,14 @@ class FluxObserver:
         )
 
     def _less_leakage(self, flux: StatorVector, current: StatorVector) -> StatorVector:
-        """The magnets' part of the stator's flux: what the current has not made."""
+        """Magnet part of the stator flux: without the flux of the current."""
         inductance = self.parameters.motor_inductance
         return StatorVector(flux.alpha - inductance * current.alpha, flux.beta - inductance * current.beta)
 
     def _begun(
         self, state: FluxState, first: Scalar, begun: Scalar, sample: MotorAngleObserver.Sample, after: FluxState
     ) -> FluxState:
-        """The memory, begun at the sensor's angle; before that, as it was."""
+        """State after initialisation at the angle of the sensor; unchanged before that."""
         p = self.parameters
         at = electrical_angle(sample.motor_angle_mechanical, p.motor_pole_pairs)
         rotor: Direction = direction(at)

@@ -1,4 +1,4 @@
-"""Resistance, inductance and flux with guaranteed intervals, beside the statistical ones."""
+"""Guaranteed intervals of resistance, inductance and flux, compared with statistical intervals."""
 
 from __future__ import annotations
 
@@ -25,10 +25,11 @@ from tierod.physics.pm_motor import flux_at, resistance_at
 from tierod.vehicles import load
 
 _SECONDS = 4.0
+"""Duration of a drive [s]."""
 _WIDE = math.sqrt(3.0)
-"""Half the width of a uniform distribution over its standard deviation."""
+"""Half width of a uniform distribution over its standard deviation."""
 CURVATURE = 2e7
-"""Largest second derivative of a current that is given as known [A/s**2]: 60 A/ms, gone within 3 ms."""
+"""Assumed bound of the second derivative of a current [A/s**2]: a rate of 60 A/ms that decays within 3 ms."""
 TEXT = (
     "The paper names estimation with unknown but bounded errors for the motor's parameters. Here the errors are "
     "uniform, with the deviations of the other parts (0.15 A, 0.03 V, 0.0005 rad), and their bounds are known. All "
@@ -38,12 +39,13 @@ TEXT = (
 
 
 class Both(NamedTuple):
-    """A motor by both ways, in parts of the true values.
+    """Guaranteed and statistical results of one motor, relative to the true values.
 
     Args:
         low, high: ends of the guaranteed intervals, less one
-        errors, deviations: of the statistical estimate
-        normal: whether the box of three standard deviations holds for normal errors: 1 yes, 0 no, NaN without a box
+        errors, deviations: errors and standard deviations of the statistical estimate
+        normal: whether bounds of three standard deviations contain the truth for normal errors: 1 yes, 0 no, NaN where
+            no parameters are consistent
     """
 
     low: np.ndarray
@@ -54,22 +56,22 @@ class Both(NamedTuple):
 
 
 def bounds(width: float = _WIDE) -> MotorErrorBounds:
-    """Bounds of the readings' errors.
+    """Bounds of the measurement errors.
 
     Args:
-        width: of the bounds over the standard deviations
+        width: bounds over standard deviations
     """
     current, _, voltage, _, angle = (width * each for each in NOISE)
     return MotorErrorBounds(current, voltage, angle, CURVATURE)
 
 
 def bounded(motor: Drawn, seed: int, seconds: float = _SECONDS) -> tuple[ObserverDrive, ObserverDrive]:
-    """A drive with normal errors, and the same with uniform ones of the same deviation.
+    """A drive with normal errors, and the same drive with uniform errors of the same standard deviation.
 
     Args:
-        motor: on the bench
-        seed: of course and errors
-        seconds: how long
+        motor: motor on the bench
+        seed: seed of course and errors
+        seconds: duration [s]
     """
     seen = motor.driven(seed, seconds)
     shape = seen.samples.shape
@@ -82,10 +84,10 @@ _OTHERS = ("angle", "speed", "load", "commands", "resistance")
 
 
 def both(seed: int) -> Both:
-    """A drawn motor by both ways.
+    """Identify a drawn motor by both methods.
 
     Args:
-        seed: of the motor and its drive
+        seed: seed of the motor and its drive
     """
     motor = drawn(seed)
     normal, uniform = bounded(motor, seed)
@@ -95,6 +97,7 @@ def both(seed: int) -> Both:
     box = _box(uniform, known.motor_pole_pairs, _WIDE)
     found = identify_motor(known, {"drive": recording(uniform, motor.temperature)}).electrical
     statistical = np.array([found.resistance, found.inductance, found.flux])
+    # The statistical method gives the resistance at 20 degrees, the guaranteed one at the temperature of the drive.
     cold = np.array([warm, 1.0, 1.0])
     three = _three_deviations(normal, known.motor_pole_pairs, true)
     return Both(
@@ -120,7 +123,7 @@ def _three_deviations(seen: ObserverDrive, pole_pairs: float, true: np.ndarray) 
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Widths, coverage, and what happens where the bounds are wrong."""
+    """Items of the study: widths and coverage of the intervals, also where errors exceed the bounds."""
     count = 3 if effort.quick else 30
     found = effort.made(both, SEEDS.of(GUARANTEED, count))
     yield Heading("Guaranteed intervals from bounded errors", TEXT)

@@ -1,4 +1,4 @@
-"""Fault-free drives of the bench with motors that differ from the vehicle file: alarms and residuals."""
+"""Fault-free drives of the bench with motors that differ from the vehicle file: false alarms and residuals."""
 
 from __future__ import annotations
 
@@ -19,21 +19,21 @@ from tierod.papers.motor_angle.observer_drives import with_true
 from tierod.vehicles import load
 
 SECONDS = 60.0
-"""Of a drive [s]."""
+"""Duration of a drive [s]."""
 MOTORS = 3
-"""Motors, each with noise of its own, that share one drive: the bench takes as long as the monitor."""
+"""Motors, each with its own noise, that share one simulated drive, since the bench takes as long as the monitor."""
 RESISTANCE, FLUX, INDUCTANCE = (0.8, 1.3), (0.94, 1.02), (0.93, 1.07)
-"""True values over those that the monitor assumes: temperatures, tolerances."""
+"""Ranges of the true values over those that the monitor assumes, by temperature and tolerance."""
 STEPS = (0.819173, 0.671044, 0.549700)
-"""Of a number that spreads evenly over three ranges: powers of 1/1.220744, the root of x^4 = x + 1."""
+"""Increments of an additive recurrence that fills three ranges evenly: powers of 1/1.220744, root of x^4 = x + 1."""
 
 
 @dataclass(frozen=True)
 class AlarmWatch:
-    """A monitor of which only this is kept: whether the motor turns, whether anything alarmed, what counted.
+    """A monitor reduced to the outputs that a count of false alarms needs.
 
     Args:
-        monitor: that is watched
+        monitor: the monitor
     """
 
     monitor: MotorAngleMonitor
@@ -47,7 +47,7 @@ class AlarmWatch:
         alarmed: Scalar
 
     class Output(NamedTuple):
-        """1 while the angle is known, 1 from the first alarm on, the residual, and 1 where it counts."""
+        """Valid angle (1 or 0), latched alarm of any test, residual, and whether the residual counts (1 or 0)."""
 
         known: Annotated[float, ""]
         alarmed: Annotated[float, ""]
@@ -59,7 +59,7 @@ class AlarmWatch:
         return self.State(self.monitor.init(), 0.0)
 
     def step(self, state: State, sample: MotorAngleSample) -> tuple[State, Output]:
-        """One sample on."""
+        """Advance by one sample."""
         after, output = self.monitor.step(state.monitor, sample)
         alarmed = maximum(state.alarmed, greatest_of(*output.alarms.in_order()))
         return self.State(after, alarmed), self.Output(
@@ -71,9 +71,9 @@ class HealthyDrive(NamedTuple):
     """Result of one fault-free drive.
 
     Args:
-        turning: time in which the angle was known [s]
+        turning: time with a valid angle [s]
         alarmed: whether any test alarmed
-        residuals: that counted, one a millisecond, electrical [rad]
+        residuals: residuals that counted, one per millisecond, electrical [rad]
     """
 
     turning: float
@@ -83,11 +83,11 @@ class HealthyDrive(NamedTuple):
 
 @dataclass(frozen=True)
 class HealthyDrives:
-    """Fault-free drives, every one with a motor of its own.
+    """Fault-free drives, each with its own motor.
 
     Args:
-        drives: in the order of their seeds
-        seconds: of each
+        drives: results in the order of their seeds
+        seconds: duration of each drive [s]
     """
 
     drives: tuple[HealthyDrive, ...]
@@ -100,32 +100,32 @@ class HealthyDrives:
 
     @property
     def turning(self) -> float:
-        """Duration of turning with a known angle [h]."""
+        """Total time with a valid angle [h]."""
         return sum(drive.turning for drive in self.drives) / 3600.0
 
     @property
     def alarms(self) -> int:
-        """Drives with an alarm of any test."""
+        """Number of drives with an alarm of any test."""
         return sum(drive.alarmed for drive in self.drives)
 
     @property
     def greatest(self) -> float:
-        """Residual that counted, electrical [rad]."""
+        """Largest residual that counted, electrical [rad]."""
         return max(float(np.abs(drive.residuals).max(initial=0.0)) for drive in self.drives)
 
     def records(self, first: int, last: int, scale: float = 1.0) -> list[np.ndarray]:
-        """Residuals of some of the drives, times a scale [rad]."""
+        """Residuals of the drives from `first` to before `last`, times a scale [rad]."""
         return [scale * drive.residuals.astype(float) for drive in self.drives[first:last] if len(drive.residuals)]
 
 
 def healthy_drives(courses: int, first: int, effort: Effort, seconds: float = SECONDS) -> HealthyDrives:
-    """Fault-free drives.
+    """Simulate fault-free drives.
 
     Args:
-        courses: how many, each driven by `MOTORS` motors
-        first: seed
-        effort: that makes them
-        seconds: of each drive
+        courses: number of courses, each driven by `MOTORS` motors
+        first: first seed
+        effort: runs the drives
+        seconds: duration of each drive [s]
 
     Raises:
         TierodError: a drive failed
@@ -139,8 +139,8 @@ def other_motor(monitor: MotorAngleMonitor, number: int) -> MotorAngleMonitor:
     """The monitor with the parameters of another motor.
 
     Args:
-        monitor: with those of the vehicle file
-        number: of the motor; numbers in a row spread evenly over all three ranges, by an additive recurrence
+        monitor: monitor with the parameters of the vehicle file
+        number: number of the motor; successive numbers fill all three ranges evenly, by an additive recurrence
     """
     p = monitor.observer.parameters
     shares = [(0.5 + number * step) % 1.0 for step in STEPS]

@@ -1,4 +1,4 @@
-"""Motors whose parameters are drawn, identified from a drive: bias, intervals, and what the observer makes of it."""
+"""Motors with drawn parameters, identified from a drive: bias, coverage of intervals, and error of the observer."""
 
 from __future__ import annotations
 
@@ -25,6 +25,7 @@ from tierod.proving_ground.motor import Machine
 from tierod.vehicles import load
 
 _SECONDS = 10.0
+"""Duration of the drive that identifies a motor [s]."""
 _GOAL = "goal of tierod"
 
 
@@ -33,9 +34,9 @@ class Drawn:
     """A motor on a bench.
 
     Args:
-        machine: its true parameters
-        temperature: of winding and magnets [K]
-        seed: of all that is drawn
+        machine: true parameters of the motor
+        temperature: temperature of winding and magnets [K]
+        seed: seed of the draw
     """
 
     machine: Machine
@@ -49,13 +50,13 @@ class Drawn:
         return replace(usual, motor=replace(usual.motor, machine=self.machine))
 
     def driven(self, seed: int, seconds: float = _SECONDS) -> ObserverDrive:
-        """A drive to and fro against a spring."""
+        """Simulate a drive in both directions against a spring."""
         time = bench_time(seconds)
         return drive(self.plant, course(time, seed), np.zeros(len(time)), seed)
 
 
 def drawn(seed: int) -> Drawn:
-    """A motor beside that of the vehicle file: electrical parameters some 10 %, mechanical ones some 20 %."""
+    """Draw a motor around that of the vehicle file: electrical parameters by some 10 %, mechanical ones by 20 %."""
     random = np.random.default_rng([seed, 11])
     usual = bench().motor.machine
     inductance = usual.inductance_d * np.exp(0.1 * random.normal())
@@ -74,11 +75,11 @@ def drawn(seed: int) -> Drawn:
 
 
 def recording(seen: ObserverDrive, temperature: float | None = None) -> Recording:
-    """A drive as a user would have recorded it.
+    """The drive as a recording of a user.
 
     Args:
         seen: the drive
-        temperature: of the winding [K]; None for a motor without such a sensor
+        temperature: temperature of the winding [K]; None for a motor without that sensor
     """
     columns = dict(zip(MotorAngleObserver.Sample._fields, seen.samples.T, strict=True))
     units = {"current": "A", "voltage": "V", "angle": "rad"}
@@ -92,17 +93,17 @@ def recording(seen: ObserverDrive, temperature: float | None = None) -> Recordin
 
 
 def identified(motor: Drawn) -> MotorIdentification:
-    """Parameters identified from a recorded drive of a motor."""
+    """Identify a motor from a recorded drive."""
     parameters = load("motor-bench").parameters_for(MotorParameters)
     return identify_motor(parameters, {"drive": recording(motor.driven(motor.seed), motor.temperature)})
 
 
 class Errors(NamedTuple):
-    """A parameter over many motors, in parts of the true values.
+    """Identification results of one parameter over many motors, relative to the true values.
 
     Args:
-        errors: found less true, (motors,)
-        deviations: standard deviations that were claimed, (motors,)
+        errors: identified less true values, (motors,)
+        deviations: stated standard deviations, (motors,)
     """
 
     errors: np.ndarray
@@ -110,12 +111,12 @@ class Errors(NamedTuple):
 
     @property
     def covered(self) -> int:
-        """Motors whose true value lies in the 95 % interval."""
+        """Number of motors whose true value lies in the 95 % interval."""
         return int(np.count_nonzero(np.abs(self.errors) <= INTERVAL * self.deviations))
 
 
 def errors(motors: list[Drawn], found: list[MotorIdentification]) -> dict[str, Errors]:
-    """Every parameter of all motors; the electrical ones without what the temperature adds."""
+    """Identification results of all motors by parameter, electrical ones without the uncertainty by temperature."""
     rows: dict[str, list[tuple[float, float]]] = {}
     for motor, result in zip(motors, found, strict=True):
         m, electrical, mechanical = motor.machine, result.electrical, result.mechanical
@@ -137,7 +138,7 @@ def errors(motors: list[Drawn], found: list[MotorIdentification]) -> dict[str, E
 
 
 def _angle_errors(task: tuple[Drawn, tuple[Found, ...], float]) -> tuple[float, float, float]:
-    """Angle of the default observer on another drive, rms [rad]: identified, true and the vehicle file's parameters."""
+    """Rms angle errors of the default observer on another drive [rad]: identified, true and vehicle file parameters."""
     motor, parameters, seconds = task
     seen = motor.driven(motor.seed + 5000, seconds)
     usual, m = load("motor-bench").parameters_for(SampledMotorParameters), motor.machine
@@ -157,7 +158,7 @@ def _angle_errors(task: tuple[Drawn, tuple[Found, ...], float]) -> tuple[float, 
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Bias, intervals and the observer."""
+    """Items of the study: bias, coverage of intervals, and errors of the observer."""
     count = 4 if effort.quick else 50
     motors = [drawn(seed) for seed in SEEDS.of(IDENTIFIED, count)]
     found = effort.made(identified, motors)

@@ -1,4 +1,4 @@
-"""Voltages known only as commands: how well the angle is known behind an inverter's dead time and its diodes."""
+"""Accuracy of the angle from commanded voltages, with dead time and forward drop of the inverter."""
 
 from __future__ import annotations
 
@@ -25,16 +25,17 @@ from tierod.proving_ground.motor import Inverter
 from tierod.vehicles import load
 
 LOSSY = Inverter(dead_time=1e-6, forward_drop=0.7, knee_current=1.0)
-"""Takes 0.83 V from every phase: as much as 24 rad/s of the bench's motor induce."""
+"""Inverter that takes 0.83 V from every phase, as much as the bench's motor induces at 24 rad/s."""
 WRONG = 2.0
-"""Factor by which a knee is wrong."""
+"""Factor of a wrong knee current, up or down."""
 TARGET = "target of tierod"
 LEARNT = "learnt in the drive, knee"
 HELD = "held, knee"
+"""Start of the names of observers that estimate the knee current, and of those that keep it."""
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Errors by the knowledge of the inverter, the identified knee, and whether a wrong one is reported."""
+    """Items of the study: identified inverter, errors by assumed inverter, and reports of a wrong knee current."""
     yield Heading(
         "Voltages as commanded",
         (
@@ -56,23 +57,24 @@ def items(effort: Effort) -> Iterator[Item]:
 
 
 def identified(seen: ObserverDrive) -> InverterFit:
-    """Loss and knee from one drive."""
+    """Identify voltage loss and knee current from one drive."""
     current, command = (seen.commanded[:, k] + 1j * seen.commanded[:, k + 1] for k in (0, 2))
     recording = MotorRecording("drive", SAMPLE_TIME, seen.time, current, command, seen.samples[:, 4])
     return identify_inverter([recording], parameters()[0].motor_pole_pairs)
 
 
 def said_wrong(seen: ObserverDrive, knee: float) -> bool:
-    """Whether a finding would report that the vehicle file's knee is wrong.
+    """Whether the remarks of a finding report that the knee current of the vehicle file is wrong.
 
     Args:
         seen: a drive
-        knee: of the vehicle file [A]
+        knee: knee current of the vehicle file [A]
     """
     observer = _observer(knee)
     found = scan(observer, seen.commanded)
     last = {name: float(found[f"inverter_{name}"][-1]) for name in InverterLoss._fields[:3]}
     lost = InverterLoss(**last, nominal_knee=knee, widest=observer.tuning.widest_knee)
+    # The first remark, on commanded voltages, always appears; a second one reports the wrong knee current.
     return len(inverter_remarks(lost, COMMANDED)) > 1
 
 

@@ -1,4 +1,4 @@
-"""Speed error of an observer by a load that it does not model: computed, and measured on the bench."""
+"""Bias of the estimated speed by an unmodelled load: predicted from the gains, and measured on the bench."""
 
 from __future__ import annotations
 
@@ -28,17 +28,17 @@ from tierod.physics.pm_motor import back_emf_constant, torque_constant
 from tierod.vehicles import load
 
 LEVELS = (-0.6, -0.4, -0.2, 0.0, 0.2, 0.4, 0.6)
-"""Of the load, besides the dry friction [N*m]."""
+"""Levels of the load, besides the dry friction [N*m]."""
 SPEED = 40.0
-"""Of the motor [rad/s]."""
+"""Speed of the motor [rad/s]."""
 STEPS = 500
-"""Of the bench at every level; the second half is used."""
+"""Steps of the bench at every level, of which the second half is in steady state and evaluated."""
 WARMER = 1.2
-"""Resistance over its value: a winding some 50 K warmer."""
+"""True resistance over the assumed one: a winding that is some 50 K warmer."""
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Slopes of the speed's error over the load, against the formula."""
+    """Items of the study: speed error per load, measured and predicted."""
     yield Heading(
         "A load that is not known makes the speed wrong",
         (
@@ -58,7 +58,7 @@ def items(effort: Effort) -> Iterator[Item]:
 
 
 def standing() -> tuple[float, float]:
-    """Speed that the observer with load estimates of a motor held still and warm: measured, computed [rad/s]."""
+    """Speed estimated by the observer with load for a warm motor at standstill: measured and predicted [rad/s]."""
     p, torque = load("motor-bench").parameters_for(DqMotorParameters), 0.6
     seen = locked(bench(), np.full(1000, torque), 5)
     estimated = seen.observed(_observers()["full, with load, R 20 % higher than known"])["motor_speed"][5000:].mean()
@@ -68,13 +68,13 @@ def standing() -> tuple[float, float]:
 
 
 def stepped(seed: int) -> ObserverDrive:
-    """The bench at one speed, with a step of load every half second."""
+    """A drive of the bench at one speed, with a step of the load every half second."""
     time = np.arange(STEPS * len(LEVELS)) * SUBSTEPS * SAMPLE_TIME
     return drive(bench(stiffness=0.0), SPEED * time, np.repeat(LEVELS, STEPS), seed)
 
 
 def settled(observer: Block, seen: ObserverDrive) -> tuple[np.ndarray, np.ndarray]:
-    """Mean load and mean error of the speed, true less estimated, at every level."""
+    """Mean load [N*m] and mean speed error, true less estimated [rad/s], in steady state at every level."""
 
     def mean(values: np.ndarray) -> np.ndarray:
         halves = values.reshape(len(LEVELS), -1)
@@ -84,12 +84,12 @@ def settled(observer: Block, seen: ObserverDrive) -> tuple[np.ndarray, np.ndarra
 
 
 def slope(observer: Block, drives: list[ObserverDrive]) -> float:
-    """Error of the speed per load [rad/s per N*m]."""
+    """Measured speed error per load [rad/s per N*m]."""
     return float(np.mean([np.polyfit(*settled(observer, seen), 1)[0] for seen in drives]))
 
 
 def predicted() -> dict[str, float]:
-    """The same from the gains [rad/s per N*m]."""
+    """Speed error per load predicted from the gains, by observer [rad/s per N*m]."""
     p = load("motor-bench").parameters_for(DqMotorParameters)
     true, printed = q_axis_motor(p), q_axis_motor(p, "printed")
     loaded = with_load(true, p.motor_inertia)

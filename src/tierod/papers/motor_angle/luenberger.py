@@ -1,4 +1,4 @@
-"""Luenberger observers of a motor's speed: the full one, the reduced one, what the paper prints, and their sampling."""
+"""Luenberger observers of a motor's speed: full, reduced and as printed, and their exact sampling."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ from tierod.physics.clarke_park import RotorVector
 from tierod.physics.pm_motor import back_emf_constant
 
 INPUTS = ("voltage_q", "current_q")
-"""What a continuous observer of this kind is fed with."""
+"""Inputs of a continuous observer."""
 
 
 def full_observer(motor: LinearSystem, poles: Sequence[complex]) -> LinearSystem:
     """Luenberger observer as a system from voltage and current to its estimates.
 
     Args:
-        motor: of `q_axis_motor`, with or without load
-        poles: of the error [1/s], one per state
+        motor: result of `q_axis_motor`, with or without load
+        poles: poles of the error [1/s], one per state
 
     Raises:
-        ParameterError: the poles do not fit
+        ParameterError: the poles cannot be placed
 
     Source: Reinelt et al., eqs (21) to (24).
     """
@@ -42,14 +42,14 @@ def full_observer(motor: LinearSystem, poles: Sequence[complex]) -> LinearSystem
 
 
 def reduced_observer(motor: LinearSystem, poles: Sequence[complex]) -> LinearSystem:
-    """The same without the current, which is taken as measured; its states are x_B = x_2 - K I_q.
+    """Reduced Luenberger observer, which takes the current as measured; its states are x_B = x_2 - K I_q.
 
     Args:
-        motor: of `q_axis_motor`, with or without load
-        poles: of the error [1/s], one per state but the current
+        motor: result of `q_axis_motor`, with or without load
+        poles: poles of the error [1/s], one per state except the current
 
     Raises:
-        ParameterError: the poles do not fit
+        ParameterError: the poles cannot be placed
 
     Source: Reinelt et al., eqs (25) to (33). Corrected in (32): K multiplies c_M/L_sq in the factor of x_B and
     R_s/L_sq in that of I_sq, where z_p is printed, and the voltage counts with -K/L_sq.
@@ -65,12 +65,12 @@ def reduced_observer(motor: LinearSystem, poles: Sequence[complex]) -> LinearSys
 
 
 def printed_reduced_observer(p: MotorParameters, motor: LinearSystem, pole: float) -> LinearSystem:
-    """Eq (32) to the letter, with the gain that the right one would have: unstable for every motor.
+    """Eq (32) exactly as printed, with the gain of the correct observer: unstable for every motor.
 
     Args:
-        p: of the motor
-        motor: of `q_axis_motor` without load
-        pole: that the right observer would have [1/s]
+        p: parameters of the motor
+        motor: result of `q_axis_motor` without load
+        pole: pole of the correct observer [1/s]
 
     Source: Reinelt et al., eqs (32) and (33).
     """
@@ -85,12 +85,12 @@ def printed_reduced_observer(p: MotorParameters, motor: LinearSystem, pole: floa
 
 
 def speed_per_load(observer: LinearSystem, motor: LinearSystem, p: MotorParameters) -> float:
-    """Steady error of the speed, true less estimated, per load that the observer does not know [rad/s per N*m].
+    """Steady-state error of the speed, true less estimated, per unknown load [rad/s per N*m].
 
     Args:
-        observer: of `full_observer` or `reduced_observer`, of whatever motor
-        motor: the true one, of `q_axis_motor`
-        p: of the true motor
+        observer: result of `full_observer` or `reduced_observer`, for any motor
+        motor: the true motor, from `q_axis_motor`
+        p: parameters of the true motor
 
     Source: final value of (24); without load -1/(b + c_M (K_t - J k_2)/(R + L k_1)) for the full observer and 1/(J p)
     for the reduced one.
@@ -102,7 +102,7 @@ def speed_per_load(observer: LinearSystem, motor: LinearSystem, p: MotorParamete
 
 
 class LinearMemory(NamedTuple):
-    """States of the observer, its last speed and load, and the current of the sample before."""
+    """States of the observer, its last speed and load, and the current of the last sample."""
 
     x: Tree
     estimate: Tree
@@ -111,13 +111,13 @@ class LinearMemory(NamedTuple):
 
 @dataclass(frozen=True)
 class LinearSpeed:
-    """A linear observer, sampled exactly: the voltage is a mean over the sample, the current the mean of its ends.
+    """A linear observer with exact sampling, so that its steady-state errors are those of the continuous observer.
 
-    So its steady errors are those of the continuous one.
+    The voltage is the mean over the sample, the current the mean of the values at its ends.
 
     Args:
-        model, parameters: of the sampled observer
-        extras: what it estimates besides the speed
+        model, parameters: model and matrices of the sampled observer
+        extras: names of its estimates besides the speed
     """
 
     model: Model
@@ -126,14 +126,14 @@ class LinearSpeed:
 
     @classmethod
     def of(cls, observer: LinearSystem, sample_time: float) -> LinearSpeed:
-        """Observer from a design.
+        """Sample a continuous observer.
 
         Args:
-            observer: of `full_observer` or `reduced_observer`
-            sample_time: [s]
+            observer: result of `full_observer` or `reduced_observer`
+            sample_time: sampling interval [s]
 
         Raises:
-            ParameterError: it diverges
+            ParameterError: the observer is unstable
         """
         fastest = np.linalg.eigvals(observer.A).real.max()
         if not fastest < 0.0:
@@ -143,13 +143,13 @@ class LinearSpeed:
         return cls(model, parameters, ("motor_load_torque",) if "load_torque" in observer.outputs else ())
 
     def start(self) -> LinearMemory:
-        """At rest."""
+        """State at rest."""
         return LinearMemory(skeleton(self.model.State), skeleton(self.model.Output), 0.0)
 
     def advance(
         self, before: LinearMemory, voltage: RotorVector, current: RotorVector
     ) -> tuple[LinearMemory, tuple[Scalar, ...]]:
-        """One sample on: (memory, (speed, load)); without voltage or current everything stays."""
+        """Advance by one sample: (state, (speed, load)); without voltage or current both are held."""
         whole = both(present(voltage.q), present(current.q))
         mean = self.model.Input(voltage.q, 0.5 * (before.current + current.q))
         x = self.model.transition(before.x, mean, self.parameters)

@@ -1,4 +1,4 @@
-"""Every observer of a motor's angle by name, drives of the motor bench for them, and how they follow."""
+"""The observers of a motor angle by name, drives of the motor bench for them, and their accuracy."""
 
 from __future__ import annotations
 
@@ -25,20 +25,21 @@ from tierod.proving_ground.motor import AFS_MOTOR, Inverter, Warming
 from tierod.vehicles import load
 
 SAMPLE_TIME = 1.0 / RATE
+"""Sampling interval [s]."""
 NOISE = tuple(NOISES[name] for name in MotorAngleObserver.Sample._fields)
-"""Standard deviations, in the order of a sample."""
+"""Standard deviations of the sensor noise, in the order of a sample [A, A, V, V, rad]."""
 
 
 @dataclass(frozen=True)
 class ObserverDrive:
-    """A drive by the inputs of an observer, and the truth.
+    """Inputs of an observer over a drive, and the truth.
 
     Args:
-        samples: of `MotorAngleObserver.Sample`, (n, 5), at `RATE`
-        angle, speed: of the shaft [rad], [rad/s], (n,)
-        load: all that opposes the rotor but its viscous friction [N*m], (n,)
-        commands: voltages that the inverter was commanded to make, in the stator's axes [V], (n, 2)
-        resistance: of a phase, as warm as it is [ohm], (n,)
+        samples: signals of `MotorAngleObserver.Sample` at `RATE`, (n, 5)
+        angle, speed: true angle and speed of the shaft [rad], [rad/s], (n,)
+        load: torque that opposes the rotor, except its viscous friction [N*m], (n,)
+        commands: voltages commanded to the inverter, in the stator frame [V], (n, 2)
+        resistance: true phase resistance at the temperature of the winding [ohm], (n,)
     """
 
     samples: np.ndarray
@@ -50,7 +51,7 @@ class ObserverDrive:
 
     @property
     def commanded(self) -> np.ndarray:
-        """The samples with the commands in place of the voltages."""
+        """The samples with the commanded instead of the measured voltages."""
         return np.column_stack([self.samples[:, :2], self.commands, self.samples[:, 4]])
 
     @property
@@ -70,13 +71,14 @@ class ObserverDrive:
 def bench(
     temperature: float = REFERENCE_TEMPERATURE, stiffness: float = 0.05, inverter: Inverter = AFS_MOTOR.inverter
 ) -> MotorBench:
-    """A bench whose motor keeps one temperature.
+    """A bench whose motor keeps a constant temperature.
 
     Args:
-        temperature: of winding and magnets [K]; at 20 degrees the vehicle file is right
-        stiffness: of the spring [N*m/rad]
-        inverter: between battery and motor
+        temperature: temperature of winding and magnets [K]; the vehicle file holds at 20 degrees
+        stiffness: stiffness of the spring that loads the shaft [N*m/rad]
+        inverter: inverter of the motor
     """
+    # Huge heat capacities keep the temperature.
     constant = Warming(winding_capacity=1e9, housing_capacity=1e9, ambient_temperature=temperature)
     return MotorBench(motor=replace(AFS_MOTOR, warming=constant, inverter=inverter), load_stiffness=stiffness)
 
@@ -85,38 +87,38 @@ def bench(
 def to_and_fro(
     seed: int, seconds: float, temperature: float = REFERENCE_TEMPERATURE, inverter: Inverter = AFS_MOTOR.inverter
 ) -> ObserverDrive:
-    """A superposition at work against a spring.
+    """Simulate a drive in both directions against a spring, along `course`.
 
     Args:
-        seed: of course and noises
-        seconds: how long
-        temperature: of the motor [K]
-        inverter: between battery and motor
+        seed: seed of course and noise
+        seconds: duration [s]
+        temperature: temperature of the motor [K]
+        inverter: inverter of the motor
     """
     time = bench_time(seconds)
     return drive(bench(temperature, inverter=inverter), course(time, seed), np.zeros(len(time)), seed)
 
 
 def drive(plant: Block, target: np.ndarray, load: np.ndarray, seed: int, **more: np.ndarray) -> ObserverDrive:
-    """A drive of a bench under control of its angle.
+    """Simulate a bench under angle control.
 
     Args:
-        plant: the bench, or one that varies
-        target: angle, a value per step of the bench [rad]
-        load: torque that opposes besides the spring, likewise [N*m]
-        seed: of the noises
-        more: further inputs of the bench by name, likewise
+        plant: the bench, or a `Varied` one with parameters as inputs
+        target: target angle, a value per step of the bench [rad]
+        load: load torque besides the spring, a value per step of the bench [N*m]
+        seed: seed of the noise
+        more: further inputs of the bench by name, a value per step
     """
     return _run(plant, seed, target_motor_angle=target, load_torque=load, control=np.ones(len(target)), **more)
 
 
 def locked(plant: Block, torque: np.ndarray, seed: int) -> ObserverDrive:
-    """A bench whose shaft is held still.
+    """Simulate a bench with locked shaft.
 
     Args:
         plant: the bench
-        torque: asked of the drive, a value per step of the bench [N*m]
-        seed: of the noises
+        torque: torque command, a value per step of the bench [N*m]
+        seed: seed of the noise
     """
     return _run(plant, seed, motor_torque=torque, locked=np.ones(len(torque)))
 
@@ -132,21 +134,21 @@ def _run(plant: Block, seed: int, **given: np.ndarray) -> ObserverDrive:
 
 
 def noises(seed: int, shape: tuple[int, ...]) -> np.ndarray:
-    """Normal errors of the readings of a drive.
+    """Normally distributed sensor noise of a drive.
 
     Args:
-        seed: of the drive
-        shape: of its samples
+        seed: seed of the drive
+        shape: shape of its samples
     """
     return np.asarray(np.random.default_rng([seed, 5]).normal(size=shape) * NOISE)
 
 
 SPEEDS = (0.0, 20.0, 40.0, 80.0, math.inf)
-"""Edges of the ranges of speed [rad/s]."""
+"""Edges of the speed ranges [rad/s]."""
 
 
 def with_true(p: SampledMotorParameters, resistance: float, flux: float, inductance: float) -> SampledMotorParameters:
-    """Parameters for an observer of which the true ones are so many times as large."""
+    """Parameters for an observer, such that the true ones are larger by the given factors."""
     return replace(
         p,
         motor_resistance=p.motor_resistance / resistance,
@@ -156,7 +158,7 @@ def with_true(p: SampledMotorParameters, resistance: float, flux: float, inducta
 
 
 class Accuracy(NamedTuple):
-    """Accuracy of an observer: root mean squares of speed [rad/s] and angle [rad], the largest error of that [rad]."""
+    """Accuracy of an observer: rms errors of speed [rad/s] and angle [rad], and largest error of the angle [rad]."""
 
     speed: float
     angle: float
@@ -164,13 +166,13 @@ class Accuracy(NamedTuple):
 
 
 def parameters(name: str = "motor-bench") -> tuple[DqMotorParameters, SampledMotorParameters]:
-    """Parameters of a vehicle, for observers in the rotor's and in the stator's axes."""
+    """Parameters of a vehicle's motor, for observers in the rotor frame and in the stator frame."""
     vehicle = load(name)
     return vehicle.parameters_for(DqMotorParameters), vehicle.parameters_for(SampledMotorParameters)
 
 
 def methods(vehicle: str = "motor-bench") -> dict[str, Block]:
-    """Every observer of a vehicle's motor by name."""
+    """All compared observers of a vehicle's motor by name."""
     dq, fixed = parameters(vehicle)
     found: dict[str, Block] = {}
     for name, make in (
@@ -202,14 +204,14 @@ def accuracy(observer: Block, drives: list[ObserverDrive]) -> Accuracy:
 
 
 def by_speed(observer: Block, drives: list[ObserverDrive]) -> list[float]:
-    """Root mean square of the electrical error, whole turns left out, per range of speed [rad]."""
+    """Root mean square of the electrical error modulo whole turns, per range of `SPEEDS` [rad]."""
     within = electrical(np.concatenate([seen.error(observer) for seen in drives]))
     speed = np.abs(np.concatenate([seen.speed for seen in drives]))
     return [rms(within[(speed >= low) & (speed < high)]) for low, high in pairwise(SPEEDS)]
 
 
 def electrical(angle: np.ndarray) -> np.ndarray:
-    """Electrical angle of one of the bench's shaft, whole turns left out [rad]."""
+    """Electrical angle of an angle of the bench's shaft, wrapped to -pi to pi [rad]."""
     return np.angle(np.exp(1j * parameters()[0].motor_pole_pairs * angle))
 
 

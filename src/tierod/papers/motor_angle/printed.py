@@ -1,4 +1,4 @@
-"""The observers as printed, corrected, and with a load: their misprints and how they follow a drive."""
+"""The observers as printed, corrected, and with a load state: effect of the misprints, and accuracy over drives."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ ROOM = 298.15
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Misprints with their effect, all observers side by side, and their angles over time."""
+    """Items of the study: effect of the misprints, all observers side by side, and their angles over time."""
     yield Heading(
         "The observers as printed",
         (
@@ -59,21 +59,21 @@ def items(effort: Effort) -> Iterator[Item]:
 
 
 def inductive_error(current: float) -> float:
-    """Electrical angle by which +L di/dt turns the back-EMF at a steady speed [rad].
+    """Electrical angle by which +L di/dt turns the back-EMF in steady state [rad].
 
     Args:
-        current: across the flux [A]
+        current: q-axis current [A]
     """
     p = parameters()[0]
     return math.atan(2.0 * p.motor_inductance * current / p.motor_flux)
 
 
 def turned_by_printed_sign(current: float, speed: float = 40.0) -> float:
-    """The same as the feedforward shows it on the bench, printed less corrected [rad].
+    """The same angle measured on the bench: feedforward as printed less corrected [rad].
 
     Args:
-        current: across the flux [A]
-        speed: of the motor [rad/s]
+        current: q-axis current [A]
+        speed: speed of the motor [rad/s]
     """
     p, fixed = parameters()
     time = np.arange(1500) * 1e-3

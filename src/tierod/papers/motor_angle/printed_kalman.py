@@ -1,4 +1,4 @@
-"""Extended Kalman filter of a motor in the rotor's axes, as a part of an observer of its angle."""
+"""Extended Kalman filter of a motor in the rotor frame, as part of an observer of its angle."""
 
 from __future__ import annotations
 
@@ -18,19 +18,21 @@ from tierod.papers.motor_angle.dq_motor import DqMotor, DqMotorParameters, Loade
 from tierod.physics.clarke_park import RotorVector
 
 JACOBIANS = ("corrected", "printed")
+"""Jacobian (40) by differentiation of the model, or with the misprints of the paper."""
 
 
 @dataclass(frozen=True)
 class PrintedJacobianFilter(KalmanFilter):
-    """The same filter with the misprints of (40) in its covariance: what they cost, and nothing to use.
+    """Kalman filter with the misprints of (40) in its covariance, to measure their effect; not for use.
 
     Source: Reinelt et al., eq (40): the torque stands in the column of i_sd instead of i_sq, and F[2,1] is divided by
-    L_sd instead of L_sq. The prediction itself stays right.
+    L_sd instead of L_sq. The prediction of the state stays correct.
     """
 
     def _predict(self, state: Belief, inputs: Tree, process: Noise, entering: Noise) -> Prediction:
         rows = jacobian(lambda mean: self.model.transition(mean, inputs, self.parameters), state.mean)
         rows[2][0], rows[2][1] = rows[2][1], rows[2][0]
+        # The saliency is L_sq/L_sd, and None for a motor without.
         rows[1][0] = rows[1][0] * (self.parameters.continuous.motor_saliency or 1.0)
         covariance = predict_covariance(rows, state.covariance, process)
         return Prediction(leaf_values(self.model.transition(state.mean, inputs, self.parameters)), covariance)
@@ -38,17 +40,17 @@ class PrintedJacobianFilter(KalmanFilter):
 
 @dataclass(frozen=True)
 class KalmanSpeed:
-    """The filter with its state of three, or of four with the load.
+    """Speed by an extended Kalman filter with three states, or four with the load.
 
     Args:
-        filter: of `speed_filter`
+        filter: result of `speed_filter`
     """
 
     filter: KalmanFilter
 
     @property
     def extras(self) -> tuple[str, ...]:
-        """Further estimates beside the speed."""
+        """Names of the estimates besides the speed."""
         return ("motor_load_torque", "nis") if self._loaded else ("nis",)
 
     @property
@@ -56,11 +58,11 @@ class KalmanSpeed:
         return "load_torque" in self.filter.model.State._fields
 
     def start(self) -> Belief:
-        """At rest."""
+        """State at rest."""
         return self.filter.init()
 
     def advance(self, before: Belief, voltage: RotorVector, current: RotorVector) -> tuple[Belief, tuple[Scalar, ...]]:
-        """One sample on: (estimate, (speed, load, nis))."""
+        """Advance by one sample: (state, (speed, load, nis)), without load where it is no state."""
         model = self.filter.model
         inputs = model.Input(*voltage) if self._loaded else model.Input(*voltage, 0.0)
         after, estimate = self.filter.step(before, self.filter.Sample(inputs, model.Output(*current)))
@@ -70,17 +72,18 @@ class KalmanSpeed:
 def speed_filter(
     p: DqMotorParameters, sample_time: float, tuning: MotorAngleTuning, load: bool = True, reading: str = "corrected"
 ) -> KalmanFilter:
-    """Extended Kalman filter of currents and speed, and of the load where wanted.
+    """Extended Kalman filter of currents and speed, and of the load on request.
 
     Args:
-        p: of the motor
-        sample_time: [s]; a fifth of the electrical time constant or shorter, since (34) is sampled by Euler's rule
-        tuning: noises; those of voltage, current, speed and load are used
+        p: parameters of the motor
+        sample_time: sampling interval [s], at most a fifth of the electrical time constant, since (34) is discretised
+            by Euler's method
+        tuning: noise levels; those of voltage, current, speed and load are used
         load: whether the load is a state
-        reading: "corrected", or "printed" for the Jacobian of (40)
+        reading: Jacobian (40), "corrected" or "printed"
 
     Raises:
-        ParameterError: too long a sample time, or another reading
+        ParameterError: the sampling interval is too long, or another reading
 
     Source: Reinelt et al., eqs (34) to (45). Corrected: the Jacobian (40) comes from the graph, and (42) takes the
     expected output at the predicted state.

@@ -1,4 +1,4 @@
-"""The printed observers of a motor's angle in the rotor's axes: a speed, integrated from the sensor's first angle."""
+"""The paper's observers in the rotor frame, which integrate an estimated speed from the first angle of the sensor."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from tierod.physics.clarke_park import RotorVector, StatorVector, direction, ele
 Sample = MotorAngleObserver.Sample
 
 AXES = ("own", "measured")
-"""By which angle Park's transform turns: the observer's own, or the sensor's, as printed."""
+"""Angle of Park's transform: the observer's own, or that of the sensor, as printed."""
 
 UNITS = {
     "motor_angle": "rad",
@@ -33,38 +33,39 @@ UNITS = {
     "standing": "",
     "nis": "",
 }
+"""Units of the outputs."""
 
 WIDEST = 0.3
-"""Electrical angle between two samples [rad], up to which a vector is carried on while samples are missing."""
+"""Largest electrical angle per sample by which a vector is rotated while samples are missing [rad]."""
 
 
 @lru_cache(maxsize=32)
 def output_class(*extras: str) -> type:
-    """Class of an output: angle, speed, what else is estimated, and how the sensor differs (electrical)."""
+    """Output class of an observer: angle, speed, further estimates, and electrical residual of the sensor."""
     names = ("motor_angle", "motor_speed", *extras, "angle_residual_electrical")
     return named_tuple("Output", [(name, Annotated[float, UNITS[name]]) for name in names])
 
 
 def fresh(begun: Scalar, sample: MotorAngleObserver.Sample) -> Truth:
-    """Whether this sample is the first one with an angle."""
+    """Whether this sample is the first with an angle of the sensor, which initialises an observer."""
     return both(begun < 0.5, present(sample.motor_angle_mechanical))
 
 
 def residual(begun: Scalar, sample: MotorAngleObserver.Sample, angle: Scalar, pole_pairs: Scalar) -> Scalar:
-    """Electrical angle of the sensor less the observer's [rad]; zero until that has begun."""
+    """Electrical angle of the sensor less that of the observer [rad]; zero before the initialisation."""
     return where(begun, wrapped(pole_pairs * (sample.motor_angle_mechanical - angle)), 0.0)
 
 
 FULL_POLES = (-600.0, -700.0)
-"""Of the error of current and speed [1/s]: above the 500 1/s of the current itself, below a tenth of 10 kHz."""
+"""Poles of the error of current and speed [1/s]: faster than the current's own 500 1/s, below a tenth of 10 kHz."""
 REDUCED_POLES = (-300.0,)
-"""Of the error of the speed [1/s]: slower, since the current passes unfiltered."""
+"""Pole of the error of the speed [1/s]: slower, since the current passes through unfiltered."""
 LOAD_POLE = -300.0
-"""Of the error of the load [1/s]: it may reverse within some 10 ms."""
+"""Pole of the error of the load [1/s], which may reverse within some 10 ms."""
 
 
 class RotorFrameState(NamedTuple):
-    """Memory of the speed's observer, the angle, the speed, and whether the sensor has given the beginning."""
+    """State of the speed observer, angle, speed, and whether the angle has been initialised by the sensor."""
 
     inner: Tree
     angle: Scalar
@@ -74,16 +75,16 @@ class RotorFrameState(NamedTuple):
 
 @dataclass(frozen=True)
 class RotorFrameObserver:
-    """A motor's angle as the integral of an estimated speed, begun by the sensor.
+    """Motor angle as the integral of an estimated speed, initialised by the sensor.
 
-    Nothing corrects the angle afterwards: what the speed errs adds up.
+    Nothing corrects the angle afterwards, so that errors of the speed accumulate.
 
     Args:
-        inner: estimates the speed in the rotor's axes
-        pole_pairs: electrical turns per turn
-        sample_time: between two samples
-        axes: "own" turns by the estimated angle; "measured" by the sensor's as printed, so that a fault of the sensor
-            enters the voltages and currents that should find it
+        inner: observer of the speed in the rotor frame
+        pole_pairs: electrical turns per mechanical turn
+        sample_time: sampling interval
+        axes: angle of Park's transform: "own", the estimated one; or "measured", that of the sensor as printed, so that
+            a fault of the sensor enters the voltages and currents that should reveal it
 
     Source: Reinelt et al., eqs (8), (9), (19) to (45), where the theta of (8) and (9) is electrical.
     """
@@ -104,7 +105,7 @@ class RotorFrameObserver:
         return RotorFrameState(self.inner.start(), 0.0, 0.0, 0.0)
 
     def step(self, state: RotorFrameState, sample: MotorAngleObserver.Sample) -> tuple[RotorFrameState, Tree]:
-        """One sample on."""
+        """Advance by one sample."""
         first = fresh(state.begun, sample)
         begun = where(either(state.begun, first), 1.0, 0.0)
         before = where(first, sample.motor_angle_mechanical, state.angle)
@@ -118,7 +119,7 @@ class RotorFrameObserver:
     def _turned(
         self, predicted: Scalar, travel: Scalar, sample: MotorAngleObserver.Sample
     ) -> tuple[RotorVector, RotorVector]:
-        """Voltage and current in the rotor's axes; the voltage is a mean, so it is turned by the angle halfway."""
+        """Voltage and current in the rotor frame; the voltage is a mean over the sample, at the angle halfway."""
         sensed = sample.motor_angle_mechanical
         at = predicted if self.axes == "own" else where(present(sensed), sensed, predicted)
         rotor = direction(electrical_angle(at, self.pole_pairs))
@@ -140,15 +141,15 @@ def luenberger(
     """Luenberger observer of a motor, (19) to (24).
 
     Args:
-        p: of the motor; a vehicle file gives them
-        sample_time: [s]
-        load: whether the load is a state; without, it makes the speed wrong
-        poles: of the error of current and speed [1/s]
+        p: parameters of the motor, from a vehicle file
+        sample_time: sampling interval [s]
+        load: whether the load is a state; otherwise a load biases the speed
+        poles: poles of the error of current and speed [1/s]
         axes: "own" or "measured"
         torque_constant: "corrected" or "printed"
 
     Raises:
-        ParameterError: a parameter cannot be
+        ParameterError: a parameter is not possible
     """
     return _linear(full_observer, p, sample_time, load, poles, axes, torque_constant)
 
@@ -162,7 +163,7 @@ def reduced_luenberger(
     axes: str = "own",
     torque_constant: str = "corrected",
 ) -> RotorFrameObserver:
-    """Reduced Luenberger observer of a motor, (25) to (33) corrected; arguments as `luenberger`."""
+    """Reduced Luenberger observer of a motor, (25) to (33) corrected; arguments as in `luenberger`."""
     return _linear(reduced_observer, p, sample_time, load, poles, axes, torque_constant)
 
 
@@ -175,18 +176,18 @@ def extended_kalman(
     axes: str = "own",
     jacobian: str = "corrected",
 ) -> RotorFrameObserver:
-    """Extended Kalman filter of a motor in the rotor's axes, (34) to (45).
+    """Extended Kalman filter of a motor in the rotor frame, (34) to (45).
 
     Args:
-        p: of the motor; a vehicle file gives them
-        sample_time: [s]
-        load: whether the load is a state; without, it makes the speed wrong
-        tuning: noises; the usual ones where None
+        p: parameters of the motor, from a vehicle file
+        sample_time: sampling interval [s]
+        load: whether the load is a state; otherwise a load biases the speed
+        tuning: noise levels; the defaults where None
         axes: "own" or "measured"
         jacobian: "corrected" or "printed"
 
     Raises:
-        ParameterError: a parameter cannot be
+        ParameterError: a parameter is not possible
     """
     inner = KalmanSpeed(speed_filter(p, sample_time, tuning or MotorAngleTuning(), load, jacobian))
     return RotorFrameObserver(inner, p.motor_pole_pairs, sample_time, axes)

@@ -1,4 +1,4 @@
-"""Recordings of a real drive: what they show of a motor's angle, parameters and friction, and what they cannot show."""
+"""Recordings of a real drive: plausibility of the observed motor angle, its parameters and its friction."""
 
 from __future__ import annotations
 
@@ -30,16 +30,16 @@ from tierod.papers.motor_angle.flux_observer import FluxObserver
 from tierod.papers.sideslip.real_recordings import DATA, NO_DATA
 
 _STANDS = 0.05
-"""Speed [1/s] around which dry friction is smeared."""
+"""Speed scale of the smoothed sign in the dry friction [1/s]."""
 
 
 def column(recording: Recording, name: str) -> np.ndarray:
-    """A channel by the last part of its name."""
+    """Values of a channel by the last part of its name."""
     return recording[next(each for each in recording.names if each.rpartition(".")[2] == name)].values
 
 
 def friction(speed: Recording, position: Recording) -> Iterator[Item]:
-    """Current across the flux over speed and position: friction and inertia in amperes."""
+    """Items on friction and inertia in amperes, from the q-axis current over speed and position."""
     fit, step = motion(position)
     there, needed = float(np.mean(column(speed, "UserSpeed"))), float(np.mean(column(speed, "motor_current_q")))
     predicted = fit.values[1] * there + fit.values[2]
@@ -65,7 +65,7 @@ def friction(speed: Recording, position: Recording) -> Iterator[Item]:
 
 
 def motion(recording: Recording) -> tuple[Fit, float]:
-    """Current over acceleration, speed and direction of the position; and the time between samples [s]."""
+    """Regression of the q-axis current on acceleration, speed and direction of motion; and sampling interval [s]."""
     name = next(each for each in recording.names if each.rpartition(".")[2] == "PosFeedBack")
     step = float(np.median(np.diff(recording[name].time)))
     window, place = Modulation(16, 2, step), recording[name].values
@@ -76,27 +76,32 @@ def motion(recording: Recording) -> tuple[Fit, float]:
 
 
 FOLDER = "pmsm_drive"
+"""Folder of the recordings below that of all real recordings."""
 DRAGGED, TURNING, BESIDE = "SigRecSaveE.mat", "SigRecSave_20250918_da89e76.mat", "SigRecSave1.mat"
 SPEED, POSITION = "RecordSpeedRslt.mat", "RecordPosRslt.mat"
+"""Files: rotor dragged by a current vector, turning without current signals, estimate with an encoder; then motions at
+constant speed and in both directions, with current."""
 ASSUMED = MotorParameters(0.2, 5e-4, 0.132, 1.0, 1e-3, 1e-3)
-"""Of the drive, from its maker's program where it says anything; one pole pair, so that angles are electrical ones.
-Inertia and damping are placeholders: at a speed that stands they do nothing."""
+"""Assumed parameters of the drive, from its maker's program where it states them.
+
+One pole pair makes all angles electrical ones. Inertia and damping are placeholders without effect at constant speed.
+"""
 
 _FINE = 2e-4
-"""Time step to which the recording is interpolated for the observers [s]: its own is too long for their integration."""
+"""Sampling interval of the interpolated recording for the observers [s]; its own is too long for their integration."""
 _SETTLED = 1.0 / 3.0
-"""Share of the recording in which the observers settle."""
+"""Share of the recording that is warm-up of the observers."""
 _EARLIER = "earlier trial"
 
 
 def recorded(name: str) -> Recording | None:
-    """A recording of the drive; None where it is not here."""
+    """A recording of the drive; None where it is not available."""
     path = Path(os.environ.get(DATA, "../shared/data")) / FOLDER / name
     return read(path) if path.exists() else None
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """All recordings, one after the other."""
+    """Items of all recordings, one after the other."""
     del effort
     yield Heading(
         "A real drive",
@@ -113,21 +118,21 @@ def items(effort: Effort) -> Iterator[Item]:
 
 
 class Agreement(NamedTuple):
-    """Electrical angle less that of the drive's own estimate: mean and standard deviation [rad]."""
+    """Electrical angle less the drive's own estimate: mean and standard deviation [rad]."""
 
     mean: float
     deviation: float
 
 
 def agreement(angle: np.ndarray, other: np.ndarray) -> Agreement:
-    """Agreement of two angles, whole turns left out."""
+    """Agreement of two angles modulo whole turns."""
     away = np.exp(1j * (angle - other))
     mean = float(np.angle(away.mean()))
     return Agreement(mean, float(np.std(np.angle(away * np.exp(-1j * mean)))))
 
 
 def with_sign(recording: Recording, sign: float) -> Recording:
-    """The dragged recording with its currents times a sign, and the drive's own estimate as the angle."""
+    """The recording `DRAGGED` with its currents times a sign, and the drive's own estimate as angle."""
     current = recording["motor_current_alpha"]
     angle = Channel("motor_angle_electrical", current.time, 2.0 * np.pi * column(recording, "SlessThetaHat"), "rad")
     turned = [replace(recording[name], values=sign * recording[name].values) for name in _CURRENTS]
@@ -135,7 +140,7 @@ def with_sign(recording: Recording, sign: float) -> Recording:
 
 
 def refused(recording: Recording) -> str:
-    """Remark of the identification on a recording; empty where it finds nothing wrong."""
+    """Error message of the identification on a recording; empty where it accepts the recording."""
     try:
         identify_motor(ASSUMED, {"drive": recording})
     except InputError as error:
@@ -144,7 +149,7 @@ def refused(recording: Recording) -> str:
 
 
 def dragged(recording: Recording) -> Iterator[Item]:
-    """A constant current vector turned at 6 Hz drags the rotor along: currents, voltages, and the drive's estimate."""
+    """Items on `DRAGGED`: currents, voltages and the drive's estimate, as a current vector drags the rotor at 6 Hz."""
     said = refused(with_sign(recording, 1.0))
     right = identify_motor(ASSUMED, {"drive": with_sign(recording, -1.0)})
     rows = []
@@ -189,7 +194,7 @@ def dragged(recording: Recording) -> Iterator[Item]:
 
 
 def turning(recording: Recording) -> Iterator[Item]:
-    """Voltages and the drive's estimate at a speed: the integral of the voltage alone."""
+    """Items on `TURNING`: the integral of the voltage against the drive's estimate at a constant speed."""
     flux, agreed = integrated(recording)
     yield Heading(
         "The integral of the voltage alone",
@@ -209,7 +214,7 @@ def turning(recording: Recording) -> Iterator[Item]:
 
 
 def integrated(recording: Recording) -> tuple[float, Agreement]:
-    """Length of the voltage's integral [V s], and its direction beside the drive's estimate."""
+    """Magnitude of the integral of the voltage [V s], and agreement of its direction with the drive's estimate."""
     channel = recording["motor_voltage_alpha"]
     voltage = channel.values + 1j * recording["motor_voltage_beta"].values
     step = float(np.median(np.diff(channel.time)))
@@ -219,7 +224,7 @@ def integrated(recording: Recording) -> tuple[float, Agreement]:
 
 
 def beside(recording: Recording) -> Iterator[Item]:
-    """The drive's estimate beside an encoder at 0.6 Hz: the only recording with both, without voltages."""
+    """Items on `BESIDE`: the drive's estimate against an encoder at 0.6 Hz, without voltages."""
     agreed = agreement(*(2.0 * np.pi * column(recording, each) for each in ("SlessThetaHat", "ThetaElect")))
     yield Heading(
         "The drive's own estimate beside an encoder",
@@ -236,7 +241,7 @@ _CURRENTS = ("motor_current_alpha", "motor_current_beta")
 
 
 def _observers() -> dict[str, Block]:
-    """Observers with fixed resistance and flux, which one speed and one current do not show beside the angle."""
+    """Observers with fixed resistance and flux, which are not identifiable with the angle at one speed and current."""
     fixed = SampledMotorParameters(**vars(ASSUMED), sample_time=_FINE)
     held = replace(MotorAngleTuning(), resistance_wander=0.0, first_resistance=1e-3, flux_wander=0.0, first_flux=0.02)
     return {
@@ -247,13 +252,14 @@ def _observers() -> dict[str, Block]:
 
 
 def _samples(recording: Recording, sign: float) -> tuple[np.ndarray, np.ndarray]:
-    """Inputs of an observer, between the samples by splines, and the drive's own estimate [rad]."""
+    """Samples of an observer, interpolated by splines, and the drive's own estimate [rad]."""
     from scipy.interpolate import CubicSpline
 
     time = recording[_CURRENTS[0]].time
     fine = np.arange(time[0] + _FINE, time[-1], _FINE)
     own = CubicSpline(time, np.unwrap(2.0 * math.pi * column(recording, "SlessThetaHat")))(fine)
     currents = [sign * CubicSpline(time, recording[name].values)(fine) for name in _CURRENTS]
+    # The observers take a voltage as mean over the sample, which the antiderivative of the spline gives exactly.
     sums = [CubicSpline(time, recording[name].values).antiderivative() for name in _VOLTAGES]
     voltages = [(each(fine) - each(fine - _FINE)) / _FINE for each in sums]
     return np.column_stack([*currents, *voltages, own]), own
@@ -271,7 +277,7 @@ def _claim(key: str, what: str, value: float, most: float) -> Claim:
 
 
 def _absent(part: str) -> Iterator[Item]:
-    """The same claims where a recording is not here."""
+    """The claims of a part whose recording is not available."""
     for key in _KEYS[part]:
         yield Claim(f"real.{key}", "A recording of a real drive.", _EARLIER, None, None, None, "", NO_DATA)
 

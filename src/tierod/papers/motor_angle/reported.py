@@ -1,4 +1,4 @@
-"""Seeds of the drives of motors that are reported: drawn anew whenever the monitor that is judged changes."""
+"""Seeds of the reported motor drives; they change whenever the judged monitor changes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The default observer with a winding that is warmer than assumed, from the start or while it turns."""
+"""Accuracy of the default observer with a winding that is warmer than assumed or warms up during the drive."""
 
 from __future__ import annotations
 
@@ -29,21 +29,21 @@ from tierod.papers.motor_angle.reported import RESISTANCE, SEEDS
 from tierod.proving_ground.motor import Warming
 
 SPEEDS = (0.0, 20.0, 44.0, 110.0, np.inf)
-"""Edges of the ranges of electrical speed [rad/s]."""
+"""Edges of the electrical speed ranges [rad/s]."""
 WARMER = 1.2
-"""Resistance over the assumed one."""
+"""True resistance over the assumed one."""
 CAPACITY = 1.95
-"""Heat capacity of a winding that gains about 40 % of resistance in 20 s of the bench's work [J/K]."""
+"""Heat capacity of a winding whose resistance rises by about 40 % in 20 s of the bench's work [J/K]."""
 TARGET = "target of tierod"
 
 
 class Errors(NamedTuple):
-    """Errors of the angle over some drives, root mean squares.
+    """Root mean square errors of the angle over some drives.
 
     Args:
-        drives: of every drive [rad]
-        ranges: of all drives, electrical, by range of speed [rad]
-        rise: of the resistance from begin to end, mean over the drives []
+        drives: error of every drive [rad]
+        ranges: electrical error over all drives, by range of speed [rad]
+        rise: relative rise of the resistance from start to end, mean over the drives []
     """
 
     drives: np.ndarray
@@ -52,7 +52,7 @@ class Errors(NamedTuple):
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Errors of the angle by speed, and the resistance that is learnt."""
+    """Items of the study: errors of the angle by speed, and the estimated resistance."""
     yield Heading(
         "A warmer winding",
         (
@@ -69,12 +69,13 @@ def items(effort: Effort) -> Iterator[Item]:
 
 
 def ramped(seed: int, seconds: float) -> ObserverDrive:
-    """A drive in which the winding warms by some hundred degrees.
+    """Simulate a drive in which the winding warms by some hundred degrees.
 
     Args:
-        seed: of course and noises
-        seconds: how long
+        seed: seed of course and noise
+        seconds: duration [s]
     """
+    # The heat capacity scales with the duration, so that the rise is the same in short drives.
     plant = bench()
     capacity = CAPACITY * seconds / 20.0
     warming = Warming(capacity, 1e9, winding_conductance=0.0, ambient_temperature=293.15)
@@ -84,7 +85,7 @@ def ramped(seed: int, seconds: float) -> ObserverDrive:
 
 
 def _cases() -> dict[str, tuple[MotorAngleObserver, bool]]:
-    """Observer and whether the winding warms, by name."""
+    """Observer, and whether the winding warms up, by name of the case."""
     known = parameters()[1]
     colder = replace(known, motor_resistance=known.motor_resistance / WARMER)
     fixed = MotorAngleTuning(first_resistance=1e-6, first_flux=1e-6, resistance_wander=0.0, flux_wander=0.0)

@@ -1,4 +1,4 @@
-"""Time between false alarms: designed for white residuals, measured on those of fault-free drives, bounded beyond."""
+"""Time between false alarms: designed for white residuals, and measured on residuals of fault-free drives."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from tierod.papers.motor_angle.healthy_drives import MOTORS, HealthyDrives, heal
 from tierod.papers.motor_angle.reported import FAULT_FREE, SEEDS
 
 RESIDUAL_RATE = 1000.0
-"""Of the residuals that count [Hz]."""
+"""Rate of the residuals that count [Hz]."""
 SCALE = 3.0
-"""Residuals are made so many times larger: those of the bench themselves never raise an alarm."""
+"""Factor on the residuals of the bench, which never raise an alarm without it."""
 WANTED = (20.0, 60.0, 200.0, 600.0)
-"""Times between false alarms that are asked for [s] of turning."""
+"""Required times between false alarms, of turning [s]."""
 ENOUGH = 100
-"""Alarms at the longest time from which any of them is judged: a design from half as many is good to a tenth only."""
+"""Least number of alarms at the longest time for a judgement: with half as many a design is exact to a tenth only."""
 TEXT = (
     "Fault-free drives of the bench, every one with a motor whose resistance, flux and inductance differ from the "
     "vehicle file's: 0.8 to 1.3, 0.94 to 1.02, and 7 % either way. The residual counts once a millisecond while the "
@@ -41,10 +41,10 @@ class TriedLength:
     """A threshold designed from some drives and tried on others.
 
     Args:
-        wanted: time between false alarms [s]
-        threshold: of the sum, electrical [rad]
-        alarms: on the other drives
-        seconds: of turning there [s]
+        wanted: required time between false alarms [s]
+        threshold: threshold of the CUSUM, electrical [rad]
+        alarms: number of false alarms on the other drives
+        seconds: time of turning in the other drives [s]
     """
 
     wanted: float
@@ -54,12 +54,12 @@ class TriedLength:
 
     @property
     def measured(self) -> float:
-        """Time between false alarms [s]; NaN where there was none."""
+        """Measured time between false alarms [s]; NaN without an alarm."""
         return self.seconds / self.alarms if self.alarms else math.nan
 
     @property
     def interval(self) -> tuple[float, float]:
-        """In which it lies, 95 %, for alarms that come by chance [s]."""
+        """95 % interval of the time between false alarms, for alarms as a Poisson process [s]."""
         from scipy.stats import chi2
 
         high = 2.0 * self.seconds / chi2.ppf(0.025, 2 * self.alarms) if self.alarms else math.inf
@@ -67,7 +67,7 @@ class TriedLength:
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """White residuals first, then those of the bench."""
+    """Items of the study: white residuals first, then residuals of the bench."""
     yield Heading("Time between false alarms", TEXT)
     yield from _white(effort.quick)
     courses = 2 if effort.quick else 800 if effort.thorough else 75
@@ -80,19 +80,20 @@ def items(effort: Effort) -> Iterator[Item]:
 
 
 def simulated(rule: StoppingRule, threshold: float, samples: int, seed: int) -> tuple[float, int]:
-    """Samples between false alarms on white residuals, and how many alarms it rests on."""
+    """Run length in samples on white residuals, and number of alarms behind it."""
     values = np.random.default_rng(seed).normal(size=samples)
     alarms = rule.alarms(scan(rule.block(threshold, 1.0, restart=True), values)["alarm"])
     return (samples / alarms if alarms else math.nan), alarms
 
 
 def tried_lengths(drives: HealthyDrives, scale: float = SCALE) -> list[TriedLength]:
-    """Thresholds of the angle's sum designed from a third of the courses, tried on the others.
+    """Design thresholds of the CUSUM of the angle from a third of the courses, and try them on the others.
 
     Args:
-        drives: fault-free ones
-        scale: of the residuals []
+        drives: fault-free drives
+        scale: factor on the residuals []
     """
+    # Whole courses are divided, since the motors of one course share its simulated drive.
     part = max(len(drives.drives) // MOTORS // 3, 1) * MOTORS
     design, trial = drives.records(0, part, scale), drives.records(part, len(drives.drives), scale)
     deviation = math.sqrt(float(np.mean(np.concatenate(design) ** 2)))
@@ -124,7 +125,7 @@ def _white(quick: bool) -> Iterator[Item]:
         "White residuals: the run length is as designed, for every rule.",
         "target of tierod",
         None,
-        # Some hundred alarms give a run length within 7 % only.
+        # A quick study has some hundred alarms, which give the run length to 7 % only.
         None if quick else 100.0 * worst,
         at_most(5.0),
         "percent",
@@ -212,7 +213,7 @@ def _chart(found: list[TriedLength]) -> Chart:
 
 
 def _claims(found: list[TriedLength]) -> Iterator[Claim]:
-    """Only where there are alarms enough to judge the time between them, as with '--thorough'."""
+    """Claims on the run length, only with enough alarms to judge it, as with '--thorough'."""
     for each in found if found[-1].alarms >= ENOUGH else []:
         if each.wanted not in (60.0, 600.0):
             continue

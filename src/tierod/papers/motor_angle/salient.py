@@ -1,4 +1,4 @@
-"""The monitor on salient motors whose load steps within one sample: errors, what wrong parameters cost, alarms."""
+"""The monitor on salient motors with load steps: errors, effect of wrong parameters, detection delay, false alarms."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ from tierod.papers.motor_angle.salient_drives import (
 )
 
 RATIOS = (1.0, 1.1, 1.5, 2.0, 3.0)
-"""Inductance across the flux over that along it."""
+"""Saliency ratios: q-axis over d-axis inductance."""
 SECONDS, SETTLED = 20.0, 2.0
-"""Of a drive whose error is measured, and from when on [s]."""
+"""Duration of a drive whose error is measured, and warm-up in it [s]."""
 LONG = 60.0
-"""Of a fault-free drive [s]."""
+"""Duration of a fault-free drive [s]."""
 TARGET = "target of tierod"
 TEXT = (
     f"Drives of {SECONDS:g} s on a bench whose motor has more inductance across the flux than along it, with the least "
@@ -51,11 +51,11 @@ WRONG = {
     "resistance 20 % low": Assumed(resistance=0.8),
     "flux 4 % high": Assumed(flux=1.04),
 }
-"""What a vehicle file may say, in words."""
+"""Errors of the vehicle file by name."""
 
 
 class Course(NamedTuple):
-    """One drive to be measured: of the motor, of the bench, values in the file, whether it is fast."""
+    """One drive to be measured: saliency ratio, seed, errors of the vehicle file, and whether it is fast."""
 
     ratio: float
     seed: int
@@ -64,14 +64,14 @@ class Course(NamedTuple):
 
 
 class Drawn(NamedTuple):
-    """Result of a fault-free drive: time with a known angle [s], whether anything alarmed."""
+    """Result of a fault-free drive: time with a valid angle [s], and whether any test alarmed."""
 
     known: float
     alarmed: bool
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Errors by ratio, what wrong parameters cost, an offset of five degrees, and hours without a fault."""
+    """Items of the study: errors by ratio, effect of wrong parameters, an offset of five degrees, false alarms."""
     yield Heading("Salient motors, and loads that step", TEXT)
     count = 1 if effort.quick else 6
     right = _errors(effort, RATIOS, {"as true": RIGHT}, count)
@@ -94,7 +94,7 @@ def items(effort: Effort) -> Iterator[Item]:
 
 
 def error(course: Course) -> float:
-    """Error of the angle over one drive, root mean square [rad]."""
+    """Rms error of the angle over one drive [rad]."""
     make = fast_drive if course.fast else salient_drive
     seen = make(course.ratio, course.seed, SECONDS)
     found = scan(salient_monitor(course.ratio, course.assumed), seen.samples)
@@ -103,7 +103,7 @@ def error(course: Course) -> float:
 
 
 def watched(seed: int) -> Drawn:
-    """A fault-free drive of a motor that differs from its file by chance."""
+    """Result of a fault-free drive of a motor whose parameters differ at random from its vehicle file."""
     random = np.random.default_rng([seed, 19])
     ratio = float(random.uniform(1.0, 3.0))
     spans = ((0.95, 1.05), (0.95, 1.05), RESISTANCE, FLUX)
@@ -121,7 +121,7 @@ def _offset_found(given: tuple[float, int, float]) -> Found | None:
 def _errors(
     effort: Effort, ratios: tuple[float, ...], files: dict[str, Assumed], count: int, fast: bool = False
 ) -> dict[tuple[float, str], list[float]]:
-    """Errors of every ratio and file, one per drive [rad]."""
+    """Rms errors by ratio and vehicle file, one per drive [rad]."""
     keys = [(ratio, name) for ratio in ratios for name in files for _ in range(count)]
     seeds = [SEEDS.of(SALIENT, count)[number % count] for number in range(len(keys))]
     given = [Course(ratio, seed, files[name], fast) for (ratio, name), seed in zip(keys, seeds, strict=True)]

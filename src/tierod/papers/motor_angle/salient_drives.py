@@ -1,4 +1,4 @@
-"""Benches with salient motors, loads that step within one sample, and the monitor with a file's values of them."""
+"""Benches with salient motors and load steps, and the monitor with the values of a vehicle file for them."""
 
 from __future__ import annotations
 
@@ -18,14 +18,16 @@ from tierod.papers.motor_angle.observer_drives import bench
 from tierod.proving_ground.cars.motor_bench import MotorBench
 
 LOAD = 1.6
-"""Largest step of the load [N*m]: half of the motor's torque; the motor accelerates by 1.3 rad/s within a sample."""
+"""Largest step of the load, half of the motor's torque; it changes the speed by 1.3 rad/s within a sample [N*m]."""
 FAST, FAST_LOAD, LOW_SUPPLY = 165.0, 0.8, 11.0
-"""Greatest speed of a fast drive [rad/s], at which the magnets alone induce more than the inverter makes of so low a
-supply [V], and the largest step of a load that the motor then carries [N*m]."""
+"""Greatest speed of a fast drive [rad/s], largest load step that the motor then carries [N*m], and low supply [V].
+
+At that speed the magnets alone induce more than the voltage that the inverter makes of the supply.
+"""
 BETWEEN = 0.5
 """Mean time between two steps of the load [s]."""
 WEAKENING = 0.9
-"""Share of the longest voltage from which the drive weakens the flux."""
+"""Share of the largest voltage above which the drive weakens the flux."""
 
 
 @dataclass(frozen=True)
@@ -33,8 +35,8 @@ class Assumed:
     """Parameters of a motor in the vehicle file over the true ones.
 
     Args:
-        direct, quadrature: inductances along and across the flux
-        resistance, flux: of winding and magnets
+        direct, quadrature: inductances of the d and q axes
+        resistance, flux: resistance of the winding, flux linkage of the magnets
     """
 
     direct: float = 1.0
@@ -47,13 +49,13 @@ RIGHT = Assumed()
 
 
 def salient_bench(ratio: float) -> MotorBench:
-    """The bench with a salient motor, driven with the least current and with weakened flux.
+    """The bench with a salient motor, driven at the least current for a torque and with flux weakening.
 
-    More inductance across the flux would leave too little voltage to brake a load that drives the motor. The load is
-    that which steps, alone.
+    The ratio comes mostly from a smaller d-axis inductance, since a larger q-axis inductance would leave too little
+    voltage to brake a load that drives the motor. The bench has no spring; its only load is the stepping one.
 
     Args:
-        ratio: inductance across the flux over that along it
+        ratio: q-axis over d-axis inductance
     """
     plant = bench(stiffness=0.0)
     machine, control = plant.motor.machine, plant.motor.control
@@ -64,11 +66,11 @@ def salient_bench(ratio: float) -> MotorBench:
 
 @lru_cache(maxsize=64)
 def salient_monitor(ratio: float, assumed: Assumed = RIGHT) -> MotorAngleMonitor:
-    """The monitor of such a motor.
+    """The monitor of the motor of `salient_bench`.
 
     Args:
-        ratio: true one of the inductances
-        assumed: how the vehicle file differs
+        ratio: true ratio of the inductances
+        assumed: errors of the vehicle file
     """
     monitor = bench_monitor()
     parameters = assumed_parameters(monitor.observer.parameters, ratio, assumed)
@@ -76,7 +78,7 @@ def salient_monitor(ratio: float, assumed: Assumed = RIGHT) -> MotorAngleMonitor
 
 
 def assumed_parameters(p: SampledMotorParameters, ratio: float, assumed: Assumed) -> SampledMotorParameters:
-    """Parameters of a vehicle file for a motor of `salient_bench`; arguments as of `salient_monitor`."""
+    """Parameters of the vehicle file for a motor of `salient_bench`; arguments as in `salient_monitor`."""
     return replace(
         p,
         motor_inductance=assumed.direct * p.motor_inductance * ratio**-0.8,
@@ -87,12 +89,12 @@ def assumed_parameters(p: SampledMotorParameters, ratio: float, assumed: Assumed
 
 
 def stepping_load(seconds: float, seed: int, largest: float = LOAD) -> np.ndarray:
-    """A load that stands and steps, every millisecond [N*m].
+    """Piecewise constant load with steps at random times, every millisecond [N*m].
 
     Args:
-        seconds: how long
-        seed: of instants and sizes
-        largest: step; the load lies within half of it either way [N*m]
+        seconds: duration [s]
+        seed: seed of times and sizes
+        largest: largest step; the load lies within half of it of zero [N*m]
     """
     random = np.random.default_rng([seed, 3])
     steps = len(bench_time(seconds))
@@ -113,15 +115,15 @@ def salient_drive(
     start: float = 0.0,
     largest: float = LOAD,
 ) -> BenchDrive:
-    """A drive of such a bench under a load that steps, as it is recorded.
+    """Simulate and record a drive of `salient_bench` under a stepping load.
 
     Args:
-        ratio: of the inductances
-        seed: of course, load and noise
-        seconds: how long
-        fault: None for a fault-free drive
-        start: of the fault [s]
-        largest: step of the load [N*m]
+        ratio: ratio of the inductances
+        seed: seed of course, load and noise
+        seconds: duration [s]
+        fault: fault of the drive; None for a fault-free one
+        start: start of the fault [s]
+        largest: largest step of the load [N*m]
     """
     load = stepping_load(seconds, seed, largest)
     clean = clean_drive(seed, seconds, fault, start, salient_bench(ratio), load)
@@ -129,10 +131,10 @@ def salient_drive(
 
 
 def fast_drive(ratio: float, seed: int, seconds: float) -> BenchDrive:
-    """A drive on a low supply, so fast that the flux is weakened.
+    """Simulate a drive on a low supply, so fast that the flux is weakened.
 
     Args:
-        ratio, seed, seconds: as of `salient_drive`
+        ratio, seed, seconds: as in `salient_drive`
     """
     plant, time = salient_bench(ratio), bench_time(seconds)
     low = replace(plant.motor, inverter=replace(plant.motor.inverter, supply_voltage=LOW_SUPPLY))
@@ -144,16 +146,17 @@ def fast_drive(ratio: float, seed: int, seconds: float) -> BenchDrive:
 
 
 def found_on_salient(ratio: float, seed: int, fault: Fault, assumed: Assumed = RIGHT) -> Found | None:
-    """Outcome of a fault from a random instant at which the angle is known; None without such an instant.
+    """Outcome of a fault that begins at a random time with a valid angle; None without such a time.
 
     Args:
-        ratio: of the inductances
-        seed: of course, load, noise and instant
-        fault: which
-        assumed: how the vehicle file differs
+        ratio: ratio of the inductances
+        seed: seed of course, load, noise and start
+        fault: the fault
+        assumed: errors of the vehicle file
     """
     monitor, seconds = salient_monitor(ratio, assumed), 9.0
     known = scan(monitor, salient_drive(ratio, seed, 7.0).samples)["compared.known"] > 0.5
+    # Faults begin after 5.5 s, as in `fault_trials`: in the first five seconds nothing is compared with the observer.
     instants = np.flatnonzero(known[55_000:]) + 55_000
     if not len(instants):
         return None

@@ -1,4 +1,4 @@
-"""Faults of the motor's angle sensor on the bench: kinds, sizes and speeds; what is found, how soon, by what."""
+"""Faults of the motor angle sensor on the bench by kind, magnitude and speed: coverage, detection delay, first test."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from tierod.papers.motor_angle.fault_trials import AFTER, Found, Trial, found_an
 from tierod.papers.motor_angle.reported import ANYWHERE, BY_SPEED, SEEDS, TURNING
 
 SPEEDS = (15.0, 30.0, 60.0, 100.0)
-"""Of strokes at one speed [rad/s]; below 10 rad/s nothing is compared."""
+"""Speeds of the strokes [rad/s]; below 10 rad/s nothing is compared."""
 
 STALLS = (STUCK, SWAPPED_SINE, SWAPPED_PHASES)
-"""What lets the drive stall: found by second tests, if at all."""
+"""Faults that stall the drive: found by secondary tests, if at all."""
 
 TARGET = "target of tierod"
 
@@ -39,7 +39,7 @@ class Delays:
     """Delays of one fault in some trials.
 
     Args:
-        found: of every trial
+        found: outcome of every trial
     """
 
     found: tuple[Found, ...]
@@ -50,23 +50,23 @@ class Delays:
         return float(np.mean([np.isfinite(each.delay) for each in self.found])) if self.found else np.nan
 
     def quantile(self, share: float, turning: bool = False) -> float:
-        """Quantile of the delay, from the clock or of turning [ms]; infinite where too few trials found the fault."""
+        """Quantile of the delay by the clock or of turning [ms]; infinite where too few trials detected the fault."""
         values = [each.turning if turning else each.delay for each in self.found]
         return float(np.quantile(values, share, method="higher")) if values else np.nan
 
     @property
     def first(self) -> str:
-        """Tests that alarmed first, with how often."""
+        """Tests that alarmed first, with their counts, in words."""
         counts = Counter(each.first for each in self.found if each.first).most_common(3)
         return ", ".join(f"{test.replace('_', ' ')} {count}" for test, count in counts)
 
 
 Outcome = dict[str, Delays]
-"""By the name of the fault."""
+"""Delays by name of the fault."""
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Coverage and delays, of all faults and by speed, and of those that let the drive stall."""
+    """Items of the study: coverage and delays of all faults, by speed, and of faults that stall the drive."""
     yield Heading("Faults of the angle sensor", TEXT)
     many, few, whole = (3, 1, 3) if effort.quick else (40, 10, 40)
     mixed = tried(None, SEEDS.of(TURNING, many), effort)
@@ -86,12 +86,12 @@ def items(effort: Effort) -> Iterator[Item]:
 
 
 def tried(speed: float | None, seeds: Sequence[int], effort: Effort) -> Outcome:
-    """All faults in drives of some seeds.
+    """Delays of all faults in drives of some seeds.
 
     Args:
-        speed: of the strokes [rad/s]; None for drives of many speeds
-        seeds: of the drives
-        effort: that makes them
+        speed: speed of the strokes [rad/s]; None for drives of many speeds
+        seeds: seeds of the drives
+        effort: runs the drives
     """
     trials = found_in([Trial(seed, speed) for seed in seeds], effort)
     return {fault.name: Delays(tuple(trial[fault.name] for trial in trials)) for fault in FAULTS}
@@ -221,7 +221,7 @@ def _claims(mixed: Outcome, stalls: Outcome) -> Iterator[Claim]:
 
 
 def _standing(trials: Delays, goal: float) -> str:
-    """Why the clock shows a longer delay than the time in which the motor turned."""
+    """Cause of a delay by the clock that exceeds the delay of turning."""
     waited = sum(each.delay > goal >= each.turning for each in trials.found)
     return (
         f"Of the time in which the angle is known, 95 % take {trials.quantile(0.95, True):.0f} ms at most. {waited} of "

@@ -1,4 +1,4 @@
-"""The default observer where the currents do not determine the angle: held still, and after a wrong beginning."""
+"""The default observer where the angle is not observable: at standstill, and after a wrong initial angle."""
 
 from __future__ import annotations
 
@@ -28,24 +28,24 @@ from tierod.papers.motor_angle.observer_drives import (
 from tierod.papers.motor_angle.reported import SEEDS, STANDING
 
 WITHIN, KEPT = 0.03, 0.1
-"""An angle is settled when its error stays below this [rad] for so long [s]; whole electrical turns left out."""
+"""Settling criterion: error of the angle modulo whole electrical turns [rad], and time it must stay below that [s]."""
 BEGUN_SPEED = 1.0
-"""From this speed on a motor that starts is said to turn [rad/s]."""
+"""Speed above which a starting motor counts as turning [rad/s]."""
 WATCHED = 2.0
-"""After a wrong beginning [s]."""
+"""Time for which the observer is watched after a wrong initial angle [s]."""
 TARGET = "target of tierod"
 
 
 def within_a_turn(angle: np.ndarray) -> np.ndarray:
-    """An angle of the shaft without whole electrical turns [rad]."""
+    """Angle of the shaft modulo whole electrical turns [rad]."""
     return electrical(angle) / parameters()[1].motor_pole_pairs
 
 
 def settled(wrong: np.ndarray) -> float:
-    """Time after which nothing is wrong for `KEPT`; infinite where that never comes [s].
+    """Settling time, after which nothing is wrong for `KEPT`; infinite where that never occurs [s].
 
     Args:
-        wrong: a value per sample
+        wrong: whether each sample is wrong, (n,)
     """
     kept = round(KEPT * RATE)
     summed = np.concatenate([[0], np.cumsum(wrong)])
@@ -54,12 +54,12 @@ def settled(wrong: np.ndarray) -> float:
 
 
 def settling(error: float, begins: str, trials: int) -> np.ndarray:
-    """Times in which the observer finds the angle after a wrong beginning [s].
+    """Settling times of the observer after a wrong initial angle [s].
 
     Args:
-        error: of the sensor, either way [rad]
+        error: error of the sensor, of random sign [rad]
         begins: "from rest" or "reversing"
-        trials: how many
+        trials: number of trials
     """
     found = []
     for trial in range(trials):
@@ -81,6 +81,7 @@ def _from_rest(trial: int, random: np.random.Generator) -> tuple[ObserverDrive, 
 
 def _reversing(trial: int, random: np.random.Generator) -> tuple[ObserverDrive, int]:
     seen, length = to_and_fro(SEEDS.of(STANDING, 6)[trial % 6], 20.0), round(WATCHED * RATE)
+    # A trial begins shortly before a reversal, after a second of the drive and early enough to be watched in full.
     turns = np.flatnonzero(np.diff(np.sign(seen.speed)) != 0.0)
     turns = turns[(turns > RATE) & (turns < len(seen.speed) - length)]
     begin = int(random.choice(turns) - random.integers(0, round(0.1 * RATE)))
@@ -93,7 +94,7 @@ BEGINNINGS: dict[str, Callable[[int, np.random.Generator], tuple[ObserverDrive, 
     "from rest": _from_rest,
     "reversing": _reversing,
 }
-"""Drives, and the sample from which the time counts."""
+"""Functions that return a drive and the sample from which the time counts, by name of the start."""
 
 
 def _another_motor(random: np.random.Generator) -> MotorAngleObserver:
@@ -104,10 +105,10 @@ def _another_motor(random: np.random.Generator) -> MotorAngleObserver:
 
 
 def _wrong_beginnings(trials: int) -> Iterator[Item]:
-    """Time until the error is gone, by size.
+    """Settling times by size of the initial error.
 
     Args:
-        trials: of every size
+        trials: number of trials of every size
     """
     errors = (0.1, 0.3, 0.5, 0.75)
     found = {(begins, error): settling(error, begins, trials) for begins in BEGINNINGS for error in errors}
@@ -145,18 +146,18 @@ def _milliseconds(values: Sequence[float] | np.ndarray, share: float) -> str:
 
 
 MOVING, HELD, AFTER = 5.6, 10.0, 5.0
-"""The motor turns, is held against the load, and turns on for so long [s]."""
+"""Time in which the motor turns, is then held against the load, and turns again [s]."""
 WARMER = 1.2
-"""Resistance over the assumed one."""
+"""True resistance over the assumed one."""
 
 
 class Held(NamedTuple):
-    """Estimates of an observer while the motor is held.
+    """Behaviour of an observer while the motor is held at standstill.
 
     Args:
-        drift: of the angle from the first to the last second [rad]
-        early, late: standard deviation that it claims, after the first second and at the end [rad]
-        back: time from turning again until the angle is known [s]
+        drift: drift of the error of the angle from the first to the last second [rad]
+        early, late: stated standard deviation after half a second and at the end [rad]
+        back: time from turning again until the angle is valid [s]
     """
 
     drift: float
@@ -166,7 +167,7 @@ class Held(NamedTuple):
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Held still for ten seconds, then a wrong first angle."""
+    """Items of the study: ten seconds at standstill, then wrong initial angles."""
     yield Heading(
         "Standing, and a wrong beginning",
         (
@@ -187,20 +188,20 @@ def items(effort: Effort) -> Iterator[Item]:
 
 
 def held_drive(seed: int) -> ObserverDrive:
-    """Drive to and fro, held at one place, and on.
+    """Simulate a drive in both directions, a standstill, and the continued drive.
 
     Args:
-        seed: of the noises and the place
+        seed: seed of noise and place
     """
     time = bench_time(MOVING + HELD + AFTER)
     moving = np.where(time < MOVING + HELD, np.minimum(time, MOVING), time - HELD)
-    # So that a quarter of the period ends where the motor is held: at the greatest angle.
+    # A quarter of a period ends where the motor is held, so that it stops at its largest angle.
     rate = 2.0 * np.pi * (0.25 + np.random.default_rng(seed).integers(1, 4)) / MOVING
     return drive(bench(), 10.0 * np.sin(rate * moving) * np.clip(2.0 * time, 0.0, 1.0), np.zeros(len(time)), seed)
 
 
 def standing(observer: Block, seen: ObserverDrive) -> Held:
-    """Estimates of an observer on such a drive."""
+    """Behaviour of an observer on a drive of `held_drive`."""
     found = seen.observed(observer)
     away, deviation = found["motor_angle"] - seen.angle, found["motor_angle_standard_deviation"]
     first, second, last, end = (

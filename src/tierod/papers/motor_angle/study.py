@@ -1,4 +1,4 @@
-"""The study of the motor's angle: one part after the other, from the paper's observers to the faults of the sensor."""
+"""The study of the motor angle, from the observers of the paper to sensor faults, identification and a real drive."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ PARTS: Mapping[str, str] = {
     "guaranteed": "guaranteed intervals",
     "real_drives": "recordings of a real drive",
 }
-"""Module of every part, and what it is about."""
+"""Subject of every part, by name of its module."""
 
 
 def items(effort: Effort, progress: Progress) -> Iterator[Item]:
-    """All that the study finds out."""
+    """All items of the study."""
     for done, (name, title) in enumerate(PARTS.items()):
         progress(done / len(PARTS), title)
         part: Callable[[Effort], Iterator[Item]] = import_module(f"tierod.papers.motor_angle.{name}").items

@@ -1,4 +1,4 @@
-"""Table 1 of the paper, counted from the graphs, with the time of a step."""
+"""Table 1 of the paper: operations of a step counted from the traced graphs, and processor time of a step."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from tierod.papers.motor_angle.reported import SEEDS, STEP_COST
 
 
 class PrintedCount(NamedTuple):
-    """A row of Table 1: multiplications, integrators, trigonometric functions and logic."""
+    """A row of Table 1: numbers of multiplications, of integrators, and of trigonometric functions with logic."""
 
     multiplications: int
     integrators: int
@@ -38,17 +38,17 @@ PRINTED = {
     "Kalman filter": PrintedCount(115, 13, 4),
     "feedforward": PrintedCount(7, 2, 6),
 }
-"""Reinelt et al., Table 1."""
+"""Rows of Reinelt et al., Table 1."""
 
 REPEATS = 7
-"""Of a run; the fastest counts."""
+"""Repetitions of a timed run, of which the fastest counts."""
 
 PIECE = 1000
-"""Samples that are timed at once: other programs seldom interrupt a tenth of a millisecond."""
+"""Samples timed at once: within a tenth of a millisecond other programs seldom interrupt."""
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """The table, and how near its multiplications are."""
+    """Items of the study: the table, the bare equations, and claims on the multiplications."""
     yield Heading(
         "What a step costs (Table 1)",
         (
@@ -80,16 +80,16 @@ REASONS = {
     "feedforward": "Beyond (46): the lag of the filter is taken back, half turns are distinguished, the back-EMF is "
     "carried on while samples are missing, and a standing motor is noticed.",
 }
-"""Why the counts of the observers differ from those of their bare equations."""
+"""Reasons for the differences between the counts of the observers and those of their bare equations."""
 
 
 def bare_observers() -> dict[str, Block]:
-    """The paper's equations by the name of the observer that carries them out."""
+    """Bare equations of the paper by name of the observer that implements them."""
     return {"Luenberger": BareLuenberger(), "reduced Luenberger": BareReduced(), "feedforward": BareFeedforward()}
 
 
 def _products(count: OperationCount) -> int:
-    """Multiplications and divisions, which the paper counts alike."""
+    """Number of multiplications and divisions, which the paper counts together."""
     return count.multiplications + count.divisions
 
 
@@ -122,7 +122,7 @@ def _bare(counts: dict[str, OperationCount]) -> Table:
 
 
 def observers() -> dict[str, Block]:
-    """The printed ones first, then with load, then the others."""
+    """Observers by name: as printed, then with load, then the others."""
     dq, fixed = parameters()
     makers: dict[str, Callable[..., Block]] = {
         "Luenberger": luenberger,
@@ -139,7 +139,7 @@ def observers() -> dict[str, Block]:
 
 
 def nanoseconds(observer: Block, samples: np.ndarray) -> float:
-    """Time of a step of the compiled block, in the fastest of many pieces of some runs."""
+    """Time of a step of the compiled block, from the fastest of many pieces [ns]."""
     runner = kernel(observer)
     outputs = np.empty((PIECE, len(runner.graph.output)))
     best = np.inf

@@ -1,4 +1,4 @@
-"""Winding and magnets from -40 to 120 degrees Celsius: error of the angle, what is learnt, false alarms."""
+"""Winding and magnets from -40 to 120 degrees Celsius: error of the angle, estimated parameters, false alarms."""
 
 from __future__ import annotations
 
@@ -22,25 +22,25 @@ from tierod.proving_ground.motor import AFS_MOTOR, Warming
 from tierod.proving_ground.varied import Varied
 
 ZERO = 273.15
-"""Of the Celsius scale [K]."""
+"""Zero of the Celsius scale [K]."""
 COLD, HOT = -40.0, 120.0
-"""Ends of the range [degree Celsius]."""
+"""Ends of the temperature range [degree Celsius]."""
 RAMP = 60.0
-"""Time in which a ramp goes from one end to the other [s]."""
+"""Duration of a temperature ramp from one end to the other [s]."""
 TARGET = "target of tierod"
 
 
 @dataclass(frozen=True)
 class AtTemperature:
-    """Accuracy of the default over drives at one temperature, or over a ramp.
+    """Accuracy of the default observer over drives at one temperature, or over a ramp.
 
     Args:
-        name: in words
-        rms, most: of the error of the angle [rad]
-        resistance, flux: true ones at the end, over the vehicle file's []
-        learnt_resistance, learnt_flux: as the observer estimates them, likewise []
-        alarms: drives with an alarm of any test
-        drives: how many
+        name: name in words
+        rms, most: rms and largest error of the angle [rad]
+        resistance, flux: true values at the end over those of the vehicle file []
+        learnt_resistance, learnt_flux: estimated values at the end over those of the vehicle file []
+        alarms: number of drives with an alarm of any test
+        drives: number of drives
     """
 
     name: str
@@ -55,7 +55,7 @@ class AtTemperature:
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Constant temperatures, then ramps."""
+    """Items of the study: constant temperatures, then ramps."""
     yield Heading(
         "Temperature",
         (
@@ -80,14 +80,14 @@ def items(effort: Effort) -> Iterator[Item]:
 
 
 def ramp(seed: int, begin: float, end: float) -> ObserverDrive:
-    """A drive over which winding and magnets warm or cool.
+    """Simulate a drive in which winding and magnets warm up or cool down.
 
     Args:
-        seed: of course and noises
-        begin, end: temperatures [degree Celsius]
+        seed: seed of course and noise
+        begin, end: first and last temperature [degree Celsius]
     """
     time = bench_time(RAMP)
-    # Almost nothing to heat: winding and magnets are as warm as the air at every instant.
+    # Small heat capacities let winding and magnets follow the temperature of the air without delay.
     light = Warming(1.0, 1.0, 20.0, 20.0, ambient_temperature=ZERO + begin)
     path = "motor.warming.ambient_temperature"
     plant = Varied(MotorBench(motor=replace(AFS_MOTOR, warming=light)), (path,))
@@ -96,12 +96,12 @@ def ramp(seed: int, begin: float, end: float) -> ObserverDrive:
 
 
 def judged(name: str, degrees: float, drives: list[ObserverDrive]) -> AtTemperature:
-    """Accuracy of the default, and the alarms of its monitor.
+    """Evaluate the default observer and the alarms of its monitor.
 
     Args:
-        name: of the drives
+        name: name of the drives
         degrees: temperature at their end [degree Celsius]
-        drives: that it is shown
+        drives: the drives
     """
     p = parameters()[1]
     square, most, alarms, learnt = 0.0, 0.0, 0, np.zeros(2)
@@ -119,7 +119,7 @@ def judged(name: str, degrees: float, drives: list[ObserverDrive]) -> AtTemperat
 
 
 def alarmed(seen: ObserverDrive) -> bool:
-    """Whether any test of the monitor alarms."""
+    """Whether any test of the monitor alarms in a drive."""
     watch = AlarmWatch(bench_monitor())
     samples = np.full((len(seen.angle), len(watch.Sample._fields)), np.nan)
     samples[:, : seen.samples.shape[1]] = seen.samples

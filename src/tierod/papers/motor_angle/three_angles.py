@@ -1,4 +1,4 @@
-"""The angles of motor, steering wheel and pinion against each other: which of them is wrong, in drives of the car."""
+"""Plausibility of the angles of motor, steering wheel and pinion: detection and isolation of a faulty one."""
 
 from __future__ import annotations
 
@@ -28,28 +28,29 @@ from tierod.proving_ground.run import run
 from tierod.vehicles import load
 
 COURSES = {"slalom": 24.0, "parking": 36.0}
-"""Length of a drive [s]."""
+"""Duration of a drive by course [s]."""
 RATIO = 22.5
-"""Turns of the motor per turn of the pinion, by which faults of its sensor are larger []."""
+"""Turns of the motor per turn of the pinion, the factor of faults of its sensor []."""
 NAMED = 0.9
-"""Share of the found faults whose angle is named that is aimed at; two that differ do not show which is wrong."""
+"""Goal for the share of detected faults that are isolated; two angles that differ do not show which one is wrong."""
 SIZE, RAMP = 0.06, 0.03
-"""Of an offset at the pinion [rad], and of a drift there [rad/s]."""
+"""Fault magnitudes at the pinion: offset [rad] and drift [rad/s]."""
 CODES = {NONE: "none", MOTOR: "motor", WHEEL: "wheel", PINION: "pinion", NOT_MOTOR: "not the motor"}
+"""Name of a fault hypothesis by its code."""
 ANGLES = {
     "motor": ("motor_angle_mechanical", RATIO),
     "wheel, in the loop": ("steering_wheel_angle", 1.0),
     "wheel, recorded": ("sensor.steering_wheel_angle", 1.0),
     "pinion": ("pinion_angle", 1.0),
 }
-"""Element of a fault, and how much larger it is than at the pinion."""
+"""Element of a fault, and factor of its magnitude over that at the pinion, by name of the angle."""
 OWN_TESTS = ("angle", "speed", "backwards", "stuck", "not_following", "electrical.angle_gradient")
-"""Of the motor's sensor."""
+"""Tests of the motor's sensor itself."""
 KINDS = ("offset", "drift", "stuck")
 
 
 class Case(NamedTuple):
-    """A drive with a fault; a fault-free one where the angle is empty."""
+    """A drive with a fault of a kind in an angle; fault-free where the angle is empty."""
 
     course: str
     seed: int
@@ -58,14 +59,14 @@ class Case(NamedTuple):
 
 
 class Findings(NamedTuple):
-    """Findings of the plausibility over such a drive.
+    """Results of the plausibility check over a drive.
 
     Args:
-        delay: from the fault to its alarm [s]; infinite without one
-        motion: the fault hypothesis of motion alone, for most of the time
-        suspect: with the observer and the variable ratio besides; the motor, where a test of its own alarmed before
-        largest: disagreement at the pinion before the fault [rad]
-        early: whether it alarmed before the fault
+        delay: detection delay [s]; infinite without an alarm
+        motion: most frequent fault hypothesis during the alarm by motion alone
+        suspect: the same with the observer and the variable ratio; "motor" where a test of its own alarmed before
+        largest: largest disagreement at the pinion before the fault [rad]
+        early: whether the check alarmed before the fault
     """
 
     delay: float
@@ -76,7 +77,7 @@ class Findings(NamedTuple):
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Fault-free drives, then every kind of fault of every angle."""
+    """Items of the study: every kind of fault of every angle, and claims with fault-free drives."""
     yield Heading(
         "Which of three angles is wrong",
         (
@@ -101,7 +102,7 @@ def items(effort: Effort) -> Iterator[Item]:
 
 
 def findings_of(case: Case) -> Findings:
-    """Findings of the monitor's plausibility over a drive."""
+    """Simulate a drive, and evaluate the plausibility check of the monitor."""
     seconds = COURSES[case.course]
     start = float(np.round(np.random.default_rng([case.seed, 21]).uniform(7.0, 0.6 * seconds), 3))
     recording = run(
@@ -120,7 +121,8 @@ def findings_of(case: Case) -> Findings:
 
 
 def _mostly(codes: np.ndarray) -> str:
-    """The fault hypothesis of most of the time, if there was any."""
+    """Name of the most frequent fault hypothesis; "none" where there was none."""
+    # Code 0, no hypothesis, does not count.
     counts = np.bincount(codes.astype(int), minlength=2)[1:]
     return CODES[float(np.argmax(counts) + 1) if counts.any() else NONE]
 
@@ -138,7 +140,7 @@ def _faults(case: Case, start: float) -> tuple[Fault, ...]:
 
 
 def _samples(recording: Recording) -> np.ndarray:
-    """Every signal where it brings a reading."""
+    """Samples of the monitor on its grid; NaN where a slower signal has no reading."""
     length = max(len(recording[name].time) for name in ("motor_current_alpha", "motor_voltage_alpha"))
     samples = np.full((length, len(MotorAngleSample._fields)), np.nan)
     for column, name in enumerate(MotorAngleSample._fields):
@@ -158,12 +160,12 @@ def _monitor() -> MotorAngleMonitor:
 
 
 def _right(angle: str, suspect: str) -> bool:
-    """Whether the name is that of the angle."""
+    """Whether the named angle is the faulty one."""
     return suspect == angle.partition(",")[0]
 
 
 def _not_wrong(angle: str, suspect: str) -> bool:
-    """Whether the name is right, or none yet, or leaves two open of which one is right."""
+    """Whether the faulty angle, no angle, or a pair that contains the faulty one is named."""
     return _right(angle, suspect) or suspect == "none" or (suspect == "not the motor" and angle != "motor")
 
 
@@ -188,7 +190,7 @@ def _table(groups: dict[tuple[str, str], list[Findings]]) -> Table:
 
 
 def _unnamed(groups: dict[tuple[str, str], list[Findings]]) -> str:
-    """Faults that were found and not named, by kind, in words."""
+    """Faults that were detected but not isolated, by kind, in words."""
     counts = {
         f"{angle}, {kind}": (sum(not _right(angle, each.suspect) for each in alarmed), len(alarmed))
         for (angle, kind), found in groups.items()

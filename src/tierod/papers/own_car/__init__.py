@@ -1,1 +1,1 @@
-"""The study of cars without preparation: brochure values, one drive to identify, other drives to judge."""
+"""The study of own cars: brochure values, one drive to identify the car, other drives to judge it."""

@@ -1,4 +1,4 @@
-"""Vehicle files as a user begins them: mass and wheelbase of a brochure, all else typical of the class."""
+"""Vehicle files as a user begins them: mass and wheelbase from a brochure, all else typical of the class."""
 
 from __future__ import annotations
 
@@ -14,20 +14,21 @@ from tierod.vehicles.classes import Known
 from tierod.vehicles.vehicle import Parameter, Vehicle
 
 SOURCE = "brochure"
+"""Source of the brochure values in a vehicle file."""
 
 
 def brochure_car(name: str, kind: str, mass: float, wheelbase: float, torques_known: bool = True) -> Vehicle:
     """Vehicle as `tierod new NAME.toml --class KIND mass=... wheelbase=...` writes it.
 
     Args:
-        name: of the car
-        kind: its class
-        mass: [kg]
-        wheelbase: [m]
-        torques_known: whether its torques are in N*m; counts else, so that no friction in N*m is given
+        name: name of the car
+        kind: class of the car
+        mass: mass [kg]
+        wheelbase: wheelbase [m]
+        torques_known: whether its torques are in N*m; otherwise they are counts, and parameters of torque are left out
 
     Raises:
-        ParameterError: no such class
+        ParameterError: there is no such class
     """
     known = {"mass": Known(mass, None, SOURCE), "wheelbase": Known(wheelbase, None, SOURCE)}
     _, parameters = begun(known, kind)
@@ -45,11 +46,11 @@ def brochure_car(name: str, kind: str, mass: float, wheelbase: float, torques_kn
 
 
 def identified(car: Vehicle, found: VehicleIdentification) -> Vehicle:
-    """Vehicle as `tierod identify vehicle` leaves it in the file: as before where it gives a reason to doubt.
+    """Vehicle as `tierod identify vehicle` updates it; unchanged where the identification reports a doubt.
 
     Args:
-        car: the file before
-        found: what drives have identified
+        car: the vehicle before
+        found: result of the identification
     """
     if found.doubt:
         return car
@@ -61,11 +62,11 @@ def identified(car: Vehicle, found: VehicleIdentification) -> Vehicle:
 
 
 def with_values(car: Vehicle, values: Mapping[str, float]) -> Vehicle:
-    """The car with values that are exact.
+    """The vehicle with some parameters replaced by exact values, of standard deviation 0.
 
     Args:
-        car: whose other parameters stay
-        values: by name, in SI units
+        car: vehicle whose other parameters stay
+        values: exact values by name of the parameter, in SI units
     """
     exact = {
         name: Parameter(name, value, QUANTITIES[name].unit, 0.0, "the virtual car's own")

@@ -1,4 +1,4 @@
-"""Virtual cars drawn over the classes, each with its brochure data, and with its true parameters."""
+"""Virtual cars drawn over the classes, each with its brochure data and its true parameters."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from tierod.vehicles import classes
 from tierod.vehicles.vehicle import Vehicle
 
 BROCHURE_MASS = 0.05
-"""Relative standard deviation of the mass as driven about that of the brochure."""
+"""Relative standard deviation of the mass in a brochure about the mass as driven."""
 
 
 @dataclass(frozen=True)
@@ -28,9 +28,9 @@ class Base:
     """A virtual car around which cars are drawn.
 
     Args:
-        kind: class as a user names it
-        block: makes the car
-        roads: that it drives on
+        kind: name of its class
+        block: function that builds the car
+        roads: kinds of road that it drives on
     """
 
     kind: str
@@ -51,13 +51,13 @@ BASES: tuple[Base, ...] = (
     Base("suv", lambda: _shipped("rav4-like")),
     Base("midsize", lambda: _shipped("midsize-eps")),
 )
-"""Rear drive and rack EPS: large and quadricycle, large and one midsize; front drive and column EPS the others."""
+"""Base cars. Large and quadricycle have rear drive, large, van and one midsize rack EPS, the others column EPS."""
 
 
 class Spread(NamedTuple):
-    """Relative standard deviations of what differs from car to car of a class, about as wide as `tierod new` writes.
+    """Relative standard deviations of parameters over the cars of a class, about as large as those of `tierod new`.
 
-    A little narrower where the virtual cars of a class already differ from its typical values.
+    They are a little smaller where the virtual cars of a class already differ from its typical values.
     """
 
     mass: float = 0.07
@@ -76,25 +76,28 @@ FURTHER: Mapping[float, tuple[tuple[str, ...], ...]] = {
     0.10: (("steering.torsion_bar.stiffness", "assist.bar_stiffness"), ("steering.motor.ratio", "assist.motor_ratio")),
     0.05: (("chassis.centre_height",),),
 }
-"""Further relative standard deviations, and the paths that are drawn together: an assist knows its own bar and gear."""
+"""Further relative standard deviations, and the groups of paths that share one factor.
+
+The assist scales with its torsion bar and gear, since it is designed for them.
+"""
 
 LEAST_UNDERSTEER = 1e-3
-"""Understeer gradient that every car has [rad*s**2/m], half a degree per g."""
+"""Least understeer gradient of a drawn car [rad*s**2/m], half a degree per g."""
 
 SENSOR_FORWARD = 0.25
-"""Standard deviation of the place of the inertial unit [m]."""
+"""Standard deviation of the longitudinal position of the inertial unit [m]."""
 
 
 @dataclass(frozen=True)
 class UnknownCar:
-    """A virtual car with a brochure.
+    """A virtual car and the vehicle files for it.
 
     Args:
         name: number and class
-        block: the truth
-        brochure: vehicle file that a user begins
-        true: the same with the true values of all that the plant has, and no spread of those
-        roads: that it drives on
+        block: the simulated car
+        brochure: vehicle file from the brochure
+        true: the same with the true values of all parameters that the plant has, at standard deviation 0
+        roads: kinds of road that it drives on
     """
 
     name: str
@@ -104,7 +107,7 @@ class UnknownCar:
     roads: tuple[AnyRoad, ...]
 
     def friction_over_level(self, load: float) -> float:
-        """Friction of the gear at a load over that at which its level is given.
+        """Ratio of the gear friction at a load to that at the reference load.
 
         Args:
             load: torque of the road at the steering wheel [N*m]
@@ -114,12 +117,12 @@ class UnknownCar:
 
 
 def drawn(number: int, seed: int, spread: Spread | None = None) -> UnknownCar:
-    """A car of the class that comes next.
+    """Draw a car; successive numbers run through the classes.
 
     Args:
-        number: from 0 on; classes take turns
-        seed: of all chance
-        spread: within a class
+        number: number of the car, from 0
+        seed: seed of all random numbers
+        spread: spread within a class; the default `Spread` where None
     """
     base, share = BASES[number % len(BASES)], spread or Spread()
     chance = np.random.default_rng([seed, number])
@@ -133,6 +136,7 @@ def drawn(number: int, seed: int, spread: Spread | None = None) -> UnknownCar:
     front = chassis.rear_distance / wheelbase + share.front_share * float(chance.standard_normal())
     stiffness = (_axle(chassis.front, chassis.front_load), _axle(chassis.rear, chassis.rear_load))
     lighter = factor(share.mass)
+    # Axle stiffnesses and yaw inertia scale with the mass, as in the rules of the classes.
     moved = replace(
         chassis,
         mass=lighter * chassis.mass,
@@ -156,7 +160,7 @@ def drawn(number: int, seed: int, spread: Spread | None = None) -> UnknownCar:
 
 
 def _stable(chassis: Any, usual: Sequence[float], factor: Callable[[float], float], deviation: float) -> list[float]:
-    """Stiffness of both axles [N/rad], drawn until the car understeers: no car is sold that does not."""
+    """Cornering stiffness of both axles [N/rad], redrawn until the car understeers, as every production car does."""
     while True:
         front, rear = (factor(deviation) * each for each in usual)
         gradient = understeer_gradient(chassis.mass, chassis.front_distance, chassis.rear_distance, front, rear)
@@ -165,7 +169,7 @@ def _stable(chassis: Any, usual: Sequence[float], factor: Callable[[float], floa
 
 
 def _further(block: Any, factor: Callable[[float], float]) -> dict[str, float]:
-    """Further values by path, of those that the car has."""
+    """Values of the parameters in `FURTHER` that the car has, by path."""
     known = numbers(block)
     found: dict[str, float] = {}
     for deviation, groups in FURTHER.items():
@@ -180,7 +184,7 @@ def _axle(axle: Any, load: float) -> float:
 
 
 def _knowing(driver: Any, chassis: Any, ratio: float) -> Any:
-    """The driver with the parameters of the car."""
+    """The driver model with the parameters of the car."""
     return replace(
         driver,
         mass=chassis.mass,
@@ -192,10 +196,10 @@ def _knowing(driver: Any, chassis: Any, ratio: float) -> Any:
 
 
 def true_values(block: Any) -> dict[str, float]:
-    """Values of the plant for the parameters of a vehicle file, in SI units.
+    """True values of the parameters of a vehicle file, in SI units.
 
     Args:
-        block: an `EpsCar` on two tracks
+        block: an `EpsCar` with a two-track chassis
     """
     chassis, steering, tyre = block.chassis, block.steering, block.chassis.front.tyre
     motor, bar = steering.motor, steering.torsion_bar
@@ -234,10 +238,10 @@ def true_values(block: Any) -> dict[str, float]:
 
 
 def limits(nominal: float) -> dict[str, float]:
-    """Limits of the friction of a steering whose fault-free one is known [N*m]: the rules of the class.
+    """Limits of friction by the rules of the classes, from a known fault-free friction [N*m].
 
     Args:
-        nominal: [N*m]
+        nominal: fault-free friction [N*m]
     """
     rules = classes.rules()
     factors = {name: rules[name].values[classes.USUAL] for name in ("rising_friction", "fault_friction")}

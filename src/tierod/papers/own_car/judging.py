@@ -1,4 +1,4 @@
-"""One unknown car: identified from one drive, its other drives judged with three vehicle files."""
+"""One unknown car: identified from one drive, and its other drives judged with three vehicle files."""
 
 from __future__ import annotations
 
@@ -31,40 +31,41 @@ TRUTHS = {
     "friction": "truth_friction_torque",
     "condition": "",
 }
-"""Monitors that ordinary drives feed, and the channel of what each estimates; "" where it judges alone."""
+"""Monitors for ordinary drives, with the channel of the true value of the estimate; "" for one without an estimate."""
 
 ESTIMATES = {"sideslip": "sideslip_angle", "driver-torque": "hand_torque", "friction": "friction_torque"}
-"""Their traces."""
+"""Trace of the estimate of each monitor."""
 
 ON_BUS = (
     *("steering_wheel_angle", "steering_wheel_rate", "driver_torque", "motor_torque", "yaw_rate"),
     *("lateral_acceleration", "longitudinal_acceleration", "vehicle_speed"),
     *("wheel_speed_front_left", "wheel_speed_front_right", "wheel_speed_rear_left", "wheel_speed_rear_right"),
 )
-"""What a production car gives."""
+"""Signals on the bus of a production car."""
 
 BROCHURE, IDENTIFIED, TRUE = "brochure", "identified", "true"
+"""Names of the three vehicle files."""
 STATED_FOR = "reference_load_Nm"
-"""Evidence of the friction monitor: the load for which it states friction."""
+"""Evidence of the friction monitor that holds the load to which its estimate refers [N*m]."""
 SETTLED = 60.0
-"""Of a drive, from when on an estimate is compared [s]."""
+"""Warm-up at the start of a drive, in which the estimate is not compared [s]."""
 APART = 0.2
-"""Time between two samples that are compared [s]."""
+"""Interval between compared samples [s]."""
 FALSE = (Status.FAULT, Status.RISING)
-"""Verdicts that a fault-free drive must not get."""
+"""Verdicts that count as false on a fault-free drive."""
 
 
 @dataclass(frozen=True)
 class Case:
-    """A car to be judged.
+    """A car to be judged, and the length of its drives.
 
     Args:
-        number: of the car
-        seed: of all chance
-        learning: drive from which it is identified [min]; 0 leaves that out
-        minutes: of each drive that is judged
-        drives: that are judged
-        measured: whether the cost of the spread is measured on the first one
+        number: number of the car
+        seed: seed of all random numbers
+        learning: duration of the drive that identifies the car [min]; 0 omits the identification
+        minutes: duration of each judged drive [min]
+        drives: number of judged drives
+        measured: whether the processor time of the spread is measured on the first one
     """
 
     number: int
@@ -76,15 +77,15 @@ class Case:
 
 
 class Judged(NamedTuple):
-    """One monitor on one drive with one vehicle file.
+    """Result of one monitor on one drive with one vehicle file.
 
     Args:
-        car, monitor, file: which
-        status: of the finding
-        headline: of the finding
-        samples, held: compared with the truth, and how many of them lie in the 95 % band
+        car, monitor, file: names of car, monitor and vehicle file
+        status: status of the finding
+        headline: headline of the finding
+        samples, held: number of samples compared with the truth, and of those with the truth in the 95 % band
         squares: sum of squared errors, in SI units
-        cost: time with the spread over that without; NaN where not measured
+        cost: processor time with the spread over that without; NaN where not measured
     """
 
     car: str
@@ -99,14 +100,14 @@ class Judged(NamedTuple):
 
 
 class Studied(NamedTuple):
-    """All of one car.
+    """All results of one car.
 
     Args:
         judged: every monitor on every drive with every file
-        learnt: parameters that were identified; empty where that left a doubt
-        within: of each of them that has a true value, whether that lies in its 95 % interval
-        doubt: why nothing was identified
-        seconds: that the identification took
+        learnt: names of the identified parameters; empty where the identification reports a doubt
+        within: whether the 95 % interval of an identified parameter holds the true value, where there is one
+        doubt: reason why nothing was identified; empty otherwise
+        seconds: duration of the identification [s]
     """
 
     judged: tuple[Judged, ...]
@@ -117,10 +118,10 @@ class Studied(NamedTuple):
 
 
 def studied(case: Case) -> Studied:
-    """An unknown car from its brochure to its verdicts.
+    """Draw an unknown car, identify it, and judge its other drives.
 
     Args:
-        case: which car, and how much it drives
+        case: the car, and the length of its drives
     """
     car = drawn(case.number, case.seed)
     files = {BROCHURE: car.brochure, TRUE: car.true}
@@ -145,7 +146,7 @@ def studied(case: Case) -> Studied:
 
 
 def _within(true: Vehicle, found: Sequence[Found]) -> Iterator[bool]:
-    """Whether the interval of an identified parameter holds the true value, of those that the plant has."""
+    """Whether the interval of an identified parameter holds the true value, for those that the plant has."""
     for each in found:
         known = true.parameters.get(each.name)
         if known is not None and known.standard_deviation == 0.0:
@@ -153,46 +154,46 @@ def _within(true: Vehicle, found: Sequence[Found]) -> Iterator[bool]:
 
 
 def driven(car: UnknownCar, minutes: float, seed: int) -> Recording:
-    """A fault-free drive through town, country and, where the car can, motorway.
+    """Simulate a fault-free drive through town, country and, where the car can, motorway.
 
     Args:
-        car: that drives
-        minutes: for so long
-        seed: of route and sensors
+        car: the car
+        minutes: duration [min]
+        seed: seed of route and sensor noise
     """
     course = NaturalDrive(name="own car", seed=seed, conditions=(Restlessness(),), roads=car.roads, time=60.0 * minutes)
     return run(car.block, course, seed=seed).recording
 
 
 def without_truth(recording: Recording) -> Recording:
-    """Recording of the signals that the bus of a production car carries."""
+    """The recording reduced to the signals on the bus of a production car."""
     return Recording({name: recording[name] for name in ON_BUS if name in recording})
 
 
 def verdicts(
     car: UnknownCar, file: str, vehicle: Vehicle, bare: Recording, whole: Recording, measured: bool = False
 ) -> Iterator[Judged]:
-    """Every monitor that can run.
+    """Judge a drive with every monitor that can run.
 
     Args:
-        car: that drove
-        file: which vehicle file it is
-        vehicle: as which the drive is judged
-        bare: the drive without truth
-        whole: the same with the truth
-        measured: whether the cost of the spread is measured
+        car: the car that drove
+        file: name of the vehicle file
+        vehicle: its content, with which the drive is judged
+        bare: the drive without true values
+        whole: the same with the true values
+        measured: whether the processor time of the spread is measured
     """
     for monitor, truth in TRUTHS.items():
         try:
             found = over(monitor, vehicle, bare, uncertain=True)
-            # A second run of either kind has its kernel, and shows what it costs.
+            # The best of two runs of either kind leaves out the compilation of its kernel.
             cost = _cost(monitor, vehicle, bare) if measured else np.nan
         except (InputError, ParameterError):
             continue
         finding = found.diagnosis.findings[0]
         compared = (0, 0, 0.0)
         if truth and truth in whole:
-            # Friction of a gear that is pressed by what it passes on is stated for one load.
+            # Gear friction rises with the transmitted torque, and the monitor states it for one load.
             stated = finding.evidence.get(STATED_FOR)
             factor = 1.0 if stated is None else car.friction_over_level(stated)
             compared = _compared(found.traces, ESTIMATES[monitor], whole, truth, factor)
@@ -200,24 +201,24 @@ def verdicts(
 
 
 class Over(NamedTuple):
-    """A diagnosis, and what it estimated over time."""
+    """A diagnosis, and its estimates over time."""
 
     diagnosis: Diagnosis
     traces: Recording
 
 
 def over(monitor: str, vehicle: Vehicle, recording: Recording, uncertain: bool) -> Over:
-    """A monitor over a recording.
+    """Run a monitor over a recording and keep its traces.
 
     Args:
-        monitor: its name
-        vehicle: as which it is judged
-        recording: without truth
-        uncertain: whether the spread of the parameters is carried
+        monitor: name of the monitor
+        vehicle: vehicle of the recording
+        recording: the drive without true values
+        uncertain: whether the spread of the parameters is propagated
 
     Raises:
-        InputError: the recording lacks what the monitor needs
-        ParameterError: the vehicle lacks it
+        InputError: the recording lacks a required signal
+        ParameterError: the vehicle lacks a required parameter
     """
     definition, variant = find(monitor)
     kept = OverTime()
@@ -225,13 +226,13 @@ def over(monitor: str, vehicle: Vehicle, recording: Recording, uncertain: bool) 
     process = Run(definition.suited_to(whole), variant, vehicle, kept=kept, uncertain=uncertain)
     process.add(recording)
     diagnosis = process.finish()
-    # What a report withholds is scored as well.
+    # Estimates that a report withholds count in the coverage as well.
     units = {**process.session.traces, **{name: trace.unit for name, trace in diagnosis.traces.items()}}
     return Over(diagnosis, kept.recording(units, monitor))
 
 
 def _cost(monitor: str, vehicle: Vehicle, recording: Recording) -> float:
-    """Processor time with the spread over that without, best of two each."""
+    """Ratio of processor times with and without the spread of the parameters, each the best of two runs."""
     seconds = []
     for uncertain in (True, False):
         each = []
@@ -244,7 +245,7 @@ def _cost(monitor: str, vehicle: Vehicle, recording: Recording) -> float:
 
 
 def _compared(traces: Recording, name: str, whole: Recording, truth: str, factor: float) -> tuple[int, int, float]:
-    """Samples compared with the truth times a factor, held by the 95 % band, and the sum of squared errors."""
+    """Compare an estimate with a factor times the truth: samples, those in the 95 % band, sum of squared errors."""
     deviation = f"{name}_standard_deviation"
     if name not in traces or deviation not in traces:
         return 0, 0, 0.0

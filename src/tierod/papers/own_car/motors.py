@@ -1,4 +1,4 @@
-"""Motors of which a data sheet is known: the angle that currents and voltages give, judged before and after a drive."""
+"""Motors with a data sheet alone: their angle observed from currents and voltages, before and after identification."""
 
 from __future__ import annotations
 
@@ -29,16 +29,18 @@ from tierod.vehicles.vehicle import Parameter, Vehicle
 
 MONITOR = "motor-angle"
 MOTORS, QUICK_MOTORS = 20, 4
+"""Number of motors in full and in the quick study."""
 LEARNING, SECONDS = 10.0, 20.0
-"""Of the drive that identifies a motor, and of those that are judged [s]."""
+"""Duration of the drive that identifies a motor, and of the judged drive [s]."""
 SETTLED = 1.0
-"""Of a drive, from when on the estimate is compared [s]."""
+"""Warm-up at the start of a drive, in which the estimate is not compared [s]."""
 APART = 100
-"""Samples between two that are compared: 10 ms."""
+"""Samples from one compared sample to the next: 10 ms."""
 RESIDUAL = "angle_residual_electrical"
 ANGLE = "estimated_motor_angle"
+"""Traces of the monitor: electrical residual of the sensor, and estimated angle of the shaft [rad]."""
 DRAWN = ("resistance", "flux", "inertia", "damping", "friction")
-"""Parameters of a machine that differ from the data sheet as far as that is known; its inductance besides."""
+"""Parameters of a machine that are drawn with the spread of its data sheet, besides the inductance."""
 
 TEXT = (
     "Motors of 12 V on a bench, turned to and fro against a spring. A data sheet gives each parameter as far as "
@@ -49,13 +51,13 @@ TEXT = (
 
 
 class UnknownMotor(NamedTuple):
-    """A motor of which its user has the data sheet.
+    """A motor and the vehicle files for it.
 
     Args:
-        name: for tables
-        truth: on its bench
-        brochure: vehicle file of the data sheet
-        true: with the true parameters
+        name: name in tables
+        truth: the simulated motor on its bench
+        brochure: vehicle file from the data sheet
+        true: the same with the true parameters
     """
 
     name: str
@@ -65,10 +67,10 @@ class UnknownMotor(NamedTuple):
 
 
 def spread(name: str) -> float:
-    """Relative standard deviation of a value of a data sheet.
+    """Relative standard deviation of a value in a data sheet.
 
     Args:
-        name: of the parameter
+        name: name of the parameter
     """
     rule = rules().get(name)
     if rule is None:
@@ -77,11 +79,11 @@ def spread(name: str) -> float:
 
 
 def drawn(number: int, seed: int) -> UnknownMotor:
-    """A motor and its data sheet.
+    """Draw a motor around the data sheet.
 
     Args:
-        number: from 0 on
-        seed: of all chance
+        number: number of the motor, from 0
+        seed: seed of all random numbers
     """
     chance = np.random.default_rng([seed, number, 17])
     usual = bench().motor.machine
@@ -100,7 +102,7 @@ def drawn(number: int, seed: int) -> UnknownMotor:
 
 
 def _data_sheet(car: Vehicle) -> Vehicle:
-    """The vehicle with the spread of a data sheet on what was drawn."""
+    """The vehicle with the spread of a data sheet on the drawn parameters."""
     names = (*(f"motor_{name}" for name in DRAWN), "motor_inductance")
     wide = {
         name: dataclasses.replace(car.parameters[name], standard_deviation=spread(name) * car[name])
@@ -111,10 +113,10 @@ def _data_sheet(car: Vehicle) -> Vehicle:
 
 
 def identified(motor: UnknownMotor) -> Vehicle:
-    """The file after `tierod identify motor` on one drive; as before where that leaves a doubt.
+    """Vehicle after `tierod identify motor` on one drive; unchanged where the identification reports a doubt.
 
     Args:
-        motor: that is driven
+        motor: the motor
     """
     seen = motor.truth.driven(motor.truth.seed, LEARNING)
     found = identify_motor(motor.brochure.parameters_for(MotorParameters), {"learning": recording(seen)})
@@ -128,10 +130,10 @@ def identified(motor: UnknownMotor) -> Vehicle:
 
 
 def studied(task: tuple[int, int]) -> list[Judged]:
-    """A motor from its data sheet to its verdicts.
+    """Draw a motor, identify it, and judge another drive with the three vehicle files.
 
     Args:
-        task: number of the motor, seed of all chance
+        task: number of the motor, and seed of all random numbers
     """
     motor = drawn(*task)
     seen = motor.truth.driven(motor.truth.seed + 500, SECONDS)
@@ -140,12 +142,12 @@ def studied(task: tuple[int, int]) -> list[Judged]:
 
 
 def judged(name: str, file: str, vehicle: Vehicle, seen: ObserverDrive) -> Judged:
-    """The monitor on a fault-free drive.
+    """Judge a fault-free drive by the monitor of the motor angle.
 
     Args:
-        name: of the motor
-        file: which vehicle file it is
-        vehicle: as which the drive is judged
+        name: name of the motor
+        file: name of the vehicle file
+        vehicle: its content, with which the drive is judged
         seen: the drive
     """
     found = over(MONITOR, vehicle, recording(seen), uncertain=True)
@@ -166,8 +168,8 @@ def items(effort: Effort, seed: int | None = None) -> Iterator[Item]:
     """Table and claims.
 
     Args:
-        effort: how many motors
-        seed: of all chance; that of the judged monitors where None
+        effort: sets the number of motors
+        seed: seed of all random numbers; that of the judged monitors where None
     """
     yield Heading("Motors that are not known", TEXT)
     chosen = SEEDS.of(REPORTED, 1)[0] if seed is None else seed

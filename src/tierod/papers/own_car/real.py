@@ -1,4 +1,4 @@
-"""Real cars judged with typical values of several classes, and with the files of other cars: no fault may be found."""
+"""Real fault-free cars judged with typical values of several classes and with the vehicle files of other cars."""
 
 from __future__ import annotations
 
@@ -25,7 +25,9 @@ from tierod.vehicles import load
 from tierod.vehicles.vehicle import Vehicle
 
 REFERENCE = "sideslip_angle"
+"""Channel of the measured sideslip angle, which scores an estimate and never feeds it."""
 CLASSES = ("small", "midsize", "large", "suv", "van", "race-car")
+"""Classes whose typical values judge every car."""
 
 
 @dataclass(frozen=True)
@@ -33,13 +35,12 @@ class Known:
     """Brochure data of a real car.
 
     Args:
-        vehicle: its shipped file, of which the channel map alone is used, and the files of the others
-        kind: its class
-        mass: [kg]
-        wheelbase: [m]
+        vehicle: name of its shipped vehicle file; it gives the channel map and judges the other cars
+        kind: class of the car
+        mass: mass [kg]
+        wheelbase: wheelbase [m]
         torques_known: whether its torques are in N*m
-        reference: place that its reference of the sideslip is measured at, ahead of the rear axle [m]; None: the centre
-            of gravity
+        reference: position of its sideslip sensor ahead of the rear axle [m]; None: the centre of gravity
     """
 
     vehicle: str
@@ -55,10 +56,11 @@ KNOWN = (
     Known("revsted-car", "midsize", 1700.0, 2.7, reference=0.834),
     Known(race_laps.VEHICLE, "race-car", 982.0, 2.40),
 )
+"""The real cars of the study."""
 
 
 class Seen(NamedTuple):
-    """A monitor on a real recording with a vehicle file that is not the car's."""
+    """Finding of a monitor on a real recording with a vehicle file that is not the car's own."""
 
     car: str
     file: str
@@ -67,7 +69,7 @@ class Seen(NamedTuple):
 
 
 def recording_of(known: Known) -> Recording | None:
-    """The recording of a real car; None where it is not here."""
+    """The recording of a real car; None where it is not available."""
     for car in CARS:
         if car.vehicle == known.vehicle:
             return car.recording()
@@ -75,7 +77,7 @@ def recording_of(known: Known) -> Recording | None:
 
 
 def files_for(known: Known) -> Iterator[tuple[str, Vehicle]]:
-    """Vehicle files made without anything measured on the car, by name: of all classes, and those of the others."""
+    """Vehicles without any value measured on the car, by name: of all classes, and of the other cars."""
     for kind in CLASSES:
         yield f"class {kind}", brochure_car(known.vehicle, kind, known.mass, known.wheelbase, known.torques_known)
     for other in KNOWN:
@@ -85,11 +87,11 @@ def files_for(known: Known) -> Iterator[tuple[str, Vehicle]]:
 
 
 def verdicts(known: Known, recording: Recording) -> Iterator[Seen]:
-    """Every monitor that can run, with every file.
+    """Judge a recording by every monitor that can run, with every file.
 
     Args:
         known: the car
-        recording: with or without a reference, which is not used
+        recording: the recording; a sideslip reference in it is not used
     """
     bare = without_reference(recording)
     for file, vehicle in files_for(known):
@@ -104,12 +106,12 @@ def verdicts(known: Known, recording: Recording) -> Iterator[Seen]:
 
 
 def without_reference(recording: Recording) -> Recording:
-    """The recording without what estimates could be compared with."""
+    """The recording without the sideslip reference."""
     return Recording({name: each for name, each in recording.channels.items() if name != REFERENCE})
 
 
 def items() -> Iterator[Item]:
-    """Tables and claims of the real cars that are here."""
+    """Tables and claims of the real cars with an available recording."""
     text = (
         "Recordings of three real cars, judged with mass and wheelbase of a brochure, typical values of six "
         "classes, and with the files of the two other cars. Nothing measured on the car is used but its channel map; a "
@@ -149,7 +151,7 @@ UNLIKE = (
 
 
 def _sideslip(known: Known, recording: Recording | None) -> Iterator[Claim]:
-    """Band and error of the sideslip with typical values of the class."""
+    """Claims on coverage and error of the sideslip with typical values of the class."""
     band, worse = math.nan, math.nan
     if recording is not None:
         brochure = brochure_car(known.vehicle, known.kind, known.mass, known.wheelbase)
@@ -170,12 +172,13 @@ def _sideslip(known: Known, recording: Recording | None) -> Iterator[Claim]:
 
 
 def beside_reference(recording: Recording, vehicle: Vehicle, place: float | None = None) -> tuple[float, float]:
-    """Share of the reference in the 95 % band of the sideslip, and its root mean square error [rad].
+    """Share of the reference in the 95 % band of the sideslip, and root mean square error [rad].
 
     Args:
-        recording: with the reference
-        vehicle: as which it is judged, without the reference
-        place: of the reference, ahead of the rear axle [m]; the estimate is carried there from the centre of gravity
+        recording: the recording with the reference
+        vehicle: vehicle with which it is judged
+        place: position of the sideslip sensor ahead of the rear axle [m], to which the estimate is transformed; None:
+            the centre of gravity
     """
     traces = over("sideslip", vehicle, without_reference(recording), uncertain=True).traces
     value, deviation = traces[REFERENCE], traces[f"{REFERENCE}_standard_deviation"]
@@ -185,6 +188,7 @@ def beside_reference(recording: Recording, vehicle: Vehicle, place: float | None
         np.interp(time, recording[name].time, recording[name].values) for name in ("yaw_rate", "vehicle_speed")
     )
     at = np.isfinite(reference.values)
+    # The sideslip at a point ahead of the centre of gravity is larger by its distance times yaw rate over speed.
     there = value.values + ahead * yaw_rate / np.maximum(speed, 1.0)
     error = there - np.interp(time, reference.time[at], reference.values[at])
     known = np.isfinite(error) & np.isfinite(deviation.values)

@@ -1,4 +1,4 @@
-"""Seeds of the unknown cars that are reported: drawn anew whenever one of the judged monitors changes."""
+"""Seeds of the reported unknown cars; they change whenever one of the judged monitors changes."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from tierod.vehicles import load
 
 
 def _judged() -> Sequence[Block]:
-    """The judged monitors, each with the file of one car: others differ from it in numbers alone."""
+    """The judged monitors, each with the file of one car; other files change only numbers in the same graph."""
     from tierod.monitors.condition.monitor import condition_monitor
     from tierod.monitors.driver_torque.hands import HandsMonitor
     from tierod.monitors.driver_torque.observer import ColumnObserver

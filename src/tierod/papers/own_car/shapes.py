@@ -1,4 +1,4 @@
-"""Virtual cars at both ends of the classes that the proving ground ships none of: a quadricycle and a van."""
+"""Virtual cars of two classes that the proving ground does not ship: a quadricycle and a van."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tierod.proving_ground.cars import catalogue
 
 
 def quadricycle() -> Any:
-    """A light quadricycle, driven behind, with the column EPS of a small car."""
+    """A light quadricycle with rear drive and the column EPS of a small car."""
     car: Any = catalogue.load("small-eps").block
     chassis = slow_cars.quadricycle()
     radius = chassis.front.tyre.radius
@@ -31,7 +31,7 @@ def quadricycle() -> Any:
 
 
 def van() -> Any:
-    """A delivery van, driven in front: 2.6 t, long and high; its steering is that of the large car."""
+    """A long and high delivery van of 2.6 t with front drive and the rack EPS of the large car."""
     car: Any = catalogue.load("large-rack-eps").block
     chassis = car.chassis
     body = replace(

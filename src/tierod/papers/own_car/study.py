@@ -1,4 +1,4 @@
-"""The study of own cars: virtual ones drawn over the classes, motors by their data sheet, then real cars."""
+"""The study of own cars: virtual cars drawn over the classes, motors with a data sheet, then real cars."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tierod.papers.own_car.reported import SEEDS
 
 
 def items(effort: Effort, progress: Progress) -> Iterator[Item]:
-    """All that the study finds out."""
+    """All items of the study."""
     progress(0.0, "virtual cars that are not known")
     yield from virtual.items(effort, lambda share, what: progress(0.8 * share, what))
     progress(0.8, "motors that are not known")

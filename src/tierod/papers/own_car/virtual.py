@@ -1,4 +1,4 @@
-"""Virtual cars that are not known: coverage, error, false verdicts and cost, by monitor and vehicle file."""
+"""Unknown virtual cars: coverage, error, false verdicts and processor time, by monitor and vehicle file."""
 
 from __future__ import annotations
 
@@ -22,13 +22,17 @@ from tierod.papers.own_car.reported import SEEDS
 
 GOAL = "goal of tierod"
 CARS, QUICK_CARS, THOROUGH_CARS = 7, 3, 20
-"""One of every kind; the thorough study draws nearly three of each, and lets each drive for two hours."""
+"""Number of cars: one of every base car; the thorough study has nearly three of each, and drives each for two hours."""
 MEASURED = 4
-"""Cars on which the cost of the spread is measured."""
+"""Number of cars on which the processor time of the spread is measured."""
 WIDE, NARROW = between(0.90, 0.98), between(0.92, 0.97)
+"""Goals for the coverage of a 95 % band: before and after identification."""
 MOST_WORSE, MOST_COST = 1.3, 4.0
+"""Largest ratio of the errors after identification and with true parameters, and of processor times with spread."""
 DEGREES = {"sideslip": math.degrees(1.0)}
+"""Factor from the SI unit of an error to its unit in the tables, where they differ."""
 UNITS = {"sideslip": "deg", "driver-torque": "N*m", "friction": "N*m", "motor-angle": "rad"}
+"""Unit of the error of each monitor in the tables."""
 
 TEXT = (
     "Cars drawn over the classes, quadricycle to van, front and rear drive, column and rack EPS. Of each its user "
@@ -42,13 +46,13 @@ class Pooled(NamedTuple):
     """One monitor with one vehicle file, over all cars.
 
     Args:
-        samples: that were compared
-        coverage: share of the truth in the 95 % band
-        worst: lowest coverage of a car
-        error: root mean square, in SI units
-        false: verdicts of a fault
-        drives: that were judged
-        unjudged: drives without an estimate
+        samples: number of compared samples
+        coverage: share of the samples with the truth in the 95 % band
+        worst: lowest coverage of a drive
+        error: root mean square error, in SI units
+        false: number of false verdicts
+        drives: number of judged drives
+        unjudged: number of drives without a compared estimate
     """
 
     samples: int
@@ -61,7 +65,7 @@ class Pooled(NamedTuple):
 
 
 def cases(effort: Effort, seed: int) -> list[Case]:
-    """The cars of the study, and how much each drives."""
+    """The cars of the study, and the length of their drives."""
     if effort.quick:
         return [Case(number, seed, 2.0, 2.5, 1, number == 0) for number in range(QUICK_CARS)]
     minutes, drives, cars = (30.0, 4, THOROUGH_CARS) if effort.thorough else (13.0, 1, CARS)
@@ -72,9 +76,9 @@ def items(effort: Effort, progress: Progress, seed: int | None = None) -> Iterat
     """Tables and claims.
 
     Args:
-        effort: how many cars, and how far they drive
-        progress: of the cars
-        seed: of all chance; that of the judged code where None
+        effort: sets the number of cars and the length of their drives
+        progress: receives the share of finished cars
+        seed: seed of all random numbers; that of the judged monitors where None
     """
     yield Heading("Virtual cars that are not known", TEXT)
     given = cases(effort, SEEDS.of(DRAWN, 1)[0] if seed is None else seed)
@@ -88,10 +92,10 @@ def items(effort: Effort, progress: Progress, seed: int | None = None) -> Iterat
 
 
 def shown(found: Sequence[Studied]) -> Iterator[Item]:
-    """Tables and claims of cars that were judged.
+    """Tables and claims of judged cars.
 
     Args:
-        found: of every car
+        found: results of every car
     """
     judged = [each for car in found for each in car.judged]
     files = [name for name in (BROCHURE, IDENTIFIED, TRUE) if any(each.file == name for each in judged)]
@@ -108,11 +112,11 @@ def shown(found: Sequence[Studied]) -> Iterator[Item]:
 
 
 def pooled(judged: Sequence[Judged], monitor: str, file: str) -> Pooled:
-    """All cars together.
+    """Pool the results of one monitor with one vehicle file over all cars.
 
     Args:
         judged: every monitor on every drive with every file
-        monitor, file: which of them
+        monitor, file: names of monitor and vehicle file
     """
     own = [each for each in judged if (each.monitor, each.file) == (monitor, file)]
     seen = [each for each in own if each.samples]
@@ -130,11 +134,11 @@ def pooled(judged: Sequence[Judged], monitor: str, file: str) -> Pooled:
 
 
 def table(title: str, of: dict[tuple[str, str], Pooled]) -> Table:
-    """Coverage, error and false verdicts.
+    """Table of coverage, error and false verdicts.
 
     Args:
-        title: of the table
-        of: by monitor and vehicle file
+        title: title of the table
+        of: pooled results by monitor and vehicle file
     """
     rows = []
     for (monitor, file), each in of.items():
@@ -180,11 +184,11 @@ NOT_SEEN = {
         "real cars have, these have not, and no signal shows."
     )
 }
-"""What the band of an estimate holds beside noises."""
+"""Part of the band of an estimate that these cars cannot fill, as words of a cause."""
 
 
 def _too(monitor: str, of: Pooled, goal: Goal, true: Pooled | None) -> str:
-    """Why a band holds more or less of the truth than it should."""
+    """Cause of a coverage outside the goal."""
     if of.coverage <= goal.high:
         return f"{100.0 * of.worst:.0f} % on the worst of {of.drives} drives; a few cars decide."
     if true is not None and true.coverage > goal.high:
@@ -200,11 +204,11 @@ def _too(monitor: str, of: Pooled, goal: Goal, true: Pooled | None) -> str:
 
 
 def claims(monitor: str, of: dict[tuple[str, str], Pooled]) -> Iterator[Claim]:
-    """Coverage and error of a monitor's estimate.
+    """Claims on coverage and error of a monitor's estimate.
 
     Args:
-        monitor: its name
-        of: by monitor and vehicle file
+        monitor: name of the monitor
+        of: pooled results by monitor and vehicle file
     """
     brochure, true = of[monitor, BROCHURE], of.get((monitor, TRUE))
     yield Claim(
@@ -260,12 +264,12 @@ def _of_parameters(within: Sequence[bool]) -> Claim:
 
 
 def false_and_cost(monitor: str, judged: Sequence[Judged], of: dict[tuple[str, str], Pooled]) -> Iterator[Claim]:
-    """False verdicts of a monitor, and what the spread costs.
+    """Claims on the false verdicts of a monitor, and on the processor time of the spread.
 
     Args:
-        monitor: its name
+        monitor: name of the monitor
         judged: every monitor on every drive with every file
-        of: the same pooled
+        of: the same, pooled
     """
     drives = sum(each.drives for (name, _), each in of.items() if name == monitor)
     false = [each for each in judged if each.monitor == monitor and each.status in FALSE]

@@ -1,4 +1,4 @@
-"""Noise against bandwidth: what faster poles cost both observers, and where Kalman gains lie."""
+"""Trade-off of noise against bandwidth: both observers with ever faster poles, and with Kalman gains."""
 
 from __future__ import annotations
 
@@ -21,19 +21,20 @@ from tierod.papers.sideslip.table import FAST_GOAL, GOAL, PAPER, SLOW_GOAL
 
 CAR = "brush tyres"
 FACTORS = (1.0, 1.5, 2.0, 3.0, 5.0, 7.0, 10.0)
-"""How much faster than the system the poles are."""
+"""Factors by which the observer poles are faster than the eigenvalues of the system [-]."""
 
 WITH_POLES: dict[str, Build] = {"conventional": conventional_poles, "two-stage": two_stage_poles}
 PRINTED = 10.0
+"""Factor that the paper recommends [-]."""
 
 
 @dataclass(frozen=True)
 class Traded:
-    """Trade-off of one observer at one speed, by factor.
+    """Noise and error of one observer at one speed, by factor of its poles.
 
     Args:
-        noise: standard deviation that the sensors' noise makes [deg], (factors,)
-        errors: root mean square error [deg], (factors,)
+        noise: standard deviation of the sideslip angle due to sensor noise [deg], (factors,)
+        errors: root mean square error of the sideslip angle [deg], (factors,)
     """
 
     noise: np.ndarray
@@ -41,7 +42,7 @@ class Traded:
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """The figure, and its consequence for the printed factor."""
+    """Figure of noise and error over the factor, and the claims on the printed factor."""
     factors = FACTORS[::3] if effort.quick else FACTORS
     yield Heading(
         "Noise against bandwidth",
@@ -73,6 +74,7 @@ def _pair(build: Build, p: SteeredVehicle.Parameters, factor: float, runs: list[
 
 def _noise_and_error(courses: list[Course], runs: list[Driven]) -> tuple[float, float]:
     first, second = (course.sideslip_angle[run.judged] for course, run in zip(courses, runs, strict=True))
+    # Both runs share the truth and the model error, so that their difference holds the noise of two runs only.
     noise = float(np.degrees(np.std(first - second) / np.sqrt(2.0)))
     return noise, float(np.mean([error(course, run) for course, run in zip(courses, runs, strict=True)]))
 

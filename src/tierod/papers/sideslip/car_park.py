@@ -1,4 +1,4 @@
-"""Sideslip of a passenger car at 9 to 35 km/h, beside an optical sensor."""
+"""Sideslip of a passenger car at 9 to 35 km/h, compared with an optical sensor."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ from tierod.vehicles import Vehicle, load
 
 FILE, VEHICLE = ("revsted_slip_angle", "obd.csv"), "revsted-car"
 FITTED = 5.0
-"""Seconds that the steering ratio and the place of the sensor were fitted to; the rest is judged."""
+"""Duration of the first part [s], to which steering ratio and sensor position are fitted; the rest is judged."""
 
 RATE = 50.0
-"""Of the recording [Hz]."""
+"""Sampling rate [Hz]."""
 
 COMBINED = "combined: gyroscope and steering"
 
@@ -35,17 +35,17 @@ NOISES = (
     "lateral_acceleration_wander_time",
     "lateral_speed_drift",
 )
-"""Parameters of the noises, taken from another car's file."""
+"""Noise parameters that are taken from the vehicle file of the race car."""
 
 TRIED = ("yaw_rate_drift", "lateral_acceleration_noise", "lateral_speed_drift", "road_wheel_angle_wander")
-"""Of them, and of the steering angle, those that are tried at half, once and twice their value."""
+"""Noise parameters that are tried at half, once and twice their value."""
 
 GYROSCOPE_NOISE = math.radians(1.28) / math.sqrt(12.0)
-"""Of the recorded yaw rate [rad/s]: what its step leaves open."""
+"""Standard deviation of the recorded yaw rate [rad/s]: quantisation in steps of 1.28 deg/s."""
 
 
 def items(drive: Recording | None) -> Iterator[Item]:
-    """The passenger car beside its optical sensor, 9 to 35 km/h."""
+    """Table of the errors against the optical sensor, and the claims."""
     if drive is None:
         yield from absent("passenger-car", ("mean", "rms"))
         return
@@ -85,7 +85,7 @@ def items(drive: Recording | None) -> Iterator[Item]:
 
 
 def _any_noises(drive: Recording, cars: tuple[Vehicle, ...], until: float) -> Claim:
-    """Cost of the worst choice of the noises."""
+    """Claim on the error with the worst choice of the noises."""
     found = [math.degrees(beside_truth(drive, each, RATE).figures(until).rms) for each in cars]
     return Claim(
         "cars.passenger-car-any-noises",
@@ -101,13 +101,13 @@ def _any_noises(drive: Recording, cars: tuple[Vehicle, ...], until: float) -> Cl
 
 
 def another(car: Vehicle) -> Vehicle:
-    """The car with the noises of the race car, which were not tuned on this recording."""
+    """The vehicle file with the noises of the race car, which were not tuned on this recording."""
     other = load(race_laps.VEHICLE)
     return with_parameters(car, {name: other[name] for name in NOISES}, f"of {race_laps.VEHICLE}")
 
 
 def settings(car: Vehicle) -> tuple[Vehicle, ...]:
-    """The car with noises about those of the race car."""
+    """The vehicle file with all combinations of scaled noises of the race car."""
     return _scaled(another(car))
 
 
@@ -120,17 +120,19 @@ def _scaled(car: Vehicle) -> tuple[Vehicle, ...]:
 
 
 def with_rear_wheels(drive: Recording, until: float) -> Recording:
-    """The drive with a yaw rate of the gyroscope and the rear wheels, each weighed by its variance.
+    """The drive with a yaw rate fused from gyroscope and rear wheel speeds, weighted by their inverse variances.
 
     Args:
         drive: recording
-        until: end of the part [s] from which the wheels' effective track for the yaw rate, and their noise, are taken
+        until: end of the part [s] from which effective track width and noise of the rear wheels are estimated
     """
     gyroscope, *wheels = (drive[name] for name in ("yaw_rate", "wheel_speed_rear_right", "wheel_speed_rear_left"))
     right, left = (np.interp(gyroscope.time, each.time, each.values) for each in wheels)
     across, early = right - left, gyroscope.time < until
     track = float(across[early] @ gyroscope.values[early] / (gyroscope.values[early] @ gyroscope.values[early]))
     difference = float(np.var((across / track - gyroscope.values)[early]))
+    # The variances of independent noises add up. The bound gives the gyroscope at least half the weight, also where the
+    # difference is too small by chance.
     noise = max(difference - GYROSCOPE_NOISE**2, GYROSCOPE_NOISE**2)
     weight = noise / (noise + GYROSCOPE_NOISE**2)
     both = weight * gyroscope.values + (1.0 - weight) * across / track

@@ -1,4 +1,4 @@
-"""The combined estimator beside the virtual car: errors, low friction, what is learnt."""
+"""The combined estimator on the virtual car: errors, low friction, convergence, and an unscented filter."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from tierod.papers.sideslip import combined_learning, combined_limit, combined_t
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """All parts."""
+    """Headings, tables, figures and claims on the combined estimator."""
     yield Heading(
         "Combined estimator",
         (

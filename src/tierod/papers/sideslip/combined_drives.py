@@ -1,4 +1,4 @@
-"""Drives of the combined sideslip study: the virtual car steered by wire, and the estimator's assumptions."""
+"""Drives of the study of the combined estimator: the virtual car steered by wire, and the assumed parameters."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from tierod.proving_ground.courses.open_loop import AngleRamp, RandomSteer, Sine
 from tierod.vehicles import load
 
 RATE = 100.0
-"""Of the samples [Hz]."""
+"""Sampling rate [Hz]."""
 
 SENSORS = SensorSet(
     {
@@ -42,13 +42,13 @@ SENSORS = SensorSet(
 )
 
 SPEED = 25.0
-"""Of the open-loop drives [m/s]."""
+"""Speed of the open-loop drives [m/s]."""
 
 SETTLED = 60.0
-"""From when on an estimate is judged [s]."""
+"""Warm-up: time before an estimate is judged [s]."""
 
 CHANGED = 20.0
-"""From when on a road is banked or slippery, or a wind blows [s]."""
+"""Time at which the road becomes banked or slippery, or a wind begins [s]."""
 
 
 def _later(start: float = CHANGED) -> During:
@@ -80,12 +80,12 @@ def _mixed() -> Course:
 
 
 def slippery_ramp(adhesion: float, angle: float, rate: float) -> Course:
-    """Driven on a dry road, then ever more steering on a slippery one, until the front axle slides.
+    """Straight on a dry road, then ramp steer on a slippery one until the front axle slides.
 
     Args:
-        adhesion: share of the dry road's
-        angle: of the steering wheel at the end [deg]
-        rate: at which it is turned [deg/s]
+        adhesion: road friction over that of the dry road [-]
+        angle: steering wheel angle at the end [deg]
+        rate: steering wheel rate [deg/s]
     """
     slippery = (Adhesion(window=_later(10.0), left=adhesion, right=adhesion),)
     return AngleRamp(
@@ -102,13 +102,13 @@ COURSES: dict[str, Callable[[], Course]] = {
     "crosswind 500 N": lambda: _random(Breeze(window=_later(), crosswind=-6.7)),
     "low friction, 0.35": lambda: _random(Adhesion(window=_later(), left=0.35, right=0.35), deviation=7.0),
 }
-"""By name, as tables have them."""
+"""Name in the tables -> maker of the course."""
 
 Belief = Callable[[LateralParameters], LateralParameters]
 
 
 def scaled(**factors: float) -> Belief:
-    """Parameters of the vehicle file, some of them wrong by a factor."""
+    """A change that multiplies the named parameters by factors."""
 
     def change(car: LateralParameters) -> LateralParameters:
         return dataclasses.replace(car, **{name: factor * getattr(car, name) for name, factor in factors.items()})
@@ -117,17 +117,17 @@ def scaled(**factors: float) -> Belief:
 
 
 def right(car: LateralParameters) -> LateralParameters:
-    """The parameters of the vehicle file."""
+    """The parameters of the vehicle file, unchanged."""
     return car
 
 
 def both_stiff(car: LateralParameters) -> LateralParameters:
-    """Both cornering stiffnesses 20 % too high."""
+    """The parameters with both cornering stiffnesses 20 % too high."""
     return scaled(**{FRONT: 1.2, REAR: 1.2})(car)
 
 
 def general(car: LateralParameters) -> LateralParameters:
-    """Shape of the axles' forces, friction, relaxation and roll of a generic car, without circle tests of this one."""
+    """The parameters with generic tyre curves, friction, relaxation and roll, as without circle tests of this car."""
     known = (car.mass, car.yaw_inertia, car.front_distance, car.rear_distance, car.front_cornering_stiffness)
     return dataclasses.replace(
         LateralParameters(*known, car.rear_cornering_stiffness),
@@ -138,7 +138,7 @@ def general(car: LateralParameters) -> LateralParameters:
 
 
 FRONT, REAR = "front_cornering_stiffness", "rear_cornering_stiffness"
-"""Parameters that a belief may have wrong."""
+"""Parameters that the cases assume wrongly."""
 
 WITH, WITHOUT_TORQUE = "all", "no torque"
 READINGS: dict[str, tuple[bool, tuple[str, ...]]] = {
@@ -147,7 +147,7 @@ READINGS: dict[str, tuple[bool, tuple[str, ...]]] = {
     WITHOUT_TORQUE: (False, ()),
     "neither": (False, ("lateral_acceleration",)),
 }
-"""What the car has: whether the steering's torque is used, and which signals are missing."""
+"""Available measurements, by name: whether the steering torque is used, and the signals that are missing."""
 
 NOTHING = CombinedTuning(
     log_front_stiffness=None,
@@ -159,17 +159,17 @@ NOTHING = CombinedTuning(
     log_steering_friction=None,
     log_trail=None,
 )
-"""Nothing is followed beside the motion: what the following is worth."""
+"""Tuning that estimates the motion alone and takes all parameters as exact and all disturbances as zero."""
 
 
 @dataclass(frozen=True)
 class Driven:
-    """A drive on the grid of its samples.
+    """A drive, sampled for the estimator.
 
     Args:
-        time: [s], (n,)
+        time: sampling times [s], (n,)
         samples: columns of `CombinedSample`, (n, 6)
-        recording: with the truth
+        recording: recording with the truth
     """
 
     time: np.ndarray
@@ -177,14 +177,14 @@ class Driven:
     recording: Recording
 
     def truth(self, name: str) -> np.ndarray:
-        """A true signal at the samples, (n,)."""
+        """A true signal at the sampling times, (n,)."""
         channel = self.recording[f"truth_{name}"]
         values: np.ndarray = np.interp(self.time, channel.time, channel.values)
         return values
 
 
 def driven(course: Course, seed: int) -> Driven:
-    """The virtual car over a course."""
+    """Drives the virtual car over a course."""
     seeded: Any = dataclasses.replace(course, seed=seed)  # type: ignore[type-var]
     recording = run(virtual_car(), seeded, seed=seed, sensors=SENSORS).recording
     return of_recording(recording)
@@ -192,12 +192,12 @@ def driven(course: Course, seed: int) -> Driven:
 
 @cache
 def on(name: str, seed: int) -> Driven:
-    """A drive of `COURSES`."""
+    """Drive over a course of `COURSES`."""
     return driven(COURSES[name](), seed)
 
 
 def of_recording(recording: Recording) -> Driven:
-    """A drive from its recording; the actuator's torque is worked out from its current by the vehicle file."""
+    """A drive from its recording; the actuator torque follows from its current by the vehicle file."""
     current = recording["motor_current"].values
     columns = {name: recording[name].values for name in CombinedSample._fields if name in recording}
     columns["road_wheel_torque"] = actuator().road_wheel_torque(actuator().motor_torque(current))
@@ -207,7 +207,7 @@ def of_recording(recording: Recording) -> Driven:
 
 @cache
 def from_file() -> LateralParameters:
-    """The parameters of the vehicle file."""
+    """Parameters of the vehicle file."""
     return load("steer-by-wire").parameters_for(LateralParameters)
 
 
@@ -215,9 +215,9 @@ def estimator(belief: Belief = right, readings: str = WITH, tuning: CombinedTuni
     """The combined estimator for the virtual car.
 
     Args:
-        belief: assumed parameters of the car
+        belief: change from the parameters of the vehicle file to the assumed ones
         readings: name in `READINGS`
-        tuning: the default one where None
+        tuning: tuning of the estimator; the default one where None
     """
     return CombinedSideslip.of_parameters(belief(from_file()), 1.0 / RATE, tuning, READINGS[readings][0])
 
@@ -225,7 +225,7 @@ def estimator(belief: Belief = right, readings: str = WITH, tuning: CombinedTuni
 def estimated(
     drive: Driven, belief: Belief = right, readings: str = WITH, tuning: CombinedTuning | None = None
 ) -> Result:
-    """The combined estimator over a drive; arguments as of `estimator`."""
+    """Runs the combined estimator over a drive; arguments as in `estimator`."""
     samples = drive.samples.copy()
     for name in READINGS[readings][1]:
         samples[:, CombinedSample._fields.index(name)] = np.nan
@@ -233,7 +233,10 @@ def estimated(
 
 
 def errors(drive: Driven, result: Result, start: float = SETTLED) -> tuple[np.ndarray, np.ndarray]:
-    """Errors of the sideslip angle [deg] from a time on, above 2 m/s, and whether 95 % bands held them, (m,) each."""
+    """Errors of the sideslip angle [deg], and whether the 95 % band contains the truth, (m,) each.
+
+    Judged are the samples after `start` [s] and above 2 m/s at which the estimate is not held.
+    """
     error = result["sideslip_angle"] - drive.truth("sideslip_angle")
     judged = (drive.time > start) & (drive.truth("speed") > 2.0) & (result["held"] < 0.5)
     inside = np.abs(error) < 1.96 * result["sideslip_angle_deviation"]

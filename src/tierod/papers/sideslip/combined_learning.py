@@ -1,4 +1,4 @@
-"""Convergence of the combined estimator from a wrong stiffness, and identification of its other unknowns by a drive."""
+"""Convergence of the combined estimator from wrong cornering stiffnesses, and identifiability of its unknowns."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ from tierod.papers.sideslip.combined_table import GOAL
 from tierod.papers.sideslip.reported import COMBINED, SEEDS
 
 TRUE = 1.0 / 1.2
-"""True over assumed stiffness in the figure [-]."""
+"""Ratio of true to assumed stiffness in the figure [-]."""
 NEAR = 0.05
-"""Error of a stiffness from which on it counts as learnt, as a share of the true one."""
+"""Relative error below which a stiffness counts as converged [-]."""
 EVERY = 20
-"""Samples of which one is drawn."""
+"""Decimation of the drawn curves."""
 
 DRIVES = ("random steering", "sine, 0.05 Hz", "mixed drive from standstill", "low friction, 0.35")
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """The figure of convergence, and the table of identifiability."""
+    """Figure and claims of convergence, and the table of identifiability."""
     yield Heading(
         "What is identifiable, and what is not",
         (
@@ -86,11 +86,12 @@ def _times() -> Iterator[Claim]:
 
 
 def _learnt(seed: int, readings: str) -> float:
-    """Time from which both stiffnesses stay near the true ones [s], from the beginning of the steering."""
+    """Time from the start of steering until both stiffnesses stay converged [s]."""
     drive = on("random steering", seed)
     result = estimated(drive, both_stiff, readings)
     error = np.maximum(*(np.abs(result[f"{axle}_stiffness"] / TRUE - 1.0) for axle in ("front", "rear")))
     wrong = np.nonzero(error > NEAR)[0]
+    # The random course steers from 2 s on.
     return float(drive.time[wrong[-1]]) - 2.0 if len(wrong) else 0.0
 
 

@@ -1,4 +1,4 @@
-"""Low road friction: the peak of the front axle's force announced before it is reached."""
+"""Low road friction: announcement of the peak of the front axle's force before it is reached."""
 
 from __future__ import annotations
 
@@ -33,36 +33,37 @@ RAMPS: dict[str, tuple[float, float, float]] = {
     "0.6, 5 degrees/s": (0.6, 100.0, 5.0),
     "1, 10 degrees/s": (1.0, 150.0, 10.0),
 }
-"""Road friction over that of a dry road, angle of the steering wheel at the end [deg] and its rate [deg/s]."""
+"""Ramp -> road friction over that of a dry road [-], final steering wheel angle [deg] and its rate [deg/s]."""
 
 SHOWN = "0.35, 5 degrees/s to the right"
 PEAK = 0.98
-"""Share of the greatest front force in a ramp from which the peak counts as reached: the curve is flat there."""
+"""Share of the largest front force of a ramp from which the peak counts as reached: the curve is flat there [-]."""
 FALSE = 0.6
-"""Share of the front axle's grip below which an announcement is false."""
+"""Share of the front axle's grip in use below which an announcement counts as false [-]."""
 QUIET = ("random steering", "mixed drive from standstill", "low friction, 0.35")
-"""Drives on which the front axle does not come near its peak, but for the last one's."""
+"""Drives that are searched for false announcements; on the last one alone the front axle comes near its peak."""
 ICE = 0.6
-"""Share of the road's friction below which an estimated friction is false ice."""
+"""Ratio of estimated to true road friction below which the estimate counts as false ice [-]."""
 DRY = 8
-"""Dry mixed drives on which false ice is looked for; the wander of the friction was chosen on twelve below 200."""
+"""Number of dry mixed drives that are searched for false ice; friction's random walk was tuned on twelve with seeds
+below 200."""
 GRIP = 7900.0
-"""Greatest force of the front axle [N] over the road's friction, as the ramps show it: 2790 at a friction of 0.35. On a
-dry road the load transfer lessens it to 7500, so that the share in use there is taken 5 % too small."""
+"""Largest front axle force over road friction [N], measured on the ramps: 2790 N at a friction of 0.35. On a dry road
+load transfer reduces it to 7500, so the share in use comes out 5 % too small there."""
 TURNING = 15.0
-"""When the steering begins [s]."""
+"""Time at which a ramp begins to steer [s]."""
 
 
 @dataclass(frozen=True)
 class Ramp:
-    """One ramp.
+    """One ramp with the estimate.
 
     Args:
-        drive: of the car
-        result: of the estimator
-        share: true force of the front axle over the greatest of the ramp, (n,)
-        peak: when that is reached [s]
-        announced: when the estimator announced it [s], infinite where it did not
+        drive: drive over the ramp
+        result: outputs of the estimator
+        share: true front axle force over the largest of the ramp [-], (n,)
+        peak: time at which the share first exceeds `PEAK` [s]
+        announced: time of the announcement [s], infinite without one
     """
 
     drive: Driven
@@ -83,13 +84,13 @@ class Ramp:
 
     @property
     def error(self) -> float:
-        """Root mean square error of the sideslip angle from the beginning of the steering to the peak [deg]."""
+        """Root mean square error of the sideslip angle from the start of steering to the peak [deg]."""
         error = self.result["sideslip_angle"] - self.drive.truth("sideslip_angle")
         return float(np.degrees(rms(error[(self.drive.time > TURNING) & (self.drive.time <= self.peak)])))
 
 
 def ramp(name: str, readings: str = WITH) -> Ramp:
-    """A ramp of `RAMPS` with what the car measures."""
+    """Drives a ramp of `RAMPS` and runs the estimator with the measurements of `readings`."""
     drive = driven(slippery_ramp(*RAMPS[name]), SEEDS.of(LIMIT, 1)[0])
     return _judged(drive, estimated(drive, readings=readings))
 
@@ -103,7 +104,7 @@ def _judged(drive: Driven, result: Result) -> Ramp:
 
 
 def false_seconds(seeds: tuple[int, ...], readings: str) -> tuple[float, float]:
-    """Seconds announced with less than 60 % of the grip in use, and seconds driven, over quiet drives."""
+    """Time with a false announcement and total time over the drives of `QUIET` [s]."""
     wrong = total = 0.0
     for name in QUIET:
         for seed in seeds:
@@ -117,7 +118,7 @@ def false_seconds(seeds: tuple[int, ...], readings: str) -> tuple[float, float]:
 
 
 def false_ice(seeds: tuple[int, ...], readings: str) -> tuple[float, float, float]:
-    """Least ratio of estimated to true friction [-], time below 60 % [s], time driven [s]: dry mixed drives."""
+    """Smallest ratio of estimated to true friction [-], time with false ice [s] and total time [s] on dry drives."""
     least, below, total = np.inf, 0.0, 0.0
     for seed in seeds:
         drive = on("mixed drive from standstill", seed)
@@ -130,13 +131,13 @@ def false_ice(seeds: tuple[int, ...], readings: str) -> tuple[float, float, floa
 
 
 def _grip(drive: Driven) -> np.ndarray:
-    """Greatest force of the front axle [N] on the road under it, as the ramps show it."""
+    """Largest possible front axle force on the present road [N]; see `GRIP`."""
     friction: np.ndarray = np.maximum(drive.truth("road_friction"), 0.05)
     return GRIP * friction
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Lead times, false announcements, one ramp as a figure."""
+    """Table of lead times, claims on lead and false announcements, and a figure of one ramp."""
     yield Heading(
         "Low friction: the peak announced",
         (

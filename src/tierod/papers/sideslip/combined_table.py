@@ -1,4 +1,4 @@
-"""The combined estimator with right and wrong beliefs, on roads that it does not know, with what the car measures."""
+"""Errors of the combined estimator: right and wrong parameters, road and wind disturbances, missing measurements."""
 
 from __future__ import annotations
 
@@ -36,13 +36,13 @@ UNFOLLOWED = "nothing followed"
 
 @dataclass(frozen=True)
 class Case:
-    """A drive and assumptions of the estimator, with the claim that is made of it.
+    """A drive, the assumed parameters, and the goal of the claim on it.
 
     Args:
-        course: name of the drive
-        belief: parameters of the car that the estimator assumes
-        goal: root mean square error at most, with all signals [deg]; None where none was set
-        claim: name after the group
+        course: name of the course in `COURSES`
+        belief: change from the parameters of the vehicle file to the assumed ones
+        goal: largest root mean square error with all signals [deg]; None makes no claim
+        claim: name of the claim after its group
     """
 
     course: str
@@ -72,17 +72,17 @@ CASES = {
     "sine, 0.05 Hz": Case("sine, 0.05 Hz"),
     "sine, 0.05 Hz, both stiffnesses +20 %": Case("sine, 0.05 Hz", both_stiff),
 }
-"""By name, as the table has them."""
+"""Name in the table -> case."""
 
 
 @dataclass(frozen=True)
 class Measured:
-    """Figures of one case.
+    """Errors and coverage of one case.
 
     Args:
         spread: standard deviation of the true sideslip angle [deg]
-        errors: root mean square error [deg] by what the car measures
-        covered: share of errors within the 95 % band, likewise
+        errors: root mean square error [deg], by name in `READINGS` and for `UNFOLLOWED`
+        covered: share of the errors within the 95 % band [-], likewise
     """
 
     spread: float
@@ -91,7 +91,7 @@ class Measured:
 
 
 def measured(case: Case, seeds: tuple[int, ...]) -> Measured:
-    """All estimators over the drives of a case, seeds pooled."""
+    """Runs all variants of the estimator over the drives of a case and pools the seeds."""
     drives = [on(case.course, seed) for seed in seeds]
     found: dict[str, float] = {}
     covered: dict[str, float] = {}
@@ -109,7 +109,7 @@ def _of_case(seeds: tuple[int, ...], name: str) -> Measured:
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """The table and its claims."""
+    """Table of errors and coverage, and its claims."""
     seeds = tuple(SEEDS.of(COMBINED, 1 if effort.quick else 3))
     found = dict(zip(CASES, effort.made(partial(_of_case, seeds), list(CASES)), strict=True))
     yield _table(found)

@@ -1,4 +1,4 @@
-"""The combined estimator with an unscented filter in place of the extended one: whether linearising costs anything."""
+"""The combined estimator with an unscented filter in place of the extended one: the cost of linearisation."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from tierod.papers.sideslip.combined_table import GOAL
 from tierod.papers.sideslip.reported import COMBINED, SEEDS
 
 FEWER = CombinedTuning(side_force=None, side_moment=None)
-"""Without wind: an unscented filter takes up to twelve states."""
+"""Tuning without wind states, since the unscented filter takes at most twelve states."""
 
 DRIVES = ("random steering", "sine, 0.3 Hz", "sine, 0.05 Hz", "mixed drive from standstill", "low friction, 0.35")
 
 
 def unscented(block: CombinedSideslip) -> CombinedSideslip:
-    """The same estimator with the same noises, as an unscented filter; it has no gate."""
+    """The same estimator and noises with an unscented filter, which has no innovation gate."""
     own = block.filter
     points: Any = UnscentedFilter(
         own.model, own.parameters, own.initial_mean, own.initial_variance, own.process_noise, own.measurement_noise
@@ -35,7 +35,7 @@ def unscented(block: CombinedSideslip) -> CombinedSideslip:
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Both filters side by side; nothing where the study is quick, since the kernel alone takes a while to compile."""
+    """Table and claim on both filters; nothing in a quick study, since its kernel takes long to compile."""
     if effort.quick:
         return
     extended = estimator(both_stiff, WITHOUT_TORQUE, FEWER)

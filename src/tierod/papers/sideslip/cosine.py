@@ -1,4 +1,4 @@
-"""Equation (6) with the cosine of the steer, beside the small-angle form that the paper goes on with."""
+"""Equation (6) with the cosine of the steer angle, compared with the small-angle form that the paper continues with."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ from tierod.papers.sideslip.setting import CARS, FAST, RATE, SLOW, Drive, Driven
 from tierod.papers.sideslip.table import PAPER
 
 MODELS: dict[str, Model] = {"small angles": SingleTrack, "cos δ (eq 6)": TurnedSingleTrack}
-"""By name, as the table has them."""
+"""Name in the table -> model."""
 
 WIDE = Drive(4.0, 20.0, 0.2)
 DRIVES = {"6.7 m/s, 8° at 0.25 Hz (the paper's)": SLOW, "25 m/s, 1.3° at 0.3 Hz": FAST, "4 m/s, 20° at 0.2 Hz": WIDE}
 PAPERS, _, WIDEST = DRIVES
 ANGLES = (5.0, 8.0, 15.0, 25.0, 35.0)
-"""Of the road wheels, of the table in closed form [deg]."""
+"""Road-wheel angles in the closed-form table [deg]."""
 
 TEXT = (
     "Eq (6) has the cosine of the steer at the front force; eq (9) and all that follows take it as one. Both forms run "
@@ -44,11 +44,11 @@ TEXT = (
 
 
 class Steady(NamedTuple):
-    """A steady circle.
+    """Motion on a steady circle.
 
     Args:
-        sideslip_angle: [rad]
-        yaw_rate: [rad/s]
+        sideslip_angle: sideslip angle [rad]
+        yaw_rate: yaw rate [rad/s]
     """
 
     sideslip_angle: float
@@ -59,12 +59,12 @@ def steady(p: SingleTrack.Parameters, steer: float, speed: float, turned: bool) 
     """Sideslip and yaw rate on a steady circle, in closed form.
 
     Args:
-        p: of the car
-        steer: of the road wheels [rad]
-        speed: [m/s]
-        turned: whether the cosine is kept
+        p: parameters of the car
+        steer: road-wheel angle [rad]
+        speed: speed [m/s]
+        turned: whether the cosine of the steer angle is kept
 
-    Both balances of eq (6) at rest are linear in sideslip and yaw rate, whatever the steer.
+    In steady state both balances of eq (6) are linear in sideslip angle and yaw rate, at any steer angle.
     """
     share = math.cos(steer) if turned else 1.0
     front, rear = share * p.front_cornering_stiffness, p.rear_cornering_stiffness
@@ -78,7 +78,7 @@ def steady(p: SingleTrack.Parameters, steer: float, speed: float, turned: bool) 
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Closed form, errors of both forms, and the claims."""
+    """Closed-form table, table of the errors of both forms, and the claim."""
     yield Heading("Equation (6) with the cosine of the steer", TEXT)
     yield _circles()
     found = {
@@ -113,7 +113,7 @@ def _circles() -> Table:
 
 
 def _errors(car: str, drive: Drive, seeds: Sequence[int]) -> list[float]:
-    """Errors of the model alone and of the observer, by both forms each, mean over the seeds [deg]."""
+    """Errors of model alone and observer, each in both forms of eq (6), mean over the seeds [deg]."""
     p = matched(car, drive.speed, drive.steer)
     errors = []
     for seed in seeds:
@@ -125,11 +125,12 @@ def _errors(car: str, drive: Drive, seeds: Sequence[int]) -> list[float]:
 
 
 def open_loop(model: Model, p: SteeredVehicle.Parameters, drive: Driven) -> np.ndarray:
-    """Sideslip angle [rad] of a single track driven by the measured steer, without feedback, (n,)."""
+    """Sideslip angle [rad] of a single-track model driven by the measured steer angle, without feedback, (n,)."""
     sampled: Any = discretise(model, "midpoint")
     names = (field.name for field in dataclasses.fields(SingleTrack.Parameters))
     own = SingleTrack.Parameters(*(getattr(p, name) for name in names))
     none = ((0.0, 0.0), (0.0, 0.0))
+    # With gains of zero, and NaN as measurements, the observer only predicts.
     observer = Luenberger(sampled, sampled.Parameters(own, 1.0 / RATE), (0.0, 0.0), none)
     speed = np.maximum(drive.signals["vehicle_speed"], LowSpeed.slowest)
     missing = np.full(len(speed), np.nan)
@@ -139,11 +140,11 @@ def open_loop(model: Model, p: SteeredVehicle.Parameters, drive: Driven) -> np.n
 
 
 def turned_kalman(p: SteeredVehicle.Parameters, sample_time: float) -> ConventionalKalman:
-    """The conventional observer with Kalman gains on eq (6) with the cosine.
+    """The conventional observer with Kalman gains for eq (6) with the cosine of the steer angle.
 
     Args:
-        p: of the car
-        sample_time: [s]
+        p: parameters of the car
+        sample_time: sampling interval [s]
     """
     plain = conventional_kalman(p, sample_time)
     model: Any = discretise(TurnedSteeredVehicle, "midpoint", finer_steps(sample_time))

@@ -1,4 +1,4 @@
-"""The estimators that are compared: both observers, each with poles and Kalman gains, and two without feedback."""
+"""The compared estimators: both observers, each with placed poles and with Kalman gains, and two without feedback."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ OBSERVERS: dict[str, Build] = {
     "two-stage, poles x2": two_stage_poles,
     "two-stage, Kalman": two_stage_kalman,
 }
-"""By name, as tables have them."""
+"""Name in the tables -> maker of the observer."""
 
 MODEL, INVERSION = "model only", "torque inverted"
 NAMES = (*OBSERVERS, MODEL, INVERSION)
@@ -34,11 +34,11 @@ NAMES = (*OBSERVERS, MODEL, INVERSION)
 
 @dataclass(frozen=True)
 class Course:
-    """Estimate over a drive.
+    """Course of an estimate over a drive.
 
     Args:
-        sideslip_angle: [rad], (n,)
-        result: all outputs of an observer; None for the two without feedback
+        sideslip_angle: estimated sideslip angle [rad], (n,)
+        result: all outputs of the observer; None for an estimate without feedback
     """
 
     sideslip_angle: np.ndarray
@@ -46,13 +46,13 @@ class Course:
 
 
 def samples(drive: Driven) -> np.ndarray:
-    """Inputs of an observer, in the order of its sample, (n, 4)."""
+    """Samples of an observer over a drive, columns in the order of its fields, (n, 4)."""
     names = ("vehicle_speed", "yaw_rate", "road_wheel_angle")
     return np.column_stack([*(drive.signals[name] for name in names), drive.torque()])
 
 
 def courses(p: SteeredVehicle.Parameters, drive: Driven) -> dict[str, Course]:
-    """Every estimator of `NAMES` with these parameters over a drive."""
+    """Runs every estimator of `NAMES` with the parameters over a drive."""
     found = {name: observed(built(name, p), drive) for name in OBSERVERS}
     found[MODEL] = Course(model_only(p, drive))
     found[INVERSION] = Course(inverted(p, drive, found["two-stage, poles x2"]))
@@ -61,18 +61,18 @@ def courses(p: SteeredVehicle.Parameters, drive: Driven) -> dict[str, Course]:
 
 @cache
 def built(name: str, p: SteeredVehicle.Parameters) -> SteeringTorqueObserver:
-    """An observer of `OBSERVERS` with these parameters."""
+    """An observer of `OBSERVERS` with the parameters."""
     return OBSERVERS[name](p, 1.0 / RATE)
 
 
 def observed(observer: SteeringTorqueObserver, drive: Driven) -> Course:
-    """An observer over a drive."""
+    """Runs an observer over a drive."""
     result = scan(observer, samples(drive))
     return Course(result["sideslip_angle"], result)
 
 
 def model_only(p: SteeredVehicle.Parameters, drive: Driven) -> np.ndarray:
-    """Sideslip angle [rad] of the single track driven by the measured steer, without any feedback, (n,)."""
+    """Sideslip angle [rad] of the single-track model driven by the measured steer angle, without feedback, (n,)."""
     model = discretise(SingleTrack, "midpoint")
     own = SingleTrack.Parameters(
         p.mass,
@@ -82,6 +82,7 @@ def model_only(p: SteeredVehicle.Parameters, drive: Driven) -> np.ndarray:
         p.front_cornering_stiffness,
         p.rear_cornering_stiffness,
     )
+    # With gains of zero, and NaN as measurements, the observer only predicts.
     observer = Luenberger(model, model.Parameters(own, 1.0 / RATE), (0.0, 0.0), ((0.0, 0.0), (0.0, 0.0)))
     speed = np.maximum(drive.signals["vehicle_speed"], LowSpeed.slowest)
     missing = np.full(len(speed), np.nan)
@@ -90,7 +91,7 @@ def model_only(p: SteeredVehicle.Parameters, drive: Driven) -> np.ndarray:
 
 
 def inverted(p: SteeredVehicle.Parameters, drive: Driven, observer: Course) -> np.ndarray:
-    """Sideslip angle [rad] from the observed aligning torque alone, eq (12) solved for it, (n,)."""
+    """Sideslip angle [rad] from the observed self-aligning torque by eq (12), without filtering, (n,)."""
     assert observer.result is not None
     speed = np.maximum(drive.signals["vehicle_speed"], LowSpeed.slowest)
     stiffness = (p.mechanical_trail + p.pneumatic_trail) * p.front_cornering_stiffness
@@ -101,6 +102,6 @@ def inverted(p: SteeredVehicle.Parameters, drive: Driven, observer: Course) -> n
 
 
 def error(course: Course, drive: Driven) -> float:
-    """Root mean square error of the sideslip angle [deg]."""
+    """Root mean square error of the sideslip angle over the judged samples [deg]."""
     difference = (course.sideslip_angle - drive.truths["sideslip_angle"])[drive.judged]
     return float(np.degrees(np.sqrt(np.mean(difference**2))))

@@ -1,4 +1,4 @@
-"""Limits of the observers at low speed: the virtual car without the one or the other of its peculiarities."""
+"""Limits of the observers at low speed: the virtual car with upright kingpins, short tyre relaxation, or both."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tierod.papers.sideslip.setting import SLOW, driven, virtual_car
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """The table."""
+    """Table of the errors on the changed cars."""
     rows = effort.made(_row, list(_cars()))
     yield Table(
         "What limits the observers at 6.7 m/s: root mean square error on changed virtual cars (degrees)",

@@ -1,4 +1,4 @@
-"""Parameters of the observers matched to a car on slow circles, as one would on a test track."""
+"""Parameters of the observers matched to a car by slow ramp steer, as on a test track."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from tierod.proving_ground.courses.open_loop import AngleRamp
 from tierod.vehicles import load
 
 RATE = math.radians(3.0)
-"""At which the steering wheel is turned [rad/s]: slow beside the car."""
+"""Steering wheel rate [rad/s]: slow against the dynamics of the car."""
 
 SEEDS = (7001, 7002)
-"""Of the sensors, left and right."""
+"""Seeds of the sensor noise, to the left and to the right."""
 
 
 def from_file() -> SteeredVehicle.Parameters:
@@ -29,28 +29,28 @@ def from_file() -> SteeredVehicle.Parameters:
 
 @cache
 def matched(car: str, speed: float, steer: float, like_neutral: bool = False) -> SteeredVehicle.Parameters:
-    """`matched_to` for a car of `CARS`.
+    """Matched parameters for a car of `CARS`; see `matched_to`.
 
     Args:
         car: name in `CARS`
-        speed: [m/s]
-        steer: at the road wheels, to which the circles go [deg]
-        like_neutral: whether the rear axle is softened
+        speed: speed [m/s]
+        steer: largest road-wheel angle of the test [deg]
+        like_neutral: whether the car is made neutral by a softer rear axle
     """
     return matched_to(neutral(CARS[car]()) if like_neutral else CARS[car](), speed, steer)
 
 
 def matched_to(car: Any, speed: float, steer: float) -> SteeredVehicle.Parameters:
-    """The vehicle file with cornering stiffnesses and trail matched to a car.
+    """Parameters of the vehicle file with cornering stiffnesses and trail matched to a car.
 
-    Ever more steering at one speed to both sides, up to the steer of the test, with an optical sensor for the sideslip
-    angle: slopes of axle force over slip angle, and of aligning torque over front force, by least squares. The trail
-    takes in whatever else turns the wheels back in proportion, such as kingpins that lift the car.
+    Ramp steer at constant speed to both sides, with the true sideslip angle as of an optical sensor. Least squares give
+    the slopes of axle force over slip angle and of aligning torque over front force. The trail includes every other
+    torque in proportion to that force, such as the one of inclined kingpins.
 
     Args:
-        car: of the proving ground
-        speed: [m/s]
-        steer: at the road wheels, to which the circles go [deg]
+        car: car of the proving ground
+        speed: speed [m/s]
+        steer: largest road-wheel angle of the test [deg]
     """
     p = from_file()
     columns = np.hstack([_circle(car, p, speed, math.radians(steer), side) for side in (0, 1)])
@@ -65,7 +65,7 @@ def matched_to(car: Any, speed: float, steer: float) -> SteeredVehicle.Parameter
 
 
 def _circle(car: Any, p: SteeredVehicle.Parameters, speed: float, steer: float, side: int) -> np.ndarray:
-    """Forces of the axles, slip angles, aligning torque while the wheel is turned to one side, (5, n)."""
+    """Axle forces [N], slip angles [rad] and aligning torque [N m] during the ramp to one side, (5, n)."""
     sign = 1.0 - 2.0 * side
     course = AngleRamp(speed=speed, angle=sign * steer / steering_ratio(), rate=RATE, settle=2.0, rest=0.0)
     drive = driven(car, course, SEEDS[side])
@@ -75,8 +75,10 @@ def _circle(car: Any, p: SteeredVehicle.Parameters, speed: float, steer: float, 
 
 def _axles(drive: Driven, p: SteeredVehicle.Parameters, rate: float) -> tuple[np.ndarray, ...]:
     speed, yaw_rate, steer = (drive.signals[name] for name in ("vehicle_speed", "yaw_rate", "road_wheel_angle"))
+    # The ramp is slow enough to neglect the yaw acceleration in the split of the force between the axles.
     sideslip, force = drive.truths["sideslip_angle"], p.mass * drive.truths["centre_lateral_acceleration"]
     wheelbase = p.front_distance + p.rear_distance
+    # The wheels turn at a constant rate, so friction and damping are constant and inertia adds nothing.
     resisting = p.road_wheel_damping * rate + math.copysign(p.road_wheel_friction, rate)
     return (
         force * p.rear_distance / wheelbase,

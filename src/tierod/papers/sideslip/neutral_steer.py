@@ -1,4 +1,4 @@
-"""Neutral steer: the sideslip is not observable by the yaw rate alone, but by the torque."""
+"""Neutral steer: sideslip is unobservable from the yaw rate alone, and observable with the aligning torque."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from tierod.papers.sideslip.matching import from_file
 PAPER = "Yih, Ryu, Gerdes"
 RATIOS = (0.8, 0.95, 0.99, 1.0, 1.01, 1.05, 1.4)
 SPEEDS = (6.7, 25.0, 40.0)
-"""[m/s]."""
+"""Speeds [m/s]."""
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """The table over understeer and speed, and the claims."""
+    """Table of observability over understeer and speed, and the claims."""
     speeds = SPEEDS[:2] if effort.quick else SPEEDS
     found = shown(from_file(), RATIOS, speeds)
     yield Heading(

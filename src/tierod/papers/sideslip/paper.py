@@ -1,4 +1,4 @@
-"""The paper's test and its Figures 6 to 10: standing start to 6.7 m/s, then a manoeuvre."""
+"""The paper's test and its Figures 6 to 10: acceleration from standstill to 6.7 m/s, then a steering manoeuvre."""
 
 from __future__ import annotations
 
@@ -23,19 +23,19 @@ from tierod.proving_ground import courses as proving_courses
 COURSE = "sideslip-test"
 CAR = "virtual car"
 DRAWN = 25
-"""Samples from one that is drawn to the next."""
+"""Decimation of the drawn curves."""
 
 STEERED = 9.0
-"""From when on the car is steered [s]."""
+"""Time at which steering begins [s]."""
 
 DEGREES = float(np.degrees(1.0))
 
 CONVENTIONAL, TWO_STAGE = "conventional, poles x10", "two-stage, Kalman"
-"""Which observer stands for which: the printed choice of poles, and the two-stage one as one would use it."""
+"""Observers that redraw the figures: conventional with the printed poles, two-stage with Kalman gains."""
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """The figures redrawn, and the paper's claims about them."""
+    """Figures 6 to 10 redrawn, and the paper's claims on them."""
     p = matched(CAR, SLOW.speed, SLOW.steer)
     drive = driven(virtual_car(), proving_courses.load(COURSE), SEEDS.of(PAPER_TEST, 1)[0])
     found = courses(p, drive)
@@ -100,7 +100,7 @@ def _motion(name: str, title: str, observer: str, course: Course, drive: Driven,
 
 
 def _modelled(p: SteeredVehicle.Parameters, drive: Driven) -> np.ndarray:
-    """Aligning torque [N m] of eqs (3) and (12) from the true motion, (n,)."""
+    """Aligning torque [N m] by eqs (3) and (12) from the true motion, (n,)."""
     speed = np.maximum(drive.truths["speed"], LowSpeed.slowest)
     sideslip, yaw_rate, steer = (
         drive.truths["sideslip_angle"],

@@ -1,4 +1,4 @@
-"""Race laps in five blocks, each estimated with a vehicle file that was made of the blocks before it."""
+"""Race laps in five blocks, each estimated with a vehicle file that was fitted to the blocks before it."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ CAUSE = (
 )
 
 FITTED = (*TYRES, "sensor_forward", "roll_share")
-"""Beside the noises."""
+"""Parameters that are fitted beside the noises."""
 
 SPREADS = {
     "front_cornering_stiffness": 0.3,
@@ -39,24 +39,24 @@ SPREADS = {
     "tyre_friction": 0.15,
     "rear_friction_ratio": 0.1,
 }
-"""Relative standard deviations of typical values."""
+"""Relative standard deviations of the typical values [-]."""
 
 PLACED = {"rear_friction_ratio": (1.0, 0.1), "sensor_forward": (0.0, 0.3), "roll_share": (0.05, 0.02)}
-"""Values and standard deviations of what no class of cars says."""
+"""Value and standard deviation of parameters for which the class of the car has no typical value; assumed."""
 
 SPEEDS = (0.0, 25.0, 42.0, math.inf)
 ANGLES = (*(math.radians(each) for each in (0.0, 0.5, 1.0, 3.0)), math.inf)
-"""Ends of the strata of speed [m/s] and of the sideslip angle [rad]."""
+"""Bounds of the strata of speed [m/s] and of sideslip angle [rad]."""
 
 
 @dataclass(frozen=True)
 class Block:
-    """A block that was estimated with a file of those before it.
+    """Results of a block that was estimated with a file of those before it.
 
     Args:
-        number: from one
-        figures: error and coverage
-        speed, truth, error, deviation: of its samples [m/s], [rad], (n,) each
+        number: number of the block, from one
+        figures: errors and coverage
+        speed, truth, error, deviation: speed [m/s], true sideslip angle, its error and standard deviation [rad], (n,)
     """
 
     number: int
@@ -68,13 +68,13 @@ class Block:
 
     @property
     def inside(self) -> np.ndarray:
-        """Whether the band holds the truth, (n,)."""
+        """Whether the 95 % band contains the truth, (n,)."""
         held: np.ndarray = np.abs(self.error) <= BAND * self.deviation
         return held
 
 
 def unfitted(car: Vehicle) -> Vehicle:
-    """The race car with typical tyres, and with the standard deviations that a fit needs."""
+    """The race car with typical tyres and the prior standard deviations that a fit needs."""
     found = typical(car, SPORTS)
     parameters = dict(found.parameters)
     placed = with_noises(found, {name: value for name, (value, _) in PLACED.items()}, "assumed").parameters
@@ -87,14 +87,14 @@ def unfitted(car: Vehicle) -> Vehicle:
 
 
 def ends(laps: Recording) -> np.ndarray:
-    """Ends of the blocks [s], (6,)."""
+    """Bounds of the blocks [s], (6,)."""
     first, last = laps["sideslip_angle"].time[[0, -1]]
     limits: np.ndarray = np.linspace(first, last, BLOCKS + 1)
     return limits
 
 
 def judged(laps: Recording, number: int) -> Block:
-    """A block with a file of those before it; the filter runs through from the beginning."""
+    """A block with a file that was fitted to those before it; the filter runs from the start of the laps."""
     limits = ends(laps)
     before = laps.slice(float(limits[0]), float(limits[number - 1]))
     car = calibrated_with_noises(before, unfitted(load(race_laps.VEHICLE)), FITTED)
@@ -102,7 +102,7 @@ def judged(laps: Recording, number: int) -> Block:
 
 
 def block(laps: Recording, seen: BesideTruth, number: int) -> Block:
-    """The figures of a block of an estimate over all laps."""
+    """Results of one block from an estimate over all laps."""
     start, stop = ends(laps)[number - 1 : number + 1].tolist()
     kept = (seen.time >= start) & (seen.time < stop) & np.isfinite(seen.error)
     speed = laps["vehicle_speed"]
@@ -117,7 +117,7 @@ def block(laps: Recording, seen: BesideTruth, number: int) -> Block:
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """The table of the blocks, the strata, and the claims."""
+    """Tables of the blocks and of the strata, and the claims."""
     laps = recorded(race_laps.FILE, race_laps.VEHICLE)
     if laps is None or effort.quick:
         note = NO_DATA if laps is None else "Left out of a quick study."
@@ -150,7 +150,7 @@ def items(effort: Effort) -> Iterator[Item]:
 
 
 def _strata(found: list[Block]) -> dict[str, float]:
-    """Share in the band by stratum."""
+    """Coverage of the 95 % band by stratum [-], for those that occur."""
     speed, angle, inside = (
         np.concatenate(parts)
         for parts in zip(*((each.speed, np.abs(each.truth), each.inside) for each in found), strict=True)

@@ -1,4 +1,4 @@
-"""Sideslip on race laps of a real car, beside an inertial navigation system."""
+"""Sideslip on race laps of a real car, compared with an inertial navigation system (INS)."""
 
 from __future__ import annotations
 
@@ -19,18 +19,19 @@ from tierod.vehicles import Vehicle, load
 
 FILE, VEHICLE = ("ferrari_250lm_race", "laps.parquet"), "ferrari-250lm"
 FITTED = 0.6
-"""Share of the laps that everything was fitted to; the rest is judged."""
+"""Share of the laps to which all parameters were fitted [-]; the rest is judged."""
 
 SETTLING = 1.0
-"""At the start of the recording, not judged [s]."""
+"""Warm-up at the start of the recording [s], which is not judged."""
 
 LAP = (253.3, 349.9)
-"""Start and end of the second lap [s], from the distance after which the curvature of the path repeats: 3.1 km."""
+"""Start and end of the second lap [s]; the curvature of the path repeats after 3.1 km."""
 
 PUBLISHED = "about 0.5"
-"""Error that is published for estimators on such sensors [degrees]."""
+"""Published error of estimators with such sensors [degrees]."""
 
 WRONG = (1.2, 0.8)
+"""Factors of a wrong cornering stiffness [-]."""
 
 _FIT = (
     "Last 40 % of the laps. Fitted to the first 60 %: tyres, noises, place of the accelerometer, and the zeros of "
@@ -39,7 +40,7 @@ _FIT = (
 
 
 def items(laps: Recording | None, effort: Effort) -> Iterator[Item]:
-    """The Ferrari in its race, beside an inertial navigation system."""
+    """Tables, figure and claims on the race laps."""
     if laps is None:
         yield from absent("race-laps", ("mean", "rms"))
         return
@@ -81,11 +82,13 @@ def _rows_of_race(laps: Recording, car: Vehicle, fixed: Vehicle, seen: BesideTru
 
 
 def fixed_tyres(laps: Recording, car: Vehicle, until: float) -> Vehicle:
-    """The car with tyres that stay as they were fitted; their fit begins where the stiffness settles that is followed.
+    """The car with constant tyre parameters, fitted to the first part of the laps.
+
+    The fit starts from the median of the stiffnesses that the estimator learns on that part.
 
     Args:
         laps: recording
-        car: whose stiffness is followed
+        car: vehicle file whose stiffness the estimator learns
         until: end of the part that is fitted [s]
     """
     settled = beside_truth(laps, car).result
@@ -127,7 +130,7 @@ def _picture(seen: BesideTruth) -> Chart:
 
 
 def _recovery(laps: Recording, car: Vehicle, fixed: Vehicle, until: float) -> Iterator[Item]:
-    """Recovery from an error of the stiffness that the estimator is given."""
+    """Table and claim on the error with a wrong initial cornering stiffness."""
     rows: list[tuple[str, ...]] = []
     worst = ErrorFigures(0.0, 0.0, 1.0)
     for axle in ("front", "rear"):

@@ -1,4 +1,4 @@
-"""Sideslip of two real cars, without the torque of the steering: race laps and a car park."""
+"""Sideslip of two real cars without a measured steering torque: race laps and a car park."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tierod.papers.sideslip.real_recordings import recorded
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Both cars, one after the other."""
+    """Tables, figure and claims on both cars."""
     yield Heading(
         "Two real cars",
         (

@@ -1,4 +1,4 @@
-"""Recordings of real cars for the study of sideslip, and the claims that every one of them gives."""
+"""Recordings of real cars for the study of sideslip, and the claims that are made on each."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from tierod.monitors.sideslip.beside_truth import BesideTruth, ErrorFigures
 from tierod.vehicles import load
 
 DATA = "TIEROD_DATA"
-"""Environment variable that names the folder of the real recordings; without it ../shared/data is looked into."""
+"""Environment variable with the folder of the real recordings; the default is ../shared/data."""
 
 NO_DATA = f"The recording is not here; name the folder that holds it with {DATA}."
 GOAL = "goal of tierod"
 
 
 def recorded(parts: tuple[str, str], vehicle: str) -> Recording | None:
-    """A recording of a real car; None where it is not here or cannot be read with what is installed."""
+    """A recording of a real car; None where it or the library of its reader is missing."""
     from tierod.io.derive import complete
     from tierod.io.readers import read
 
@@ -35,22 +35,22 @@ def recorded(parts: tuple[str, str], vehicle: str) -> Recording | None:
 
 
 def share_in_band(seen: BesideTruth, until: float) -> str:
-    """Cell of a table: share of the truth after a time [s] in the band; empty for an estimate without one."""
+    """Table cell with the coverage of the 95 % band after a time [s]; empty for an estimate without a band."""
     return "" if seen.result is None else f"{100.0 * seen.figures(until).coverage:.0f} %"
 
 
 def claims(
     name: str, where: str, found: ErrorFigures, goals: tuple[float, float], note: str, printed: str | None = None
 ) -> Iterator[Claim]:
-    """Mean error, root mean square error and band on a recording.
+    """Claims on mean error, root mean square error and coverage of the band on a recording.
 
     Args:
-        name: of the recording, in the names of the claims
-        where: on what, for people
-        found: error on the part that is judged
-        goals: mean absolute and root mean square error [deg]
-        note: on what was fitted
-        printed: mean absolute error that others publish
+        name: name of the recording within the names of the claims
+        where: name of the recording within the texts of the claims
+        found: errors on the part that is judged
+        goals: largest mean absolute and root mean square error [deg]
+        note: note on what was fitted
+        printed: published mean absolute error
     """
     figures: tuple[tuple[str, str, float, Goal, str], ...] = (
         ("mean", "mean absolute error", math.degrees(found.mean_absolute), at_most(goals[0]), "deg"),
@@ -71,6 +71,6 @@ def claims(
 
 
 def absent(name: str, keys: tuple[str, ...]) -> Iterator[Claim]:
-    """The same claims where the recording is not here."""
+    """Claims without a figure, for a recording that is missing."""
     for key in keys:
         yield Claim(f"cars.{name}-{key}", "Sideslip of a real car.", GOAL, None, None, None, "deg", NO_DATA)

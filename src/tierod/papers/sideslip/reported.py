@@ -1,4 +1,4 @@
-"""Seeds of the sideslip drives that are reported: drawn anew whenever one of the judged estimators changes."""
+"""Seeds of the reported sideslip drives, which change whenever one of the judged estimators changes."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from tierod.vehicles import load
 
 
 def _judged() -> Sequence[Block]:
-    """The combined estimator with and without the steering's torque, and the paper's two observers."""
+    """The combined estimator with and without the steering torque, and all observers of the paper."""
     from tierod.monitors.sideslip.combined import CombinedSideslip
     from tierod.papers.sideslip.estimators import OBSERVERS, built
     from tierod.papers.sideslip.matching import from_file

@@ -1,4 +1,4 @@
-"""Simple estimates of the sideslip that the combined one is held against on real cars."""
+"""Simple sideslip estimators, with which the combined one is compared on real cars."""
 
 from __future__ import annotations
 
@@ -27,60 +27,62 @@ LINEAR_START = {
     "sideslip_drift": 0.02,
     "yaw_drift": 0.3,
 }
-"""Stiffnesses [N/rad], noises and drifts from which the fit of the linear filter begins."""
+"""Initial cornering stiffnesses [N/rad], noises and drifts for the fit of the linear filter."""
 
 
 @dataclass(frozen=True)
 class LeakyKinematic:
-    """Lateral speed as the integral of lateral acceleration less turning, with a leak.
+    """Lateral speed as the leaky integral of lateral acceleration less yaw rate times speed.
 
     Args:
-        sample_time: between two samples
-        leak_time: in which an estimate is forgotten; longer drifts more, shorter loses long corners
+        sample_time: sampling interval
+        leak_time: time constant of the leak; a longer one drifts more, a shorter one loses long corners
     """
 
     sample_time: Annotated[float, "s"]
     leak_time: Annotated[float, "s"]
 
     class Sample(NamedTuple):
-        """Input."""
+        """Signals of one sample."""
 
         vehicle_speed: Annotated[Any, "m/s"]
         yaw_rate: Annotated[Any, "rad/s"]
         lateral_acceleration: Annotated[Any, "m/s**2"]
 
     def init(self) -> float:
-        """Straight ahead."""
+        """Lateral speed of zero [m/s]."""
         return 0.0
 
     def step(self, state: Any, sample: Any) -> tuple[Any, Any]:
-        """One sample on; the output is the tangent of the sideslip angle."""
+        """Advances by one sample; the output is the tangent of the sideslip angle."""
         rate = sample.lateral_acceleration - sample.yaw_rate * sample.vehicle_speed - state / self.leak_time
         speed = where(present(rate), state + self.sample_time * rate, state)
         return speed, speed / sample.vehicle_speed
 
 
 def signals(recording: Recording, names: tuple[str, ...], rate: float = RATE) -> tuple[np.ndarray, np.ndarray]:
-    """Time [s] and the named signals on a grid, (n,) and (n, k)."""
+    """Sampling times [s] and the named signals on that grid, (n,) and (n, k)."""
     aligned = recording.align(names, rate, maximum_age=0.1)
     return aligned.time, aligned.values
 
 
 def beside(recording: Recording, estimate: np.ndarray, rate: float = RATE) -> BesideTruth:
-    """An estimate without a band beside the truth of the recording."""
+    """An estimate without a band, paired with the truth of the recording."""
     time, truth = signals(recording, (truth_of(recording),), rate)
     return BesideTruth(time, estimate, np.full(len(time), np.nan), truth[:, 0])
 
 
 def nothing(recording: Recording) -> BesideTruth:
-    """A sideslip of zero throughout."""
+    """The estimate of zero sideslip."""
     return beside(recording, np.zeros(len(signals(recording, ("vehicle_speed",))[0])))
 
 
 def leaky(recording: Recording, until: float, leak_time: float = 1.5) -> BesideTruth:
-    """The leaky integral, the gain of the lateral acceleration (roll) and its offset fitted until a time [s]."""
+    """The leaky integral, with gain (roll) and offset of the acceleration fitted to the part before a time [s]."""
     time, values = signals(recording, (*LeakyKinematic.Sample._fields, truth_of(recording)))
     block, speed, truth = LeakyKinematic(1.0 / RATE, leak_time), values[:, 0], values[:, 3]
+    # The integral is linear in its inputs: with one part for the yaw rate and one for the acceleration, least squares
+    # find the gain without another run.
     turning, accelerating = (
         scan(block, values[:, :3] * np.array(kept)).values[:, 0] for kept in ((1.0, 1.0, 0.0), (1.0, 0.0, 1.0))
     )
@@ -91,11 +93,12 @@ def leaky(recording: Recording, until: float, leak_time: float = 1.5) -> BesideT
 
 
 def linear(recording: Recording, vehicle: Vehicle, until: float) -> BesideTruth:
-    """A linear Kalman filter of the single track, its stiffnesses, noises and offsets fitted until a time [s]."""
+    """A linear single-track Kalman filter; stiffnesses, noises and offsets are fitted to the part before a time [s]."""
     from scipy.optimize import least_squares
 
     names = ("road_wheel_angle", "vehicle_speed", "yaw_rate", "lateral_acceleration")
     _, values = signals(recording, names)
+    # Units of 3 mrad for the zeros, and of 30 % for the other parameters, put all of them on one scale.
     offset, span = np.array([1.0, 0.0, 0.0, 0.0]), np.array([3e-3, 3e-3])
 
     def run(moved: np.ndarray) -> BesideTruth:
@@ -106,18 +109,19 @@ def linear(recording: Recording, vehicle: Vehicle, until: float) -> BesideTruth:
 
     def residuals(moved: np.ndarray) -> np.ndarray:
         seen = run(moved)
+        # Without the first second of warm-up; the last terms keep the parameters near their start.
         return np.concatenate([np.degrees(seen.error[(seen.time < until)][100::10]), 0.3 * moved])
 
     return run(least_squares(residuals, np.zeros(2 + len(LINEAR_START)), diff_step=1e-3, max_nfev=15).x)
 
 
 def linear_filter(vehicle: Vehicle, tuned: dict[str, float], rate: float = RATE) -> KalmanFilter:
-    """A Kalman filter of the linear single track.
+    """A Kalman filter of the linear single-track model.
 
     Args:
-        vehicle: whose mass, yaw inertia and distances are taken
-        tuned: stiffnesses, noises and drifts, as `LINEAR_START`
-        rate: of the samples [Hz]
+        vehicle: vehicle file that gives mass, yaw inertia and axle distances
+        tuned: stiffnesses, noises and drifts, as in `LINEAR_START`
+        rate: sampling rate [Hz]
     """
     names = ("mass", "yaw_inertia", "front_distance", "rear_distance")
     mass, inertia, front, rear = (vehicle[name] for name in names)
@@ -133,12 +137,12 @@ def linear_filter(vehicle: Vehicle, tuned: dict[str, float], rate: float = RATE)
 
 
 def geometric(recording: Recording, until: float, rate: float = 50.0) -> BesideTruth:
-    """Rear distance times yaw rate over speed, the distance fitted until a time [s].
+    """Rear distance times yaw rate over speed, with the distance fitted to the part before a time.
 
     Args:
-        recording: with yaw rate, speed and truth
+        recording: recording with yaw rate, speed and truth
         until: end of the part that is fitted [s]
-        rate: of the samples [Hz]
+        rate: sampling rate [Hz]
     """
     time, values = signals(recording, ("yaw_rate", "vehicle_speed", truth_of(recording)), rate)
     curvature, truth = values[:, 0] / values[:, 1], values[:, 2]

@@ -1,4 +1,4 @@
-"""Setting of the sideslip studies: two virtual cars steered by wire, their sensors, their drives."""
+"""Setting of the sideslip studies: two virtual cars steered by wire, their sensors and their drives."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from tierod.proving_ground.courses.open_loop import SineSteer
 from tierod.vehicles import load
 
 RATE = 1000.0
-"""Of the samples [Hz]."""
+"""Sampling rate [Hz]."""
 
 SENSORS = SensorSet(
     {
@@ -33,21 +33,21 @@ SENSORS = SensorSet(
     },
     "A test car steered by wire, every millisecond: the sensors of the paper's car are not printed.",
 )
-"""Noise as a good gyroscope and an encoder at the pinion have it."""
+"""Sensors with the noise of a good gyroscope and of an encoder at the pinion."""
 
 STRAIGHT_ON = 2.0
-"""At the beginning of every drive [s]; nothing is judged there."""
+"""Duration of straight driving at the start of every drive [s], which is not judged."""
 
 
 @cache
 def virtual_car() -> Any:
-    """The virtual car steered by wire: two tracks, Magic Formula, relaxation, roll, kingpins that lift the car."""
+    """The virtual car steered by wire: two tracks, Magic Formula, tyre relaxation, roll, inclined kingpins."""
     return catalogue.load("steer-by-wire").block
 
 
 @cache
 def brush_car() -> Any:
-    """The same steering under a single track on brush tyres (Fiala) that follow at once; nothing lifts the car."""
+    """The same steering on a single track with brush tyres (Fiala), little relaxation and no weight jacking."""
     chassis = SingleTrack(
         mass=1640.0,
         yaw_inertia=3500.0,
@@ -64,7 +64,7 @@ def brush_car() -> Any:
 
 
 def neutral(car: Any) -> Any:
-    """The car with a softer rear axle, so that it neither understeers nor oversteers: C_r = C_f a / b."""
+    """The car with a softer rear axle, which makes it neutral: C_r = C_f a / b."""
     front = 100e3
     rear = front * 1.33 / 1.31
     if isinstance(car.chassis, SingleTrack):
@@ -73,20 +73,20 @@ def neutral(car: Any) -> Any:
 
 
 CARS = {"virtual car": virtual_car, "brush tyres": brush_car}
-"""By name, as tables have them."""
+"""Name in the tables -> maker of the car."""
 
 
 @dataclass(frozen=True)
 class Drive:
-    """One drive with a sine at the steering wheel.
+    """One drive with sine steer.
 
     Args:
-        speed: [m/s]
-        steer: amplitude at the road wheels [deg]
-        frequency: [Hz]
-        conditions: road and air
-        neutral: whether the car neither under- nor oversteers
-        periods: of the sine
+        speed: speed [m/s]
+        steer: amplitude of the road-wheel angle [deg]
+        frequency: frequency of the sine [Hz]
+        conditions: disturbances by road and wind
+        neutral: whether the car is made neutral
+        periods: number of periods of the sine
     """
 
     speed: float
@@ -97,7 +97,7 @@ class Drive:
     periods: int = 5
 
     def course(self) -> Course:
-        """For the proving ground."""
+        """The drive as a course of the proving ground."""
         return SineSteer(
             speed=self.speed,
             amplitude=math.radians(self.steer) / steering_ratio(),
@@ -111,22 +111,22 @@ class Drive:
 
 SLOW = Drive(6.7, 8.0, 0.25)
 FAST = Drive(25.0, 1.3, 0.3)
-"""The two manoeuvres of the table: as the paper's test, and at country speed."""
+"""The two manoeuvres of the tables: that of the paper's test, and one at the speed of a country road."""
 
 SLIPPERY = (Adhesion(left=0.35, right=0.35),)
 BANKED = (Slope(bank=math.radians(3.0)),)
 WINDY = (Breeze(crosswind=-6.7),)
-"""Crosswind that pushes a car at 25 m/s to the right with 500 N."""
+"""Conditions with a low road friction, with a bank, and with a crosswind: 500 N to the right at 25 m/s."""
 
 
 @dataclass(frozen=True)
 class Driven:
-    """A recording on a uniform grid, with the truth.
+    """Signals and truth of a drive on one time grid.
 
     Args:
-        time: [s], (n,)
-        signals: measured, by name, (n,) each
-        truths: by name, without the prefix, (n,) each
+        time: sampling times [s], (n,)
+        signals: measured signals by name, (n,) each
+        truths: true signals by name without the prefix `truth_`, (n,) each
     """
 
     time: np.ndarray
@@ -135,27 +135,27 @@ class Driven:
 
     @property
     def judged(self) -> np.ndarray:
-        """Samples after the straight beginning, (n,)."""
+        """Whether a sample lies after the straight start, (n,)."""
         return self.time >= STRAIGHT_ON
 
     def torque(self) -> np.ndarray:
-        """Torque of the actuator at the road wheels [N m], from its current by the vehicle file, (n,)."""
+        """Actuator torque at the road wheels [N m], from the motor current by the vehicle file, (n,)."""
         return actuator().road_wheel_torque(actuator().motor_torque(self.signals["motor_current"]))
 
 
 def driven(car: Any, course: Course, seed: int) -> Driven:
-    """A car over a course."""
+    """Drives a car over a course."""
     return of_recording(run(car, course, seed=seed, sensors=SENSORS).recording)
 
 
 def on(drive: Drive, name: str, seed: int) -> Driven:
-    """A drive of a car of `CARS`."""
+    """Drives a car of `CARS`."""
     car = CARS[name]()
     return driven(neutral(car) if drive.neutral else car, drive.course(), seed)
 
 
 def of_recording(recording: Recording) -> Driven:
-    """Signals and truths of a recording of one of the cars."""
+    """Signals and truth of a recording; the truth is interpolated to the times of the yaw rate."""
     time = recording["yaw_rate"].time
     truths = {
         name.removeprefix("truth_"): np.interp(time, recording[name].time, recording[name].values)

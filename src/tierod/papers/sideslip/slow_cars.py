@@ -1,4 +1,4 @@
-"""Small, slow, strongly steered cars without an accelerometer: quadricycle, light demonstrator, small car; virtual."""
+"""Small virtual cars at low speed and large steer angles, without an accelerometer."""
 
 from __future__ import annotations
 
@@ -32,22 +32,22 @@ from tierod.vehicles import load
 from tierod.vehicles.vehicle import Parameter, Vehicle
 
 RATE = 100.0
-"""Of the samples [Hz]."""
+"""Sampling rate [Hz]."""
 
 STEERED: dict[float, float] = {1.5: 8.0, 3.0: 8.0, 5.0: 6.5, 8.0: 3.0, 12.0: 1.5}
-"""Speed [m/s] -> standard deviation of the road wheels' angle [deg]: 5 to 20 degrees where the tyres bear it."""
+"""Speed [m/s] -> standard deviation of the road-wheel angle [deg]; less at speeds at which the grip limits it."""
 
 SETTLING = 2.0
-"""At the start, straight on [s]; not judged."""
+"""Duration of straight driving at the start [s], which is not judged."""
 
 
 @dataclass(frozen=True)
 class Small:
-    """A virtual car, and the class of which its tyres are typical.
+    """A virtual car and its class.
 
     Args:
-        chassis: of the truth
-        kind: class, whose tyres the estimator assumes; those of the truth are others
+        chassis: true chassis
+        kind: class whose typical tyres the estimator assumes; the true tyres differ
     """
 
     chassis: TwoTrack
@@ -55,9 +55,9 @@ class Small:
 
 
 def quadricycle() -> TwoTrack:
-    """A light quadricycle with two seats, assumed: 450 kg, short, narrow tyres of low pressure, engine behind.
+    """A light quadricycle with two seats: 450 kg, short, narrow tyres of low pressure, rear engine; assumed.
 
-    It leans 5 degrees at 0.6 g, more than any larger car.
+    It rolls by 5 degrees at 0.6 g, more than any larger car.
     """
     tyre = Tyre(
         radius=0.25, nominal_load=1100.0, cornering_stiffness=16.0, friction=0.9, lateral_relaxation=0.3, trail=0.015
@@ -79,7 +79,7 @@ def quadricycle() -> TwoTrack:
 
 
 def cars() -> dict[str, Small]:
-    """Cars by name."""
+    """Cars by their name in the table."""
     return {
         "quadricycle, 450 kg": Small(quadricycle(), LIGHT),
         "light demonstrator, 403 kg": Small(demonstrator(), PASSENGER),
@@ -93,7 +93,7 @@ def _small_eps() -> Any:
 
 
 def driven(chassis: TwoTrack, speed: float, seed: int) -> Recording:
-    """A minute and a half of random steering on an uneven road, without lateral acceleration."""
+    """Recording of 90 s of random steer at a speed [m/s] on an uneven road, without lateral acceleration."""
     car = _small_eps()
     driver = replace(car.driver, mass=chassis.mass, wheelbase=chassis.wheelbase, rear_distance=chassis.rear_distance)
     course = RandomSteer(
@@ -115,7 +115,7 @@ def driven(chassis: TwoTrack, speed: float, seed: int) -> Recording:
 
 
 def brochure(small: Small) -> Vehicle:
-    """The car as a brochure gives it: mass, distances, steering ratio; tyres typical of its class."""
+    """Vehicle file with the data of a brochure (mass, axle distances, steering ratio) and typical tyres."""
     chassis, ratio = small.chassis, _small_eps().steering.linkage.ratio
     values = {
         "mass": (chassis.mass, "kg"),
@@ -128,7 +128,7 @@ def brochure(small: Small) -> Vehicle:
 
 
 def estimated(recording: Recording, car: Vehicle) -> BesideTruth:
-    """The combined estimator beside the truth; missing signals are missing."""
+    """Runs the combined estimator over a recording; signals that it lacks stay NaN."""
     block = SideslipMonitor.of_vehicle(CombinedSideslip.of_vehicle(car, 1.0 / RATE), car)
     names = trace(block).sample
     aligned = recording.align((*names, "sideslip_angle"), RATE, maximum_age=0.1)
@@ -139,14 +139,14 @@ def estimated(recording: Recording, car: Vehicle) -> BesideTruth:
 
 @dataclass(frozen=True)
 class Found:
-    """Errors of one car over all speeds [deg].
+    """Errors of one car over all speeds.
 
     Args:
-        mean, rms: of the estimator's error
-        coverage: of its 95 % band
-        restarts: how often it began anew
-        simple: mean and root mean square of the simple estimates, by name
-        beside_kinematics: root mean square error over that of the kinematics, worst of the speeds
+        mean, rms: mean absolute and root mean square error of the estimator [deg]
+        coverage: coverage of its 95 % band [-]
+        restarts: number of restarts of the filter
+        simple: mean absolute and root mean square error of the simple estimates, by name [deg]
+        beside_kinematics: root mean square error over that of the kinematic estimate at the worst speed [-]
     """
 
     mean: float
@@ -158,7 +158,7 @@ class Found:
 
 
 def judged(small: Small, seed: int, speeds: tuple[float, ...] = tuple(STEERED)) -> Found:
-    """All speeds of a car, pooled."""
+    """Errors of a car, with all speeds [m/s] pooled."""
     car = brochure(small)
     errors: list[np.ndarray] = []
     inside: list[np.ndarray] = []
@@ -190,7 +190,7 @@ def _sizes(errors: list[np.ndarray]) -> tuple[float, float]:
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """The table and its claims."""
+    """Table of the errors, and its claims."""
     yield Heading(
         "Small, slow, strongly steered",
         (

@@ -1,4 +1,4 @@
-"""The study of sideslip: one part after the other."""
+"""The study of sideslip: its parts in order."""
 
 from __future__ import annotations
 
@@ -36,11 +36,11 @@ PARTS: tuple[tuple[str, Part], ...] = (
     ("small and slow", slow_cars.items),
     ("race laps, block by block", race_blocks.items),
 )
-"""What is worked out, in this order."""
+"""Name for the progress, and function, of every part in order."""
 
 
 def items(effort: Effort, progress: Progress) -> Iterator[Item]:
-    """All that the study finds out."""
+    """Headings, tables, charts and claims of all parts."""
     for done, (name, part) in enumerate(PARTS):
         progress(done / len(PARTS), name)
         yield from part(effort)

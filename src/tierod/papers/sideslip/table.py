@@ -1,4 +1,4 @@
-"""The observers side by side: as they are, with wrong parameters, and on roads that the model does not know."""
+"""The observers side by side: matched, with wrong parameters, and under disturbances that the model lacks."""
 
 from __future__ import annotations
 
@@ -20,23 +20,23 @@ from tierod.papers.sideslip.setting import BANKED, CARS, FAST, SLIPPERY, SLOW, W
 PAPER = "Yih, Ryu, Gerdes"
 GOAL = "goal of tierod"
 SLOW_GOAL, FAST_GOAL = 0.045, 0.09
-"""Root mean square errors [deg] that a linear plant allows at 6.7 and at 25 m/s."""
+"""Goals of the root mean square error at 6.7 and 25 m/s [deg], as attainable on a linear plant."""
 
 Change = Callable[[SteeredVehicle.Parameters], SteeredVehicle.Parameters]
 
 
 def _unchanged(p: SteeredVehicle.Parameters) -> SteeredVehicle.Parameters:
-    """No parameter is assumed wrongly."""
+    """The parameters as matched."""
     return p
 
 
 @dataclass(frozen=True)
 class Case:
-    """A drive, and the parameters that the observers assume wrongly.
+    """A drive and the parameters that the observers assume.
 
     Args:
-        drive: of the car
-        change: of the matched parameters
+        drive: drive of the car
+        change: change from the matched parameters to the assumed ones
     """
 
     drive: Drive
@@ -63,7 +63,7 @@ CASES = {
     "bank 3°": Case(dataclasses.replace(FAST, conditions=BANKED)),
     "crosswind 500 N": Case(dataclasses.replace(FAST, conditions=WINDY)),
 }
-"""By name, as tables have them; from the fourth on at 25 m/s with 1.3 degrees."""
+"""Name in the tables -> case; from the fourth on at 25 m/s with 1.3 degrees."""
 
 FIRST, SECOND, LARGER = list(CASES)[:3]
 
@@ -74,7 +74,7 @@ class Errors:
 
     Args:
         spread: standard deviation of the true sideslip angle [deg]
-        errors: root mean square error [deg] by estimator
+        errors: root mean square error by estimator [deg]
     """
 
     spread: float
@@ -82,7 +82,7 @@ class Errors:
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Both tables, and what follows from them."""
+    """A table of errors for either car, and the claims."""
     seeds = tuple(SEEDS.of(SIDE_BY_SIDE, 1 if effort.quick else 3))
     yield Heading(
         "The observers side by side",
@@ -111,7 +111,7 @@ def _of_case(task: tuple[str, str, tuple[int, ...]]) -> Errors:
 
 
 def worked_out(case: Case, car: str, seeds: tuple[int, ...]) -> Errors:
-    """Errors of all estimators in a case, mean over the seeds."""
+    """Errors of all estimators in a case on a car of `CARS`, mean over the seeds."""
     drive = case.drive
     p = case.change(matched(car, drive.speed, drive.steer, drive.neutral))
     spreads, errors = [], []
@@ -123,7 +123,7 @@ def worked_out(case: Case, car: str, seeds: tuple[int, ...]) -> Errors:
 
 
 def table(car: str, rows: dict[str, Errors]) -> Table:
-    """The errors on a car."""
+    """Table of the errors on a car."""
     cells = tuple(
         (name, f"{each.spread:.2f}", *(f"{each.errors[estimator]:.3f}" for estimator in NAMES))
         for name, each in rows.items()

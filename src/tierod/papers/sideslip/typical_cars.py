@@ -1,4 +1,4 @@
-"""Cars of which only tape and scale are known: typical tyres, default noises, and simple estimates beside."""
+"""Vehicle files from tape measure and scale alone, with typical tyres; simple estimators for comparison."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from tierod.physics.single_track import front_axle_load
 from tierod.vehicles.vehicle import Parameter, Vehicle
 
 SLOWEST = 1.0
-"""Speed below which the simple estimates divide by this [m/s]."""
+"""Lower bound of the speed by which the simple estimates divide [m/s]."""
 
 LINEAR_NOISES = {"yaw_rate": 0.01, "lateral_acceleration": 0.5, "sideslip_drift": 0.02, "yaw_drift": 0.3}
-"""Of the linear Kalman filter, as one would guess them; its stiffnesses are those of the car."""
+"""Guessed noises and drifts of the linear Kalman filter; its stiffnesses are those of the vehicle file."""
 
 
 @dataclass(frozen=True)
 class Class:
-    """Typical values of a class of cars; assumed.
+    """Typical tyres of a class of cars; assumed.
 
     Args:
         front_stiffness, rear_stiffness: cornering stiffness of an axle over its load [1/rad]
-        friction: of its tyres on a dry road
+        friction: friction of the tyres on a dry road [-]
     """
 
     front_stiffness: float
@@ -35,29 +35,31 @@ class Class:
 
 
 PASSENGER = Class(12.0, 17.0, 1.0)
-"""Stiffness of a 205 mm summer tyre less the compliance of a steered and of a fixed axle."""
+"""205 mm summer tyres, softened by the compliance of a steered and of a fixed axle."""
 
 SPORTS = Class(15.0, 21.0, 1.2)
-"""Tyres a quarter stiffer, of more grip."""
+"""Tyres that are 25 % stiffer and have 20 % more grip than those of `PASSENGER`."""
 
 LIGHT = Class(10.5, 13.0, 0.9)
-"""Narrow tyres of low pressure, as of quadricycles."""
+"""Narrow tyres of low pressure, as on quadricycles."""
 
 
 def typical(car: Vehicle, kind: Class, **known: float) -> Vehicle:
-    """A car as tape, scale and brochure give it: no noise and no tyre of its file.
+    """Vehicle file as from tape measure, scale and brochure: without fitted tyres and noises.
 
     Args:
-        car: whose mass, distances, steering ratio and driven axle are taken
+        car: vehicle file that gives mass, axle distances, steering ratio and drive share
         kind: class of its tyres
-        known: values in their place, such as a distance with the error of the tape
+        known: parameters that replace those of the file, such as a distance with a measuring error
     """
     kept = ("mass", "front_distance", "rear_distance", "steering_ratio", "drive_front_share")
     values = {name: car[name] for name in kept if name in car} | known
     mass, front, rear = (values[name] for name in kept[:3])
     values |= {
+        # The usual estimate where none is measured: a dynamic index of one.
         "yaw_inertia": mass * front * rear,
         "front_cornering_stiffness": kind.front_stiffness * front_axle_load(mass, front, rear),
+        # With the distances swapped: load of the rear axle.
         "rear_cornering_stiffness": kind.rear_stiffness * front_axle_load(mass, rear, front),
         "tyre_friction": kind.friction,
     }
@@ -69,7 +71,7 @@ def typical(car: Vehicle, kind: Class, **known: float) -> Vehicle:
 
 
 def measured_wrong(car: Vehicle, kind: Class, tape: float = 0.03, scale: float = 0.03) -> tuple[Vehicle, ...]:
-    """The typical car with the errors of tape [m] and scale (relative) in their corners; the right one comes first."""
+    """Typical files with errors of tape [m] and scale (relative): first without error, then all eight corners."""
     corners = [(0.0, 0.0, 0.0), *((a, b, c) for a in (-1.0, 1.0) for b in (-1.0, 1.0) for c in (-1.0, 1.0))]
     return tuple(
         typical(
@@ -84,13 +86,13 @@ def measured_wrong(car: Vehicle, kind: Class, tape: float = 0.03, scale: float =
 
 
 def kinematic(recording: Recording, car: Vehicle, rate: float) -> BesideTruth:
-    """atan(rear distance * yaw rate / speed): tyres that do not slip."""
+    """Sideslip angle as atan(rear distance * yaw rate / speed), without slip of the rear tyres."""
     speed, yaw_rate = _motion(recording, rate)
     return rivals.beside(recording, np.arctan(car["rear_distance"] * yaw_rate / speed), rate)
 
 
 def steady(recording: Recording, car: Vehicle, rate: float) -> BesideTruth:
-    """The same less the slip of the rear axle in a steady turn, with linear tyres."""
+    """The kinematic sideslip angle less the slip angle of the rear axle in a steady turn, with linear tyres."""
     speed, yaw_rate = _motion(recording, rate)
     wheelbase = car["front_distance"] + car["rear_distance"]
     force = car["mass"] * car["front_distance"] / wheelbase * speed * yaw_rate
@@ -99,7 +101,7 @@ def steady(recording: Recording, car: Vehicle, rate: float) -> BesideTruth:
 
 
 def linear_kalman(recording: Recording, car: Vehicle, rate: float) -> BesideTruth:
-    """A Kalman filter of the linear single track with the same typical tyres."""
+    """A Kalman filter of the linear single-track model with the same typical tyres."""
     names = ("vehicle_speed", "yaw_rate", "lateral_acceleration", "road_wheel_angle", "steering_wheel_angle")
     _, values = rivals.signals(recording, names, rate)
     angle = np.where(np.isfinite(values[:, 3]), values[:, 3], car["steering_ratio"] * values[:, 4])
@@ -115,7 +117,7 @@ SIMPLE = {
     "steady single track": steady,
     "linear Kalman filter": linear_kalman,
 }
-"""Estimates that a user would otherwise take, by name."""
+"""Name in the tables -> simple estimator, which a user would take otherwise."""
 
 
 def _motion(recording: Recording, rate: float) -> tuple[np.ndarray, np.ndarray]:

@@ -1,4 +1,4 @@
-"""Two real cars as a user has them who owns a tape and a scale: typical tyres, default noises, no fit."""
+"""Two real cars with parameters from tape measure and scale: typical tyres, default noises, no fit."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ from tierod.papers.sideslip.typical_cars import PASSENGER, SIMPLE, SPORTS, Class
 from tierod.vehicles import load
 
 MOST_WORSE = 1.3
-"""Error over that of the shipped vehicle file."""
+"""Largest accepted ratio of the error to that with the shipped vehicle file [-]."""
 
 
 @dataclass(frozen=True)
 class Unprepared:
-    """A real car, judged with nothing fitted to it.
+    """A real car that is judged without any fit.
 
     Args:
-        name: in the names of the claims
-        file, vehicle: recording, and the vehicle file whose tape and scale are taken
+        name: name within those of the claims
+        file, vehicle: recording, and the vehicle file that gives mass and distances
         kind: class of its tyres
-        rate: of the samples [Hz]
-        start: from when it is judged, after the beginning of the recording [s]
+        rate: sampling rate [Hz]
+        start: time after the start of the recording from which the estimate is judged [s]
     """
 
     name: str
@@ -44,11 +44,12 @@ CARS = (
     Unprepared("race-laps", race_laps.FILE, race_laps.VEHICLE, SPORTS, 100.0, 110.0),
     Unprepared("passenger-car", car_park.FILE, car_park.VEHICLE, PASSENGER, car_park.RATE, 1.0),
 )
-"""The first 110 s of the laps, two of five parts, were looked at while the default noises were made."""
+"""The real cars. The first 110 s of the laps, two of five blocks, are not judged: the default noises were chosen in
+view of them."""
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Both cars, one after the other."""
+    """Table and claims for both cars."""
     yield Heading(
         "Cars without preparation",
         (

@@ -1,1 +1,1 @@
-"""Controllers: how they are designed, the blocks that run them, and the references they follow."""
+"""Position control of the column: controller design, control blocks, stability margins and references."""

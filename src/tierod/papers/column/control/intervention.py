@@ -1,4 +1,4 @@
-"""A driver who takes the wheel while it is controlled: when the controller lets go, and when it may come back."""
+"""Detection of a driver who takes the wheel under position control: end of control, and condition of its return."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from tierod.papers.column.control.reference import Reference, motion_for
 
 
 class Noise(NamedTuple):
-    """Noise of an estimate.
+    """Autocorrelated noise of an estimate.
 
     Args:
         deviation: standard deviation, in the unit of the estimate
-        correlated: samples over which it hangs together: 1 + 2 (sum of its autocorrelation)
+        correlated: correlation length in samples: 1 + 2 (sum of its autocorrelation)
     """
 
     deviation: float
@@ -31,19 +31,20 @@ class Noise(NamedTuple):
 
 
 def noise_of(values: np.ndarray) -> Noise:
-    """Noise of an estimate from its values while the truth is zero.
+    """Noise of an estimate from its values while the true value is zero.
 
     Args:
-        values: thousands of times its correlation long, (n,)
+        values: the estimates, thousands of correlation lengths long, (n,)
 
-    The sum of the autocorrelation ends at its first fall below 0.05, so that noise of the sum itself is left out.
+    The sum of the autocorrelation is truncated at its first fall below 0.05, since beyond it consists of noise.
 
     Raises:
-        ParameterError: fewer than 1000 values, or values that do not change
+        ParameterError: fewer than 1000 values, or constant values
     """
     values = np.asarray(values, float)
     if len(values) < 1000 or not values.std() > 0.0:
         raise ParameterError(f"{len(values)} values, deviation {values.std()}; expected 1000 or more that vary")
+    # Zero padding to twice the length makes the autocorrelation linear instead of circular.
     centred = values - values.mean()
     spectrum = np.abs(np.fft.rfft(centred, 2 * len(centred))) ** 2
     correlation = np.fft.irfft(spectrum)[: len(centred)]
@@ -55,17 +56,17 @@ def noise_of(values: np.ndarray) -> Noise:
 
 @dataclass(frozen=True)
 class Takeover:
-    """Limits that define a takeover by the driver.
+    """Specification of the detection of a takeover by the driver.
 
     Args:
-        torque: of the hands that must end control: a firm hand, half of what holding a wheel against a push takes
-        forgiven: torque that may be seen without hands, from wrong parameters, for any time
-        delay: after which a torque that jumps to exactly `torque` must be found at the latest: half of the 60 ms that
-            are allowed in all, the other half for the observer's lag and for a torque that turns round meanwhile
-        hours: at least between false ends of control while `forgiven` is seen all the time, on average: once in the
+        torque: hand torque that must end control: a firm hand, half of the torque that holds a wheel against a push
+        forgiven: hand torque that wrong parameters may feign for any time without ending control
+        delay: largest detection delay of a step to exactly `torque`: half of the 60 ms allowed in all, the other half
+            is for the lag of the observer and for a torque that changes its sign meanwhile
+        hours: least mean time between false ends of control while `forgiven` is estimated all the time: once in the
             life of a car
-        quiet_torque: at most so much are hands that have let go; half of `torque`, so that the two never alternate
-        quiet_time: that they must be still before control may come back; longer than one turn of a slalom
+        quiet_torque: largest torque of hands that have let go; half of `torque`, a hysteresis against alternation
+        quiet_time: time for which the hands must be quiet before control may return; longer than a turn of a slalom
     """
 
     torque: Annotated[float, "N*m"] = 1.0
@@ -93,19 +94,19 @@ class Takeover:
 
 @dataclass(frozen=True)
 class DriverIntervention:
-    """End control once the driver's hands are on the wheel against it; give it back only when asked anew.
+    """End control when the driver takes the wheel, and permit it again only on a new request.
 
-    A cumulative sum of |hand torque| above what is forgiven, less what a wrong inertia of the wheel would feign at the
-    planned acceleration. Control ends at its alarm. It comes back at the next new request (off, then on) that finds
-    the hands still for a while. Hands that are not seen (NaN) count as hands that take over: blind for longer than the
-    delay there is no control.
+    The rule is a CUSUM of the absolute hand torque above the forgiven torque. The torque that a wrong inertia of the
+    wheel would feign at the planned acceleration is subtracted first. Control ends at the alarm. It returns at the next
+    new request (off, then on) after the hands have been quiet for a while. A missing hand torque (NaN) counts as a
+    takeover: without estimates for longer than the delay there is no control.
 
     Args:
-        cusum: stopping rule on the size of the torque, `design`
-        restless: the same above the quiet torque: at its alarm the hands are not still, which noise alone never causes
-        quiet: how long the hands must be still
-        inertia_uncertainty: of the steering wheel's inertia, whose torque is forgiven besides
-        unseen_torque: that stands for a missing one; the torque that must be found
+        cusum: CUSUM of the absolute hand torque, from `design`
+        restless: CUSUM above the quiet torque; its alarm, which noise alone never causes, means that hands move
+        quiet: debouncing of quiet hands
+        inertia_uncertainty: uncertainty of the inertia of the steering wheel, whose torque is forgiven as well
+        unseen_torque: torque that replaces a missing one: the torque that must be detected
     """
 
     cusum: Cusum
@@ -115,14 +116,14 @@ class DriverIntervention:
     unseen_torque: Annotated[float, "N*m"] = Takeover.torque
 
     class Sample(NamedTuple):
-        """Observed torque of the hands, planned acceleration of the wheel, whether control is asked for (1.0, 0.0)."""
+        """Observed torque of the hands, planned acceleration of the wheel, and request for control (1.0 or 0.0)."""
 
         hand_torque: Annotated[float, "N*m"]
         steering_wheel_acceleration: Annotated[float, "rad/s**2"]
         request: Annotated[float, ""]
 
     class State(NamedTuple):
-        """State of both sums and the stillness, whether control is allowed, and the request of the sample before."""
+        """States of both CUSUMs and the debouncing, whether control is allowed, and the request of the last sample."""
 
         cusum: Cusum.State
         restless: Cusum.State
@@ -131,7 +132,7 @@ class DriverIntervention:
         request: float
 
     class Output(NamedTuple):
-        """Whether control may act, whether a driver has just been found (1.0 or 0.0), and the sum that decides it."""
+        """Whether control may act, whether a driver was detected in this sample (1.0 or 0.0), and the CUSUM."""
 
         allowed: Annotated[float, ""]
         found: Annotated[float, ""]
@@ -150,21 +151,21 @@ class DriverIntervention:
     def design(
         cls, noise: Noise, sample_time: float, takeover: Takeover | None = None, inertia_uncertainty: float = 0.0
     ) -> DriverIntervention:
-        """The rule for an observer's noise.
+        """Design the rule for the noise of an observer.
 
         Args:
-            noise: of its hand torque, `noise_of`
-            sample_time: [s]
-            takeover: what counts as a driver
-            inertia_uncertainty: of the steering wheel [kg m^2]
+            noise: noise of its hand torque, from `noise_of`
+            sample_time: sampling interval [s]
+            takeover: specification; the default where None
+            inertia_uncertainty: uncertainty of the inertia of the steering wheel [kg m^2]
 
-        The drift lies half way between what is forgiven and what must be found. The threshold is the largest that finds
-        it within the delay: what is left over against noise is there for twitches of the estimate, such as where
-        friction turns round. That noise alone leaves enough hours is checked by Siegmund's run length, the noise taken
-        as white with its correlation in its deviation.
+        The drift is the mean of the forgiven torque and the torque that must be detected. The threshold is the largest
+        that keeps the detection delay; its reserve against noise covers transients of the estimate, such as at
+        reversals of friction. Siegmund's run length checks that noise alone leaves the required mean time between false
+        ends; there the noise counts as white, with its correlation length in the standard deviation.
 
         Raises:
-            ParameterError: a deviation that is not above zero, or so much noise that the delay cannot be kept
+            ParameterError: a deviation that is not above zero, or too much noise for the detection delay
         """
         takeover = takeover or Takeover()
         spread = noise.deviation * math.sqrt(noise.correlated)
@@ -186,11 +187,11 @@ class DriverIntervention:
         return cls(cusum, restless, quiet, inertia_uncertainty, takeover.torque)
 
     def init(self) -> State:
-        """No driver found, nothing asked for, hands not yet known to be still."""
+        """State with no driver detected, no request, and hands not yet known to be quiet."""
         return self.State(self.cusum.init(), self.restless.init(), self.quiet.init(), 0.0, 0.0)
 
     def step(self, state: State, sample: Sample) -> tuple[State, Output]:
-        """One sample on."""
+        """Advance by one sample."""
         acceleration = absolute(sample.steering_wheel_acceleration)
         feigned = self.inertia_uncertainty * where(present(acceleration), acceleration, 0.0)
         seen = absolute(sample.hand_torque) - feigned
@@ -209,11 +210,11 @@ class DriverIntervention:
 
 @dataclass(frozen=True)
 class SteeringController:
-    """Follow a reference until hands are found on the wheel, then let go.
+    """Position control that releases when a driver takes the wheel.
 
     Args:
-        position: the control
-        intervention: when it ends, and when it comes back
+        position: the position control
+        intervention: driver detection, which ends control and permits its return
     """
 
     position: PositionControl
@@ -228,23 +229,23 @@ class SteeringController:
         request: Annotated[float, ""]
 
     class State(NamedTuple):
-        """State of both parts."""
+        """States of position control and driver detection."""
 
         position: PositionControl.State
         intervention: DriverIntervention.State
 
     class Output(NamedTuple):
-        """Outputs of both parts; `control.motor_torque` is to be asked of the motor."""
+        """Outputs of both parts; `control.motor_torque` is the command to the motor."""
 
         control: PositionControl.Output
         driver: DriverIntervention.Output
 
     def init(self) -> State:
-        """Let go."""
+        """State with control released."""
         return self.State(self.position.init(), self.intervention.init())
 
     def step(self, state: State, sample: Sample) -> tuple[State, Output]:
-        """One sample on."""
+        """Advance by one sample."""
         position = self.position
         planned = motion_for(sample.reference, position.column, position.output_stiffness)
         judged = self.intervention.Sample(sample.hand_torque, planned.steering_wheel_acceleration, sample.request)

@@ -1,4 +1,4 @@
-"""Linear quadratic regulators of sampled systems, with integral action and a computer's delay; that of a column."""
+"""Linear quadratic regulators of sampled systems with integral action and computation delay, and that of a column."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from tierod.models.modes import TOLERANCE, Mode, describe, modes
 from tierod.models.two_inertia_column import TwoInertiaColumn, TwoInertiaParameters
 
 _LASTING = 1.0 - 1e-9
-"""Modulus from which on an eigenvalue counts as one that does not decay."""
+"""Modulus above which an eigenvalue counts as not decaying."""
 
 
 @dataclass(frozen=True, eq=False)
 class Regulator:
-    """State feedback u = -K x with the least sum of x' Q x + u' R u.
+    """State feedback u = -K x that minimises the sum of x' Q x + u' R u.
 
     Args:
         gain: K, (inputs, n)
-        cost: P, of which x' P x is the cost still to come, (n, n)
-        eigenvalues: of A - B K, the slowest first
-        system: that was designed for
+        cost: P, where x' P x is the cost to go, (n, n)
+        eigenvalues: eigenvalues of A - B K, the slowest first
+        system: system of the design
     """
 
     gain: np.ndarray
@@ -34,29 +34,29 @@ class Regulator:
     system: LinearSystem
 
     def of(self, state: str, command: str | None = None) -> float:
-        """Gain from one state to one input, the first where none is named.
+        """Gain from one state to one input, the first input where none is named.
 
         Raises:
-            ParameterError: there is none of that name
+            ParameterError: no state or input has that name
         """
         row = 0 if command is None else _index(command, self.system.inputs, "an input")
         return float(self.gain[row, _index(state, self.system.states, "a state")])
 
 
 def lqr(system: LinearSystem, state_weight: np.ndarray | Mapping[str, float], input_weight: object) -> Regulator:
-    """The linear quadratic regulator of a sampled system, by SciPy's Riccati solver.
+    """Linear quadratic regulator of a sampled system, by SciPy's Riccati solver.
 
     Example: `lqr(with_integral(sampled(system, 1e-3), ("shaft",), 1e-3), {"shaft_integral": 1e3, "angle": 10.0}, [1])`.
 
     Args:
         system: discrete
-        state_weight: Q, (n, n), or the weights of its diagonal by name of state or of output; an output's weight w adds
-            w c' c, and what is not named has none
+        state_weight: Q, (n, n), or weights by name of state or output; the weight w of an output adds w c' c, and a
+            state or output that is not named has no weight
         input_weight: R, (inputs, inputs), or its diagonal, above zero
 
     Raises:
-        ParameterError: a weight is negative, a direction that does not decay is not moved by the inputs (its eigenvalue
-            is named) or does not matter to the weights
+        ParameterError: a weight is negative, or a direction that does not decay is not controllable (its eigenvalue is
+            named) or has no weight
 
     Source: B. D. O. Anderson, J. B. Moore, Optimal Control: Linear Quadratic Methods, 1990, section 2.4.
     """
@@ -87,15 +87,15 @@ def lqr(system: LinearSystem, state_weight: np.ndarray | Mapping[str, float], in
 
 
 def with_integral(system: LinearSystem, outputs: tuple[str, ...], sample_time: float) -> LinearSystem:
-    """The system with the integral of some outputs as states, each named after its output with "_integral".
+    """The system extended by the integrals of some outputs as states, each named after its output with "_integral".
 
     Args:
-        system: discrete
-        outputs: their names; what they should be is taken off before the controller integrates
-        sample_time: [s]
+        system: discrete system
+        outputs: names of the outputs; the controller subtracts their references before it integrates
+        sample_time: sampling interval [s]
 
     Raises:
-        ParameterError: an output that there is not
+        ParameterError: an output does not exist
     """
     rows = [_index(name, system.outputs, "an output") for name in outputs]
     n, more = len(system.A), len(rows)
@@ -111,11 +111,11 @@ def with_integral(system: LinearSystem, outputs: tuple[str, ...], sample_time: f
 
 
 def with_delay(system: LinearSystem, kept: float = 0.0) -> LinearSystem:
-    """The system whose inputs act one sample later, as a computer's do; they are states, named with "previous_".
+    """The system with inputs that act one sample later, by computation delay; they are states named "previous_...".
 
     Args:
-        system: discrete
-        kept: share of what acted before that stays, for inputs that a first-order low-pass smooths; 0 for none
+        system: discrete system
+        kept: pole of a first-order low-pass on the inputs, the share of the last input that remains; 0 for none
 
     Raises:
         ParameterError: a share outside 0 to 1
@@ -136,11 +136,12 @@ def with_delay(system: LinearSystem, kept: float = 0.0) -> LinearSystem:
 
 
 def require_stabilisable(system: LinearSystem) -> None:
-    """Refuse a discrete system with a direction that does not decay and that no input moves.
+    """Refuse a discrete system that is not stabilisable.
 
     Raises:
-        ParameterError: with the direction and its eigenvalue
+        ParameterError: a direction neither decays nor is controllable; it is named with its eigenvalue
     """
+    # A mode is uncontrollable where it is unobservable in the dual system.
     for mode in _lasting(LinearSystem.of(system.A.T, system.B.T, states=system.states)):
         raise ParameterError(
             f"the inputs {', '.join(system.inputs) or '(none)'} do not move the direction "
@@ -151,6 +152,7 @@ def require_stabilisable(system: LinearSystem) -> None:
 
 def _require_weighted(system: LinearSystem, Q: np.ndarray) -> None:
     values, vectors = np.linalg.eigh(Q)
+    # A direction without weight is unobservable through the square root of Q.
     root = np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T
     for mode in _lasting(LinearSystem.of(system.A, root, states=system.states)):
         raise ParameterError(
@@ -201,13 +203,14 @@ def _index(name: str, known: tuple[str, ...], what: str, offered: tuple[str, ...
 
 
 WEIGHTS: Mapping[str, float] = {"shaft": 300.0, "steering_wheel_angle": 200.0, "shaft_integral": 4.0e4}
-"""What an error of shaft [1/rad^2], steering wheel [1/rad^2] and integral [1/(rad s)^2] costs against 1 (N m)^2 of the
-motor: three degrees of the shaft as much as 1 N m. That of the wheel damps its swing on the bar. Three times as much on
-the shaft leaves two thirds of the error that friction makes, and a tenth less of the distance from instability."""
+"""Weights of the errors of shaft [1/rad^2], steering wheel [1/rad^2] and integral [1/(rad s)^2] against a motor torque
+of 1 (N m)^2: three degrees of the shaft weigh as much as 1 N m. The weight of the wheel damps its oscillation on the
+torsion bar. Three times the weight of the shaft would leave two thirds of the error by friction, and a tenth less
+distance from instability."""
 
 SMOOTHING = 2e-3
-"""Time constant of the low-pass of the feedback [s]: it turns the phase of the gear's swing, at 112 Hz in the paper's
-column, so that feedback through an observer that leaves out the gear does not excite it."""
+"""Time constant of the low-pass of the feedback [s]. It shifts the phase at the gear mode, 112 Hz in the paper's
+column, so that feedback through an observer without the gear does not excite that mode."""
 
 
 def regulator(
@@ -218,18 +221,18 @@ def regulator(
     torque_weight: float = 1.0,
     smoothing: float = SMOOTHING,
 ) -> Regulator:
-    """The regulator of a column without gear, with its delay, the low-pass of the feedback and the shaft's integral.
+    """Regulator of a column without gear, with delay, low-pass of the feedback and integral of the shaft angle.
 
     Args:
-        column: as it is assumed to be
-        torsion_bar_stiffness: between the steering wheel and the shaft that follows [N m/rad]
-        sample_time: [s]
-        weights: of states and of the `shaft`, as `lqr` takes them; `WEIGHTS` where None
-        torque_weight: of the motor's torque, 1/(N m)^2
+        column: assumed parameters of the column
+        torsion_bar_stiffness: stiffness between the steering wheel and the controlled shaft [N m/rad]
+        sample_time: sampling interval [s]
+        weights: weights of states and of the `shaft`, as in `lqr`; `WEIGHTS` where None
+        torque_weight: weight of the motor torque, 1/(N m)^2
         smoothing: time constant of the low-pass, 0 for none [s]
 
     Raises:
-        ParameterError: as `lqr`
+        ParameterError: as in `lqr`
     """
     system = column_system(column, torsion_bar_stiffness, sample_time)
     whole = with_integral(with_delay(system, kept_share(smoothing, sample_time)), ("shaft",), sample_time)
@@ -237,14 +240,14 @@ def regulator(
 
 
 def kept_share(smoothing: float, sample_time: float) -> float:
-    """Share that a low-pass keeps from one sample to the next.
+    """Pole of a sampled first-order low-pass: the share of its output that remains after one sample.
 
     Args:
-        smoothing: its time constant, 0 for none [s]
-        sample_time: [s]
+        smoothing: time constant, 0 for none [s]
+        sample_time: sampling interval [s]
 
     Raises:
-        ParameterError: a time below zero
+        ParameterError: a negative time constant
     """
     if not 0.0 <= smoothing < math.inf:
         raise ParameterError(f"smoothing is {smoothing} s; expected a time that is not negative")
@@ -252,10 +255,10 @@ def kept_share(smoothing: float, sample_time: float) -> float:
 
 
 def column_system(column: TwoInertiaParameters, torsion_bar_stiffness: float, sample_time: float) -> LinearSystem:
-    """The column from its motor's torque to the `shaft` that follows, sampled.
+    """Sampled column from motor torque to the angle of the controlled `shaft`.
 
     Raises:
-        ParameterError: a parameter that is not above zero
+        ParameterError: a parameter is not above zero
     """
     if not torsion_bar_stiffness > 0.0:
         raise ParameterError(f"torsion_bar_stiffness is {torsion_bar_stiffness} N m/rad; expected a number above zero")

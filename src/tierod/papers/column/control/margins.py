@@ -1,4 +1,4 @@
-"""Margins of a feedback loop to instability, and the loop of column, observer and control to be judged."""
+"""Stability margins of a feedback loop, and the open loop of column, observer and control."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from tierod.papers.column.control.reference import Reference
 
 @dataclass(frozen=True)
 class Margins:
-    """Margins of a loop that is cut at one place.
+    """Stability margins of a loop cut at one place.
 
     Args:
-        gain_up: factor by which the loop's gain may grow until it is unstable; infinite where it may grow without end
-        gain_down: factor to which it may fall; zero where it may fall without end
-        phase: that may be lost, or gained, at any crossover [rad]
-        delay: that may be added [s]
+        gain_up: gain margin: factor by which the gain may grow; infinite where it may grow without limit
+        gain_down: factor to which the gain may fall; zero where it may fall to zero
+        phase: phase margin: least phase lost or gained at any crossover that makes the loop unstable [rad]
+        delay: delay margin: largest additional delay [s]
         crossover: highest frequency at which the gain of the loop is one [Hz]
         distance: least distance of the Nyquist curve from -1; 1/distance is the peak of the sensitivity
     """
@@ -41,14 +41,14 @@ class Margins:
 
 
 def margins(loop: LinearSystem, sample_time: float) -> Margins:
-    """Margins of a discrete loop L, closed by u = -L u.
+    """Stability margins of a discrete loop L, closed by u = -L u.
 
     Args:
-        loop: discrete, one input, one output: what comes back at the cut, with its sign turned
-        sample_time: [s]
+        loop: discrete system from the input at the cut to the negative returned signal
+        sample_time: sampling interval [s]
 
     Raises:
-        ParameterError: the loop is unstable when it is closed: its eigenvalue is named
+        ParameterError: the closed loop is unstable; its eigenvalue is named
     """
     require_stable_when_closed(loop)
     frequencies = _frequencies(loop, sample_time)
@@ -71,24 +71,24 @@ def margins(loop: LinearSystem, sample_time: float) -> Margins:
 
 
 def _frequencies(loop: LinearSystem, sample_time: float) -> np.ndarray:
-    """Up to half the rate, a constant ratio apart, and closer where an eigenvalue rings: its peak is narrow [Hz]."""
+    """Logarithmic grid up to half the sampling rate, refined at the narrow peaks of oscillating eigenvalues [Hz]."""
     half = 0.5 / sample_time
     parts = [np.geomspace(1e-5 * half, half, 40_000)]
     for eigenvalue in np.linalg.eigvals(loop.A):
         if eigenvalue.imag > 0.0:
             exponent = np.log(eigenvalue) / (math.tau * sample_time)
             width = max(abs(exponent.real), 1e-9 * exponent.imag)
-            # An even number of points leaves out the eigenvalue itself, where the gain may be infinite.
+            # An even number of points avoids the eigenvalue itself, where the gain may be infinite.
             parts.append(exponent.imag + width * np.sinh(np.linspace(-12.0, 12.0, 2000)))
     whole = np.unique(np.concatenate(parts))
     return whole[(whole >= 1e-5 * half) & (whole <= half)]
 
 
 def require_stable_when_closed(loop: LinearSystem) -> None:
-    """Refuse a discrete loop L that is unstable when it is closed by u = -L u.
+    """Refuse a discrete loop L that is unstable when closed by u = -L u.
 
     Raises:
-        ParameterError: with the eigenvalue
+        ParameterError: the closed loop is unstable; its eigenvalue is named
     """
     feedback = np.linalg.inv(np.eye(len(loop.D)) + loop.D)
     eigenvalues = np.linalg.eigvals(loop.A - loop.B @ feedback @ loop.C)
@@ -102,7 +102,7 @@ def require_stable_when_closed(loop: LinearSystem) -> None:
 
 
 def _ends(loop: LinearSystem) -> np.ndarray:
-    """The response at rest, where it is finite, and at half the rate: both real."""
+    """The response at zero frequency, where it is finite, and at half the sampling rate; both are real."""
     n = len(loop.A)
     ends = []
     for z in (1.0, -1.0):
@@ -119,27 +119,27 @@ def _response(loop: LinearSystem, frequencies: np.ndarray, sample_time: float) -
 
 
 def _crossings(frequencies: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Frequencies at which a curve changes its sign, straight between two of its points."""
+    """Frequencies at which a curve changes its sign, by linear interpolation."""
     before = np.nonzero(np.diff(np.signbit(values)))[0]
     share = values[before] / (values[before] - values[before + 1])
     return np.asarray(frequencies[before] + share * (frequencies[before + 1] - frequencies[before]))
 
 
 def _to_minus_one(phase: float) -> float:
-    """Angle from -180 degrees, the nearer way round."""
+    """Angle from -180 degrees to a phase, between -pi and pi [rad]."""
     return float(np.mod(phase, math.tau) - math.pi)
 
 
 Reading = Callable[[Tree], tuple[ObservedColumn, Scalar]]
-"""Finds the observed column and the torque of the hands in what an observer puts out."""
+"""Function that extracts the observed column and the hand torque from the output of an observer."""
 
 
 SETTLED = 1000
-"""Samples at rest after which an observer counts as settled."""
+"""Samples at rest until an observer counts as in steady state."""
 
 
 def read_estimate(estimate: Tree) -> tuple[ObservedColumn, Scalar]:
-    """State and torque of the hands from an estimate, or its mean, that names them."""
+    """State and hand torque from an estimate, or from its mean, by the names of its fields."""
     named: Tree = getattr(estimate, "mean", estimate)
     motor_angle = named.motor_angle if hasattr(named, "motor_angle") else named.motor_angle_mechanical
     column = ObservedColumn(
@@ -151,17 +151,17 @@ def read_estimate(estimate: Tree) -> tuple[ObservedColumn, Scalar]:
 def open_loop(
     plant: LinearSystem, observer: Block, control: PositionControl, read: Reading = read_estimate
 ) -> LinearSystem:
-    """Motor torque commanded for a torque that acts on the column, sign reversed: loop gain for `margins`.
+    """Open loop from the torque on the column to the negative commanded motor torque, for `margins`.
 
     Args:
-        plant: discrete, from the motor's torque to what the observer measures, in its order
-        observer: block whose sample is the motor's torque, asked for, that acted in the sample before, and what is
-            measured; linearised after `SETTLED` samples at rest
-        control: in full hold, its limits not reached, following a reference at rest
-        read: finds in the observer's output what the controller takes
+        plant: discrete system from the motor torque to the measurements, in the order of the observer
+        observer: block whose sample is the motor torque that acted in the last sample and the measurements; it is
+            linearised after `SETTLED` samples at rest
+        control: control fully engaged and within its limits, with a reference at rest
+        read: function that extracts the inputs of the controller from the output of the observer
 
     Raises:
-        ParameterError: a plant whose outputs are not those that the observer measures
+        ParameterError: the outputs of the plant are not the measurements of the observer
     """
     sample = skeleton(observer.Sample)
     names = [name for name, _ in leaves(sample)][1:]
@@ -174,7 +174,7 @@ def open_loop(
     start = (_settled(observer, count + 1), 0.0, 0.0, 0.0, tuple([0.0] * count))
 
     def compensator(now: Tree) -> Tree:
-        """(observer, integral, torque asked for in the sample before, and in that before it, measured)."""
+        """One step of observer and control on (observer, integral, last command, command before it, measurements)."""
         observed, integral, asked, before, measured = now
         observed, estimate = observer.step(observed, rebuild(sample, [before, *measured]))
         column, _ = read(estimate)

@@ -1,4 +1,4 @@
-"""Position control of a steering column by state feedback on observed states, with integral action and feed-forward."""
+"""Position control of a steering column by state feedback on observed states, integral action and feed-forward."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from tierod.papers.column.control.reference import ColumnMotion, Reference, adva
 
 
 class ObservedColumn(NamedTuple):
-    """Observer's estimates of a column.
+    """Estimates of a column by an observer.
 
     Args:
         steering_wheel_rate, motor_speed, steering_wheel_angle, motor_angle: the state
-        disturbance_torque: that the motor must overcome at its shaft: dry friction, torque from the rack
+        disturbance_torque: torque that opposes the motor at its shaft: dry friction, torque from the rack
     """
 
     steering_wheel_rate: Annotated[float, "rad/s"]
@@ -32,7 +32,7 @@ class ObservedColumn(NamedTuple):
 
 @dataclass(frozen=True)
 class ColumnGains:
-    """Torque of the motor per unit of each deviation from the planned motion, K."""
+    """Feedback gains K: motor torque per deviation of each state from the planned motion."""
 
     steering_wheel_rate: Annotated[float, "N*m*s/rad"]
     motor_speed: Annotated[float, "N*m*s/rad"]
@@ -44,15 +44,15 @@ class ColumnGains:
 
 @dataclass(frozen=True)
 class TorqueLimits:
-    """Limits of the controller's motor torque, and how it engages and releases.
+    """Limits of the commanded motor torque, and times of engagement and release.
 
     Args:
-        torque: largest torque at the motor's shaft; 3 N m are 54 N m at the steering wheel axis behind a ratio of 18,
+        torque: largest torque at the motor shaft; 3 N m are 54 N m at the steering wheel axis behind a ratio of 18,
             an electric power steering of the middle class
-        rate: largest change of torque; from nothing to all in 20 ms spares the gear and lets the sweep pass, which
-            needs a fifth of it
-        engaging: time in which control takes hold: so slowly that no driver is startled
-        releasing: time in which it lets go: much shorter than a driver's push, and without a blow
+        rate: largest rate of the torque; from zero to full torque in 20 ms it protects the gear, and the sweep needs a
+            fifth of it
+        engaging: time of engagement, slow enough not to startle a driver
+        releasing: time of release, much shorter than a driver's push, yet without a jerk
     """
 
     torque: Annotated[float, "N*m", POSITIVE] = 3.0
@@ -62,7 +62,7 @@ class TorqueLimits:
 
 
 class Settings(TypedDict, total=False):
-    """Fields of a `PositionControl` that its design leaves open."""
+    """Fields of a `PositionControl` that its design does not determine."""
 
     limits: TorqueLimits
     feed_forward: float
@@ -73,28 +73,29 @@ class Settings(TypedDict, total=False):
 
 @dataclass(frozen=True)
 class PositionControl:
-    """Let the output shaft of a column follow a reference: planned torque, state feedback, integral action.
+    """Position control of the output shaft of a column: planned torque, state feedback, integral action.
 
-    torque = plan + friction - K (state - planned state) - K_i integral(shaft - reference), held to what the motor can.
-    The plan looks 1.5 samples ahead: the torque acts one sample later and for a sample. The integral stands still while
-    control takes hold, and while a limit is in force and it would push further, so that it never winds up. What is
-    asked for without `enabled`, or on numbers that are missing, is let go within `limits.releasing`; whatever the state
-    is when control takes hold, the torque begins at zero.
+    torque = plan + friction - K (state - planned state) - K_i integral(shaft - reference), within the torque limits.
+    The plan looks 1.5 samples ahead, since the torque acts one sample later and for one sample. The integral is frozen
+    during engagement, and while a limit is active and it would push further into it, so that it cannot wind up. Without
+    `enabled`, or with a missing input, the torque is released within `limits.releasing`. At engagement the torque
+    begins at zero for any state.
 
     Args:
-        gains: of the state feedback, `design`
-        column: as the controller assumes it to be
-        output_stiffness: between the steering wheel and the shaft that follows [N m/rad]
-        limits: of the torque
-        sample_time: [s]
-        kept: share of the torque's deviation from the plan that stays from sample to sample: a first-order low-pass of
-            the feedback, which keeps it from exciting the gear's swing; known to the design
+        gains: gains of the state feedback, from `design`
+        column: assumed parameters of the column
+        output_stiffness: stiffness between the steering wheel and the controlled shaft [N m/rad]
+        limits: limits of the torque
+        sample_time: sampling interval [s]
+        kept: pole of a first-order low-pass on the deviation of the torque from the plan, which keeps the feedback from
+            exciting the gear mode; the design includes it
         feed_forward: share of the planned torque that is used
-        friction: level of the dry friction at the motor that is fed forward, in the direction of the planned motion;
-            zero for none
-        friction_speed: of the motor, planned, up to which it is fed forward in proportion: a smooth reversal
-        disturbance_compensation: share of the observed disturbance torque that is used. It is a second integral action,
-            quicker than the own one, and costs margin: with all of it the loop has half the distance from instability
+        friction: level of dry friction at the motor for feed-forward in the direction of the planned motion; zero for
+            none
+        friction_speed: planned motor speed below which the friction torque is about proportional to it, for a smooth
+            reversal
+        disturbance_compensation: share of the observed disturbance torque that is compensated. It is a second integral
+            action, faster than the first, and costs margin: full compensation halves the distance from instability
     """
 
     gains: ColumnGains
@@ -109,29 +110,29 @@ class PositionControl:
     disturbance_compensation: Annotated[float, "", SHARE] = 0.0
 
     class Sample(NamedTuple):
-        """Estimates, the reference, and whether control may act (1.0 or 0.0)."""
+        """Estimates, reference, and whether control is enabled (1.0 or 0.0)."""
 
         observed: ObservedColumn
         reference: Reference
         enabled: Annotated[float, ""]
 
     class State(NamedTuple):
-        """Torque last asked for, integral of the error, and how far control has taken hold."""
+        """Last commanded torque, integral of the error, and degree of engagement (0 to 1)."""
 
         torque: float
         integral: float
         hold: float
 
     class Output(NamedTuple):
-        """Torque for the motor, the shaft's observed angle and its error, and how the torque came about.
+        """Commanded motor torque, observed shaft angle, and internal quantities of the control.
 
         Args:
-            motor_torque: to be asked of the motor
-            shaft_angle: observed
-            error: of the shaft, observed less wanted
-            limited: whether a limit of the torque or of its rate is in force (1.0 or 0.0)
-            hold: 0 is let go, 1 is in full control
-            planned: the motion of the reference
+            motor_torque: command to the motor
+            shaft_angle: observed angle of the shaft
+            error: observed less reference angle of the shaft
+            limited: whether a limit of the torque or of its rate is active (1.0 or 0.0)
+            hold: degree of engagement, 0 released to 1 in full control
+            planned: planned motion for the reference
         """
 
         motor_torque: Annotated[float, "N*m"]
@@ -157,19 +158,19 @@ class PositionControl:
         smoothing: float = SMOOTHING,
         **settings: Unpack[Settings],
     ) -> PositionControl:
-        """The controller of a column.
+        """Design the position control of a column.
 
         Args:
-            column: as it is assumed to be
-            torsion_bar_stiffness: between the steering wheel and the shaft that follows [N m/rad]
-            sample_time: [s]
-            weights: of states and of the `shaft`, as `lqr` takes them; `WEIGHTS` where None
-            torque_weight: of the motor's torque, 1/(N m)^2
+            column: assumed parameters of the column
+            torsion_bar_stiffness: stiffness between the steering wheel and the controlled shaft [N m/rad]
+            sample_time: sampling interval [s]
+            weights: weights of states and of the `shaft`, as in `lqr`; `WEIGHTS` where None
+            torque_weight: weight of the motor torque, 1/(N m)^2
             smoothing: time constant of the low-pass of the feedback, 0 for none [s]
             settings: the other fields
 
         Raises:
-            ParameterError: as `lqr`, for the column with its integral and its delay of one sample
+            ParameterError: as in `lqr`, for the column with its integral and its delay of one sample
         """
         found = regulator(column, torsion_bar_stiffness, sample_time, weights, torque_weight, smoothing)
         gains = ColumnGains(*(found.of(state) for state in found.system.states))
@@ -177,11 +178,11 @@ class PositionControl:
         return cls(gains, column, torsion_bar_stiffness, sample_time=sample_time, kept=kept, **settings)
 
     def init(self) -> State:
-        """Let go."""
+        """State with control released."""
         return self.State(0.0, 0.0, 0.0)
 
     def step(self, state: State, sample: Sample) -> tuple[State, Output]:
-        """One sample on."""
+        """Advance by one sample."""
         usable = all_of(*(present(value) for value in values_of(sample)))
         given = self.Sample(*_kept(usable, (sample.observed, sample.reference, sample.enabled)))
         wants = both(usable, given.enabled > 0.5)
@@ -195,21 +196,24 @@ class PositionControl:
         most = self.limits.rate * self.sample_time
         torque = limit(hold * held, state.torque - most, state.torque + most)
         limited = absolute(hold * asked - torque) > 1e-9 * self.limits.torque
+        # The integral acts with a negative sign: it pushes further into the limit where the error and the torque that
+        # the limit cuts off have opposite signs.
         blocked = either(hold < 1.0, both(limited, error * (hold * asked - torque) < 0.0))
         integral = where(blocked, state.integral, state.integral + self.sample_time * error)
         after = self.State(torque, where(hold > 0.0, integral, 0.0), hold)
         return after, self.Output(torque, shaft, error, where(limited, 1.0, 0.0), hold, planned)
 
     def shaft_angle(self, observed: ObservedColumn) -> Scalar:
-        """Angle of the shaft that follows: between motor and steering wheel, by the stiffnesses on either side."""
+        """Angle of the controlled shaft [rad], interpolated between motor and steering wheel by the two stiffnesses."""
         motor = observed.motor_angle / self.column.motor_ratio
         share = self.column.stiffness / self.output_stiffness
         return observed.steering_wheel_angle + share * (motor - observed.steering_wheel_angle)
 
     def _torque(self, state: State, given: Sample, planned: ColumnMotion) -> Scalar:
-        """Torque of plan, feedback and integral, before any limit."""
+        """Torque of plan, feedback and integral before the limits [N m]."""
         gains, observed = self.gains, given.observed
         compensation = self.disturbance_compensation * observed.disturbance_torque
+        # The last command was planned 1.5 samples ahead of the last sample, that is 0.5 samples ahead of this one.
         aside = state.torque - self._planned_torque(given.reference, 0.5 * self.sample_time) - compensation
         feedback = (
             gains.steering_wheel_rate * (observed.steering_wheel_rate - planned.steering_wheel_rate)
@@ -229,5 +233,5 @@ class PositionControl:
 
 
 def _kept(usable: Truth, trees: tuple[Tree, ...]) -> tuple[Tree, ...]:
-    """Trees with zeros where they are not usable."""
+    """The trees, or zeros where an input is missing, so that no NaN enters the state."""
     return tuple(map_leaves(lambda value: where(usable, value, 0.0), tree) for tree in trees)

@@ -1,4 +1,4 @@
-"""References of a position with exact derivatives, and the motion of the column with which its shaft follows one."""
+"""Position references with exact derivatives, and the motion of the column with which its shaft follows them."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from tierod.models.two_inertia_column import TwoInertiaParameters
 
 
 class Reference(NamedTuple):
-    """An angle that is wanted, and its four derivatives."""
+    """Reference angle and its first four derivatives."""
 
     angle: Annotated[float, "rad"]
     rate: Annotated[float, "rad/s"]
@@ -27,13 +27,13 @@ class Reference(NamedTuple):
 
 @dataclass(frozen=True)
 class Sweep:
-    """A sine whose frequency grows linearly; it fades in from rest.
+    """Linear sine sweep that fades in from rest.
 
     Args:
-        amplitude: the paper's is 30 degrees
-        start, stop: frequencies; equal ones give a plain sine
-        duration: from one to the other; the frequency stays at `stop` after it
-        fade: in which the amplitude grows from zero, so that four derivatives are continuous
+        amplitude: amplitude; 30 degrees in the paper
+        start, stop: first and last frequency; equal ones give a plain sine
+        duration: duration of the sweep; the frequency stays at `stop` after it
+        fade: time in which the amplitude grows from zero, with four continuous derivatives
     """
 
     amplitude: Annotated[float, "rad", NOT_NEGATIVE] = math.radians(30.0)
@@ -46,7 +46,7 @@ class Sweep:
         _require_ranges(self)
 
     def at(self, time: np.ndarray) -> Reference:
-        """The reference at some times [s]; zero before zero."""
+        """The reference at given times [s]; zero at negative times."""
         time = np.asarray(time, float)
         growth = math.tau * (self.stop - self.start) / self.duration
         under = np.minimum(time, self.duration)
@@ -56,20 +56,20 @@ class Sweep:
         return _scaled(_product(_smooth(time / self.fade, self.fade), _sine(phase, rate, change)), self.amplitude)
 
     def frequency(self, time: np.ndarray) -> np.ndarray:
-        """Frequency of the sine at some times [Hz]."""
+        """Frequency of the sine at given times [Hz]."""
         share = np.clip(np.asarray(time, float) / self.duration, 0.0, 1.0)
         return self.start + (self.stop - self.start) * share
 
 
 @dataclass(frozen=True)
 class Step:
-    """A change of angle at some time.
+    """Step of the angle, smooth or as a jump.
 
     Args:
-        height: of the step
-        time: at which it begins
-        rise: within which it is done, with four continuous derivatives; zero is a jump, whose derivatives no column can
-            follow: they are given as zero
+        height: height of the step
+        time: time at which it begins
+        rise: rise time, with four continuous derivatives; zero gives a jump, whose derivatives are set to zero because
+            no column can follow them
     """
 
     height: Annotated[float, "rad"]
@@ -80,7 +80,7 @@ class Step:
         _require_ranges(self)
 
     def at(self, time: np.ndarray) -> Reference:
-        """The reference at some times [s]."""
+        """The reference at given times [s]."""
         since = np.asarray(time, float) - self.time
         if self.rise > 0.0:
             return _scaled(_smooth(since / self.rise, self.rise), self.height)
@@ -88,7 +88,7 @@ class Step:
 
 
 def _sine(phase: np.ndarray, rate: np.ndarray, change: np.ndarray) -> Reference:
-    """sin(phase) with its derivatives, the rate of the phase changing steadily."""
+    """sin(phase) and its derivatives, for a constant derivative `change` of the rate."""
     s, c = np.sin(phase), np.cos(phase)
     return _reference(
         s,
@@ -101,14 +101,14 @@ def _sine(phase: np.ndarray, rate: np.ndarray, change: np.ndarray) -> Reference:
 
 @cache
 def _polynomials() -> tuple[np.polynomial.Polynomial, ...]:
-    """Polynomials from 0 to 1 with four derivatives that vanish at both ends, and those derivatives."""
+    """Polynomial that rises from 0 to 1 with four derivatives that vanish at both ends, and those derivatives."""
     rise = (np.polynomial.Polynomial([0.0, 1.0]) ** 4 * np.polynomial.Polynomial([1.0, -1.0]) ** 4).integ()
     rise = rise / rise(1.0)
     return (rise, *(rise.deriv(order) for order in range(1, 5)))
 
 
 def _smooth(share: np.ndarray, duration: float) -> Reference:
-    """The smooth rise at a share of its duration."""
+    """The smooth rise and its derivatives at a share of its duration."""
     inside = (share > 0.0) & (share < 1.0)
     bounded = np.clip(share, 0.0, 1.0)
     values = [polynomial(bounded) / duration**order for order, polynomial in enumerate(_polynomials())]
@@ -116,7 +116,7 @@ def _smooth(share: np.ndarray, duration: float) -> Reference:
 
 
 def _product(a: Reference, b: Reference) -> Reference:
-    """Product of two functions with its derivatives, by Leibniz."""
+    """Product of two functions and its derivatives, by the Leibniz rule."""
     return _reference(*(sum(math.comb(n, k) * a[k] * b[n - k] for k in range(n + 1)) for n in range(5)))
 
 
@@ -125,7 +125,7 @@ def _scaled(reference: Reference, factor: float) -> Reference:
 
 
 def _reference(*values: np.ndarray | float) -> Reference:
-    """At many instants at once."""
+    """A reference with arrays over time as fields."""
     return Reference(*values)  # type: ignore[arg-type]  # every field holds a value per instant
 
 
@@ -138,12 +138,12 @@ def _require_ranges(instance: object) -> None:
 
 
 class ColumnMotion(NamedTuple):
-    """The motion of a column of two inertias that follows a reference, and the torque that it takes.
+    """Planned motion of a two-inertia column that follows a reference, and the torque for it.
 
     Args:
         steering_wheel_rate, motor_speed, steering_wheel_angle, motor_angle: the state
-        steering_wheel_acceleration: of the steering wheel
-        motor_torque: at its shaft, without what dry friction and hands take
+        steering_wheel_acceleration: acceleration of the steering wheel
+        motor_torque: torque at the motor shaft, without dry friction and hands
     """
 
     steering_wheel_rate: Annotated[float, "rad/s"]
@@ -155,11 +155,11 @@ class ColumnMotion(NamedTuple):
 
 
 def advanced(reference: Reference, time: Scalar) -> Reference:
-    """The reference a little later, by Taylor's series.
+    """The reference at a later time, by its Taylor series.
 
     Args:
-        reference: now
-        time: [s], short against the reference's periods
+        reference: present reference
+        time: time ahead [s], short against the periods of the reference
     """
     angle, rate, acceleration, jerk, snap = reference
     half, third = 0.5 * time, time / 3.0
@@ -173,19 +173,19 @@ def advanced(reference: Reference, time: Scalar) -> Reference:
 
 
 def motion_for(reference: Reference, column: TwoInertiaParameters, output_stiffness: Scalar) -> ColumnMotion:
-    """The motion with which the output shaft follows a reference, hands off.
+    """Motion with which the output shaft follows a reference, hands off.
 
-    The angle y of the steering wheel is the flat output: all else follows from it and its derivatives. That of the
-    shaft is y + (J y'' + beta y')/k, which is turned round as a series up to the reference's fourth derivative.
+    The angle y of the steering wheel is the flat output: state and torque follow from it and its derivatives. The angle
+    of the shaft is y + (J y'' + beta y')/k, which is inverted as a series up to the fourth derivative of the reference.
 
     Args:
-        reference: of the output shaft
-        column: its parameters
-        output_stiffness: k, between the steering wheel and the shaft that follows: the torsion bar's for the gear's
-            output, `column.stiffness` for the motor's own angle [N m/rad]
+        reference: reference of the output shaft
+        column: parameters of the column
+        output_stiffness: k, stiffness between the steering wheel and the controlled shaft: that of the torsion bar for
+            the output of the gear, `column.stiffness` for the angle of the motor [N m/rad]
 
-    Validity: references below a fifth of the wheel's frequency on the bar, sqrt(k/J), which is 10 Hz in the paper's
-    column; the series leaves out (J w^2/k)^2 of the wheel's torque, 1 % at 3 Hz there, 8 % at 5 Hz.
+    Validity: references below a fifth of the wheel's natural frequency on the bar, sqrt(k/J), which is 10 Hz in the
+    paper's column; the series neglects (J w^2/k)^2 of the wheel's torque, 1 % at 3 Hz there, 8 % at 5 Hz.
     Source: M. Fliess, J. Levine, P. Martin, P. Rouchon, 1995, doi 10.1080/00207179508921959; Raffone, eqs (12), (13).
     """
     damping, inertia = column.steering_wheel_damping, column.steering_wheel_inertia

@@ -1,1 +1,1 @@
-"""The rules of Li, Frey and Gauterin: residuals, thresholds and symptoms, as variants of the condition monitor."""
+"""The rules of Li, Frey and Gauterin (residuals, thresholds, symptoms) as variants of the condition monitor."""

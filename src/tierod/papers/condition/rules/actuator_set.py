@@ -1,4 +1,4 @@
-"""All residuals of the actuators: response to the commanded torques less the readings of the (repaired) sensors."""
+"""All residuals of the actuators: response to the targets less the readings of the reconfigured sensors."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from tierod.physics.planar_motion import longitudinal_acceleration
 
 
 class Targets(NamedTuple):
-    """Targets of the control; NaN where missing."""
+    """Targets of the controller; NaN where missing."""
 
     steering_motor_1_target_torque: Annotated[float, "N*m"]
     steering_motor_2_target_torque: Annotated[float, "N*m"]
@@ -35,14 +35,14 @@ class Targets(NamedTuple):
 ActuatorResiduals: Any = named_tuple(
     "ActuatorResiduals", [(each.name, Annotated[float, each.unit]) for each in ACTUATOR_RESIDUALS]
 )
-"""r1a to r8a and what goes beyond them, in their units; zero where one is not there."""
+"""r1a to r8a and the residuals beyond the paper, in their units; zero where one is missing."""
 
 ActuatorFlags: Any = named_tuple("ActuatorFlags", [(each.name, Annotated[float, ""]) for each in ACTUATOR_RESIDUALS])
-"""One flag (1.0 or 0.0) for each."""
+"""Presence of each residual as a flag, 1.0 or 0.0."""
 
 
 class Repaired(NamedTuple):
-    """The sensors as reconfigured, the filters' estimates, the torque as it is sensed, and r19."""
+    """Readings after reconfiguration, estimates of the filters, measured shaft torque, and r19."""
 
     measured: Measured
     motion: Motion
@@ -56,17 +56,17 @@ class ActuatorSet:
 
     Args:
         car: the vehicle
-        coefficients: from `calibrate_residuals`
-        hold: bridges two missing samples
-        motors: shares of both steering torques that are missing in the shaft's, as sensed and as the motion of the
-            steering shows it, whichever misses less: a faulty sensor is no faulty motor
-        drives: share of the drives' torque that is missing in the acceleration
-        side: share of the drives' torque that turns up as a force at the tie rods, since one side alone drives
-        speed_memory: over which the target speed is differentiated
-        restless: change of the asked steering torque from sample to sample, halved with each, above which the shaft's
-            torque is not compared to it: motors and bus lag behind
+        coefficients: coefficients of `calibrate_residuals`
+        hold: holds the targets over two missing samples
+        motors: lost shares of both steering torques; the shaft torque is that of its sensor or that of the motion of
+            the steering, whichever lacks less, since a faulty torque sensor is no faulty motor
+        drives: share of the drive torque that the longitudinal acceleration lacks
+        side: share of the drive torque that appears as a force at the tie rods, as when one side alone drives
+        speed_memory: time constant of the derivative of the target speed
+        restless: change of the commanded steering torque per sample, halved with each, above which the shaft torque is
+            not compared with it, since motors and bus lag
         moving: speed below which the vehicle counts as standing
-        sample_time: between two samples
+        sample_time: sampling interval
 
     Build it by `actuator_set`.
     """
@@ -83,7 +83,7 @@ class ActuatorSet:
     sample_time: Annotated[float, "s", POSITIVE] = 0.01
 
     class Sample(NamedTuple):
-        """Targets, and sensors as reconfigured."""
+        """Targets, and sensors after reconfiguration."""
 
         targets: Targets
         repaired: Repaired
@@ -101,7 +101,7 @@ class ActuatorSet:
         unrest: Scalar
 
     class Output(NamedTuple):
-        """Residuals, and whether each is there."""
+        """Residuals, and the presence of each."""
 
         residuals: ActuatorResiduals
         there: ActuatorFlags
@@ -120,12 +120,14 @@ class ActuatorSet:
         )
 
     def step(self, state: State, sample: Sample) -> tuple[State, Output]:
-        """One sample on."""
+        """Advances by one sample."""
         hold, held = self.hold.step(state.hold, sample.targets)
+        # Zeros in place of NaN keep the state finite; the flags exclude the residuals of missing signals.
         wanted = Targets(*(where(present(value), value, 0.0) for value in held))
         now, motion = sample.repaired.measured, sample.repaired.motion
         seen = Measured(*(where(present(value), value, 0.0) for value in now))
         moving = minimum(wanted.target_vehicle_speed, maximum(*seen[:2])) > self.moving
+        # The single-track model divides by the speed, hence the lower bound.
         turn = SingleTrack.Input(
             self.car.steering_ratio * wanted.target_steering_wheel_angle,
             maximum(wanted.target_vehicle_speed, self.moving),
@@ -152,7 +154,7 @@ class ActuatorSet:
 
     @staticmethod
     def _there(each: Residual, known: dict[str, Scalar], moving: Scalar, steady: Scalar) -> Scalar:
-        """Whether all signals of a residual are there, the vehicle moves, and the asked torque does not jump."""
+        """Whether all signals of a residual are present and its enabling conditions hold, 1.0 or 0.0."""
         asked = [moving] if each.moving else []
         asked += [steady] if each.steady else []
         return where(all_of(*(known[name] for name in each.signals), *asked), 1.0, 0.0)
@@ -166,7 +168,7 @@ class ActuatorSet:
         turn: SingleTrack.Input,
         speed_rate: Scalar,
     ) -> tuple[Scalar, ...]:
-        """r1a to r8a."""
+        """Values of r1a to r8a, eqs (48) to (52)."""
         known, car = self.coefficients, self.car
         across = SingleTrack.output(ideal, turn, car.single_track).lateral_acceleration
         along = longitudinal_acceleration(speed_rate, turn.vehicle_speed, ideal.sideslip_angle, ideal.yaw_rate)
@@ -188,7 +190,7 @@ class ActuatorSet:
     def _drives(
         self, state: State, wanted: Targets, seen: Measured, force: Scalar, use: Scalar
     ) -> tuple[LostShares.State, Scalar, LostShares.State, Scalar]:
-        """Share of the drives' sum that is missing along, and of their sum as a side force at the tie rods."""
+        """Shares of the total drive torque: missing in the longitudinal acceleration, and found at the tie rods."""
         known, car = self.coefficients, self.car
         asked = wanted.target_drive_torque_left + wanted.target_drive_torque_right
         speed = 0.5 * (seen.wheel_speed_rear_left + seen.wheel_speed_rear_right)
@@ -213,8 +215,8 @@ def actuator_set(
 
     Args:
         car: the vehicle
-        coefficients: from calibration
-        sample_time: [s]
+        coefficients: coefficients of a calibration; zeros where None
+        sample_time: sampling interval [s]
     """
     return ActuatorSet(
         car,

@@ -1,4 +1,4 @@
-"""Forward speed of the vehicle by a two-stage adaptive Kalman filter that turns away from a wheel that disagrees."""
+"""Forward speed of the vehicle by a two-stage adaptive Kalman filter that rejects a deviating wheel."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tierod.physics.planar_motion import forward_rate
 
 
 class Growing:
-    """A value and its rate, the rate wandering."""
+    """Model of a value whose rate is a random walk."""
 
     class State(NamedTuple):
         """Value and rate."""
@@ -23,22 +23,22 @@ class Growing:
         rate: Annotated[float, "unit of the signal"]
 
     class Input(NamedTuple):
-        """Nothing."""
+        """No inputs."""
 
     class Output(NamedTuple):
-        """The value."""
+        """The measured value."""
 
         value: Annotated[float, "unit of the signal"]
 
     @dataclass(frozen=True)
     class Parameters:
-        """Args: sample_time: between two samples."""
+        """Args: sample_time: sampling interval."""
 
         sample_time: Annotated[float, "s", POSITIVE]
 
     @staticmethod
     def transition(x: State, u: Input, p: Parameters) -> State:
-        """One sample on."""
+        """Advances by one sample."""
         return Growing.State(x.value + p.sample_time * x.rate, x.rate)
 
     @staticmethod
@@ -48,21 +48,21 @@ class Growing:
 
 
 class CarriedSpeed:
-    """Forward speed carried on by an acceleration with an unknown offset."""
+    """Model of the forward speed as the integral of an acceleration with an unknown offset."""
 
     class State(NamedTuple):
-        """Forward speed, and the offset."""
+        """Forward speed, and offset of the acceleration."""
 
         forward_speed: Annotated[float, "m/s"]
         offset: Annotated[float, "m/s**2"]
 
     class Input(NamedTuple):
-        """Derivative of the forward speed, by the accelerometer."""
+        """Derivative of the forward speed by the accelerometer."""
 
         forward_rate: Annotated[float, "m/s**2"]
 
     class Output(NamedTuple):
-        """Forward speed by each rear wheel."""
+        """Forward speed as measured by each rear wheel."""
 
         left: Annotated[float, "m/s"]
         right: Annotated[float, "m/s"]
@@ -71,22 +71,22 @@ class CarriedSpeed:
 
     @staticmethod
     def transition(x: State, u: Input, p: Growing.Parameters) -> State:
-        """One sample on."""
+        """Advances by one sample."""
         return CarriedSpeed.State(x.forward_speed + p.sample_time * (u.forward_rate - x.offset), x.offset)
 
     @staticmethod
     def output(x: State, u: Input, p: Growing.Parameters) -> Output:
-        """Both wheels roll at the same speed."""
+        """Both rear wheels roll at the forward speed."""
         return CarriedSpeed.Output(x.forward_speed, x.forward_speed)
 
 
 def growing(sample_time: float, noise: float, value_growth: float, rate_growth: float) -> KalmanFilter:
-    """A filter of a value and its rate.
+    """A Kalman filter of a value and its rate.
 
     Args:
-        sample_time: [s]
+        sample_time: sampling interval [s]
         noise: standard deviation of a reading [unit of the value]
-        value_growth, rate_growth: variance that value and rate gain per second [squared units per second]
+        value_growth, rate_growth: process noise of value and rate [squared units per second]
     """
     return KalmanFilter(
         Growing,
@@ -102,17 +102,18 @@ def growing(sample_time: float, noise: float, value_growth: float, rate_growth: 
 class AdaptiveSpeed:
     """Forward speed and acceleration from accelerometer, yaw rate and both rear wheels.
 
-    Filter I follows the accelerometer, filter II each wheel, filter III joins them. The fourth power of its innovation
-    widens the noise of a wheel, so that one that slips or fails loses its weight. It starts at the mean of the wheels,
-    and does so again after a long gap, or where both wheels agree on another speed.
+    Filter I smooths the acceleration, filter II the speed of each wheel, filter III fuses them. In filter III the
+    variance of a wheel grows with the fourth power of its innovation, so that a wheel that slips or fails loses its
+    weight. The speed starts at the mean of the wheels, and restarts there after a long gap or where both wheels agree
+    on another speed.
 
     Args:
-        track_width: between the rear wheels
-        sample_time: between two samples
+        track_width: distance between the rear wheels
+        sample_time: sampling interval
         acceleration, wheel, speed: filters I, II and III
-        wheel_noise: standard deviation of a wheel's speed that agrees, in filter III
+        wheel_noise: standard deviation of the speed of a fault-free wheel in filter III
         rejection: innovation at which the variance of a wheel has doubled
-        patience: how long a gap, or a speed that both wheels contradict, is tolerated [s]
+        patience: longest gap, or time in which both wheels contradict the speed, without a restart [s]
 
     Source: Li, Frey, Gauterin, section 3.5.2 and Figure 4, which leave the filters open; `design` fills them in.
     """
@@ -127,7 +128,7 @@ class AdaptiveSpeed:
     patience: Annotated[float, "s", POSITIVE] = 1.0
 
     class Sample(NamedTuple):
-        """Input; NaN where missing. The sideslip angle is estimated."""
+        """Signals, NaN where missing, and the estimated sideslip angle."""
 
         longitudinal_acceleration: Annotated[float, "m/s**2"]
         yaw_rate: Annotated[float, "rad/s"]
@@ -136,7 +137,7 @@ class AdaptiveSpeed:
         wheel_speed_rear_right: Annotated[float, "m/s"]
 
     class State(NamedTuple):
-        """State of the four filters, whether the speed has started, and how long it has been doubtful [s]."""
+        """State of the four filters, whether the speed has started, and for how long it has been doubtful [s]."""
 
         acceleration: Belief
         left: Belief
@@ -146,7 +147,7 @@ class AdaptiveSpeed:
         doubt: Scalar
 
     class Output(NamedTuple):
-        """Speed, its rate free of the accelerometer's offset, that offset, and the rates of both wheels."""
+        """Speed, its rate without the offset of the accelerometer, that offset, and the rates of both wheel speeds."""
 
         forward_speed: Annotated[float, "m/s"]
         forward_rate: Annotated[float, "m/s**2"]
@@ -156,11 +157,11 @@ class AdaptiveSpeed:
 
     @classmethod
     def design(cls, track_width: float, sample_time: float) -> AdaptiveSpeed:
-        """Noises with which the speed is 4 mm/s off on fault-free drives, and 10 mm/s while a wheel is lost for 20 s.
+        """The filters with their noises: speed error 4 mm/s on fault-free drives, 10 mm/s with a wheel lost for 20 s.
 
         Args:
-            track_width: between the rear wheels [m]
-            sample_time: between two samples [s]
+            track_width: distance between the rear wheels [m]
+            sample_time: sampling interval [s]
         """
         joined = KalmanFilter(
             CarriedSpeed,
@@ -174,11 +175,11 @@ class AdaptiveSpeed:
         return cls(track_width, sample_time, first, second, joined)
 
     def init(self) -> State:
-        """At rest, not yet started."""
+        """State at rest, before the speed has started."""
         return self.State(self.acceleration.init(), self.wheel.init(), self.wheel.init(), self.speed.init(), 0.0, 0.0)
 
     def step(self, state: State, sample: Sample) -> tuple[State, Output]:
-        """One sample on."""
+        """Advances by one sample."""
         before = state.speed.mean
         rate = forward_rate(
             sample.longitudinal_acceleration, before.forward_speed, sample.sideslip_angle, sample.yaw_rate
@@ -187,6 +188,7 @@ class AdaptiveSpeed:
         left, left_wheel = self.wheel.step(state.left, _reading(self.wheel, sample.wheel_speed_rear_left))
         right, right_wheel = self.wheel.step(state.right, _reading(self.wheel, sample.wheel_speed_rear_right))
         across = 0.5 * self.track_width * sample.yaw_rate
+        # Filter II predicts over a gap; without `_if_present` its prediction would count as a measurement.
         readings = (
             _if_present(sample.wheel_speed_rear_left, left_wheel.mean.value + across),
             _if_present(sample.wheel_speed_rear_right, right_wheel.mean.value - across),
@@ -195,6 +197,7 @@ class AdaptiveSpeed:
         begun = both(state.started > 0.5, state.doubt < self.patience)
         start = where(begun, before.forward_speed, where(there, 0.5 * (readings[0] + readings[1]), 0.0))
         started = where(there, 1.0, where(begun, 1.0, 0.0))
+        # A restart resets the speed alone; the offset of the accelerometer is still the same.
         belief = state.speed._replace(mean=before._replace(forward_speed=start))
         ahead = start + self.sample_time * (along.mean.value - before.offset)
         noise = tuple(self._noise(each - ahead) for each in readings)
@@ -210,13 +213,13 @@ class AdaptiveSpeed:
         return self.State(first, left, right, joined, started, doubt), output
 
     def _apart(self, readings: tuple[Scalar, Scalar], ahead: Scalar) -> Scalar:
-        """Whether both wheels agree, and the filter differs."""
+        """Whether both wheels agree with each other and contradict the predicted speed."""
         left, right = (where(present(each), each, 0.0) for each in readings)
         agree = absolute(left - right) < 4.0 * self.wheel_noise
         return both(agree, absolute(0.5 * (left + right) - ahead) > 2.0 * self.rejection)
 
     def _noise(self, innovation: Scalar) -> Scalar:
-        """Variance of a wheel by its innovation."""
+        """Variance of a wheel that depends on its innovation [(m/s)**2]."""
         relative = where(present(innovation), innovation, 0.0) / self.rejection
         squared = relative * relative
         return self.wheel_noise * self.wheel_noise * (1.0 + squared * squared)
@@ -227,5 +230,5 @@ def _reading(each: KalmanFilter, value: Scalar) -> Tree:
 
 
 def _if_present(raw: Scalar, value: Scalar) -> Scalar:
-    """The value where the raw reading is there; otherwise what is missing stays so."""
+    """The value where the raw reading is present, otherwise the missing reading itself."""
     return where(present(raw), value, raw)

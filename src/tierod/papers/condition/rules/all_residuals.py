@@ -1,4 +1,4 @@
-"""All residuals of sensors and actuators of a vehicle whose sensors are taken as they are."""
+"""All residuals of sensors and actuators, from the readings without reconfiguration."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ Residuals: Any = named_tuple("Residuals", [(each.name, Annotated[float, each.uni
 """Every residual in its unit."""
 
 Flags: Any = named_tuple("Flags", [(name, Annotated[float, ""]) for name in RESIDUALS])
-"""One flag (1.0 or 0.0) for each."""
+"""Presence of each residual as a flag, 1.0 or 0.0."""
 
 
 @dataclass(frozen=True)
 class AllResiduals:
-    """Residuals of sensors and actuators side by side, for calibration and for looking at them.
+    """Residuals of sensors and actuators, for calibration and figures.
 
     Args:
-        sensors: r1 to r19
-        actuators: r1a and on
+        sensors: residuals r1 to r19
+        actuators: residuals r1a and following
     """
 
     sensors: ResidualSet
@@ -40,7 +40,7 @@ class AllResiduals:
         actuators: ActuatorSet.State
 
     class Output(NamedTuple):
-        """Residuals, whether each is there, the excitation, and the filters' estimates."""
+        """Residuals, presence of each, excitation, and estimates of the filters."""
 
         residuals: Residuals
         there: Flags
@@ -52,7 +52,7 @@ class AllResiduals:
         return self.State(self.sensors.init(), self.actuators.init())
 
     def step(self, state: State, sample: ConditionSample) -> tuple[State, Output]:
-        """One sample on."""
+        """Advances by one sample."""
         sensors, seen = self.sensors.step(state.sensors, sample)
         targets = Targets(*(getattr(sample, name) for name in Targets._fields))
         repaired = Repaired(seen.held, seen.motion, seen.held.steering_shaft_torque, seen.residuals.r19)

@@ -1,4 +1,4 @@
-"""The unscented filters of r1: column and rack as one body, and as the two bodies of the paper."""
+"""The unscented filters of r1, with column and rack as one body and as the two bodies of the paper."""
 
 from __future__ import annotations
 
@@ -15,24 +15,24 @@ from tierod.models.two_body_rack import TwoBodyRack
 from tierod.papers.condition.rules.parameters import ResidualParameters
 
 ANGLE_NOISE, RATE_NOISE = 1e-8, 10.0
-"""Variance that the angle gains per sample [rad**2], and the column's rate per second [rad**2/s**3]."""
+"""Process noise: variance of the angle per sample [rad**2] and of the column rate per second [rad**2/s**3]."""
 
 MEASURED = 0.002**2
-"""Variance of the measured angle [rad**2]: the steps of its sensor."""
+"""Variance of the measured angle [rad**2], due to the quantisation of its sensor."""
 
 SQUARINGS = 20
-"""Of a sample of 10 ms: the row sums of eq (3) are 3.3e7 per second squared."""
+"""Squarings of the matrix exponential over 10 ms; the row sums of eq (3) are 3.3e7 per second squared."""
 
 _SLIDING = TwoBodyRack.State(0.0, 0.0, 0.0, 1e3)
-"""Where the friction has no slope, so that eq (3) is left."""
+"""State of fast sliding, in which friction has no slope and the Jacobian is the matrix of eq (3)."""
 
 
 def one_body(car: ResidualParameters, sample_time: float = 0.01) -> UnscentedFilter:
-    """The filter that the residuals use: column and rack turn together.
+    """The filter that the residuals use, with column and rack as one rigid body.
 
     Args:
         car: the vehicle
-        sample_time: [s]
+        sample_time: sampling interval [s]
     """
     rack: Any = discretise_pair(StiffRack)
     return UnscentedFilter(
@@ -48,13 +48,13 @@ def one_body(car: ResidualParameters, sample_time: float = 0.01) -> UnscentedFil
 def two_bodies(car: ResidualParameters, sample_time: float = 0.01, model: Model | None = None) -> UnscentedFilter:
     """The filter of eqs (3) and (4), with four states.
 
-    A missing rack position leaves one measurement. Given as rack ratio times angle (eq 5), as the paper does, it counts
-    the one sensor twice, and the variance that the filter states is almost half as large.
+    A missing rack position leaves the angle as the only measurement. If it is given as rack ratio times angle (eq 5),
+    as in the paper, the one sensor counts twice, and the variance of the filter is almost half as large.
 
     Args:
         car: the vehicle
-        sample_time: [s]
-        model: `TwoBodyRack`, discretised; with the exponential of eq (3) and explicit friction if None
+        sample_time: sampling interval [s]
+        model: `TwoBodyRack`, discretised; by the exponential of eq (3) with explicit friction if None
     """
     rack: Any = model or exponential()
     ratio = car.rack_ratio * car.rack_ratio
@@ -70,20 +70,20 @@ def two_bodies(car: ResidualParameters, sample_time: float = 0.01, model: Model 
 
 
 def two_body_parameters(car: ResidualParameters) -> TwoBodyRack.Parameters:
-    """The steering of a vehicle with the rack and teeth of Table A1."""
+    """Parameters of the steering of a vehicle, with the rack and teeth of Table A1."""
     return TwoBodyRack.Parameters(**asdict(car.rack))
 
 
 def exponential(everywhere: bool = False) -> Model:
-    """The four states sampled by an exponential.
+    """The model with four states, discretised by a matrix exponential.
 
     Args:
-        everywhere: whether its Jacobian is taken in every state, with the slope of friction; otherwise it is eq (3),
-            worked out before all samples, and friction is that at the beginning of each
+        everywhere: whether the Jacobian is evaluated in every state, with the slope of friction; otherwise it is the
+            matrix of eq (3), computed once, and friction is that at the beginning of each sample
     """
     return discretise_stiff(TwoBodyRack, SQUARINGS, None if everywhere else _SLIDING)
 
 
 def explicit(steps: int) -> Model:
-    """The four states sampled by Runge and Kutta's method of fourth order, so many steps to a sample."""
+    """The model with four states, discretised by the fourth-order Runge-Kutta method with `steps` steps per sample."""
     return discretise(TwoBodyRack, "rk4", steps)

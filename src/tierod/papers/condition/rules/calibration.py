@@ -1,4 +1,4 @@
-"""Coefficients and thresholds of all residuals from fault-free drives, never from drives with faults."""
+"""Calibration of the coefficients and thresholds of all residuals, on fault-free drives only."""
 
 from __future__ import annotations
 
@@ -22,28 +22,28 @@ from tierod.papers.condition.rules.readings import GROWTHS, Excitation, Residual
 from tierod.papers.condition.rules.residual_set import residual_set
 
 MARGIN = 1.15
-"""Of a threshold over the largest healthy residual, where it is not designed for a rate of false alarms."""
+"""Ratio of a threshold to the largest fault-free residual [-], where it is not designed for a false-alarm rate."""
 
 MIRRORED = (("r7", "r11"), ("r8", "r12"), ("r9", "r13"), ("r10", "r14"), ("motor_1_share", "motor_2_share"))
-"""Residuals of the same thing on either side, which are compared with each other: they get one threshold."""
+"""Pairs of residuals of the left and the right side; they share one threshold, since the rules compare them."""
 
 _LEAST = 1e-3
-"""Least threshold of a residual that hardly moves, in its unit."""
+"""Lower bound of a threshold, for residuals that hardly move, in the unit of the residual."""
 
 
 @dataclass(frozen=True)
 class ResidualCalibration:
-    """Statistics of a vehicle's residuals over fault-free drives.
+    """Calibration of the residuals of a vehicle.
 
     Args:
-        coefficients: of the models
-        thresholds: by residual
-        deviations: standard deviation of every residual, in its unit
-        samples: fault-free samples behind the thresholds
-        printed: whether the equations were taken with their misprints
-        adaptive: whether the thresholds widen with excitation, where that lowers them on average
-        hours_between_alarms: of each residual by itself, that the thresholds are designed for; None where they are the
-            largest fault-free residual and a margin
+        coefficients: coefficients of the models
+        thresholds: threshold by residual
+        deviations: fault-free standard deviation by residual, in its unit
+        samples: number of fault-free samples behind the thresholds
+        printed: whether the equations keep their misprints
+        adaptive: whether thresholds grow with excitation, where that lowers them on average
+        hours_between_alarms: mean time between false alarms of each residual for which the thresholds are designed;
+            None where they are the largest fault-free residual with a margin
     """
 
     coefficients: Coefficients
@@ -65,20 +65,22 @@ def calibrate_residuals(
     adaptive: bool = False,
     hours_between_alarms: float | None = None,
 ) -> ResidualCalibration:
-    """Coefficients and thresholds from fault-free drives.
+    """Calibrates coefficients and thresholds on fault-free drives.
 
     Args:
         car: the vehicle
         fitted: fault-free drives for the coefficients, 5 minutes or more
         healthy: fault-free drives for the thresholds, an hour or more
-        sample_time: of all recordings [s]
-        printed: whether the equations are taken with their misprints
-        adaptive: whether a threshold may widen with speed, yaw acceleration, lateral acceleration and steering rate;
-            it does where it is lower on average so
-        hours_between_alarms: wanted of each residual by itself; None takes the largest fault-free residual and 15 %
+        sample_time: sampling interval of all recordings [s]
+        printed: whether the equations keep their misprints
+        adaptive: whether a threshold may grow with speed, yaw acceleration, lateral acceleration and steering rate; it
+            does where that lowers it on average
+        hours_between_alarms: mean time between false alarms of each residual [h]; None takes 1.15 times the largest
+            fault-free residual
 
     Raises:
         InputError: too little fault-free driving
+        ParameterError: `hours_between_alarms` is not positive
     """
     if hours_between_alarms is not None and not hours_between_alarms > 0.0:
         raise ParameterError(f"hours_between_alarms is {hours_between_alarms}; expected more than zero")
@@ -100,7 +102,7 @@ def calibrate_residuals(
 
 @dataclass(frozen=True)
 class _Healthy:
-    """One fault-free drive: residuals by name, NaN where not there, and excitations, (n, 5), the first of them one."""
+    """Residuals of a fault-free drive, NaN where missing, and excitations, (n, 5), whose first column is one."""
 
     residuals: dict[str, np.ndarray]
     excitation: np.ndarray
@@ -127,6 +129,7 @@ def _threshold(
         return ResidualThreshold(np.inf), np.nan
     deviation = float(np.std(values[there]))
     plain = not adaptive and alarm_samples is None
+    # The thresholds of the paper are symmetric about zero.
     centre = 0.0 if plain else float(np.median(values[there]))
     lively = np.concatenate([each.excitation for each in drives])[there]
     shapes = [_FIXED, *([_spread(lively, np.abs(values[there] - centre))] if adaptive else [])]
@@ -143,7 +146,7 @@ _FIXED = np.array([1.0, 0.0, 0.0, 0.0, 0.0])
 
 
 def _scale(relative: Sequence[np.ndarray], alarm_samples: float | None) -> float:
-    """Factor on a shape that gives the threshold of residuals divided by that shape."""
+    """Factor on a shape of the threshold, from the residuals divided by that shape."""
     if alarm_samples is None:
         return MARGIN * max(float(np.nanmax(np.abs(each))) for each in relative if np.isfinite(each).any())
     design = threshold_from_records(HoldRule(sides="both", hold=1), relative, alarm_samples)
@@ -151,17 +154,18 @@ def _scale(relative: Sequence[np.ndarray], alarm_samples: float | None) -> float
 
 
 def _alike(left: str, first: ResidualThreshold, right: str, second: ResidualThreshold) -> dict[str, ResidualThreshold]:
-    """Both with the larger of each part of their thresholds, and centres of their own."""
+    """Both thresholds with the larger of each of their parts; each keeps its centre."""
     names = ("base", *GROWTHS)
     parts = {name: max(getattr(first, name), getattr(second, name)) for name in names}
     return {left: replace(first, **parts), right: replace(second, **parts)}
 
 
 def _spread(excitation: np.ndarray, size: np.ndarray) -> np.ndarray:
-    """Mean size of a residual as a sum of what each excitation adds, none of it negative, (5,)."""
+    """Mean magnitude of a residual as a non-negative linear combination of the excitations, (5,)."""
     from scipy.optimize import nnls
 
     thinned = slice(None, None, 5)
     found, _ = nnls(excitation[thinned], size[thinned])
+    # Residuals are divided by this shape: without a base it would vanish at rest.
     found[0] = max(found[0], 0.2 * float(np.mean(size)))
     return np.asarray(found)

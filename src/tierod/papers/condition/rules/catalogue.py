@@ -1,4 +1,4 @@
-"""Every residual of the paper: what it is, what it stands on, what was corrected."""
+"""Catalogue of the residuals of the paper, with their equations, signals and corrections."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ _TORQUES = ("steering_motor_1_target_torque", "steering_motor_2_target_torque")
 
 @dataclass(frozen=True)
 class Residual:
-    """One residual: estimate less measurement, or target less actual.
+    """One residual: estimate less measurement, or target less actual value.
 
     Args:
-        name: as rules name it
-        meaning: in a few words
-        equation: of the paper
-        signals: canonical signals that decide its value; the wheels that only enable it are left out
-        unit: SI
-        correction: what was corrected, "" where it is as printed
-        moving: whether it is judged only while the vehicle moves
-        steady: whether it is judged only while the asked steering torque does not jump
-        gentle: whether it is judged only at lateral accelerations that linear tyres follow
+        name: name in the rules
+        meaning: short description
+        equation: equation of the paper
+        signals: canonical signals that determine its value, without wheel speeds that only enable it
+        unit: SI unit
+        correction: correction of the printed equation, "" for none
+        moving: whether it is enabled only while the vehicle moves
+        steady: whether it is enabled only while the commanded steering torque does not jump
+        gentle: whether it is enabled only at lateral accelerations at which the tyres are linear
     """
 
     name: str
@@ -135,7 +135,7 @@ SENSOR_RESIDUALS: tuple[Residual, ...] = (
         "friction with the sign of the rate, which needs the angle; the measured force without a hat in eq (47)",
     ),
 )
-"""r1 to r19, of sensors."""
+"""Residuals r1 to r19 of the sensors."""
 
 ACTUATOR_RESIDUALS: tuple[Residual, ...] = (
     Residual("r1a", "yaw rate by the targets", PAPER + "eq (48)", (*_TARGETS, YAW), "rad/s"),
@@ -160,17 +160,17 @@ ACTUATOR_RESIDUALS: tuple[Residual, ...] = (
     _beyond("drive_share", "drives' torque missing along", (*_DRIVES, *_WHEELS, ANGLE, ALONG, ACROSS)),
     _beyond("drive_side", "drives' torque found at the tie rods", (*_DRIVES, ANGLE, TORQUE, FORCE, ACROSS)),
 )
-"""r1a to r8a, of actuators, which the paper calls r1 to r8 there; and what goes beyond it."""
+"""Residuals r1a to r8a of the actuators, r1 to r8 in the paper, and four beyond the paper."""
 
 RESIDUALS: dict[str, Residual] = {each.name: each for each in (*SENSOR_RESIDUALS, *ACTUATOR_RESIDUALS)}
-"""All, by name."""
+"""All residuals by name."""
 
 
 def residual(name: str) -> Residual:
-    """The residual of a name.
+    """The residual with a name.
 
     Raises:
-        ParameterError: there is none; the message names the nearest
+        ParameterError: there is no such residual; the message suggests the nearest name
     """
     if name not in RESIDUALS:
         raise ParameterError(f"no residual is called '{name}'{nearest(name, RESIDUALS)}")

@@ -20,11 +20,11 @@ from tierod.monitors.harness.session import Session, Variant
 from tierod.vehicles import Vehicle
 
 _DECIDES = "symptom of a residual"
-"""Name of the decision by which faults are declared."""
+"""Name of the decision that declares faults."""
 
 
 def _opening(name: str) -> Callable[[Vehicle, float, Baseline | None], Session]:
-    """Function that opens a session of a variant."""
+    """A function that opens a session of a variant."""
 
     def opened(vehicle: Vehicle, rate: float, baseline: Baseline | None) -> Session:
         from tierod.papers.condition.rules.parameters import ResidualParameters
@@ -36,7 +36,8 @@ def _opening(name: str) -> Callable[[Vehicle, float, Baseline | None], Session]:
             vehicle.parameters_for(ResidualParameters), calibration_of(vehicle, printed), name, 1.0 / rate
         )
         calibrated = name_of(printed) in vehicle.thresholds
-        # Their models go by sensors that may be at fault too, and their errors then were never measured.
+        # The models of the rules are no substitutes: they use sensors that may be faulty as well, and their errors in
+        # that case were never measured.
         reconfiguration = Reconfiguration.of_vehicle(vehicle, 1.0 / rate, calibrated, filters=False)
         block = RulesWithReaction(monitor, FaultReaction.of(reconfiguration, 1.0 / rate))
         graph = reconfiguration.switchover.graph
@@ -71,21 +72,21 @@ VARIANTS = {
         "rules-printed": "The paper's residuals and rules with their misprints.",
     }.items()
 }
-"""By name."""
+"""Variants of the monitor by name."""
 
 
 def calibrated_tables(
     vehicle: Vehicle, fitted: Sequence[Recording], healthy: Sequence[Recording], source: str
 ) -> Mapping[str, Table]:
-    """Coefficients and thresholds of the residuals as a vehicle file holds them, corrected and as printed.
+    """Calibrates the residuals, corrected and as printed, and returns the tables of a vehicle file.
 
     Args:
-        vehicle: with calibrated parameters
-        fitted, healthy: drives for the coefficients, and for the thresholds
-        source: of the drives
+        vehicle: vehicle file with calibrated parameters
+        fitted, healthy: fault-free drives for the coefficients, and for the thresholds
+        source: description of the drives
 
     Returns:
-        tables by name; none where a recording lacks a signal that the residuals need
+        tables by name; empty where a recording lacks a signal that the residuals need
     """
     from tierod.papers.condition.rules.calibration import calibrate_residuals
     from tierod.papers.condition.rules.parameters import ResidualParameters

@@ -1,4 +1,4 @@
-"""Rules evaluated side by side: what holds, what could it be, and how well each fault fits what is seen."""
+"""Evaluation of all rules of a table: declared faults, candidates, and a score for every fault."""
 
 from __future__ import annotations
 
@@ -25,18 +25,18 @@ from tierod.papers.condition.rules.symptoms import SymptomRule, SymptomTable
 
 @lru_cache(maxsize=64)
 def ratios_class(residuals: tuple[str, ...]) -> type:
-    """One signed number for each residual: how many thresholds it is away from zero; NaN where it is not there."""
+    """NamedTuple class of the signed ratio of each residual to its threshold; not finite where one is missing."""
     return named_tuple("Ratios", [(name, Annotated[float, ""]) for name in residuals])
 
 
 @lru_cache(maxsize=64)
 def faults_class(faults: tuple[str, ...]) -> type:
-    """One number for each fault of a table."""
+    """NamedTuple class with one number for each fault of a table."""
     return named_tuple("Faults", [(name, Annotated[float, ""]) for name in faults])
 
 
 class Held(NamedTuple):
-    """A residual that was abnormal: by how many thresholds, and how long it stays so [s]."""
+    """Held symptom of a residual: last abnormal ratio to its threshold, and remaining hold-on time [s]."""
 
     ratio: Scalar
     left: Scalar
@@ -44,18 +44,18 @@ class Held(NamedTuple):
 
 @dataclass(frozen=True)
 class RuleDiagnosis:
-    """All rules of a table at once.
+    """Evaluates all rules of a table at every sample.
 
     Args:
         table: the rules
-        sample_time: between two samples
-        groups: of faults, in each of which one fault at a time is assumed; all are one group where there is none
-        least_score: candidates are named where no rule holds although something is abnormal, if they fit so well
+        sample_time: sampling interval
+        groups: groups of faults, within each of which one fault at a time is assumed; all faults if empty
+        least_score: score from which the best faults are candidates where a residual is abnormal but no rule holds
 
-    The output has a number for each fault. `faulty`: 1 where its rule has held for the confirm time (and, with
-    `one_fault`, no other has). `candidates`: 1 for each of several whose rules hold together, or where none holds for
-    those that fit the symptoms best: not isolable, one of these. `scores`: weighted share of what its rule asks that is
-    so, among the residuals that are there.
+    The output has a number for each fault. `faulty`: 1 where its rule has held for the confirm time and, with
+    `one_fault`, no other rule of its group has. `candidates`: 1 for each of several faults whose rules hold together,
+    or, where no rule holds, for those with the best score; they are not isolable from each other. `scores`: weighted
+    share of the conditions of its rule that hold, among those whose residuals are present.
     """
 
     table: SymptomTable
@@ -69,7 +69,7 @@ class RuleDiagnosis:
         return ratios_class(self.table.residuals)
 
     class Output(NamedTuple):
-        """Whether the rules declare each fault, and whether any residual that they name is abnormal."""
+        """Declaration, candidacy and score of each fault, and whether any residual of the rules is abnormal."""
 
         faulty: Tree
         candidates: Tree
@@ -77,7 +77,7 @@ class RuleDiagnosis:
         abnormal: Scalar
 
     class State(NamedTuple):
-        """Held symptoms, for how long each rule has held, and how long its fault still counts as possible [s]."""
+        """Held symptoms, time for which each rule has held, and remaining time of its fault as a possible one [s]."""
 
         symptoms: tuple[Held, ...]
         held: tuple[Scalar, ...]
@@ -89,7 +89,7 @@ class RuleDiagnosis:
         return self.State((Held(0.0, 0.0),) * len(self.table.residuals), (0.0,) * count, (0.0,) * count)
 
     def step(self, state: State, sample: Tree) -> tuple[State, Output]:
-        """One sample on."""
+        """Advances by one sample."""
         pairs = [self._symptom(held, ratio) for held, ratio in zip(state.symptoms, sample, strict=True)]
         ratios = dict(zip(self.table.residuals, (ratio for _, ratio in pairs), strict=True))
         longest = self.table.timing.confirm_time + self.sample_time
@@ -98,6 +98,7 @@ class RuleDiagnosis:
         scores = {}
         for rule, before, left in zip(self.table.rules, state.held, state.since_held, strict=True):
             matched, scores[rule.fault] = _fit(rule, ratios)
+            # Rules are in order of dependence (see `symptom_files`), so `since_held` already has those named here.
             fault_free = [since_held[name] < 0.5 * self.sample_time for name in rule.fault_free]
             holds = all_of(matched, *fault_free)
             held[rule.fault] = where(holds, minimum(before + self.sample_time, longest), 0.0)
@@ -111,11 +112,11 @@ class RuleDiagnosis:
 
     @property
     def _confirmed(self) -> Scalar:
-        """Time for which a rule must hold, half a sample of slack for rounding [s]."""
+        """Time for which a rule must hold, with half a sample of tolerance for rounding [s]."""
         return maximum(self.table.timing.confirm_time, 0.75 * self.sample_time) - 0.5 * self.sample_time
 
     def _symptom(self, before: Held, ratio: Scalar) -> tuple[Held, Scalar]:
-        """Symptom of a residual: an abnormal state holds for a while; a missing residual is none."""
+        """Held symptom and effective ratio of a residual: an abnormal one holds on, a missing one is no symptom."""
         beyond = both(present(ratio), absolute(where(present(ratio), ratio, 0.0)) >= 1.0)
         left = where(beyond, self.table.timing.hold_on, maximum(before.left - self.sample_time, 0.0))
         held = where(beyond, ratio, before.ratio)
@@ -140,7 +141,7 @@ class RuleDiagnosis:
 
 
 def _fit(rule: SymptomRule, ratios: dict[str, Scalar]) -> tuple[Scalar, Scalar]:
-    """Whether all conditions of a rule hold, and the weighted share that does."""
+    """Whether all conditions of a rule hold, and the weighted share of those that hold."""
     asked: list[tuple[str, Scalar]] = []
     for name in rule.abnormal:
         asked.append((name, absolute(ratios[name]) >= 1.0))

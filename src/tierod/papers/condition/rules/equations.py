@@ -1,4 +1,4 @@
-"""The equations of r1 to r19, without memory: what the models expect, and how far the sensors are from it."""
+"""The equations of r1 to r19, without memory: expected readings of the models, and residuals."""
 
 from __future__ import annotations
 
@@ -23,18 +23,18 @@ from tierod.physics.gear import tie_rod_force_of_balance
 from tierod.physics.planar_motion import lateral_acceleration_of_turning, longitudinal_acceleration
 
 _MOST_STEER = 1.2
-"""No road wheel steers more [rad]: a faulty sensor must not carry the routes over the pole of the tangent."""
+"""Bound of the road-wheel angle [rad], so that a faulty sensor cannot carry the routes over the pole of the tangent."""
 
 
 @dataclass(frozen=True)
 class Equations:
-    """Readings expected by the models, and the residuals.
+    """Expected readings of the models, and the residuals.
 
     Args:
         car: the vehicle
-        coefficients: from `calibrate_residuals`
-        moving: speed taken for lower ones where something is divided by it
-        printed: whether the equations are taken with their misprints
+        coefficients: coefficients of `calibrate_residuals`
+        moving: lower bound of a speed in a denominator
+        printed: whether the equations keep their misprints
     """
 
     car: ResidualParameters
@@ -50,14 +50,14 @@ class Equations:
         forward: AdaptiveSpeed.Output,
         unmeasured: Scalar,
     ) -> Motion:
-        """Readings that the models expect.
+        """Expected readings of the models.
 
         Args:
             now: readings, zero where missing
             steer: low-passed signals of the steering and their rates
-            turning: state of the single track
-            forward: of the two-stage filter
-            unmeasured: angle of the column by torque and force alone [rad]
+            turning: state of the single-track model
+            forward: estimates of the two-stage filter
+            unmeasured: column angle from torque and tie-rod force alone [rad]
 
         Source: Li, Frey, Gauterin, eqs (9) to (12), (46), (47).
         """
@@ -65,6 +65,7 @@ class Equations:
         rolling = steer_of_rolling(now.yaw_rate, now.wheel_speed_rear_left, now.wheel_speed_rear_right, car)
         mean = 0.5 * (now.wheel_speed_rear_left + now.wheel_speed_rear_right)
         if self.printed:
+            # Misprints: inverted ratio in eq (9), friction without the sign of the rate in eqs (11) and (46).
             angle = rolling * car.steering_ratio
             friction, about = car.nominal_friction, -car.nominal_friction
         else:
@@ -94,12 +95,12 @@ class Equations:
         forward: AdaptiveSpeed.Output,
         expected: Motion,
     ) -> SensorResiduals:
-        """r1 to r19 of signals that are there.
+        """Residuals r1 to r19, valid where their signals are present.
 
         Args:
-            now, steer, turning, forward: as for `expected`
-            angle: that the filter of r1 expects [rad]
-            expected: by the models
+            now, steer, turning, forward: as in `expected`
+            angle: estimate of the filter of r1 [rad]
+            expected: expected readings of the models
 
         Source: Li, Frey, Gauterin, eqs (6) to (47); see `catalogue` for each.
         """
@@ -141,7 +142,7 @@ class Equations:
     def _accelerations(
         self, now: Measured, turning: SingleTrack.State, forward: AdaptiveSpeed.Output
     ) -> tuple[Scalar, Scalar]:
-        """Longitudinal and lateral acceleration that wheels and single track give: eqs (18) and (19)."""
+        """Longitudinal and lateral acceleration from wheel speeds and single-track model: eqs (18) and (19)."""
         mean = maximum(0.5 * (now.wheel_speed_rear_left + now.wheel_speed_rear_right), self.moving)
         rate = 0.5 * (forward.left_rate + forward.right_rate)
         along = longitudinal_acceleration(rate, mean, turning.sideslip_angle, now.yaw_rate)

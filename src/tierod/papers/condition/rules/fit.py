@@ -15,20 +15,20 @@ from tierod.papers.condition.rules.residual_set import ResidualSet
 from tierod.papers.condition.rules.routes import steer_of_rolling
 
 SETTLING = 2.0
-"""Left out at the start of every drive, while the filters settle [s]."""
+"""Warm-up of the filters at the start of every drive, which is left out [s]."""
 
 FEWEST = 3000
-"""Samples of fault-free driving that a fit needs: half a minute at 100 Hz."""
+"""Smallest number of fault-free samples for a fit: half a minute at 100 Hz."""
 
 
 def samples_of(recording: Recording) -> np.ndarray:
-    """The columns of `ConditionSample`, (n, 14); NaN for a signal that the recording does not have.
+    """Samples of a recording in the columns of `ConditionSample`, (n, 14); NaN for a missing signal.
 
     Args:
-        recording: its channels on one grid
+        recording: recording with its channels on one time grid
 
     Raises:
-        InputError: none of the signals is there, or they are not on one grid
+        InputError: all signals are missing, or they are not on one time grid
     """
     names = [name for name in ConditionSample._fields if name in recording.channels]
     if not names:
@@ -47,8 +47,8 @@ def fit_coefficients(block: ResidualSet, drives: Sequence[np.ndarray]) -> Coeffi
     """The coefficients of eqs (11) and (46), and the understeer, by least squares.
 
     Args:
-        block: whose signals are used; its coefficients do not matter
-        drives: fault-free, columns of `ConditionSample`
+        block: residuals whose filters and parameters are used; its coefficients have no effect
+        drives: fault-free drives, columns of `ConditionSample`
 
     Raises:
         InputError: too little driving
@@ -75,6 +75,7 @@ def fit_coefficients(block: ResidualSet, drives: Sequence[np.ndarray]) -> Coeffi
     turn, rate, acceleration, friction, cornering, torque_offset = torque.solved()
     per_mass, per_torque, rubbing, force_offset = force.solved()
     understeer, angle_offset = angle.solved()
+    # Recordings may lack the targets of the drives.
     driven = drive.solved() if drive.samples >= FEWEST else [0.0] * 4
     return Coefficients(
         turn,
@@ -85,6 +86,7 @@ def fit_coefficients(block: ResidualSet, drives: Sequence[np.ndarray]) -> Coeffi
         torque_offset,
         per_mass,
         per_torque,
+        # Eq (46) subtracts friction from the torque before the factor `per_torque`; here it was fitted after it.
         force_friction=-rubbing / per_torque if per_torque else 0.0,
         force_offset=force_offset,
         understeer=understeer,
@@ -97,7 +99,7 @@ def fit_coefficients(block: ResidualSet, drives: Sequence[np.ndarray]) -> Coeffi
 
 
 class _Equations:
-    """Normal equations of a least-squares fit, drive by drive."""
+    """Normal equations of a least-squares fit, accumulated over the drives."""
 
     def __init__(self, count: int):
         self.left, self.right, self.samples = np.zeros((count, count)), np.zeros(count), 0

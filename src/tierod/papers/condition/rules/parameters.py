@@ -12,23 +12,23 @@ from tierod.models.stiff_rack import StiffRack
 
 @dataclass(frozen=True)
 class ResidualParameters:
-    """The vehicle, by the names of its file.
+    """Parameters of the vehicle, named as in its file.
 
     Args:
-        mass: as driven
-        yaw_inertia: about the vertical axis
-        front_distance, rear_distance: from the centre of gravity to the axles
-        front_cornering_stiffness, rear_cornering_stiffness: of an axle, both tyres together
-        track_width: between the rear wheels
-        steering_ratio: road-wheel angle per turn of the column
-        column_inertia: of all that turns with the column
-        rack_stiffness, rack_damping: of the rack
-        rack_ratio: rack travel per turn of the column
+        mass: mass of the vehicle as driven
+        yaw_inertia: moment of inertia about the vertical axis
+        front_distance, rear_distance: distance from the centre of gravity to the axle
+        front_cornering_stiffness, rear_cornering_stiffness: cornering stiffness of an axle, both tyres together
+        track_width: distance between the rear wheels
+        steering_ratio: road-wheel angle over column angle
+        column_inertia: moment of inertia of all that turns with the column
+        rack_stiffness, rack_damping: stiffness and damping of the rack
+        rack_ratio: rack travel over column angle
         nominal_friction: dry friction of the fault-free steering at the column
         wheel_radius: dynamic rolling radius
 
-    Source: Li, Frey, Gauterin, Table A1. There `i` is the inverse of the rack ratio although eqs (1) to (3) need the
-    ratio itself and eq (5) turns it round; the inertia is printed in a thousandth of its unit.
+    Source: Li, Frey, Gauterin, Table A1. There `i` is the inverse of the rack ratio, although eqs (1) to (3) need the
+    ratio itself and eq (5) inverts it; the inertia is printed in a thousandth of its unit.
     """
 
     mass: Annotated[float, "kg", POSITIVE]
@@ -48,12 +48,12 @@ class ResidualParameters:
 
     @property
     def wheelbase(self) -> float:
-        """Between the axles [m]."""
+        """Distance between the axles [m]."""
         return self.front_distance + self.rear_distance
 
     @property
     def single_track(self) -> SingleTrack.Parameters:
-        """Parameters of the lateral motion."""
+        """Parameters of the single-track model."""
         return SingleTrack.Parameters(
             self.mass,
             self.yaw_inertia,
@@ -65,7 +65,7 @@ class ResidualParameters:
 
     @property
     def rack(self) -> StiffRack.Parameters:
-        """Parameters of the steering."""
+        """Parameters of the steering with a rigid rack."""
         return StiffRack.Parameters(
             self.column_inertia,
             self.rack_stiffness,
@@ -77,20 +77,20 @@ class ResidualParameters:
 
 @dataclass(frozen=True)
 class Coefficients:
-    """Coefficients by least squares on fault-free drives for the models of torque, force and angle.
+    """Coefficients of the models of torque, tie-rod force, angle and drives, by least squares on fault-free drives.
 
     Args:
-        angle, rate, acceleration: of the steering, a1 to a3 of eq (11)
-        friction: torque with the sign of the rate
-        cornering: torque per lateral acceleration; missing in eq (11), which holds without a tie-rod force only
-        torque_offset: of the sensor
+        angle, rate, acceleration: torque over angle, rate and acceleration of the steering, a1 to a3 of eq (11)
+        friction: dry friction, with the sign of the rate
+        cornering: torque over lateral acceleration; missing in eq (11), which holds without a tie-rod force only
+        torque_offset: offset of the torque sensor
         per_mass, per_torque: a4 and a5 of eq (46)
         force_friction: dry friction of eq (46), with the sign of the rate
-        force_offset: of the sensor
-        understeer: steer per speed and yaw rate, which eq (7) leaves out
-        angle_offset: of the sensor
-        inertia, resistance, drag, turning: force of the drives by longitudinal acceleration, at rest, per squared
-            speed, and per lateral acceleration and steer
+        force_offset: offset of the force sensor
+        understeer: steer angle over speed times yaw rate, which eq (7) leaves out
+        angle_offset: offset of the angle sensor
+        inertia, resistance, drag, turning: force of the drives over longitudinal acceleration, constant, over squared
+            speed, and over lateral acceleration times steer angle
     """
 
     angle: Annotated[float, "N*m/rad", ANY] = 0.0

@@ -13,21 +13,22 @@ from tierod.papers.condition.rules.catalogue import SENSOR_RESIDUALS
 SensorResiduals: Any = named_tuple(
     "SensorResiduals", [(each.name, Annotated[float, each.unit]) for each in SENSOR_RESIDUALS]
 )
-"""r1 to r19 in their units; zero where one is not there."""
+"""Residuals r1 to r19 in their units; zero where one is missing."""
 
 SensorFlags: Any = named_tuple("SensorFlags", [(each.name, Annotated[float, ""]) for each in SENSOR_RESIDUALS])
-"""One flag (1.0 or 0.0) for each of r1 to r19."""
+"""Presence of r1 to r19 as flags, 1.0 or 0.0."""
 
 
 class Motion(NamedTuple):
-    """Estimates of the filters of the set.
+    """Estimates of the models and filters of a residual set.
 
     Args:
-        sideslip: at the centre of gravity
-        yaw_rate: that the single track expects
-        forward_speed: of the two-stage filter
-        torque, force, angle: that the steering and rolling without slip expect
-        unmeasured_angle: of the steering, from torque and tie-rod force alone
+        sideslip: sideslip angle at the centre of gravity, by the single-track model
+        yaw_rate: yaw rate by the single-track model
+        forward_speed: forward speed by the two-stage filter
+        torque, force: shaft torque and tie-rod force by the models of the steering
+        angle: steering wheel angle by rolling without slip
+        unmeasured_angle: steering wheel angle by the balance of the steering, from torque and tie-rod force alone
     """
 
     sideslip: Annotated[float, "rad"]
@@ -40,15 +41,15 @@ class Motion(NamedTuple):
 
 
 GROWTHS = ("per_speed", "per_yaw_acceleration", "per_lateral_acceleration", "per_steering_rate")
-"""Fields of a threshold that grow with the excitations, in their order."""
+"""Fields of a threshold for the growth with each excitation, in the order of `Excitation`."""
 
 
 class Excitation(NamedTuple):
-    """Excitation: the more there is of it, the worse the models follow.
+    """Excitation of the drive, with which the errors of the models grow.
 
     Args:
-        speed: of the vehicle
-        yaw_acceleration, lateral_acceleration, steering_rate: their sizes count, not their signs
+        speed: speed of the vehicle
+        yaw_acceleration, lateral_acceleration, steering_rate: signed; their magnitudes count
     """
 
     speed: Annotated[float, "m/s"]
@@ -59,13 +60,13 @@ class Excitation(NamedTuple):
 
 @dataclass(frozen=True)
 class ResidualThreshold:
-    """Threshold of a residual as a sum of what it is at rest and what each excitation adds.
+    """Threshold of a residual, fixed or as an affine function of the excitation.
 
     Args:
-        base: at no excitation; alone it is a fixed threshold
-        per_speed, per_yaw_acceleration, per_lateral_acceleration, per_steering_rate: growth with each; in the unit of
-            the residual over theirs
-        centre: of the residual while all is well, with its sign
+        base: threshold without excitation; alone it is a fixed threshold
+        per_speed, per_yaw_acceleration, per_lateral_acceleration, per_steering_rate: growth with the excitation, in the
+            unit of the residual over that of the excitation
+        centre: fault-free value of the residual, with its sign
     """
 
     base: Annotated[float, "unit of the signal", NOT_NEGATIVE]
@@ -77,15 +78,15 @@ class ResidualThreshold:
 
     @property
     def adapts(self) -> bool:
-        """Whether it widens with anything."""
+        """Whether the threshold grows with any excitation."""
         return any(getattr(self, name) > 0.0 for name in GROWTHS)
 
     def ratio(self, residual: Scalar, excitation: Excitation) -> Scalar:
-        """Residual from its centre in thresholds, with its sign."""
+        """Signed ratio of the residual, less its centre, to the threshold."""
         return (residual - self.centre) / self.at(excitation)
 
     def at(self, excitation: Excitation) -> Scalar:
-        """The threshold now, in the unit of the residual."""
+        """Threshold at an excitation, in the unit of the residual."""
         return (
             self.base
             + self.per_speed * absolute(excitation.speed)

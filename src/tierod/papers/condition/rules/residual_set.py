@@ -1,4 +1,4 @@
-"""All residuals of the sensors, from one sample of the vehicle: r1 to r19."""
+"""All residuals of the sensors, r1 to r19, as one block."""
 
 from __future__ import annotations
 
@@ -27,21 +27,22 @@ from tierod.papers.condition.rules.steering_signals import Smooth, SteeringSigna
 
 @dataclass(frozen=True)
 class ResidualSet:
-    """r1 to r19 at every sample, each with a flag for its presence.
+    """Residuals r1 to r19 at every sample, each with a flag for its presence.
 
     Args:
         car: the vehicle
-        coefficients: from `calibrate_residuals`
-        hold: bridges two missing samples
-        steering: low-passes and derivatives of the steering's signals
-        angle: filter of r1, which measures the angle, as the paper does; it follows a faulty sensor and sees jumps only
-        lateral: filter of the single track
-        speed: two-stage adaptive filter
+        coefficients: coefficients of `calibrate_residuals`
+        hold: holds the readings over two missing samples
+        steering: low-passes and derivatives of the signals of the steering
+        angle: filter of r1; as in the paper it measures the angle, so that it follows a faulty sensor after a jump
+        lateral: filter of the single-track model
+        speed: two-stage adaptive filter of the speed
         moving: speed of the faster rear wheel below which the vehicle counts as standing
-        most_lateral_acceleration: above it residuals of the single track are not judged: its tyres are linear
-        settling: a signal must have been there so long until residuals with it are judged: filters begin anew
-        printed: whether the equations are taken with their misprints: (9), (11), (14), (27), (46)
-        copied: whether a filter of two bodies gets the rack's position as rack ratio times angle (eq 5)
+        most_lateral_acceleration: limit above which residuals of the single-track model are disabled, as its tyres are
+            linear
+        settling: time for which a signal must have been present before its residuals are enabled, as filters restart
+        printed: whether eqs (9), (11), (14), (27) and (46) keep their misprints
+        copied: whether a filter of two bodies gets the rack position as rack ratio times angle (eq 5)
 
     Build it by `residual_set`.
     """
@@ -73,7 +74,7 @@ class ResidualSet:
         there: Measured
 
     class Output(NamedTuple):
-        """Residuals, whether each is there, the filters' estimates, the readings after the hold, and the excitation."""
+        """Residuals, presence of each, estimates of the filters, readings after the hold, and excitation."""
 
         residuals: SensorResiduals
         there: SensorFlags
@@ -94,8 +95,9 @@ class ResidualSet:
         )
 
     def step(self, state: State, sample: ConditionSample) -> tuple[State, Output]:
-        """One sample on."""
+        """Advances by one sample."""
         hold, held = self.hold.step(state.hold, Measured(*(getattr(sample, name) for name in Measured._fields)))
+        # Zeros in place of NaN keep the state finite; the flags exclude the residuals of missing signals.
         now = Measured(*(where(present(value), value, 0.0) for value in held))
         left, right = now.wheel_speed_rear_left, now.wheel_speed_rear_right
         moving = maximum(left, right) > self.moving
@@ -123,19 +125,19 @@ class ResidualSet:
     def _excitation(
         self, now: Measured, steer: SteeringSignals.Output, turning: SingleTrack.State, forward: AdaptiveSpeed.Output
     ) -> Excitation:
-        """Excitation of the drive, by what the filters estimate rather than by single sensors."""
+        """Excitation of the drive, mostly by the estimates of filters, which a single faulty sensor disturbs less."""
         speed = maximum(forward.forward_speed, self.moving)
         inputs = SingleTrack.Input(self.car.steering_ratio * steer.angle, speed)
         slope = SingleTrack.derivative(turning, inputs, self.car.single_track)
         return Excitation(forward.forward_speed, slope.yaw_rate, now.lateral_acceleration, steer.rate)
 
     def _waited(self, before: Scalar, value: Scalar) -> Scalar:
-        """Time for which a signal has been there [s], up to twice the time of settling."""
+        """Time for which a signal has been present [s], limited to twice `settling`."""
         waited: Scalar = minimum(before + self.hold.sample_time, 2.0 * self.settling)
         return where(present(value), waited, 0.0)
 
     def _there(self, waited: Measured, held: Measured, moving: Scalar) -> SensorFlags:
-        """Whether all signals of each residual are there, and the drive is one that it is made for."""
+        """Whether all signals of each residual are present and its enabling conditions hold, 1.0 or 0.0."""
         known = {name: each > self.settling for name, each in waited._asdict().items()}
         across = where(present(held.lateral_acceleration), held.lateral_acceleration, 0.0)
         gentle = absolute(across) < self.most_lateral_acceleration
@@ -147,7 +149,7 @@ class ResidualSet:
         return SensorFlags(*flags)
 
     def _balanced(self, state: Belief, held: Measured) -> tuple[Belief, Scalar]:
-        """The filter of r1 one sample on, and the angle that it expects."""
+        """Advances the filter of r1 by one sample; returns its state and the estimated angle [rad]."""
         inputs = StiffRack.Input(held.steering_shaft_torque, held.tie_rod_force)
         shape = self.angle.model.Output
         copied = self.car.rack_ratio * held.steering_wheel_angle if self.copied else math.inf  # not present
@@ -157,7 +159,7 @@ class ResidualSet:
         return after, estimate.mean.steering_wheel_angle
 
     def _unmeasured(self, state: Tree, held: Measured) -> Tree:
-        """The steering by torque and force alone, held where one is missing."""
+        """State of the steering predicted from torque and force alone; held while one of them is missing."""
         complete = both(present(held.steering_shaft_torque), present(held.tie_rod_force))
         inputs = StiffRack.Input(
             where(complete, held.steering_shaft_torque, 0.0), where(complete, held.tie_rod_force, 0.0)
@@ -166,7 +168,7 @@ class ResidualSet:
         return type(ahead)(*(where(complete, new, old) for new, old in zip(ahead, state, strict=True)))
 
     def _turning(self, state: Belief, held: Measured, now: Measured) -> tuple[Belief, SingleTrack.State]:
-        """The lateral filter one sample on; its speed is the wheels' mean, held above walking."""
+        """Advances the lateral filter by one sample; its speed is the mean of the rear wheels, limited from below."""
         speed = maximum(0.5 * (now.wheel_speed_rear_left + now.wheel_speed_rear_right), self.moving)
         steer = self.car.steering_ratio * (held.steering_wheel_angle - self.coefficients.angle_offset)
         after, estimate = self.lateral.step(
@@ -190,11 +192,11 @@ def residual_set(
 
     Args:
         car: the vehicle
-        coefficients: from calibration; zeros where None, which leaves r3 and r19 without a model
-        sample_time: [s]
-        printed: whether the equations are taken with their misprints
-        angle: filter of r1, of `angle_filters`; that of one body if None
-        copied: whether a filter of two bodies gets the rack's position by eq (5)
+        coefficients: coefficients of a calibration; zeros where None, which leaves r3 and r19 without a model
+        sample_time: sampling interval [s]
+        printed: whether the equations keep their misprints
+        angle: filter of r1 from `angle_filters`; that of one body if None
+        copied: whether a filter of two bodies gets the rack position by eq (5)
     """
     return ResidualSet(
         car,

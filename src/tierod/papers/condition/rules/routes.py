@@ -1,4 +1,4 @@
-"""Models behind the residuals: rolling without slip by both routes of the paper, and the filter of the single track."""
+"""Models of the residuals: rolling without slip by both routes of the paper, and the filter of the single track."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ from tierod.physics.central_axis import (
 
 
 class Route(NamedTuple):
-    """Sideslip and speed shares by one route to the road-wheel angle.
+    """Sideslip angle and wheel speed ratios by one route to the road-wheel angle.
 
     Args:
-        sideslip: at the centre of gravity [rad]
+        sideslip: sideslip angle at the centre of gravity [rad]
         left_share, right_share: speed of the rear wheels over that of the centre of gravity [-]
     """
 
@@ -33,7 +33,7 @@ class Route(NamedTuple):
 
 
 def steer_of_rolling(yaw_rate: Scalar, left: Scalar, right: Scalar, car: ResidualParameters) -> Scalar:
-    """Mean steer of the front wheels [rad] from yaw rate and rear wheels: eqs (7) and (8)."""
+    """Mean steer angle of the front wheels [rad] from yaw rate and rear wheel speeds: eqs (7) and (8)."""
     half = 0.5 * car.track_width
     both = (
         rolling_road_wheel_angle(yaw_rate, left, half, car.wheelbase),
@@ -43,7 +43,7 @@ def steer_of_rolling(yaw_rate: Scalar, left: Scalar, right: Scalar, car: Residua
 
 
 def route(road_wheel_angle: Scalar, car: ResidualParameters) -> Route:
-    """Sideslip angle and shares of the wheels at a steer: eqs (22) to (25)."""
+    """Sideslip angle and wheel speed ratios at a road-wheel angle: eqs (22) to (25)."""
     sideslip = rolling_sideslip(road_wheel_angle, car.rear_distance, car.wheelbase)
     curvature = rolling_curvature(road_wheel_angle, sideslip, car.wheelbase)
     half = 0.5 * car.track_width
@@ -55,9 +55,9 @@ def wheels_of_mean(way: Route, left: Scalar, right: Scalar, misprint: bool = Fal
     """Speeds of both rear wheels [m/s] from the mean of their central speeds: eqs (24) to (33).
 
     Args:
-        way: sideslip angle and shares
+        way: sideslip angle and wheel speed ratios
         left, right: measured wheel speeds [m/s]
-        misprint: whether the right wheel is divided by the left one's share, as eq (27) is printed
+        misprint: whether the right wheel is divided by the share of the left one, as eq (27) is printed
     """
     centre = 0.5 * (
         central_speed(left, way.left_share) + central_speed(right, way.left_share if misprint else way.right_share)
@@ -72,7 +72,7 @@ def wheels_of_forward_speed(way: Route, forward_speed: Scalar) -> tuple[Scalar, 
 
 
 class PrintedSingleTrack(SingleTrack):
-    """The single track with the lateral acceleration as it is printed: too small by the speed in its first term.
+    """The single-track model with the printed lateral acceleration, whose first term is divided by the speed.
 
     Source: Li, Frey, Gauterin, eq (14), C[1,1] = -(cf + cr) / (m v), where -(cf + cr) / m is right.
     """
@@ -87,15 +87,15 @@ class PrintedSingleTrack(SingleTrack):
 
 
 def lateral_filter(parameters: SingleTrack.Parameters, sample_time: float, printed: bool = False) -> KalmanFilter:
-    """The filter of eqs (13) and (14), sampled exactly: the poles of the printed tyres lie at up to -560 1/s.
+    """The filter of eqs (13) and (14), discretised exactly: the poles of the printed tyres lie at up to -560 1/s.
 
     Args:
-        parameters: of the vehicle
-        sample_time: [s]
+        parameters: parameters of the vehicle
+        sample_time: sampling interval [s]
         printed: whether the lateral acceleration is the printed one
 
-    The model is trusted more than the gyroscope, so that the yaw rate that it expects stays apart from a faulty one:
-    0.3 rad/s of a second's wander against 0.05 rad/s of a reading. The paper prints no noises.
+    The model has more weight than the gyroscope, so that the estimated yaw rate does not follow a faulty reading: a
+    random walk of 0.1 rad/s in a second against a noise of 0.1 rad/s of every reading. The paper prints no noises.
     """
     model: Any = discretise_pair(PrintedSingleTrack if printed else SingleTrack)
     return KalmanFilter(

@@ -1,4 +1,4 @@
-"""The rules at work: residuals, thresholds, symptoms, and the verdict on every sensor and actuator."""
+"""The rules as a monitor: residuals, thresholds, symptoms, and the status of every sensor and actuator."""
 
 from __future__ import annotations
 
@@ -33,18 +33,18 @@ from tierod.papers.condition.rules.residual_set import ResidualSet, residual_set
 from tierod.papers.condition.rules.symptom_files import rules
 
 MAIN = dict(zip(OF_AUTOMATED, ("r10", "r14", "r4", "r2", "r3", "r19"), strict=True))
-"""The residual of every sensor that compares it to what it should read."""
+"""Sensor -> main residual, which compares its reading with the expected one."""
 
 
 @dataclass(frozen=True)
 class RuleMonitor:
-    """State of six sensors and four actuators by rules.
+    """Status of six sensors and four actuators by rules.
 
     Args:
         sensors: residuals r1 to r19
-        actuators: residuals r1a and on, with sensors that are faulty replaced by what the models expect
-        sensor_thresholds, actuator_thresholds: one for each residual, in their order
-        rules: evaluated side by side
+        actuators: residuals r1a and following, from readings of which the faulty ones are replaced by expected ones
+        sensor_thresholds, actuator_thresholds: one threshold for each residual, in their order
+        rules: the rules
 
     Build it by `rule_monitor`.
     """
@@ -58,7 +58,7 @@ class RuleMonitor:
     Sample = ConditionSample
 
     class State(NamedTuple):
-        """State of the parts, the sensors that were faulty a sample ago, and since when each status holds."""
+        """State of the parts, sensors that were faulty at the last sample, and time since when each status holds."""
 
         sensors: ResidualSet.State
         actuators: ActuatorSet.State
@@ -79,10 +79,11 @@ class RuleMonitor:
         )
 
     def step(self, state: State, sample: ConditionSample) -> tuple[State, Judged]:
-        """One sample on."""
+        """Advances by one sample."""
         sensors, seen = self.sensors.step(state.sensors, sample)
         expected = self._expected(seen)
         not_testable = self._not_testable(seen, expected)
+        # With the verdict of the last sample, since that of this one depends on the residuals of the actuators.
         repaired = self._repaired(state.faulty, seen, expected)
         targets = Targets(*(getattr(sample, name) for name in Targets._fields))
         actuators, driven = self.actuators.step(state.actuators, ActuatorSet.Sample(targets, repaired))
@@ -100,10 +101,11 @@ class RuleMonitor:
         return self.State(sensors, actuators, after, faulty, since), judged
 
     def _statements(self, said: RuleDiagnosis.Output, not_testable: Sequence[Scalar]) -> Statements:
-        """Status and score of every element; rules give neither kind nor magnitude."""
+        """Status and score of every element; rules estimate neither kind nor magnitude."""
         made = []
         blinded = dict(zip(OF_AUTOMATED, not_testable, strict=True))
         for name in ELEMENTS:
+            # Sensors that the rules do not use, such as front wheels, are never testable; actuators always are.
             blind = blinded.get(name, 0.0 if name in ACTUATORS else 1.0)
             # An element without a rule is never declared.
             faulty, candidate, score = (getattr(each, name, 0.0) for each in said[:3])
@@ -113,7 +115,8 @@ class RuleMonitor:
         return Statements(*made)
 
     def _expected(self, seen: ResidualSet.Output) -> Readings:
-        """Expected reading of each sensor: its reading plus its main residual, the model alone for the rest."""
+        """Expected reading of each sensor: its reading plus its main residual, or its reading where that is missing."""
+        # Not strict: the two accelerations at the end of the readings are not judged.
         readings = dict(zip(OF_AUTOMATED, seen.held, strict=False))
         return readings_by(
             {
@@ -127,7 +130,7 @@ class RuleMonitor:
         )
 
     def _repaired(self, faulty: Sequence[Scalar], seen: ResidualSet.Output, expected: Readings) -> Repaired:
-        """The readings with those of faulty sensors replaced."""
+        """The readings, with those of faulty sensors replaced by the expected ones."""
         values = seen.held._asdict()
         values |= {
             name: where(wrong > 0.5, getattr(expected, name), values[name])
@@ -136,7 +139,10 @@ class RuleMonitor:
         return Repaired(Measured(**values), seen.motion, seen.held.steering_shaft_torque, seen.residuals.r19)
 
     def _not_testable(self, seen: ResidualSet.Output, expected: Readings) -> list[Scalar]:
-        """Reading and expectation of each sensor, both within the threshold of its main residual."""
+        """Flag of each sensor whose loss would not show.
+
+        Reading and expected reading are within the threshold of the main residual, or that residual is missing.
+        """
         names = [each.name for each in SENSOR_RESIDUALS]
         flags: list[Scalar] = []
         for name, reading in zip(OF_AUTOMATED, seen.held, strict=False):
@@ -154,9 +160,9 @@ class RuleMonitor:
 def _ratios(
     seen: ResidualSet.Output | ActuatorSet.Output, thresholds: tuple[ResidualThreshold, ...], excitation: Excitation
 ) -> dict[str, Scalar]:
-    """Residuals in thresholds; infinity, which is no number, where one is not there.
+    """Ratios of the residuals to their thresholds; infinite, which counts as missing, where one is not present.
 
-    One that no fault-free drive has shown has an infinite threshold: it is neither normal nor abnormal.
+    A residual that was never present on fault-free drives has an infinite threshold; it is neither normal nor abnormal.
     """
     return {
         name: where(both(there > 0.5, present(threshold.base)), threshold.ratio(value, excitation), _ABSENT)
@@ -171,11 +177,11 @@ _ABSENT = float("inf")
 
 @dataclass(frozen=True)
 class RulesWithReaction:
-    """The rules as a variant of the monitor: what follows from their statements beside them.
+    """The rules as a variant of the monitor, with the reaction to their statements.
 
     Args:
         monitor: the rules
-        reaction: substitutes of sensors and trouble codes
+        reaction: substitutes of the sensors and trouble codes
     """
 
     monitor: RuleMonitor
@@ -195,7 +201,7 @@ class RulesWithReaction:
         return self.State(self.monitor.init(), self.reaction.init())
 
     def step(self, state: State, sample: ConditionSample) -> tuple[State, ConditionOutput]:
-        """One sample on."""
+        """Advances by one sample."""
         monitor, judged = self.monitor.step(state.monitor, sample)
         reaction, output = self.reaction.step(state.reaction, sample, judged)
         return self.State(monitor, reaction), output
@@ -207,13 +213,13 @@ def rule_monitor(
     variant: str = "rules",
     sample_time: float = 0.01,
 ) -> RuleMonitor:
-    """A variant of the rules on a vehicle.
+    """A variant of the rules for a vehicle.
 
     Args:
         car: the vehicle
-        calibration: from `calibrate_residuals`, with the same `printed`
+        calibration: calibration of `calibrate_residuals`, whose `printed` suits the variant
         variant: "rules", "rules-printed", "rules-discriminating", or the path of a rule file
-        sample_time: [s]
+        sample_time: sampling interval [s]
     """
     known = calibration.coefficients
     return RuleMonitor(

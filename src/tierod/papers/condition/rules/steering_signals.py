@@ -1,4 +1,4 @@
-"""Filters of the steering: its signals with all that is compared to them, delayed alike; lost shares of two torques."""
+"""Filters of the steering: equally delayed signals for the linear models, and lost shares of two torques."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tierod.core.graph.maths import both, exp, present, tanh, where
 
 
 class Smooth(NamedTuple):
-    """A value after a low-pass of the second order, its slope, and whether it follows a signal that is there."""
+    """Output of a second-order low-pass, its derivative, and whether it follows a present signal, 1.0 or 0.0."""
 
     value: Scalar
     rate: Scalar
@@ -20,15 +20,15 @@ class Smooth(NamedTuple):
 
 @dataclass(frozen=True)
 class SteeringSignals:
-    """Regressors of the linear models of torque and tie-rod force: all through one low-pass of the second order.
+    """Regressors of the linear models of torque and tie-rod force, all through the same second-order low-pass.
 
     Args:
-        bandwidth: of the low-pass, critically damped; the angle's steps of 0.1 degrees must not dominate its second
-            derivative
-        friction_width: rate of the column over which the sign of its friction turns round
-        sample_time: between two samples
+        bandwidth: bandwidth of the critically damped low-pass; low enough that the angle's quantisation of 0.1 degrees
+            does not dominate its second derivative
+        friction_width: column rate over which the sign of the friction is smoothed
+        sample_time: sampling interval
 
-    What is missing is held; where it comes again the low-pass begins there.
+    A missing signal is held; the low-pass restarts at the first value after the gap.
     """
 
     bandwidth: Annotated[float, "rad/s", POSITIVE] = 30.0
@@ -44,7 +44,7 @@ class SteeringSignals:
         lateral_acceleration: Annotated[float, "m/s**2"]
 
     class Output(NamedTuple):
-        """The signals, smooth; the angle's rate, its mean acceleration over the sample, and its direction (-1 to 1)."""
+        """Low-passed signals, rate of the angle, its mean acceleration over the sample, and its direction (-1 to 1)."""
 
         angle: Annotated[float, "rad"]
         rate: Annotated[float, "rad/s"]
@@ -55,11 +55,11 @@ class SteeringSignals:
         lateral_acceleration: Annotated[float, "m/s**2"]
 
     def init(self) -> tuple[Smooth, ...]:
-        """All at zero, until a signal comes."""
+        """All at zero until a signal is present."""
         return (Smooth(0.0, 0.0, 0.0),) * 4
 
     def step(self, state: tuple[Smooth, ...], sample: Sample) -> tuple[tuple[Smooth, ...], Output]:
-        """One sample on."""
+        """Advances by one sample."""
         after = tuple(self._follow(each, value) for each, value in zip(state, sample, strict=True))
         angle, torque, force, lateral = after
         acceleration = (angle.rate - state[0].rate) / self.sample_time
@@ -69,7 +69,7 @@ class SteeringSignals:
         )
 
     def _follow(self, before: Smooth, value: Scalar) -> Smooth:
-        """The solution of x'' = w^2 (u - x) - 2 w x' over a sample with constant u, from where a signal comes."""
+        """Exact solution of x'' = w^2 (u - x) - 2 w x' over a sample with constant u, from the first value present."""
         there, follows = present(value), before.follows > 0.5
         travel = self.bandwidth * self.sample_time
         away = where(both(there, follows), before.value - value, 0.0)
@@ -83,14 +83,14 @@ class SteeringSignals:
 
 @dataclass(frozen=True)
 class LostShares:
-    """Missing shares of two regressors in a sum: missing = first share * first + second share * second.
+    """Least squares with forgetting for two lost shares: missing = first share * first + second share * second.
 
     Args:
-        memory: time in which the past is forgotten; longer is less noisy and later
-        doubt: size of the regressors below which the shares are drawn to zero, in their unit
-        sample_time: between two samples
+        memory: time constant of forgetting; longer is less noisy and later
+        doubt: magnitude of the regressors below which the regularisation draws the shares to zero, in their unit
+        sample_time: sampling interval
 
-    Regressors that keep one proportion are collinear: then both shares are equal, drawn by the doubt alone.
+    Regressors in a constant proportion are collinear; then the regularisation alone decides between the shares.
     """
 
     memory: Annotated[float, "s", POSITIVE]
@@ -98,14 +98,14 @@ class LostShares:
     sample_time: Annotated[float, "s", POSITIVE]
 
     class Sample(NamedTuple):
-        """Missing part of the sum, and both regressors."""
+        """Missing part, and both regressors."""
 
         missing: Annotated[float, "unit of the signal"]
         first: Annotated[float, "unit of the signal"]
         second: Annotated[float, "unit of the signal"]
 
     class State(NamedTuple):
-        """Forgetting means of the products."""
+        """Exponentially weighted means of the products."""
 
         first: Scalar
         mixed: Scalar
@@ -114,7 +114,7 @@ class LostShares:
         missing_second: Scalar
 
     class Output(NamedTuple):
-        """Both shares."""
+        """The two lost shares."""
 
         first: Annotated[float, ""]
         second: Annotated[float, ""]
@@ -124,7 +124,8 @@ class LostShares:
         return self.State(0.0, 0.0, 0.0, 0.0, 0.0)
 
     def step(self, state: State, sample: Sample, enabled: Scalar = True) -> tuple[State, Output]:
-        """One sample on; where `enabled` (logic) does not hold it is held."""
+        """Advances by one sample; the state is held where `enabled` (logic) does not hold."""
+        # Not finite as soon as one of the three is missing.
         whole = (sample.missing + sample.first + sample.second) * 0.5
         use = where(present(whole), enabled, 0.0)
         missing, first, second = (where(use, value, 0.0) for value in sample)
@@ -135,6 +136,7 @@ class LostShares:
         )
         square = self.doubt * self.doubt
         a, b, c = after.first + square, after.mixed, after.second + square
+        # Positive by the regularisation, so it needs no guard.
         determinant = a * c - b * b
         shares = (
             (c * after.missing_first - b * after.missing_second) / determinant,

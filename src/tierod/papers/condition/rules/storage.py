@@ -1,4 +1,4 @@
-"""Calibrations of the residuals: TOML files, the shipped one, and tables of a vehicle file."""
+"""Storage of calibrations of the residuals: TOML files, the shipped ones, and tables of a vehicle file."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ SHIPPED = {
     False: Path(__file__).with_name("smartload-residuals.toml"),
     True: Path(__file__).with_name("smartload-residuals-printed.toml"),
 }
-"""Of the nominal demonstrator on fault-free virtual drives, see their heads; by whether misprints are kept."""
+"""Calibration files of the nominal demonstrator on fault-free virtual drives, by whether misprints are kept."""
 
 UNCALIBRATED = 1.5
-"""By what thresholds are widened that were found on another vehicle than the one that is judged.
+"""Factor on thresholds that were calibrated on another vehicle than the judged one [-].
 
-Source: three virtual demonstrators with mass, stiffness, radius and friction off by 4 to 20 %, two healthy hours on new
-rounds: 491 false alarms as found, none at 1.5, none at 2; mean accuracy of 144 tests .967, .944, .882.
+Source: three virtual demonstrators with mass, stiffness, radius and friction off by 4 to 20 %, two fault-free hours on
+new rounds: 491 false alarms at a factor of 1, none at 1.5 and 2; mean accuracy of 144 tests 0.967, 0.944, 0.882.
 """
 
 
 def text_of(calibration: ResidualCalibration) -> str:
-    """A calibration as the text of a TOML file, to be written by `tierod.core.files`."""
+    """A calibration as the text of a TOML file, for writing through `tierod.core.files`."""
     lines = [
         f"samples = {calibration.samples}",
         f"printed = {str(calibration.printed).lower()}",
@@ -57,13 +57,13 @@ def _number(value: float) -> str:
 
 
 def read_calibration(path: str | Path) -> ResidualCalibration:
-    """The calibration of a file.
+    """Reads the calibration of a file.
 
     Args:
-        path: of a TOML file, as `text_of` writes it
+        path: path of a TOML file in the format of `text_of`
 
     Raises:
-        ParameterError: the file cannot be read, or has a slip in it; the message names the line
+        ParameterError: the file cannot be read, or contains an error; the message names the line
     """
     document = Document.read(path, "calibration")
     content = document.content
@@ -94,7 +94,7 @@ def read_calibration(path: str | Path) -> ResidualCalibration:
 
 
 def _threshold(table: dict[str, Any], document: Document, name: str) -> ResidualThreshold:
-    """A threshold; an infinite one, of a residual that was never there, stands as it is."""
+    """A threshold from its table; an infinite one belongs to a residual that was never present."""
     if table.get("base") == math.inf:
         return ResidualThreshold(math.inf)
     built: ResidualThreshold = build(ResidualThreshold, table, document, ("thresholds", name), signal="")
@@ -103,10 +103,10 @@ def _threshold(table: dict[str, Any], document: Document, name: str) -> Residual
 
 @lru_cache(maxsize=4)
 def shipped_calibration(widened: float = UNCALIBRATED, printed: bool = False) -> ResidualCalibration:
-    """The shipped calibration of the demonstrator, its thresholds widened since no vehicle is the nominal one.
+    """The shipped calibration of the demonstrator, with wider thresholds, since no vehicle is the nominal one.
 
     Args:
-        widened: factor of all thresholds; 1 leaves them as they were found
+        widened: factor on all thresholds; 1 leaves them as calibrated
         printed: whether the equations keep their misprints
     """
     return widen(read_calibration(SHIPPED[printed]), widened)
@@ -116,20 +116,21 @@ def widen(calibration: ResidualCalibration, factor: float) -> ResidualCalibratio
     """A calibration with wider thresholds.
 
     Args:
-        calibration: as it was found
-        factor: of every threshold
+        calibration: original calibration
+        factor: factor on every threshold
     """
     wider = {name: _times(each, factor) for name, each in calibration.thresholds.items()}
     return replace(calibration, thresholds=wider)
 
 
 def _times(threshold: ResidualThreshold, factor: float) -> ResidualThreshold:
+    # The centre is a location, not a width.
     scaled = {name: factor * value for name, value in asdict(threshold).items() if name != "centre"}
     return ResidualThreshold(**scaled, centre=threshold.centre)
 
 
 PARTS = tuple(each.name for each in fields(ResidualThreshold))
-"""Numbers of a threshold."""
+"""Names of the numbers of a threshold."""
 
 
 def name_of(printed: bool) -> str:
@@ -145,8 +146,8 @@ def table_of(calibration: ResidualCalibration, source: str) -> dict[str, float |
     """A calibration as a vehicle file holds it.
 
     Args:
-        calibration: of the residuals
-        source: of the drives
+        calibration: calibration of the residuals
+        source: description of the drives
     """
     known = {name: each for name, each in calibration.thresholds.items() if math.isfinite(each.base)}
     parts: dict[str, float | str | Mapping[str, float]] = {
@@ -164,14 +165,14 @@ def table_of(calibration: ResidualCalibration, source: str) -> dict[str, float |
 
 
 def calibration_of(vehicle: Vehicle, printed: bool = False) -> ResidualCalibration:
-    """The calibration that a vehicle file holds; where it holds none, the shipped one, widened.
+    """The calibration of a vehicle file; the shipped one with wider thresholds where the file has none.
 
     Args:
-        vehicle: whose file it is
+        vehicle: the vehicle file
         printed: whether the equations keep their misprints
 
     Raises:
-        ParameterError: a calibration with a residual or a coefficient too few or too many
+        ParameterError: the table has an unknown or missing entry, or a value that no calibration writes
     """
     table = vehicle.thresholds.get(name_of(printed))
     if table is None:
@@ -188,7 +189,7 @@ def calibration_of(vehicle: Vehicle, printed: bool = False) -> ResidualCalibrati
 
 
 def _require_fit(table: Mapping[str, Any], vehicle: str, of: str) -> None:
-    """Refuse a table that no calibration has written."""
+    """Refuses a table that no calibration has written."""
     groups = ("coefficients", "deviation", *PARTS)
     coefficients = {each.name for each in fields(Coefficients)}
     strange = [name for name in table if name not in ("source", "samples", *groups)]
@@ -209,5 +210,5 @@ def _require_fit(table: Mapping[str, Any], vehicle: str, of: str) -> None:
 
 
 def _missing(part: str) -> float:
-    """A residual that was never there on fault-free drives is never judged."""
+    """Default of a missing number; a residual without a base threshold is never judged."""
     return math.inf if part == "base" else 0.0

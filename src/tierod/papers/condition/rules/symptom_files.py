@@ -6,7 +6,7 @@
     confirm_time = "0.05 s"
     hold_on = "0.1 s"
     fault_free_after = "0 s"
-    one_fault = true                 # rules that hold together name candidates
+    one_fault = true                 # rules that hold together give candidates
 
     [[rule]]
     fault = "wheel_speed_rear_left"
@@ -14,11 +14,11 @@
     normal = ["r1"]                  # within them
     positive = ["r10"]               # abnormal, and above zero
     negative = []                    # abnormal, and below zero
-    larger = [["r10", "r14"]]        # the first more thresholds off zero than the second
-    fault_free = ["yaw_rate"]             # other faults whose own rule has not held for a while
-    weights = { r10 = 2.0 }          # in the score; 1 where nothing is said
+    larger = [["r10", "r14"]]        # the first has the larger magnitude over its threshold
+    fault_free = ["yaw_rate"]        # other faults whose rules have not held for `fault_free_after`
+    weights = { r10 = 2.0 }          # weights in the score; 1 by default
 
-What a rule does not name does not matter to it.
+Residuals that a rule does not name have no effect on it.
 """
 
 from __future__ import annotations
@@ -41,22 +41,22 @@ _TABLE_KEYS = ("name", "description", "source", *_TIMES, "one_fault", "rule")
 
 
 def read_table(path: str | Path, residuals: Collection[str], faults: Collection[str]) -> SymptomTable:
-    """The symptom table of a file.
+    """Reads the symptom table of a file.
 
     Args:
-        path: of a TOML file
-        residuals: names that rules may use
-        faults: names that may be faulty
+        path: path of a TOML file
+        residuals: names of the residuals that rules may use
+        faults: names of the elements that may be faulty
 
     Raises:
-        ParameterError: the file cannot be read, or a rule names an unknown residual or fault, contradicts itself, is
-            there twice, or asks for nothing; the message names the line and what to write
+        ParameterError: the file cannot be read, or a rule names an unknown residual or fault, contradicts itself,
+            occurs twice, or requires no abnormal residual; the message names the line and the correction
     """
     return table_of(Document.read(path, "rule"), residuals, faults)
 
 
 def table_of(document: Document, residuals: Collection[str], faults: Collection[str]) -> SymptomTable:
-    """The symptom table of a document that has been read; arguments and errors as of `read_table`."""
+    """The symptom table of a document; arguments and errors as in `read_table`."""
     content = document.content
     _require_known(content, _TABLE_KEYS, document, ())
     name, description, source = (_text(content, key, document) for key in ("name", "description", "source"))
@@ -125,7 +125,7 @@ def _require_consistent(rule: SymptomRule, document: Document, at: tuple[str | i
 
 
 def _require_order(rules: tuple[SymptomRule, ...], document: Document) -> None:
-    """Rules that depend on others come after them, so that one pass decides all."""
+    """Requires that rules come after those on which they depend, so that one pass evaluates all."""
     before: set[str] = set()
     for number, rule in enumerate(rules):
         for name in rule.fault_free:
@@ -168,18 +168,18 @@ def _text(content: dict[str, Any], key: str, document: Document) -> str:
 
 
 FILES = {"rules-printed": "printed", "rules": "corrected", "rules-discriminating": "discriminating"}
-"""Variant of the monitor and name of its file."""
+"""Variant of the monitor -> name of its rule file."""
 
 
 @lru_cache(maxsize=16)
 def rules(variant_or_path: str) -> SymptomTable:
-    """The rules of a variant, or of a file of one's own.
+    """The rules of a variant, or of a user's file.
 
     Args:
         variant_or_path: "rules", "rules-printed", "rules-discriminating", or the path of a rule file (.toml)
 
     Raises:
-        ParameterError: the file cannot be read or has a slip in it
+        ParameterError: the file cannot be read or contains an error
     """
     name = FILES.get(variant_or_path)
     path = Path(__file__).with_name(f"{name}.toml") if name else Path(variant_or_path)

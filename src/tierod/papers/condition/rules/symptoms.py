@@ -1,4 +1,4 @@
-"""Symptom tables: which residuals a fault makes abnormal, which it leaves normal, and with which sign."""
+"""Symptom tables: residuals that a fault makes abnormal, with their sign, and residuals that it leaves normal."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ class Timing:
     """Times of symptoms and rules.
 
     Args:
-        confirm_time: a rule must hold so long without a break until its fault is named
-        hold_on: a residual stays abnormal for so long after it was
-        fault_free_after: time after its own rule last held from which a fault counts as absent in other rules [s]
+        confirm_time: time for which a rule must hold without a break before its fault is declared
+        hold_on: time for which a residual stays abnormal after it was beyond its threshold
+        fault_free_after: time after the rule of a fault last held from which other rules take the fault as absent
     """
 
     confirm_time: Annotated[float, "s", NOT_NEGATIVE] = 0.0
@@ -32,9 +32,9 @@ class SymptomRule:
         fault: name of the element that is faulty
         abnormal, normal: residuals beyond and within their thresholds
         positive, negative: residuals that are abnormal with this sign
-        larger: pairs of residuals, the first of which is more thresholds away from zero
+        larger: pairs of residuals, the first of which has the larger magnitude over its threshold
         fault_free: other faults of the table whose rules must not hold
-        weights: of residuals in the score, where they are not 1
+        weights: weights of residuals in the score, where they differ from 1
     """
 
     fault: str
@@ -48,13 +48,13 @@ class SymptomRule:
 
     @property
     def residuals(self) -> tuple[str, ...]:
-        """Every residual that it names, once."""
+        """Every residual that the rule names, once."""
         named = [*self.abnormal, *self.normal, *self.positive, *self.negative]
         return tuple(dict.fromkeys([*named, *(each for pair in self.larger for each in pair)]))
 
     @property
     def raised(self) -> frozenset[str]:
-        """Residuals that must be abnormal, of whatever sign."""
+        """Residuals that must be abnormal, of either sign."""
         return frozenset((*self.abnormal, *self.positive, *self.negative))
 
     def implies(self, other: SymptomRule) -> bool:
@@ -74,12 +74,12 @@ class SymptomTable:
     """Rules that are evaluated side by side.
 
     Args:
-        name: short
-        description: one sentence
-        source: where the rules come from
-        rules: one for each fault
-        timing: of symptoms and rules
-        one_fault: whether one fault at a time is assumed: rules that hold together then name candidates, no fault
+        name: short name
+        description: description in one sentence
+        source: origin of the rules
+        rules: one rule for each fault
+        timing: times of symptoms and rules
+        one_fault: whether one fault at a time is assumed; rules that hold together then give candidates, no fault
     """
 
     name: str
@@ -91,7 +91,7 @@ class SymptomTable:
 
     @property
     def residuals(self) -> tuple[str, ...]:
-        """Every residual that some rule names, in the order in which they come."""
+        """Every residual that any rule names, in order of appearance."""
         return tuple(dict.fromkeys(each for rule in self.rules for each in rule.residuals))
 
     @property
@@ -100,5 +100,5 @@ class SymptomTable:
         return tuple(rule.fault for rule in self.rules)
 
     def not_isolable(self) -> tuple[tuple[str, str], ...]:
-        """Pairs of faults, one of whose rules holds wherever the other does: symptoms alone never isolate them."""
+        """Pairs of faults that symptoms cannot isolate: the rule of one holds wherever that of the other does."""
         return tuple((a.fault, b.fault) for a, b in combinations(self.rules, 2) if a.implies(b) or b.implies(a))
