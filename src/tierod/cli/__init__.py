@@ -11,11 +11,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit code.
 
     Args:
-        arguments: without the name of the program; those of the process where not given
+        arguments: arguments without the name of the program; those of the process if not given
     """
     given = list(sys.argv[1:] if arguments is None else arguments)
     if arguments is None:
-        # In a process of the command line, and in its workers, no script has changed a constant that a graph holds.
+        # In a process of the command line, and in its workers, no script can have changed a constant of a compiled
+        # graph.
         os.environ.setdefault("TIEROD_GRAPHS", "known")
     if given in (["--version"], ["-V"]):
         from tierod.core.version import __version__

@@ -1,4 +1,4 @@
-"""Analyse a vehicle from its parameters alone: modes, observability, reductions."""
+"""Analyse a vehicle from its parameters alone: modes, observability, model reduction."""
 
 from __future__ import annotations
 

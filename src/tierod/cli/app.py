@@ -1,4 +1,4 @@
-"""Finds the command of a verb, runs it, and turns whatever goes wrong into one line and an exit code.
+"""Finds the command of a verb, runs it, and turns every error into one line and an exit code.
 
 Every other module of this package is a command: a docstring whose first line is its summary, and a function named like
 the module, with typer annotations, that returns an exit code (or None for 0). A new file is a new command.
@@ -21,14 +21,17 @@ from tierod.cli.terminal import spell_what_cannot_be_shown, visible
 from tierod.core.errors import KernelWarning, PluginWarning, TierodError, nearest
 
 HEALTHY, FAULT, NOT_JUDGED, BAD_INPUT, DEFECT, INTERRUPTED, UNHEARD = 0, 1, 2, 3, 4, 130, 141
-"""Exit codes; DEFECT means that tierod itself is wrong, INTERRUPTED that the user stopped it, UNHEARD (128 + SIGPIPE)
-that the output was not read to its end before a verdict was known."""
+"""Exit codes.
+
+DEFECT means an error in tierod itself, INTERRUPTED that the user stopped it, and UNHEARD (128 + SIGPIPE) that the
+reader of the output closed it before a verdict was available.
+"""
 
 LONGEST_SENTENCE = 1200
-"""Characters of an error that are printed: a name in a damaged file may be as long as the file."""
+"""Largest number of characters of an error that are printed: a name in a damaged file may be as long as the file."""
 
 _LOOP = "Symlink loop from "
-"""How the error begins that Python before 3.13 raises where it resolves such a link."""
+"""Beginning of the error that Python before 3.13 raises when it resolves a symbolic link to itself."""
 
 _NOT_COMMANDS = {
     "app",
@@ -56,7 +59,7 @@ Exit codes: 0 healthy or done, 1 fault, 2 could not judge, 3 bad input or usage,
 
 
 def commands() -> tuple[str, ...]:
-    """The verbs there are, as typed."""
+    """All verbs as they are typed."""
     modules = (module.name for module in pkgutil.iter_modules([str(Path(__file__).parent)]))
     return tuple(sorted(name.replace("_", "-") for name in modules if name not in _NOT_COMMANDS))
 
@@ -72,7 +75,7 @@ def run(arguments: Sequence[str]) -> int:
         sys.stdout.flush()
         return code
     except BrokenPipeError:
-        # Whoever read our output has gone; point stdout elsewhere so that flushing at exit stays quiet.
+        # The reader has closed our output; stdout is redirected so that the flush at exit raises no further error.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return code
     except (Exception, KeyboardInterrupt) as error:
@@ -91,14 +94,14 @@ def _warn(
     file: TextIO | None = None,
     line: str | None = None,
 ) -> None:
-    """A warning of tierod in a sentence, without the place in the code; another library's as Python writes it."""
+    """Print a warning of tierod as a sentence without its place in the code, and others in the format of Python."""
     ours = issubclass(category, KernelWarning | PluginWarning)
     text = " ".join(str(message).split())
     print(f"tierod: {text}" if ours else f"{filename}:{lineno}: {category.__name__}: {text}", file=sys.stderr)
 
 
 def _shortened(sentence: str) -> str:
-    """The sentence, without its middle where it is very long: what is wrong stands in front, what to do at the end."""
+    """The sentence, without its middle if it is very long: the error comes first, the remedy last."""
     if len(sentence) <= LONGEST_SENTENCE:
         return sentence
     return f"{sentence[: LONGEST_SENTENCE // 2]} ... {sentence[-LONGEST_SENTENCE // 2 :]}"
@@ -117,7 +120,7 @@ def _dispatch(arguments: Sequence[str]) -> int:
 def _call(verb: str, arguments: Sequence[str]) -> int:
     import typer
 
-    # typer's own usage errors end with 2, which here means "could not judge".
+    # typer has no public name for its usage errors, the base of BadParameter; they exit with 2, here "could not judge".
     usage_error: type[Exception] = typer.BadParameter.__mro__[1]
     try:
         code = parser(verb, _below_help(verb, arguments)).main(
@@ -127,10 +130,10 @@ def _call(verb: str, arguments: Sequence[str]) -> int:
         sentence = error.format_message().rstrip(".")  # type: ignore[attr-defined]
         raise _Usage(f"{sentence}; see 'tierod {verb} --help'") from error
     except SystemExit as ended:
-        # typer ends with 1 where stdout is gone, which here means a fault.
+        # typer exits with 1 if stdout is closed, which here means a fault.
         raise BrokenPipeError(errno.EPIPE, os.strerror(errno.EPIPE)) from ended
     if code == INTERRUPTED:
-        raise KeyboardInterrupt  # typer has made an exit of it
+        raise KeyboardInterrupt  # typer turns Ctrl-C into this exit code
     return code if isinstance(code, int) else HEALTHY
 
 
@@ -138,7 +141,7 @@ def parser(verb: str, epilog: str | None = None) -> Any:
     """The parser of a verb, with its options and arguments.
 
     Args:
-        verb: as typed
+        verb: the verb as typed
         epilog: text below its help
     """
     import typer
@@ -149,7 +152,7 @@ def parser(verb: str, epilog: str | None = None) -> Any:
 
 
 def _below_help(verb: str, arguments: Sequence[str]) -> str | None:
-    """Examples and names; only where help is asked for, since the names of vehicles and monitors take time."""
+    """Examples and names below the help; made only if help is requested, since listing the names takes time."""
     if "--help" not in arguments and "-h" not in arguments:
         return None
     from tierod.cli.examples import EXAMPLES, names_of
@@ -183,7 +186,7 @@ def summary(verb: str) -> str:
 
 
 class _Usage(TierodError):
-    """A command line that cannot be understood."""
+    """Error in the use of the command line."""
 
 
 def _explain(error: BaseException) -> tuple[int, str]:

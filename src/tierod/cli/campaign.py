@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from tierod.report.campaign.running import Outcome
 
 QUIET_SECONDS = 10.0
-"""Without a terminal one line at the most in this time, beside those of drives that failed."""
+"""Shortest time between two progress lines if stderr is no terminal [s]; failed drives are printed at once."""
 
 
 def campaign(
@@ -48,7 +48,7 @@ def campaign(
     toml: Annotated[bool, typer.Option("--toml", help="Print the campaign file, to begin one of your own.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON document to stdout, all else to stderr.")] = False,
 ) -> int:
-    """Run a campaign: all gates met (0), one missed (1), could not judge (2), bad input (3); again resumes it."""
+    """Run or resume a campaign: all gates met (0), one missed (1), could not judge (2), bad input (3)."""
     from tierod.core.errors import ParameterError
     from tierod.experiments.campaign import load, shipped
 
@@ -151,7 +151,7 @@ def _say_what_is_kept(chosen: Campaign, folder: Path) -> None:
 
 @contextmanager
 def _shown_progress(name: str, total: int) -> Iterator[Callable[[Progress], None]]:
-    """A bar on a terminal, lines now and then elsewhere; a drive that failed is named at once."""
+    """Progress bar on a terminal, occasional lines elsewhere; failed drives are named at once."""
     from tierod.cli.terminal import messages
 
     console = messages()
@@ -174,7 +174,7 @@ def _shown_progress(name: str, total: int) -> Iterator[Callable[[Progress], None
 
 
 class _Lines:
-    """Progress in lines."""
+    """Progress as occasional lines of text."""
 
     def __init__(self, console: Any, name: str):
         self.console, self.name, self.last = console, name, -QUIET_SECONDS

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 def completion(
     shell: Annotated[str, typer.Argument(help="bash, zsh or fish.")],
 ) -> None:
-    """Print the script; 'source <(tierod completion bash)' in ~/.bashrc switches it on."""
+    """Print the script; 'source <(tierod completion bash)' in ~/.bashrc enables it."""
     from tierod.cli.terminal import progress, say
     from tierod.core.errors import ParameterError, nearest
 
@@ -27,7 +27,7 @@ def completion(
 
 
 class Option(NamedTuple):
-    """An option of a command: its spellings, its help, whether a value follows, and the names that this may have."""
+    """An option of a command: spellings, help, whether it takes a value, and the possible names as its value."""
 
     spellings: tuple[str, ...]
     help: str
@@ -36,7 +36,7 @@ class Option(NamedTuple):
 
 
 class Verb(NamedTuple):
-    """A command: its summary, its options, and the names that its arguments may have."""
+    """A command: summary, options, and the possible names as its arguments."""
 
     name: str
     summary: str
@@ -45,7 +45,7 @@ class Verb(NamedTuple):
 
 
 def _verbs(advance: Any) -> Iterator[Verb]:
-    """Every command, as its parser knows it."""
+    """Every command with the options of its parser."""
     from tierod.cli.app import commands, parser, summary
     from tierod.cli.examples import names_of
 

@@ -1,4 +1,4 @@
-"""Convert recordings between all formats that are read and written; several files become one drive."""
+"""Convert recordings between all supported formats; several files become one drive."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def convert(
     ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON document to stdout, all else to stderr.")] = False,
 ) -> None:
-    """Convert recordings; what the format cannot hold is said."""
+    """Convert recordings, and list what the format cannot represent."""
     import dataclasses
 
     from tierod.cli.terminal import messages, print_json, progress, refuse_to_overwrite

@@ -16,7 +16,7 @@ def demo(
     risen: Annotated[float, typer.Option(help="Friction of the second half [N*m].")] = 8.0,
     seed: Annotated[int, typer.Option(min=0, help="Of road, driver and sensors.")] = 1,
 ) -> int:
-    """Simulate, record, judge: what tierod does, in one command."""
+    """Simulate a drive, write it as a recording, and judge it: a demonstration of tierod in one command."""
     from tierod.cli.diagnose import show
     from tierod.cli.terminal import messages, progress
     from tierod.cli.terminal import output as console

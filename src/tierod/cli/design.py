@@ -1,4 +1,4 @@
-"""Design a detector: threshold from the false alarms one can bear and the shift that must be found."""
+"""Design a detector: threshold from the permitted false alarms and the shift that must be detected."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def design(
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON document to stdout, all else to stderr.")] = False,
 ) -> int:
-    """Design a stopping rule: threshold, expected delay, and the curve of delay against false alarms."""
+    """Design a stopping rule: threshold, expected detection delay, and the curve of delay against false alarms."""
     from tierod.cli.terminal import present, refuse_to_overwrite
     from tierod.report.analysis.detector_tables import Wish
 
@@ -68,10 +68,10 @@ def design(
 
 
 def seconds_between(text: str) -> float:
-    """Time between false alarms [s] of "1 per 10000 h".
+    """Mean time between false alarms [s] from a text such as "1 per 10000 h".
 
     Raises:
-        ParameterError: it does not say how many per which time
+        ParameterError: the text does not state a number per time
     """
     found = _ALARMS.fullmatch(text)
     try:
@@ -88,7 +88,7 @@ def seconds_between(text: str) -> float:
 
 
 def _found(wish: Wish, rule: str | None, paths: list[Path], signal: str | None) -> tuple[Analysis, Facts]:
-    """The design, and what it rests on."""
+    """The design, and the facts that it is based on."""
     from tierod.report.analysis.detector import ALL_RULES, LIKELIHOOD_RATIO, Measured, drawn, of_measured, of_white
 
     if rule is not None and rule not in ALL_RULES:

@@ -95,7 +95,7 @@ def diagnose(
     report: WithReport = True,
     as_json: AsJson = False,
 ) -> int:
-    """Judge recordings of drives: healthy (0), fault (1), could not judge (2), bad input (3); the worst of several."""
+    """Judge recordings: healthy (0), fault (1), could not judge (2), bad input (3); of several recordings the worst."""
     from tierod.monitors.several import ALL
     from tierod.vehicles import load
 
@@ -118,7 +118,7 @@ def diagnose(
 
 @dataclass(frozen=True)
 class _Reading:
-    """Choice of how the recordings are read and judged: as which cars, by which files, which stretch, which spread."""
+    """Settings by which recordings are read and judged: vehicles, databases, map, time span, and parameter spread."""
 
     cars: Sequence[Vehicle]
     dbc: list[Path] | None
@@ -139,7 +139,7 @@ def _one(
     signals: Path | None,
     as_json: bool,
 ) -> int:
-    """One monitor over one recording, with all that only a single one can have."""
+    """Judge one recording with one monitor, including the options that only apply to this case."""
     from tierod.cli.terminal import messages, progress
     from tierod.cli.terminal import output as console
     from tierod.monitors.diagnose import diagnose as run
@@ -175,7 +175,7 @@ def _one(
 
 @contextmanager
 def _naming_others(source: Path | Recording, monitor: str, reading: _Reading) -> Iterator[None]:
-    """Add to the refusal of a monitor which others can run."""
+    """Add the monitors that can run to the error of a monitor that cannot."""
     from tierod.core.errors import DamagedFile, InputError, ParameterError, TierodError
     from tierod.monitors.registry import MONITORS
     from tierod.monitors.several import able
@@ -200,7 +200,7 @@ def _naming_others(source: Path | Recording, monitor: str, reading: _Reading) ->
 
 
 def _all(recordings: list[Path], monitor: str | None, reading: _Reading, target: Path | None, as_json: bool) -> int:
-    """Several recordings, or every monitor: one page, one document, the worst exit code."""
+    """Judge several recordings, or with every monitor: one page, one document, and the worst exit code."""
     from tierod.cli.terminal import messages, origin, print_json, progress, without_advice
     from tierod.cli.terminal import output as console
     from tierod.core.errors import InputError
@@ -238,7 +238,7 @@ def _judged(
     alone: bool,
     progress: Callable[[float], None],
 ) -> Judged:
-    """One recording, or what stands for it where it cannot be used and others are judged beside it."""
+    """Judgement of one recording, or a placeholder with the reason if it cannot be used and is one of several."""
     from tierod.core.errors import InputError, MissingExtra
     from tierod.monitors.several import judge, not_judged
 
@@ -263,7 +263,7 @@ def _judged(
 
 
 def _show_all(judged: Sequence[Judged], console: Console) -> None:
-    """A table of the verdicts, then what to know of them, and why the other monitors did not run."""
+    """Table of the verdicts, then remarks on them, and the reasons why monitors did not run."""
     from tierod.cli.terminal import rows, without_advice
     from tierod.report import several
 
@@ -278,7 +278,7 @@ def _show_all(judged: Sequence[Judged], console: Console) -> None:
 
 
 def _of(monitors: str, reason: str) -> str:
-    """A reason behind the monitors that it stops, where it does not stop every one."""
+    """A reason, preceded by the monitors it applies to, unless it applies to every one."""
     from tierod.monitors.several import ALL
 
     return reason if monitors == ALL else f"{monitors}: {reason}"
@@ -289,7 +289,7 @@ def _command() -> str:
 
 
 def _refuse_options_of_one(options: Mapping[str, object], alone: bool) -> None:
-    """Options that belong to one monitor over one recording."""
+    """Refuse options that apply only to one monitor and one recording."""
     from tierod.core.errors import ParameterError
 
     for name, value in options.items():
@@ -299,7 +299,7 @@ def _refuse_options_of_one(options: Mapping[str, object], alone: bool) -> None:
 
 
 def _named_in(recording: Path, dbc: list[Path] | None, channel_map: Path | None) -> str:
-    """The vehicle that a recording names; a message says which."""
+    """Name of the vehicle that a recording states; prints a message with the name."""
     from tierod.cli.terminal import messages
     from tierod.monitors.harness.named_vehicle import vehicle_named_in
 
@@ -313,7 +313,7 @@ def _named_in(recording: Path, dbc: list[Path] | None, channel_map: Path | None)
 def _refuse_what_cannot_be_written(
     report: Path | None, signals: Path | None, baseline: Path | None, given: Sequence[Path | str | None]
 ) -> None:
-    """Before the memory takes the recording: judged once more, it would count twice."""
+    """Check the paths before the fault memory takes the recording: a repeated run would count it twice."""
     from tierod.cli.terminal import refuse_to_overwrite
     from tierod.core.files import require_folder
 
@@ -330,7 +330,7 @@ def show(
     console: Callable[[], Console],
     messages: Callable[[], Console],
 ) -> None:
-    """Report file first, so that a failure to write it comes before the verdict; then table or JSON."""
+    """Write the report first, so that a failure to write it precedes the verdict; then print the table or JSON."""
     from tierod.report import print_table, to_json, write_html
 
     if path is not None:

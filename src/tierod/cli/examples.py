@@ -1,4 +1,4 @@
-"""Examples and names that stand below the help of a command."""
+"""Examples and names shown below the help of a command."""
 
 from __future__ import annotations
 
@@ -46,14 +46,14 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "simulate": ("tierod simulate mixed-drive-friction-step -o drive.mf4",),
     "vehicles": ("tierod vehicles", "tierod vehicles midsize-eps --toml > car.toml"),
 }
-"""By command, as they are typed."""
+"""Examples by command, as they are typed."""
 
 
 def names_of(parameter: str) -> tuple[str, ...]:
-    """The names that an option or an argument takes; empty where it takes something else.
+    """The possible names of an option or argument; empty if its values are not names.
 
     Args:
-        parameter: "--monitor", or "COMMAND name" of an argument
+        parameter: an option such as "--monitor", or "COMMAND name" for an argument
     """
     from tierod.monitors.registry import MONITORS
     from tierod.vehicles import VEHICLES

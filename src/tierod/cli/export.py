@@ -1,4 +1,4 @@
-"""Export a monitor as C for a control unit, or monitor, plant, driver and assist unit as functional mock-up units."""
+"""Export a monitor as C for a control unit, or monitor, plant, driver or assist unit as a functional mock-up unit."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def export(
     drive: DriveName = None,
     evidence: WithEvidence = False,
 ) -> None:
-    """Write a monitor as C with test vectors and what compares them, or a functional mock-up unit."""
+    """Write a monitor as C with test vectors and a program that compares them, or a functional mock-up unit."""
     from tierod.cli.export_c import FAULT_MEMORY, CChoice, export_c, export_fault_memory
     from tierod.cli.export_fmu import OF_SCENARIO, export_fmu
 
@@ -75,7 +75,7 @@ def export(
 
 
 def _refuse(given: Mapping[str, object], what: str) -> None:
-    """Refuse options that would be without effect."""
+    """Refuse options that have no effect in this export."""
     named = [name for name, value in given.items() if value not in (None, False)]
     if named:
         it = "it" if len(named) == 1 else "them"

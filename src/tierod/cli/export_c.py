@@ -1,4 +1,4 @@
-"""Writing C for control units: a monitor of a vehicle, or the fault memory, each with what compares it."""
+"""Export of C for control units: a monitor of a vehicle, or the fault memory, each with a program that compares it."""
 
 from __future__ import annotations
 
@@ -25,24 +25,24 @@ DRIVES = {
     "condition": "demonstrator-lap",
     "motor-angle": "motor-bench-sweep",
 }
-"""Shipped scenario whose drive a monitor is compared by where no other is named."""
+"""Shipped scenario whose drive gives the test vectors of a monitor if no other is named."""
 
 FAULT_MEMORY = "fault-memory"
-"""What is exported beside monitors as C: the memory of their trouble codes."""
+"""Name of the fault memory, which is exported as C like a monitor."""
 
 DRIVEN_STEPS, RANDOM_STEPS = 100_000, 100_000
-"""At the most, of the comparison of the evidence."""
+"""Largest numbers of steps from a drive and from random inputs in the comparison of the evidence."""
 
 
 @dataclass(frozen=True)
 class CChoice:
-    """Options of the C of a monitor, as the command line names them.
+    """Options of the C export of a monitor, as on the command line.
 
     Args:
         precision: single or double
-        validity: whether a mask says which inputs are valid
+        validity: whether a mask states which inputs are valid, in place of NaN
         libm: whether functions such as the sine come from the C library
-        drive: recording or scenario that the vectors come from; a shipped one where None
+        drive: recording or scenario of the test vectors; a shipped scenario where None
         evidence: whether the export is compared, checked and measured
     """
 
@@ -54,17 +54,17 @@ class CChoice:
 
 
 def export_c(name: str, vehicle: str | None, variant: str | None, choice: CChoice, output: Path) -> None:
-    """Write the C of a monitor, and print what it is.
+    """Write the C of a monitor, and print a summary.
 
     Args:
-        name: of the monitor
-        vehicle: its file or name
-        variant: of the monitor; its default where None
+        name: name of the monitor
+        vehicle: file or name of the vehicle
+        variant: variant of the monitor; its default where None
         choice: all other options
-        output: folder
+        output: folder for the files
 
     Raises:
-        ParameterError: no such monitor, vehicle, variant or precision, or a monitor that cannot be exported
+        ParameterError: there is no such monitor, vehicle, variant or precision, or the monitor cannot be exported
     """
     from tierod.cli.terminal import output as console
     from tierod.core.files import require_folder
@@ -96,11 +96,11 @@ def export_c(name: str, vehicle: str | None, variant: str | None, choice: CChoic
 
 
 def export_fault_memory(output: Path, evidence: bool) -> None:
-    """Write the fault memory of the shipped trouble codes, and print what it is.
+    """Write the fault memory of the shipped trouble codes as C, and print a summary.
 
     Args:
-        output: folder
-        evidence: whether it is compared, checked and measured
+        output: folder for the files
+        evidence: whether the export is compared, checked and measured
     """
     from tierod.cli.terminal import messages, show, write_page
     from tierod.cli.terminal import output as console
@@ -128,7 +128,7 @@ def export_fault_memory(output: Path, evidence: bool) -> None:
 
 
 def _write(face: Interface, car: Vehicle, drive: str | None, output: Path) -> list[str]:
-    """Write the files of an export, and give their names."""
+    """Write the files of an export, and return their names."""
     from tierod.export.c_export import files, refuse_foreign, write_folder
     from tierod.export.stimuli import affordable
     from tierod.export.vectors import STEPS, vectors_of
@@ -142,7 +142,7 @@ def _write(face: Interface, car: Vehicle, drive: str | None, output: Path) -> li
 
 
 def _write_evidence(face: Interface, car: Vehicle, drive: str | None, output: Path) -> None:
-    """Compare, check and measure an export, and write the page about it."""
+    """Compare, check and measure an export, and write the page of the evidence."""
     from tierod.cli.terminal import messages, show, write_page
     from tierod.export.evidence.page import evidence
     from tierod.export.stimuli import SEED, affordable, random_inputs
@@ -160,13 +160,14 @@ def _write_evidence(face: Interface, car: Vehicle, drive: str | None, output: Pa
 
 
 def inputs_of(subject: Subject, car: Vehicle, drive: str | None, steps: int) -> tuple[np.ndarray, str]:
-    """Inputs of a monitor, at least so many steps where there are, and where they come from in words.
+    """Inputs of a monitor, if possible for at least the given number of steps, and their origin in words.
 
     Args:
-        subject: that takes them
-        car: whose channel map reads a recording
-        drive: path of a recording or name of a scenario; a shipped scenario where None, else random
-        steps: that are wanted
+        subject: subject of the export
+        car: vehicle whose channel map a recording is read by
+        drive: path of a recording or name of a scenario; where None a shipped scenario, or random inputs if there is
+            none
+        steps: required number of steps
     """
     from tierod.export.drives import inputs_from
     from tierod.export.stimuli import SEED, random_inputs

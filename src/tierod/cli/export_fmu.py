@@ -1,4 +1,4 @@
-"""Writing functional mock-up units: of a monitor for a vehicle, or of what a scenario drives with."""
+"""Export of functional mock-up units: of a monitor for a vehicle, or of a part of a scenario."""
 
 from __future__ import annotations
 
@@ -12,24 +12,24 @@ if TYPE_CHECKING:
     from tierod.export.subject import Subject
 
 OF_SCENARIO = ("plant", "driver", "assist")
-"""What a scenario has as a unit: the whole car with its driver, the driver alone, the assist unit alone."""
+"""Parts of a scenario that are exported: the whole car with its driver, the driver alone, the assist unit alone."""
 
 
 def export_fmu(
     what: str, vehicle: str | None, scenario: str | None, variant: str | None, fmi: int, output: Path
 ) -> None:
-    """Write a unit, and print what it is.
+    """Write a functional mock-up unit, and print a summary.
 
     Args:
         what: name of a monitor, or one of `OF_SCENARIO`
-        vehicle: of a monitor
-        scenario: of what a scenario has
-        variant: of a monitor
-        fmi: version of the standard, 2 or 3
-        output: file
+        vehicle: vehicle of a monitor
+        scenario: scenario of a part
+        variant: variant of a monitor
+        fmi: version of the FMI standard, 2 or 3
+        output: path of the file
 
     Raises:
-        ParameterError: another version, or vehicle or scenario is missing, or has nothing of the kind
+        ParameterError: the version is neither 2 nor 3, vehicle or scenario is missing, or the scenario has no such part
         OutputError: the file's name does not end in .fmu
     """
     from tierod.cli.terminal import output as console
@@ -99,5 +99,5 @@ def _model(subject: Subject, starts: dict[str, float], present: bool) -> Model:
     from tierod.export.fmu.variables import Model
     from tierod.export.interface import Interface, Options
 
-    # Own functions and fused products make the binary state what the kernels state, to the last bit.
+    # The same functions and fused products as in the kernels make the outputs of the binary equal to the last bit.
     return Model(Interface(subject, Options("double", libm=False, fused=True)), starts, present)

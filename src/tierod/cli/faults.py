@@ -35,12 +35,12 @@ def faults(
     toml: Annotated[bool, typer.Option("--toml", help="print the file, to begin one of your own")] = False,
     json: Annotated[bool, typer.Option("--json", help="print one JSON document")] = False,
 ) -> None:
-    """List the faults that are known, or show one; read, clear a fault memory, or show a freeze frame of it.
+    """List the known faults, or show one; read or clear a fault memory, or show a freeze frame of it.
 
     tierod faults                            the faults that can be injected into a simulation
     tierod faults read memory.json           the trouble codes that a memory holds
     tierod faults snapshot memory.json CODE  the signals around the instant at which a test failed
-    tierod faults clear memory.json          forget all codes, or the one given
+    tierod faults clear memory.json          clear all codes, or the one given
     """
     if name in MEMORY_VERBS:
         if toml or behaviours:
@@ -123,19 +123,19 @@ def _behaviours(json: bool) -> None:
 
 
 def on_memory(verb: str, path: Path | None, code: str | None, uds: str | None, json: bool) -> None:
-    """Do what a verb asks for.
+    """Execute a verb on a fault memory.
 
     Args:
         verb: read, clear or snapshot
-        path: of the memory's file
+        path: path of the memory's file
         code: a trouble code or its name
-        uds: request in hexadecimal digits, with read
-        json: whether one JSON document is printed
+        uds: UDS request in hexadecimal digits, with read only
+        json: whether to print one JSON document
 
     Raises:
-        ParameterError: no path, no such code, or arguments that do not go together
+        ParameterError: there is no path or no such code, or arguments exclude each other
         InputError: the file cannot be read
-        OutputError: it cannot be written
+        OutputError: the file cannot be written
     """
     if path is None:
         raise ParameterError(f"'tierod faults {verb}' needs the file of a memory: tierod faults {verb} memory.json")
@@ -145,7 +145,7 @@ def on_memory(verb: str, path: Path | None, code: str | None, uds: str | None, j
 
 
 def _opened(path: Path) -> FaultMemory:
-    """The memory in a file, whoever's it is, as it stands there."""
+    """The memory in an existing file, whichever vehicle it belongs to."""
     from tierod.diagnosis.fault_memory import FaultMemory
 
     if not path.exists():

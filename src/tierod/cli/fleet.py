@@ -1,4 +1,4 @@
-"""Judge the recordings of many vehicles, on all cores or on a cluster; report which vehicle to inspect first."""
+"""Judge the recordings of many vehicles, on all cores or a cluster; report which vehicle to inspect first."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ if TYPE_CHECKING:
     from tierod.monitors.together import Chosen
 
 QUIET_SECONDS = 10.0
-"""Without a terminal one line at the most in this time, beside those of recordings that failed."""
+"""Shortest time between two progress lines if stderr is no terminal [s]; failed recordings are printed at once."""
 
 REPORT = "report"
-"""Word in the place of recordings that asks for the report of a results folder."""
+"""Word in place of the recordings that requests the report of a results folder."""
 
 Recordings = Annotated[
     list[str],
@@ -78,7 +78,7 @@ def fleet(
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON document to stdout, all else to stderr.")] = False,
 ) -> int:
-    """Judge the recordings of a fleet: done (0), nothing could be judged (2), bad input (3); again resumes it."""
+    """Judge the recordings of a fleet, or resume a run: done (0), nothing could be judged (2), bad input (3)."""
     from tierod.core.errors import ParameterError
 
     if recordings[0] == REPORT:
@@ -113,7 +113,7 @@ def fleet(
 
 
 def _report(given: Sequence[str], output: str | None, as_json: bool, prior: Path | None, cohort: Sequence[str]) -> int:
-    """The report of a results folder, as `tierod fleet report RESULTS` asks for it."""
+    """Write the report of a results folder, for `tierod fleet report RESULTS`."""
     from tierod.core.errors import ParameterError
 
     if len(given) != 1:
@@ -180,13 +180,13 @@ def _show(found: Summary) -> None:
 
 
 def _why(name: str, reason: str) -> str:
-    """The reason without the name of the recording, which stands before it."""
+    """The reason without the name of the recording, which is printed before it."""
     return reason.removeprefix(name).lstrip(": ")
 
 
 @contextmanager
 def _shown_progress() -> Iterator[_Shown]:
-    """A bar on a terminal, lines now and then elsewhere; a recording that failed is named at once."""
+    """Progress bar on a terminal, occasional lines elsewhere; failed recordings are named at once."""
     from tierod.cli.terminal import messages
 
     console = messages()
@@ -203,7 +203,7 @@ def _shown_progress() -> Iterator[_Shown]:
 
 
 class _Shown:
-    """Progress for people."""
+    """Progress on the terminal: a bar if there is one, else occasional lines."""
 
     def __init__(self, console: Any, bar: Callable[[Progress], None] | None = None):
         self.console, self.bar, self.last, self.progress = console, bar, -QUIET_SECONDS, (0, 0)
@@ -221,7 +221,7 @@ class _Shown:
             self.console.print(f"{progress.done} of {progress.total} recordings", soft_wrap=True, markup=False)
 
     def say_what_is_kept(self, results: str) -> None:
-        """Before a run ends in the middle."""
+        """Print how many results are kept when a run is aborted."""
         done, total = self.progress
         if total:
             self.console.print(

@@ -8,7 +8,7 @@ import typer
 
 
 def formats(json: Annotated[bool, typer.Option("--json", help="print one JSON document")] = False) -> None:
-    """List the formats; the content of a file decides how it is read, its ending how it is written."""
+    """List the formats; a file is read by its content, and written by its ending."""
     from tierod.cli.terminal import output, print_json, rows
     from tierod.io.readers.opening import READERS
     from tierod.io.writers import WRITERS

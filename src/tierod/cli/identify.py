@@ -1,4 +1,4 @@
-"""Find parameters of a vehicle from recordings of a bench or a drive, and write them into its file."""
+"""Identify parameters of a vehicle from recordings of a bench or a drive, and write them into its file."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def identify(
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON document to stdout, all else to stderr.")] = False,
 ) -> int:
-    """Fit parameters to recordings and write them back: done (0), values of no use (2), bad input (3)."""
+    """Fit parameters to recordings and write them back: done (0), unusable values (2), bad input (3)."""
     from tierod.cli.app import HEALTHY, NOT_JUDGED
     from tierod.cli.terminal import messages, origin, print_json, progress
     from tierod.report.identification import identify as run
@@ -56,7 +56,7 @@ def identify(
 
     wanted, car = subject_of(subject), load(vehicle)
     hours = _wanted_hours(wanted, subject, false_alarms)
-    # The file of a car is what its drives add to: the same name in both options says so.
+    # Drives add to the file of their car: naming it as input and output permits overwriting it.
     in_place, output = _same_file(subject, car, output, in_place)
     target = _target(car, output, in_place)
     _require_places(car, [*recordings, *(dbc or []), channel_map], target, in_place, report)
@@ -93,7 +93,7 @@ def _next(
     dbc: list[Path] | None = None,
     channel_map: Path | None = None,
 ) -> str:
-    """The command that follows, with the same options of reading, or what this one lacked."""
+    """The next command, with the same options for reading, or the option that was missing."""
     if written is None:
         return "nothing is written: say where with --output car.toml"
     words = ["tierod", "diagnose", *map(str, recordings), "--vehicle", str(written)]
@@ -103,7 +103,7 @@ def _next(
 
 
 def _wanted_hours(wanted: Subject, subject: str, false_alarms: str | None) -> float | None:
-    """The wanted time between false alarms, where one is given and makes sense [h]."""
+    """Required mean time between false alarms [h]; None if not given."""
     from tierod.cli.design import seconds_between
     from tierod.core.errors import ParameterError
 
@@ -119,14 +119,14 @@ def _names(free: str | None) -> tuple[str, ...]:
 
 
 def _same_file(subject: str, car: Vehicle, output: Path | None, in_place: bool) -> tuple[bool, Path | None]:
-    """Whether the vehicle's own file is to be written, and else the place."""
+    """Whether to write the vehicle's own file, and otherwise the path."""
     if subject == "vehicle" and output is not None and output.resolve() == car.path.resolve():
         return True, None
     return in_place, output
 
 
 def _target(car: Vehicle, output: Path | None, in_place: bool) -> Path | None:
-    """Path that the vehicle file is written to."""
+    """Path of the vehicle file to write; None if none is to be written."""
     from tierod.core.errors import OutputError
     from tierod.vehicles.vehicle import SHIPPED
 
@@ -146,7 +146,7 @@ def _require_places(
     in_place: bool,
     report: Path | None,
 ) -> None:
-    """See, before the search, that vehicle file and page can be written and write over nothing that was given."""
+    """Check, before the search, that vehicle file and page can be written and overwrite no input."""
     from tierod.cli.terminal import refuse_to_overwrite
     from tierod.core.files import require_folder
 

@@ -1,4 +1,4 @@
-"""Show what a recording holds: channels, rates, gaps, ranges, and which monitor can run on it."""
+"""Show the content of a recording: channels, rates, gaps, ranges, and which monitor can run on it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from tierod.vehicles import Vehicle
 
 _SHOWN = 40
-"""Channels without a canonical name that are listed without --all."""
+"""Number of channels without a canonical name that are listed without --all."""
 
 
 def inspect(
@@ -39,7 +39,7 @@ def inspect(
     every: Annotated[bool, typer.Option("--all", help="List all channels, also those without a known name.")] = False,
     json: Annotated[bool, typer.Option("--json", help="print one JSON document")] = False,
 ) -> None:
-    """Show the channels of a recording with their quality, and for each monitor what it lacks."""
+    """Show the channels of a recording with their quality, and the unmet requirements of each monitor."""
     from tierod.monitors.inspection import inspect as run
 
     if recording.suffix.lower() == ".fmu":
@@ -161,14 +161,14 @@ def _show(found: Inspection, every: bool, channel_map: Path | None) -> None:
 
 
 def _can_run(ready: Readiness, verdict: str) -> str:
-    """Whether the monitor can run, on what condition, as which variant, and whether a variant must be chosen."""
+    """Whether a monitor can run, under which condition and as which variants, and whether a variant must be chosen."""
     free = ready.variants
     alone = "" if not ready.monitor.default or len(free) == len(ready.reasons) else f", as {', '.join(free)} only"
     return f"{verdict}{ready.choice}{alone}"
 
 
 def _say_which_vehicle(car: Vehicle | None) -> None:
-    """Print the vehicle that the list of monitors rests on."""
+    """Print for which vehicle the list of monitors holds."""
     if car is None:
         text = "no vehicle is named, so that a typical car stands for it; --vehicle looks at the parameters of yours"
     else:

@@ -1,4 +1,4 @@
-"""Show what a functional mock-up unit takes and gives, and write how it becomes a plant."""
+"""Show the inputs and outputs of a functional mock-up unit, and write a plant file for it."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ if TYPE_CHECKING:
 
 
 def inspect_unit(path: Path, target: Path | None, overwrite: bool, as_json: bool) -> None:
-    """Show the variables of a unit with what is proposed for each, and write the plant file if one is asked for.
+    """Show the variables of a unit with the proposal for each, and write the plant file if requested.
 
     Args:
-        path: of the unit
-        target: plant file to write; None to show alone
-        overwrite: whether one that is there is replaced
-        as_json: print one JSON document
+        path: path of the unit
+        target: plant file to write; None for none
+        overwrite: whether an existing file is replaced
+        as_json: whether to print one JSON document
 
     Raises:
         InputError: the unit cannot be used

@@ -1,4 +1,4 @@
-"""Find the detectable and isolable faults of a car's equations, and which further sensor would help."""
+"""Find the detectable and isolable faults from a car's equations, and which further sensor would help."""
 
 from __future__ import annotations
 

@@ -65,7 +65,7 @@ def live(
         period, silence, ignition, fd, bitrate, send, results_dbc, results_id,
     )  # fmt: skip
     refuse_unfit(wanted)
-    # The bus of the results is one more, with the options that hold for all buses.
+    # One set of options more: the bus of the results gets the options that apply to all buses.
     *options, further = interface_options(interface_option or [], len(channel) + 1)
     addresses = [Address(interface, each, bitrate, fd, own) for each, own in zip(channel, options, strict=True)]
     drive, hub = drive_of(wanted, addresses)
@@ -80,7 +80,7 @@ def live(
 
 
 def _socket(hub: Hub, port: int) -> Socket:
-    """Events go to whoever connects to the port."""
+    """Start a server that sends the events to every client that connects to the port."""
     from tierod.live.events import Socket
 
     socket = Socket(port)
@@ -90,7 +90,7 @@ def _socket(hub: Hub, port: int) -> Socket:
 
 
 def _sender(drive: Drive, address: Address, path: Path, first: int) -> Sender:
-    """Results go to a bus ten times a second while a drive is judged."""
+    """Start sending results to a bus, ten times a second while a drive is judged."""
     from tierod.core.errors import TierodError
     from tierod.live.results import Sender
 
@@ -157,7 +157,7 @@ def _in_terminal(drive: Drive) -> int:
 
         drive.looking.append(look)
         code = drive.run()
-        said()  # what became of the drive is said while it is closed
+        said()  # results of the drive are reported while it is closed
         return code
 
 

@@ -1,4 +1,4 @@
-"""A live session as the command line describes it: what is wrong is refused before a bus is opened."""
+"""A live session from the options of the command line, which are checked before a bus is opened."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ if TYPE_CHECKING:
     from tierod.live.events import Hub
 
 ENDINGS = {"log": (".mf4",), "mcap": (".mcap",), "results_dbc": (".dbc",), "report": (".html", ".htm")}
-"""Endings of what is written, by option: another one would promise another format."""
+"""Permitted file endings by option; another ending would suggest another format."""
 
 
 @dataclass(frozen=True)
 class Wanted:
-    """The options of `tierod live`, as its help describes them."""
+    """Options of `tierod live`, as described in its help."""
 
     vehicle: str
     dbc: tuple[Path, ...]
@@ -46,11 +46,11 @@ class Wanted:
 
 
 def refuse_unfit(wanted: Wanted) -> None:
-    """Refuse what can be seen to be wrong without a bus.
+    """Refuse options whose errors can be detected without a bus.
 
     Raises:
-        ParameterError: a time, an identifier or an ending makes no sense
-        InputError: the fault memory is damaged, or another vehicle's
+        ParameterError: a time, an identifier or a file ending is not valid
+        InputError: the fault memory is damaged, or belongs to another vehicle
         OutputError: a file cannot be written
     """
     from tierod.core.errors import ParameterError
@@ -99,15 +99,15 @@ def _refuse_what_cannot_be_written(targets: list[Path | None], given: list[Path 
 
 
 def drive_of(wanted: Wanted, addresses: Sequence[Address]) -> tuple[Drive, Hub]:
-    """The session, its buses opened, and what takes its events.
+    """The session with its buses opened, and the hub of its events.
 
     Args:
-        wanted: which was not refused
-        addresses: of the buses
+        wanted: options that `refuse_unfit` has accepted
+        addresses: addresses of the buses
 
     Raises:
-        ParameterError: no database, or an ignition that none has
-        InputError: a file cannot be read, or a bus not be opened
+        ParameterError: there is no database, or none has the ignition signal
+        InputError: a file cannot be read, or a bus cannot be opened
     """
     import queue
 

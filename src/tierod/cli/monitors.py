@@ -1,4 +1,4 @@
-"""List what tierod can watch: the signals that each monitor needs, its variants, and their sources."""
+"""List the monitors: the signals that each one needs, its variants, and their sources."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def monitors(
     ] = None,
     json: Annotated[bool, typer.Option("--json", help="print one JSON document")] = False,
 ) -> None:
-    """List the monitors, or show one: the signals it needs, its variants, and where they come from."""
+    """List the monitors, or show one: the signals it needs, its variants, and their sources."""
     from tierod.monitors.registry import MONITORS
 
     if vehicle is not None:
@@ -40,7 +40,7 @@ def monitors(
 
 
 def _for_vehicle(name: str | None, vehicle: str, json: bool) -> None:
-    """Print the needs of every variant that a vehicle does not meet."""
+    """Print the requirements of every variant that a vehicle does not meet."""
     from tierod.monitors.needs import lacking
     from tierod.monitors.registry import MONITORS
     from tierod.vehicles import load
@@ -61,7 +61,7 @@ def _for_vehicle(name: str | None, vehicle: str, json: bool) -> None:
 
 
 def _spread(parameter: Parameter) -> str:
-    """Standard deviation of a parameter in words: relative, or in its unit where its value is zero."""
+    """Standard deviation of a parameter as text: relative, or in its unit if its value is zero."""
     deviation = parameter.standard_deviation or 0.0
     if parameter.value == 0.0:
         return f"±{deviation:.2g} {written(parameter.unit)}".rstrip()
@@ -69,7 +69,7 @@ def _spread(parameter: Parameter) -> str:
 
 
 def _show_lacking(monitor: Monitor, found: Mapping[str, Lacking], car: Vehicle, whole: bool) -> None:
-    """Whether a monitor can run with a vehicle, and what the default variant, or the first one, lacks."""
+    """Print whether a monitor can run with a vehicle, and what the default variant, or the first one, lacks."""
     from tierod.core.signals import SIGNALS
     from tierod.vehicles import QUANTITIES
 
@@ -171,7 +171,7 @@ def _show(monitor: Monitor) -> None:
 
 
 def _other_needs(monitor: Monitor) -> Iterable[str]:
-    """Signals that variants need in place of the monitor's own; a diagnosis takes them where those are missing."""
+    """Signals that variants need in place of the monitor's own; a diagnosis uses them if those are missing."""
     for each in monitor.variants.values():
         needed = monitor.needing(each).required
         if others := [name for name in needed if name not in monitor.required]:
@@ -180,7 +180,7 @@ def _other_needs(monitor: Monitor) -> Iterable[str]:
 
 
 def _show_decisions(monitor: Monitor) -> None:
-    """The decisions of the default variant, or of the first one; those of the others are in the JSON."""
+    """Print the decisions of the default variant, or of the first one; the JSON document has those of all."""
     variant = monitor.variants[monitor.default or next(iter(monitor.variants))]
     if variant.decisions:
         console = output()
@@ -192,7 +192,7 @@ def _show_decisions(monitor: Monitor) -> None:
 
 
 def _measured(names: Iterable[str]) -> tuple[str, ...]:
-    """The signals that a car can have; truths of a simulation are left out."""
+    """The signals that a car can measure, without the truths of a simulation."""
     from tierod.core.signals import SIGNALS
 
     return tuple(name for name in names if name in SIGNALS)

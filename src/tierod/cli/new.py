@@ -1,4 +1,4 @@
-"""Begin a vehicle file of your own car: typical values of its class, each with its spread."""
+"""Begin a vehicle file for your own car: typical values of its class, each with its standard deviation."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def new(
     ] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace a file that is there.")] = False,
 ) -> None:
-    """Write a vehicle file: values that are given, else typical ones, each with standard deviation and source."""
+    """Write a vehicle file with the given values, else typical ones, each with standard deviation and source."""
     from tierod.cli.terminal import output
     from tierod.core.errors import OutputError, ParameterError
     from tierod.core.files import require_folder, write_text
@@ -66,7 +66,7 @@ def new(
 
 
 def _map_for(file: Path, channel_map: Path | None) -> tuple[str | None, bool]:
-    """The channel map as the vehicle file names it, from its own folder, and whether it reads torques as counts."""
+    """Path of the channel map relative to the vehicle file, and whether the map reads torques as counts."""
     from tierod.core.units import COUNT
     from tierod.io.readers import load_channel_map
 
@@ -80,7 +80,7 @@ def _map_for(file: Path, channel_map: Path | None) -> tuple[str | None, bool]:
 
 
 def _from(file: Path, other: Path) -> str:
-    """The path of a file from the folder of another one."""
+    """Path of a file relative to the folder of another one."""
     import os
 
     return Path(os.path.relpath(other.resolve(), file.parent.resolve())).as_posix()
@@ -97,7 +97,7 @@ def _said(file: Path, kind: str, given: int, total: int, channel_map: str | None
 
 
 def next_commands(file: Path, drives: Sequence[Path]) -> list[str]:
-    """The commands that follow a new vehicle file, each with those recordings for which it works."""
+    """The next commands for a new vehicle file, each with the recordings for which it works."""
     looked_at = [_Use.of(each, file) for each in drives]
     car = shlex.quote(str(file))
     learn = shlex.join(str(each.path) for each in looked_at if not each.not_learnt) or ("" if drives else "DRIVE")
@@ -111,12 +111,12 @@ def next_commands(file: Path, drives: Sequence[Path]) -> list[str]:
 
 
 class _Use(NamedTuple):
-    """What a recording of a car is good for.
+    """Possible uses of a recording of a car.
 
     Args:
-        path: of the recording
-        not_learnt: why nothing is identified from it; "" where it may be
-        judged: whether a monitor would take it
+        path: path of the recording
+        not_learnt: why parameters cannot be identified from it; "" if they may be
+        judged: whether a monitor can judge it
     """
 
     path: Path
@@ -125,7 +125,7 @@ class _Use(NamedTuple):
 
     @classmethod
     def of(cls, path: Path, file: Path) -> _Use:
-        """The use of a recording for the car of a vehicle file; any, of one that is not there yet, or is a pipe."""
+        """Uses of a recording for the car of a vehicle file; every use if it does not exist yet, or is a pipe."""
         from tierod.cli.terminal import progress
         from tierod.core.errors import TierodError
         from tierod.io.readers import read

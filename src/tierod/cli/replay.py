@@ -1,4 +1,4 @@
-"""Play a recording onto a bus: its frames, or its signals encoded by a DBC; with loss and disorder by seed."""
+"""Play a recording onto a bus: its frames, or its signals encoded by a DBC; with seeded disturbances."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def replay(
     bus_off: Annotated[float, typer.Option(help="Bus-offs per minute, of half a second each.")] = 0.0,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON document to stdout, all else to stderr.")] = False,
 ) -> None:
-    """Play a recording onto a bus; Ctrl-C ends it."""
+    """Play a recording onto a bus until its end or Ctrl-C."""
     import itertools
 
     from tierod.cli.terminal import messages
@@ -53,7 +53,7 @@ def replay(
     options = interface_options(interface_option or [], len(channel))
     database = load_databases([shipped(each, ".dbc") for each in dbc]) if dbc else []
     frames = frames_of_file(recording, database, loaded_map(channel_map))
-    # A recording that cannot be read is refused before a bus is opened.
+    # Reads the first frame, so that an unreadable recording is refused before a bus is opened.
     frames = itertools.chain([next(frames)], frames)
     addresses = [Address(interface, each, None, fd, own) for each, own in zip(channel, options, strict=True)]
     buses, played = [open_bus(each) for each in addresses], Played()
@@ -73,7 +73,7 @@ def replay(
 
 
 def _print(played: Played, as_json: bool) -> None:
-    """Print the replayed drive and the disturbances put into it on purpose."""
+    """Print the counts of replayed frames and of the intended disturbances."""
     import dataclasses
 
     from tierod.cli.terminal import output, print_json

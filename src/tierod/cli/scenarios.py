@@ -1,4 +1,4 @@
-"""List the scenarios, virtual cars and courses that are shipped, or show one."""
+"""List the shipped scenarios, virtual cars and courses, or show one."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def scenarios(
     toml: Annotated[bool, typer.Option("--toml", help="print the file, to begin one of your own")] = False,
     json: Annotated[bool, typer.Option("--json", help="print one JSON document")] = False,
 ) -> None:
-    """List what can be driven, or show one: car, course, sensors, faults, duration."""
+    """List the scenarios, virtual cars and courses, or show one: car, course, sensors, faults, duration."""
     from tierod.core.errors import ParameterError
 
     for one, other, both in (("--cars", "--courses", cars and courses), ("--toml", "--json", toml and json)):
@@ -41,7 +41,7 @@ def scenarios(
 
 
 def _names() -> dict[str, tuple[str, ...]]:
-    """Everything that is shipped, by kind."""
+    """Names of everything that is shipped, by kind."""
     from tierod.proving_ground import courses, scenarios
     from tierod.proving_ground.cars import catalogue
 
@@ -49,7 +49,7 @@ def _names() -> dict[str, tuple[str, ...]]:
 
 
 def _kind_of(name: str, wanted: tuple[str, ...]) -> str:
-    """Kind of file that a name refers to; a path is a file of the first kind wanted."""
+    """Kind of file that a name refers to; a path is of the first requested kind."""
     from pathlib import Path
 
     from tierod.core.errors import ParameterError, nearest
@@ -75,7 +75,7 @@ def _path(kind: str, name: str) -> Path:
 
 
 def _to_begin_with(kind: str, name: str) -> str:
-    """The file's text; files that it names beside itself are named by their whole path, so that a copy finds them."""
+    """Text of the file; relative paths in it are made absolute, so that a copy elsewhere finds them."""
     from tierod.core.toml import Document
     from tierod.proving_ground.scenarios.reader import named_files
 

@@ -1,4 +1,4 @@
-"""Open the page to work in: recordings, vehicles, fleets and live buses in the browser."""
+"""Open the interactive page: recordings, vehicles, fleets and live buses in the browser."""
 
 from __future__ import annotations
 

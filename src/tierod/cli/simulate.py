@@ -1,4 +1,4 @@
-"""Drive a virtual car through a scenario, and write what its sensors saw beside the truth."""
+"""Drive a virtual car through a scenario, and write the measured signals together with the truth."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def _refuse_plant(plant: Path | None) -> None:
 
 
 def _with_plant(scenario: Scenario, plant: Path) -> Scenario:
-    """The scenario with a unit in the place of its car; what is assumed of the unit goes to the terminal."""
+    """The scenario with a unit in place of its car; prints the assumptions about the unit."""
     from tierod.cli.terminal import messages
     from tierod.experiments.plant_proposal import plant_document
     from tierod.proving_ground.scenarios.plants import with_plant
@@ -95,11 +95,11 @@ def _with_plant(scenario: Scenario, plant: Path) -> Scenario:
 
 
 OFF_PATH = 10.0
-"""Distance from its path [m] at which a driver has lost the car."""
+"""Distance from its path at which the driver has lost control of the car [m]."""
 
 
 def _astray(outcome: Outcome) -> str:
-    """Most frequent cause where a driver has lost a car that a unit computes; "" where he has not."""
+    """Likeliest cause if the driver has lost control of a car computed by a unit; "" if not."""
     import numpy as np
 
     offset = outcome.recording.channels.get("truth_lateral_offset")
@@ -113,11 +113,11 @@ def _astray(outcome: Outcome) -> str:
 
 
 STANDING = 0.5
-"""Speed [m/s] up to which a car does not drive."""
+"""Speed up to which a car counts as standing [m/s]."""
 
 
 def _standing(scenario: Scenario, outcome: Outcome) -> str:
-    """Most frequent cause where a unit's car does not drive where its course does; "" where it does."""
+    """Likeliest cause if the car of a unit stands although its course requires a speed; "" if it moves."""
     import numpy as np
 
     speeds = [
@@ -143,7 +143,7 @@ def _diverged(scenario: Scenario, outcome: Outcome, path: Path) -> str:
 
 
 def _parted(outcome: Outcome) -> tuple[list[str], list[str]]:
-    """Names of the measured channels, and of those that hold the truth."""
+    """Names of the measured channels, and of the channels that hold the truth."""
     names = outcome.recording.names
     return [n for n in names if not n.startswith("truth_")], [n for n in names if n.startswith("truth_")]
 
@@ -188,7 +188,7 @@ def _show(scenario: Scenario, outcome: Outcome, path: Path, took: float) -> None
 
 
 def _next(scenario: Scenario, path: Path) -> list[str]:
-    """The command that the run is for: the words of the scenario, with the recording before their options."""
+    """The command suggested next: that of the scenario, with the recording before its options."""
     words = scenario.next_command.split() or ["diagnose"]
     options = next((place for place, word in enumerate(words) if word.startswith("--")), len(words))
     return ["tierod", *words[:options], str(path), "--vehicle", scenario.vehicle, *words[options:]]

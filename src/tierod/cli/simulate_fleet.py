@@ -1,4 +1,4 @@
-"""Part of `tierod simulate`: a virtual fleet, driven or at estimate level."""
+"""Part of `tierod simulate`: a virtual fleet, simulated drive by drive or drawn at estimate level."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ def simulate_fleet(
     workers: int | None,
     as_json: bool,
 ) -> int:
-    """Write a virtual fleet: all drives written (0), some failed (2).
+    """Write a virtual fleet, and return an exit code: all drives written (0), some failed (2).
 
     Args:
-        path: of the fleet's file
-        folder: that takes it
-        seed, seconds: in place of the file's
+        path: path of the fleet's file
+        folder: folder for the results
+        seed, seconds: seed and duration of a drive [s]; None for those of the file
         estimates: whether drives are drawn at estimate level
-        workers: processes
-        as_json: print one JSON document
+        workers: number of processes; None for one per core
+        as_json: whether to print one JSON document
 
     Raises:
-        ParameterError: a slip in the file
+        ParameterError: the file has an error
         OutputError: the folder cannot be written
     """
     from tierod.cli.terminal import messages, print_json, progress, say

@@ -1,4 +1,4 @@
-"""Measure on virtual cars what papers and tierod claim, claim by claim."""
+"""Measure on virtual cars the claims of papers and of tierod, claim by claim."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 NO_CAUSE = "not known"
-"""In the place of the cause of a claim that does not hold."""
+"""Text in place of the cause if a claim does not hold and no cause is stated."""
 
 
 def study(
@@ -32,7 +32,7 @@ def study(
         typer.Option("--thorough", help="Hours of driving more where rare events are counted; takes up to an hour."),
     ] = False,
 ) -> int:
-    """Run a study: tables and claims to the terminal as Markdown, a page and claims.json into a folder."""
+    """Run a study: tables and claims to the terminal as Markdown, a page and claims.json to a folder."""
     from tierod.cli.terminal import messages
     from tierod.core.errors import ParameterError, nearest
     from tierod.experiments.effort import Effort
@@ -49,17 +49,17 @@ def study(
 
 
 def _results_folder() -> Path | None:
-    """Folder that keeps drives of studies, so that a study that was ended goes on where it was."""
+    """Folder for the drives of studies, so that an interrupted study resumes; None for a user without a home."""
     from tierod.core.graph.compiler import cache_folder
 
     try:
         return cache_folder() / "studies"
-    except RuntimeError:  # a user without a home
+    except RuntimeError:  # a user without a home folder
         return None
 
 
 def _run(chosen: Study, effort: Effort, folder: Path) -> list[Path]:
-    """Both files of a study, written when all of it is known."""
+    """Run a study and write its two files once all results are available."""
     import sys
     from datetime import UTC, datetime
 
@@ -99,7 +99,7 @@ def _run(chosen: Study, effort: Effort, folder: Path) -> list[Path]:
 
 
 def _require_writable(folder: Path) -> None:
-    """Stop before minutes of work whose result has no place."""
+    """Check that the folder can be written before minutes of work."""
     import os
 
     from tierod.core.errors import OutputError
@@ -111,7 +111,7 @@ def _require_writable(folder: Path) -> None:
 
 @contextmanager
 def _shown_progress(name: str) -> Iterator[Callable[[float, str], None]]:
-    """Share done and what comes next, to stderr: a bar where somebody watches, a line for every part of the study."""
+    """Progress on stderr: a bar on a terminal, and a line for every part of the study."""
     from tierod.cli.terminal import messages, progress
 
     last = ""
@@ -128,7 +128,7 @@ def _shown_progress(name: str) -> Iterator[Callable[[float, str], None]]:
 
 
 def _print(claims: Sequence[Claim]) -> None:
-    """The claims as a table, how many hold, and apart from them the figures that only describe."""
+    """Print the claims as a table with the number that hold, and separately the figures that only describe."""
     import sys
 
     from tierod.core.claims import counted

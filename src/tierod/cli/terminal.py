@@ -23,21 +23,21 @@ if TYPE_CHECKING:
 
 
 UNSHOWN = "tierod.unshown"
-"""Name of the way in which streams spell out letters that their encoding lacks."""
+"""Name of the error handler of streams that replaces characters missing in their encoding by escapes."""
 
 _STEERING = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
 
 
 def visible(text: str) -> str:
-    """The text with control characters, turns of the writing direction and half characters spelt out as \\u001b.
+    """The text with control characters, bidirectional controls and surrogates as escapes such as \\u001b.
 
-    Line ends and tabs stay. JSON reads what is spelt out as the characters themselves.
+    Line ends and tabs are kept. A JSON parser turns the escapes back into the characters.
     """
     return _STEERING.sub(lambda found: _spelt(found[0]), text)
 
 
 def without_advice(reason: str) -> str:
-    """The reason of a refusal without its advice and without the name of the monitor that stands beside it."""
+    """The reason of a refusal without its advice and without the name of the monitor, which is shown beside it."""
     bare = re.sub(r"^the monitor '[^']*' (?:cannot run as '[^']*': )?", "", reason)
     return re.split(r"; did you mean|; known: |; none of the|\. (?=[A-Z])", bare)[0].rstrip(".")
 
@@ -48,10 +48,10 @@ def say(text: str, end: str = "\n") -> None:
 
 
 def spell_what_cannot_be_shown() -> None:
-    """Let stdout and stderr spell out the letters that their encoding lacks; else printing them would be an error."""
+    """Make stdout and stderr print escapes for characters missing in their encoding, where printing would raise."""
     codecs.register_error(UNSHOWN, _spell)
     for stream in (sys.stdout, sys.stderr):
-        with contextlib.suppress(AttributeError, ValueError):  # replaced by another object
+        with contextlib.suppress(AttributeError, ValueError):  # the stream was replaced by another object
             stream.reconfigure(errors=UNSHOWN)  # type: ignore[union-attr]
 
 
@@ -59,14 +59,14 @@ def console(stderr: bool, width: int | None) -> Console:
     """A console that prints control characters of texts as escapes.
 
     Args:
-        stderr: whether it prints there
-        width: in characters; None for that of the terminal
+        stderr: whether it prints to stderr; else to stdout
+        width: width in characters; None for that of the terminal
     """
     from rich.console import Console
     from rich.segment import Segment
 
     class _Console(Console):
-        # Every way of printing ends here, also those of libraries.
+        # All printing passes through this method, including that of other libraries.
         def _render_buffer(self, buffer):  # type: ignore[no-untyped-def]
             shown = (part if part.control else Segment(visible(part.text), part.style) for part in buffer)
             return super()._render_buffer(shown)
@@ -86,19 +86,19 @@ def _spelt(letter: str) -> str:
 
 
 PATIENCE = 1.0
-"""Seconds of silence before a progress bar appears."""
+"""Time before a progress bar appears [s]."""
 
 PIPED_WIDTH = 120
-"""Columns where the output is no terminal and has no width of its own."""
+"""Width of the output in columns if it is no terminal."""
 
 
 def output() -> Console:
-    """The console of stdout: what was asked for."""
+    """The console of stdout, for the requested output."""
     return console(stderr=False, width=None if sys.stdout.isatty() else PIPED_WIDTH)
 
 
 def messages() -> Console:
-    """The console of stderr: progress and remarks."""
+    """The console of stderr, for progress and remarks."""
     return console(stderr=True, width=None if sys.stderr.isatty() else PIPED_WIDTH)
 
 
@@ -106,9 +106,9 @@ def rows(titles: Sequence[str], cells: Iterable[Sequence[str]], right: Sequence[
     """A plain table.
 
     Args:
-        titles: of the columns
+        titles: titles of the columns
         cells: the rows; square brackets are text, not markup, also in titles
-        right: the columns that hold numbers
+        right: indices of the columns that are aligned to the right, such as numbers
     """
     from rich.table import Table
     from rich.text import Text
@@ -122,7 +122,7 @@ def rows(titles: Sequence[str], cells: Iterable[Sequence[str]], right: Sequence[
 
 
 def print_json(document: Any) -> None:
-    """One JSON document to stdout; numbers that JSON cannot hold become null.
+    """Print one JSON document to stdout; values that JSON cannot represent become null.
 
     Args:
         document: nested dictionaries, lists, strings and numbers; or a text that is JSON already
@@ -135,7 +135,7 @@ def print_json(document: Any) -> None:
 
 @contextmanager
 def progress(description: str) -> Iterator[Callable[[float], None]]:
-    """A function to be called with the share done (0 to 1); a bar appears on stderr if it takes longer than a second.
+    """Function to be called with the share done (0 to 1); after a second a bar appears on stderr if it is a terminal.
 
     Args:
         description: what is being done, in a few words
@@ -164,16 +164,16 @@ def progress(description: str) -> Iterator[Callable[[float], None]]:
 def refuse_to_overwrite(
     target: Path | None, given: Iterable[Path | str | None], what: str = "page", cure: str = "--output"
 ) -> None:
-    """See that an output does not go where something lies, or will be written, that was given.
+    """Check that an output does not overwrite an input or another output.
 
     Args:
-        target: of the output
-        given: what must stay
-        what: the output is
+        target: path of the output
+        given: paths that must not be overwritten
+        what: name of the output in the message
         cure: option that names another place
 
     Raises:
-        OutputError: it would
+        OutputError: it would overwrite one of them
     """
     from tierod.core.errors import OutputError
 
@@ -183,7 +183,7 @@ def refuse_to_overwrite(
 
 
 def origin() -> Origin:
-    """Origin of the running command's output: when, by which version, by which command."""
+    """Provenance of the running command's output: time, version and command line."""
     import shlex
     import sys
 
@@ -195,10 +195,10 @@ def origin() -> Origin:
 def write_page(
     found: Analysis, facts: Facts, target: Path, not_good_for: Sequence[str] = (), kind: str = "analysis"
 ) -> None:
-    """Write the page of an analysis; for its arguments see `tierod.report.analysis.analysis.render_analysis`.
+    """Write the page of an analysis; for the arguments see `tierod.report.analysis.analysis.render_analysis`.
 
     Raises:
-        OutputError: it cannot be written
+        OutputError: the page cannot be written
     """
     from tierod.core.files import write_text
     from tierod.report.analysis.analysis import render_analysis
@@ -215,14 +215,14 @@ def present(
     not_good_for: Sequence[str] = (),
     kind: str = "analysis",
 ) -> None:
-    """Write the page of an analysis, print its document or its tables, and where the page is.
+    """Write the page of an analysis, print its document or its tables, and print the path of the page.
 
     Args:
         found: the analysis
-        document: of it
-        as_json: whether the document is printed, and all else goes to stderr
-        target: of the page; None for none
-        facts, not_good_for, kind: as of `write_page`
+        document: its JSON document
+        as_json: whether to print the document, and all else to stderr
+        target: path of the page; None for none
+        facts, not_good_for, kind: as in `write_page`
 
     Raises:
         OutputError: the page cannot be written
@@ -238,7 +238,7 @@ def present(
 
 
 def show(found: Analysis) -> None:
-    """Summary and tables in the terminal."""
+    """Print summary and tables of an analysis."""
     from rich.text import Text
 
     from tierod.core.content import Table
@@ -257,7 +257,7 @@ def show(found: Analysis) -> None:
 
 @contextmanager
 def stopped_by_sigterm() -> Iterator[None]:
-    """SIGTERM ends like Ctrl-C: what is finished is kept, and no process is left behind."""
+    """Handle SIGTERM like Ctrl-C: finished results are kept, and no process is left behind."""
 
     def stop(*_: object) -> None:
         raise KeyboardInterrupt

@@ -1,4 +1,4 @@
-"""List the vehicles that are known, or show one with the source of every value."""
+"""List the known vehicles, or show one with the source of every value."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def vehicles(
     toml: Annotated[bool, typer.Option("--toml", help="print the file, to begin one of your own")] = False,
     json: Annotated[bool, typer.Option("--json", help="print one JSON document")] = False,
 ) -> None:
-    """List the vehicles that are shipped, or show one: values, units, spread, sources, and what it is not good for."""
+    """List the shipped vehicles, or show one: values, units, spread, sources, and what it is not suitable for."""
     from tierod.core.errors import ParameterError
     from tierod.vehicles import VEHICLES, load
 
@@ -40,7 +40,7 @@ def vehicles(
 
 
 def _to_begin_with(vehicle: Vehicle) -> str:
-    """The file's text; files that it names are found by their names, beside a copy or among those that are shipped."""
+    """Text of the file; files that it names are found beside a copy or among the shipped ones."""
     from tierod.core.errors import ParameterError
     from tierod.core.user_files import read_text
 

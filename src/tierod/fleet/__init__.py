@@ -1,1 +1,1 @@
-"""Many recordings of many vehicles: judged on this machine or on a cluster, kept in tables, asked for trends."""
+"""Fleets: recordings of many vehicles, judged here or on a cluster, stored in tables, and analysed for trends."""

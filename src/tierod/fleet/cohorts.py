@@ -1,4 +1,4 @@
-"""Cohorts of a fleet that differ, and what a new car of a cohort may expect: a prior for its vehicle file."""
+"""Cohorts of a fleet that differ, and the level expected of a new car of a cohort, as a prior for its vehicle file."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from tierod.fleet.series import Series
 from tierod.methods.trends.cohort_effects import LEAST, Cohort, Cohorts, cohorts
 
 NOMINAL = {"friction torque at the steering wheel axis": "nominal_friction"}
-"""Quantity of a finding -> the parameter of a vehicle file that holds its fault-free value."""
+"""Quantity of a finding, and the parameter of a vehicle file that holds its fault-free value."""
 
 
 @dataclass(frozen=True, eq=False)
 class Cohorted:
-    """The cohorts of one quantity.
+    """Cohort effects of one quantity.
 
     Args:
-        cohorts: every cohort with its odds, and how cars differ; None where the fleet has too few cars
-        remark: why there is none
+        cohorts: every cohort with its odds, and the spread from car to car; None if the fleet has too few cars
+        remark: why there are none
     """
 
     cohorts: Cohorts | None
@@ -31,17 +31,17 @@ class Cohorted:
 
     @property
     def differing(self) -> tuple[Cohort, ...]:
-        """Those that rather differ than not."""
+        """Cohorts whose odds of differing from the fleet exceed one."""
         return () if self.cohorts is None else tuple(each for each in self.cohorts.all if each.log_odds > 0.0)
 
 
 def cohorted(series: Series, level: np.ndarray, deviation: np.ndarray, known: Learnt) -> Cohorted:
-    """The cohorts of a quantity from the levels of all cars.
+    """Cohort effects of a quantity from the levels of all cars.
 
     Args:
-        series: of the quantity
-        level, deviation: of each car now, (cars,) each
-        known: of the fleet; effects of cohorts are expected as large as half a step worth finding
+        series: series of the quantity
+        level, deviation: current level of each car and its standard deviation [unit], (cars,) each
+        known: statistics of the fleet; a cohort effect is expected to be half as large as a step worth finding
     """
     if len(level) < LEAST:
         return Cohorted(None, f"{len(level)} cars are too few to compare cohorts; {LEAST} are the least")
@@ -50,11 +50,11 @@ def cohorted(series: Series, level: np.ndarray, deviation: np.ndarray, known: Le
 
 @dataclass(frozen=True)
 class Expected:
-    """Expected value of a new car.
+    """Level expected of a new car.
 
     Args:
-        value, standard_deviation: of its fault-free level [unit]
-        source: in words, for a vehicle file
+        value, standard_deviation: its fault-free level and standard deviation [unit]
+        source: origin of the value in words, for a vehicle file
     """
 
     value: float
@@ -63,15 +63,15 @@ class Expected:
 
 
 def expected_of(found: Cohorts, series: Series, labels: dict[str, str]) -> Expected:
-    """Level of a new car, from the fleet and the effects of its cohorts.
+    """Level expected of a new car, from the fleet mean and the effects of its cohorts.
 
     Args:
-        found: cohorts of the quantity
-        series: of the quantity
-        labels: kind of cohort -> name; none for a car of which nothing is known
+        found: cohort effects of the quantity
+        series: series of the quantity
+        labels: kind of cohort -> name; empty for a car of unknown cohorts
 
     Raises:
-        ParameterError: a kind or a name that no car of the fleet has
+        ParameterError: no car of the fleet has this kind or name of cohort
     """
     for kind, name in labels.items():
         known = sorted({each for each in series.labels.get(kind, ()) if each})
@@ -92,17 +92,17 @@ def expected_of(found: Cohorts, series: Series, labels: dict[str, str]) -> Expec
 
 
 def write_prior(path: str | Path, series: Series, expected: Expected) -> Path:
-    """Put the level of a new car into a vehicle file, as value, standard deviation and source.
+    """Write the level expected of a new car into a vehicle file, as value, standard deviation and source.
 
     Args:
-        path: of a vehicle file; all else in it stays as it is
-        series: of the quantity
-        expected: of the new car
+        path: path of a vehicle file; the rest of the file is kept
+        series: series of the quantity
+        expected: level expected of the new car
 
     Raises:
         InputError: the file cannot be read
-        OutputError: it cannot be written
-        ParameterError: no parameter holds the fault-free value of this quantity; or it is no vehicle file
+        OutputError: the file cannot be written
+        ParameterError: no parameter holds the fault-free value of this quantity; or the file is no vehicle file
     """
     from tierod.core.files import write_text
     from tierod.vehicles import load
@@ -114,7 +114,7 @@ def write_prior(path: str | Path, series: Series, expected: Expected) -> Path:
             f"no parameter of a vehicle file holds the fault-free value of '{quantity}'; known are {', '.join(NOMINAL)}"
         )
     target = Path(path)
-    load(target)  # a slip is named by file and line before anything is written
+    load(target)  # an error in the file is reported with its line before anything is written
     try:
         text = target.read_text(encoding="utf-8")
     except OSError as error:

@@ -2,8 +2,8 @@
 
     results/findings/month=2026-11/findings.parquet
 
-What the fleet file decides (vehicle, cohort, mileage) is joined here, so that a change of it judges nothing again. A
-month in which nothing changed is not written; every other one is replaced as a whole.
+The columns from the fleet file (vehicle, cohort, mileage) are joined here, so that a change of that file requires no
+new judgement. A month without a change is not written; every other one is replaced as a whole.
 """
 
 from __future__ import annotations
@@ -30,11 +30,11 @@ UNDATED = "unknown"
 """Month of recordings without a date."""
 
 ROWS = 1 << 16
-"""Rows of a row group: a query of one vehicle reads little."""
+"""Rows of a row group; small enough that a query of one vehicle reads little."""
 
 
 def mark_doubles(ledger: Ledger) -> None:
-    """Let of several recordings of the same drive only the first by name count.
+    """Mark recordings of the same drive as skipped, except the first by name.
 
     Raises:
         OutputError: the folder cannot be written
@@ -53,12 +53,12 @@ def mark_doubles(ledger: Ledger) -> None:
         whose = rows[original]["vehicle"]
         other = "" if whose == rows[at]["vehicle"] else f", which is given as of the vehicle {whose}"
         reason = f"it is the same drive as {names[original]}{other}: {reasons[at]}; delete one"
-        # Looked at again by every run, since the other one may go.
+        # Not lasting: checked again in every run, since the other recording may have been deleted.
         ledger.put({**rows[at], "outcome": schema.SKIPPED, "reason": reason, "lasting": False})
 
 
 def mark_overlaps(ledger: Ledger) -> None:
-    """Remark drives of one vehicle that overlap in time: two loggers, or a wrong clock, or a wrong vehicle.
+    """Add a remark to overlapping drives of one vehicle: two loggers, a wrong clock, or a wrong vehicle.
 
     Raises:
         OutputError: the folder cannot be written
@@ -79,12 +79,12 @@ def mark_overlaps(ledger: Ledger) -> None:
 
 
 def compact(place: Place, ledger: Ledger, fresh: Mapping[str, bytes]) -> pa.Table:
-    """Write the findings of all recordings that were judged, and return them.
+    """Write the findings of all judged recordings, and return them.
 
     Args:
         place: the results folder
-        ledger: of it, with all rows of the run
-        fresh: results of this run by their keys; others are read where they are not in the dataset yet
+        ledger: its ledger, with all rows of the run
+        fresh: results of this run by their keys; other results missing in the dataset are read from their files
 
     Raises:
         OutputError: the folder cannot be written
@@ -108,7 +108,7 @@ def compact(place: Place, ledger: Ledger, fresh: Mapping[str, bytes]) -> pa.Tabl
 
 
 def _by_key(tables: Iterable[pa.Table]) -> dict[str, pa.Table]:
-    """The rows of each result; where one came twice (two names of one content), those of the first name."""
+    """Rows of each result by its key; where two recordings have the same content, the rows of the first name."""
     found: dict[str, pa.Table] = {}
     for table in tables:
         keys = table["key"].to_pylist()
@@ -132,7 +132,7 @@ def _read(place: Place, key: str, fresh: Mapping[str, bytes]) -> pa.Table:
 
 
 def _joined(table: pa.Table, rows: Sequence[Mapping[str, Any]]) -> pa.Table:
-    """Findings with the columns of the fleet file: rows of the ledger, one for each finding."""
+    """Findings with the columns of the fleet file, from rows of the ledger, one for each finding."""
     import pyarrow as pa
 
     for name in schema.OF_FLEET:
@@ -168,7 +168,7 @@ def _content(table: pa.Table) -> bytes:
 
 
 def _stamp(table: pa.Table) -> str:
-    """A digest of the content of a table, however it is cut into chunks."""
+    """Digest of the content of a table, independent of its division into chunks."""
     import pyarrow as pa
 
     buffer = io.BytesIO()

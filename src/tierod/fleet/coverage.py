@@ -1,4 +1,4 @@
-"""Coverage of a fleet's cars by its findings: a car without a verdict is not one without a fault."""
+"""Coverage of a fleet's cars by verdicts: a car without a verdict is not a car without a fault."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ if TYPE_CHECKING:
 
 
 class Coverage(NamedTuple):
-    """Cars with a verdict.
+    """Number of cars with a verdict, and gaps in the coverage.
 
     Args:
-        vehicles: with findings
-        judged: of them, with a verdict of one monitor or more
-        remarks: monitors that gave no verdict on some cars that they looked at, and why; drives that are suspect
+        vehicles: number of cars with findings
+        judged: number of these with a verdict of at least one monitor
+        remarks: monitors without a verdict on some of the cars that they examined, and why; suspect drives
     """
 
     vehicles: int
@@ -28,10 +28,10 @@ class Coverage(NamedTuple):
 
 
 def coverage(findings: pa.Table) -> Coverage:
-    """Cars and monitors without a verdict.
+    """Count cars with a verdict, and list monitors without one.
 
     Args:
-        findings: as `tierod.fleet.results.findings_of` gives them
+        findings: findings as given by `tierod.fleet.results.findings_of`
     """
     import pyarrow as pa
     import pyarrow.compute as pc
@@ -47,14 +47,14 @@ def coverage(findings: pa.Table) -> Coverage:
         for monitor, count in sorted(Counter(monitor for monitor, _ in open_).items())
     )
     doubted = findings.filter(pc.equal(findings["status"], str(Status.SUSPECT)))
-    # A drive has a row for each thing that was judged.
+    # A drive has one row per judged element, but counts once.
     single = doubted.group_by(["monitor", "vehicle", "recording_name", "span"]).aggregate([])
     drives = single.group_by("monitor").aggregate([("vehicle", "count"), ("vehicle", "count_distinct")]).to_pylist()
     return Coverage(cars.num_rows, sum(cars["verdict_any"].to_pylist()), (*remarks, *_suspect(drives)))
 
 
 def _suspect(drives: list[dict[str, Any]]) -> Iterator[str]:
-    """Suspect drives list no car: often the recording is at fault, and the cause of each says so."""
+    """Remarks on suspect drives, which put no car on the list: often the recording is at fault, as the cause states."""
     for each in sorted(drives, key=lambda row: row["monitor"]):
         count, cars = each["vehicle_count"], each["vehicle_count_distinct"]
         yield (

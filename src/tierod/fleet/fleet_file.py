@@ -1,4 +1,4 @@
-"""The fleet file: which recording is of which vehicle, with which parameters, of which cohort, at which mileage.
+"""The fleet file: vehicle, parameters, cohort and mileage of each recording.
 
     [[recordings]]
     pattern = 'recordings/(?P<vehicle>[^/]+)/(?P<climate>cold|warm)_.*[.]parquet'
@@ -9,7 +9,7 @@
     parameters = "car-17.toml"
     cohort = {batch = "B7"}
 
-The first entry of `recordings` that fits a recording holds. Entries of `[vehicles.NAME]` take precedence for a vehicle.
+The first matching entry of `recordings` applies. Entries of `[vehicles.NAME]` take precedence for a vehicle.
 """
 
 from __future__ import annotations
@@ -29,26 +29,26 @@ from tierod.core.units import scale
 from tierod.fleet.patterns import fits
 
 OWN_GROUPS = ("vehicle", "mileage", "start")
-"""Groups of a pattern that have a meaning of their own; every other one is a label of the cohort."""
+"""Groups of a pattern with a fixed meaning; every other group is a label of the cohort."""
 
 
 @dataclass(frozen=True)
 class Entry:
-    """Some recordings, and how the vehicle of each is known.
+    """Entry of the fleet file for some recordings, and the way to identify the vehicle of each.
 
     Args:
-        files: wildcard pattern that a recording's path, or its end from some folder on, has to fit; any where empty
-        pattern: regular expression that is searched for in the path; its group `vehicle` names the vehicle, `mileage`
-            is a number, `start` an ISO date and time (UTC where it has no offset), and other groups label the cohort
-        vehicle: name of the vehicle that all of them are of
-        metadata: entry of a recording's metadata that names it
-        column: text column of a Parquet file that names it
-        parameters: vehicle file or shipped name; the vehicle that the recording names where empty
-        cohort: labels of all of them
+        files: wildcard pattern that a recording's path, or its end from some folder on, must match; "" matches all
+        pattern: regular expression searched for in the path; its group `vehicle` names the vehicle, `mileage` is a
+            number, `start` an ISO date and time (UTC where it has no offset), and other groups label the cohort
+        vehicle: name of the vehicle of all these recordings
+        metadata: entry of a recording's metadata that names the vehicle
+        column: text column of a Parquet file that names the vehicle
+        parameters: vehicle file or shipped name; if empty, the vehicle named in the recording
+        cohort: labels of all these recordings
         cohort_metadata: entries of a recording's metadata that label the cohort
-        mileage: of the vehicle [m]
-        mileage_metadata: entry of a recording's metadata that holds it
-        mileage_unit: of the number in `mileage_metadata` and in the group `mileage`
+        mileage: mileage of the vehicle [m]
+        mileage_metadata: entry of a recording's metadata that holds the mileage
+        mileage_unit: unit of the number in `mileage_metadata` and in the group `mileage`
     """
 
     files: str = ""
@@ -78,7 +78,7 @@ class Entry:
 
     @property
     def looks_inside(self) -> bool:
-        """Whether the recording has to be opened to know its vehicle."""
+        """Whether the recording has to be opened to determine its vehicle, cohort or mileage."""
         return bool(self.metadata or self.column or self.cohort_metadata or self.mileage_metadata)
 
 
@@ -87,9 +87,9 @@ class Single:
     """Description of one vehicle.
 
     Args:
-        parameters: vehicle file or shipped name; that of the entry where empty
-        cohort: labels, beside those of the entry
-        mileage: where neither the entry nor the recording has it [m]
+        parameters: vehicle file or shipped name; if empty, that of the entry
+        cohort: labels in addition to those of the entry
+        mileage: mileage if neither the entry nor the recording states it [m]
     """
 
     parameters: str = ""
@@ -99,14 +99,14 @@ class Single:
 
 @dataclass(frozen=True)
 class Assigned:
-    """A recording's vehicle.
+    """Vehicle assigned to a recording.
 
     Args:
-        vehicle: name of the single vehicle
-        parameters: path of its vehicle file, or a shipped name; "" for the one that the recording names
-        cohort: labels
-        mileage: [m]; None where it is not known
-        start: of the recording, where its name holds it; seconds since 1970, UTC
+        vehicle: name of the individual vehicle
+        parameters: path of its vehicle file, or a shipped name; "" for the vehicle named in the recording
+        cohort: labels by kind of cohort
+        mileage: mileage [m]; None if unknown
+        start: start of the recording from its name, in seconds since 1970, UTC; None if the name has none
     """
 
     vehicle: str
@@ -118,12 +118,12 @@ class Assigned:
 
 @dataclass(frozen=True)
 class Fleet:
-    """A fleet file.
+    """Content of a fleet file.
 
     Args:
-        recordings: entries; the first that fits holds
-        vehicles: by name
-        source: where it was read from, for messages
+        recordings: entries, of which the first that matches applies
+        vehicles: descriptions of single vehicles by name
+        source: path of the file, for messages
     """
 
     recordings: tuple[Entry, ...]
@@ -131,13 +131,13 @@ class Fleet:
     source: str = "the fleet"
 
     def entry(self, name: str) -> Entry:
-        """The entry that a recording fits.
+        """The entry that matches a recording.
 
         Args:
             name: path or address of the recording
 
         Raises:
-            ParameterError: none does
+            ParameterError: no entry matches
         """
         for each in self.recordings:
             if (not each.files or fits(name, each.files)) and re.search(each.pattern, name):
@@ -145,15 +145,15 @@ class Fleet:
         raise ParameterError(f"no entry of 'recordings' in {self.source} fits it: give it one with its vehicle")
 
     def assigned(self, name: str, metadata: Mapping[str, Any], column: str | None = None) -> Assigned:
-        """The vehicle of a recording.
+        """Vehicle, cohort and mileage of a recording.
 
         Args:
             name: path or address of the recording
-            metadata: of the recording; may be empty where its entry does not look inside
-            column: what the column that the entry names holds; None where the recording has no such column
+            metadata: metadata of the recording; may be empty if its entry does not need them
+            column: content of the column that the entry names; None if the recording has no such column
 
         Raises:
-            ParameterError: no entry fits, or the recording lacks what its entry looks for
+            ParameterError: no entry matches, or the recording lacks the data that its entry requires
         """
         entry = self.entry(name)
         found = re.search(entry.pattern, name)
@@ -207,7 +207,7 @@ def _date(text: str) -> float:
 
 
 def one_vehicle(parameters: str) -> Fleet:
-    """A fleet without a file: every recording is of the vehicle of one vehicle file.
+    """Fleet without a file: all recordings belong to the vehicle of one vehicle file.
 
     Args:
         parameters: path of the vehicle file, or a shipped name
@@ -216,13 +216,13 @@ def one_vehicle(parameters: str) -> Fleet:
 
 
 def load(path: str | Path) -> Fleet:
-    """A fleet file; relative paths in it count from its own folder.
+    """Read a fleet file; relative paths in it start from its own folder.
 
     Args:
-        path: of the TOML file
+        path: path of the TOML file
 
     Raises:
-        ParameterError: it cannot be read, or has a slip; the message names the line
+        ParameterError: the file cannot be read, or has an error; the message names the line
     """
     document = Document.read(path, "fleet")
     fleet: Fleet = build(Fleet, {**document.content, "source": str(path)}, document)
@@ -235,5 +235,5 @@ def load(path: str | Path) -> Fleet:
 
 
 def _beside(folder: Path, parameters: str) -> str:
-    """A vehicle file beside the fleet file by its whole path; a shipped name as it is."""
+    """Absolute path of a vehicle file given relative to the fleet file; a shipped name is kept."""
     return str(folder / parameters) if parameters.endswith(".toml") or "/" in parameters else parameters

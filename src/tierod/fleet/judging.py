@@ -1,4 +1,4 @@
-"""One recording judged for the tables of a fleet: rows of findings, and estimates over time."""
+"""Judgement of one recording for the tables of a fleet: rows of findings, and estimates over time."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ from tierod.monitors.together import Chosen, Concluded, Together
 from tierod.vehicles import Vehicle
 
 Row = dict[str, Any]
-"""Of the findings, without what the fleet file decides."""
+"""Row of the findings, without the columns from the fleet file."""
 
 
 EDGE: Annotated[float, "s"] = 0.5
-"""The last sample of a span comes before its end, by one period of the slowest signal at the most."""
+"""Tolerance on the length of a span: its last sample lies before its end by up to one period of the slowest signal."""
 
 
 class TooShort(InputError):
-    """A recording that no monitor can judge."""
+    """Recording that is too short to be judged."""
 
 
 @dataclass(frozen=True)
@@ -39,11 +39,11 @@ class Asked:
     """Settings by which recordings are judged.
 
     Args:
-        monitors: that judge
-        span: of a long recording after which a verdict is kept, the state carried on; infinite for one verdict [s]
-        shortest: recording that is judged [s]
-        spread: whether the spread of a vehicle's parameters is carried into bands and verdict. An error of a parameter
-            is the same in all drives of a car, so that it moves its level and not its trend
+        monitors: the monitors that judge
+        span: time between stored verdicts of a long recording, with the state kept; infinite for one verdict [s]
+        shortest: shortest duration of a recording that is judged [s]
+        spread: whether parameter uncertainty is propagated into bands and verdict. A parameter error is the same in all
+            drives of a car, so that it shifts its level, but not its trend
     """
 
     monitors: tuple[Chosen, ...]
@@ -52,10 +52,10 @@ class Asked:
     spread: bool = True
 
     def together(self, car: Vehicle) -> Together:
-        """The monitors, ready for a recording.
+        """The monitors, prepared for a recording.
 
         Args:
-            car: as which it is judged
+            car: vehicle as which the recording is judged
         """
         return Together(car, self.monitors, self.spread, signals_shown=False)
 
@@ -65,11 +65,11 @@ class Judgement:
     """Judgement of a recording.
 
     Args:
-        rows: of the findings
-        estimates: traces that the monitors made, by monitor and name, with their units
-        refused: by monitor, why it did not run
-        start: seconds since 1970, UTC; None without a date
-        duration: [s]
+        rows: rows of the findings
+        estimates: traces of the estimates, by monitor and name
+        refused: reason why a monitor did not run, by monitor
+        start: start of the recording in seconds since 1970, UTC; None without a date
+        duration: duration of the recording [s]
         moments: mean and standard deviation of every signal that was read
     """
 
@@ -82,23 +82,23 @@ class Judgement:
 
 
 def pieces_of(path: Path, car: Vehicle, needs: Sequence[str], seconds: float) -> Iterator[Recording]:
-    """The pieces of a recording, with the channels that are needed and the outside temperature.
+    """Pieces of a recording, with the required channels and the ambient temperature.
 
     Raises:
-        InputError: it cannot be read
+        InputError: the recording cannot be read
     """
     names = dict.fromkeys([*needs, TEMPERATURE])
     return open_chunks(path, seconds=seconds, names=names, dbc=car.database, channel_map=car.channel_map)
 
 
 def judge(pieces: Iterator[Recording], together: Together, asked: Asked, start: float | None = None) -> Judgement:
-    """Let the monitors judge a recording.
+    """Judge a recording with all monitors.
 
     Args:
-        pieces: of the recording, in the order of time
-        together: the monitors, new
-        asked: how it is judged
-        start: of the recording, where its own clock has no date; seconds since 1970, UTC
+        pieces: pieces of the recording in the order of time
+        together: the monitors, newly opened
+        asked: settings of the judgement
+        start: start of a recording whose own clock has no date, in seconds since 1970, UTC
 
     Raises:
         InputError: the recording cannot be read, or is too short
@@ -137,7 +137,7 @@ def chunk(asked: Asked) -> float:
 
 
 def _date(metadata: Mapping[str, object], start: float | None) -> float | None:
-    """Time at which the recording began, seconds since 1970; None where nothing states it."""
+    """Start of the recording in seconds since 1970; None without a date."""
     origin = metadata.get("origin")
     if isinstance(origin, float | int) and origin > CALENDAR:
         return float(origin)
@@ -145,7 +145,7 @@ def _date(metadata: Mapping[str, object], start: float | None) -> float | None:
 
 
 def _judged_share(evidence: Mapping[str, float]) -> float:
-    """The share of the drive in which everything was there without which nothing is judged."""
+    """Share of the drive in which all signals required for a judgement were valid."""
     return evidence.get("required_signals_share", evidence.get("signals_complete_share", 1.0))
 
 
@@ -196,7 +196,7 @@ def _of_finding(finding: Finding) -> Row:
 
 
 def _of_element(element: Element) -> Iterator[Row]:
-    """One row for each episode of a sensor or actuator; one alone where it has none."""
+    """One row per episode of a sensor or actuator; a single row if there is none."""
     episodes: tuple[Episode | None, ...] = element.episodes or (None,)
     for episode in episodes:
         row: Row = {

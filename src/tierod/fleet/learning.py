@@ -1,4 +1,4 @@
-"""Statistics of a fleet before any one car or drive is judged: noise, prior, and how to look."""
+"""Statistics of a fleet, learnt before any single car is judged: noise, prior, and the changes to detect."""
 
 from __future__ import annotations
 
@@ -17,24 +17,24 @@ from tierod.methods.trends.robust import usual_deviation
 from tierod.methods.trends.wandering import Wandering, wandering
 
 TEMPERATURE, MILEAGE = 0, 1
-"""Places of the regressors of a series."""
+"""Indices of the regressors of a series."""
 
 MANY = 30
-"""Cars from which on the effect of mileage is learnt between cars."""
+"""Number of cars from which the effect of mileage is estimated between cars."""
 
 APART = 0.5
-"""Standard deviation of their mileages that this needs [10 000 km]."""
+"""Standard deviation of the cars' mileages required for that estimate [10 000 km]."""
 
 ONSET = 90.0
-"""Days in which an ageing may set in that reaches the limit within a year; gives the walk of the slope."""
+"""Time in which an ageing that reaches the limit within a year may set in; gives the random walk of the slope [d]."""
 
 YEAR = 365.0
 
 WIDE = 3.0
-"""Spread of a car over that of the usual one beyond which it shows nothing of fault-free cars."""
+"""Ratio of a car's spread to that of the median car beyond which the car is excluded from the fault-free statistics."""
 
 WRONG_LEAST = 0.002
-"""Share of wrong drives, at least: no fleet has seen enough of them to exclude one in five hundred."""
+"""Lower bound of the share of outlier drives: no fleet is large enough to exclude one in five hundred."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,13 +42,13 @@ class Learnt:
     """Statistics of one quantity over the fleet.
 
     Args:
-        noise: of cars that may age, for levels and trends
-        steady: the same of cars that do not, against which changes stand out
-        prior: of a car before its first drive
-        changes: that are looked for
-        scatter: of the drives
-        wander: of the cars
-        remarks: on what could not be learnt
+        noise: noise model of cars that may age, for levels and trends
+        steady: noise model of cars that do not age, as the fault-free hypothesis of the change detection
+        prior: prior of a car before its first drive
+        changes: changes to detect
+        scatter: scatter from drive to drive
+        wander: drift of the fault-free cars
+        remarks: remarks on statistics that could not be learnt
     """
 
     noise: TrendNoise
@@ -60,11 +60,11 @@ class Learnt:
     remarks: tuple[str, ...]
 
     def with_usual(self, usual: np.ndarray, between: float) -> Learnt:
-        """The same for cars whose expected levels are known from their cohorts.
+        """The same statistics for cars whose expected levels are known from their cohorts.
 
         Args:
-            usual: of each car, (cars,)
-            between: standard deviation of cars about them
+            usual: expected level of each car [unit], (cars,)
+            between: standard deviation of the cars about these levels [unit]
         """
         mean = np.tile(self.prior.mean, (len(usual), 1))
         mean[:, 0] = usual
@@ -74,15 +74,16 @@ class Learnt:
 
 
 def learnt(series: Series) -> Learnt:
-    """Noise and prior of the fault-free majority of a fleet.
+    """Estimate noise and prior from the fault-free majority of a fleet.
 
     Args:
-        series: of one quantity
+        series: series of one quantity
     """
     drives, remarks = series.drives, []
     usual = drives
     try:
         scatter = drive_scatter(drives)
+        # Twice: without cars that scatter widely, which would widen the statistics of the others.
         usual = drives.of(_usual(drives, scatter.effects))
         scatter = drive_scatter(usual)
     except InputError as error:
@@ -90,13 +91,13 @@ def learnt(series: Series) -> Learnt:
         scatter = DriveScatter(float(np.median(stated)), 1.0, 0.01, np.zeros(2), np.full(2, np.inf), 0, False)
         remarks.append(f"{error}; until then the scatter is assumed as large as the stated deviations")
     mileage, mileage_deviation = _mileage_effect(series, scatter.effects)
-    # Within a month the mileage hardly grows; its effect is one between cars.
+    # Within a month mileage hardly grows, so that its effect is only identifiable between cars.
     effects = np.array([scatter.effects[TEMPERATURE], mileage])
     wander = wandering(usual, effects)
     if wander.longest < 60.0:
         remarks.append("the fleet has been followed for less than two months; its usual wear is not known yet")
     size = _size(series, scatter)
-    # What cannot be learnt yet is bounded: by a twentieth of the distance to the limit in a year.
+    # A drift not yet observed is bounded by a twentieth of the distance to the limit per year.
     walk = wander.level_walk if wander.longest else 0.05 * size / np.sqrt(YEAR)
     slope_deviation = wander.slope_deviation if wander.longest else 0.02 * size / YEAR
     total = float(np.hypot(scatter.scatter, scatter.scale * np.median(drives.deviation[drives.present])))
@@ -122,13 +123,13 @@ def learnt(series: Series) -> Learnt:
 
 
 def side_of(series: Series) -> float:
-    """1 where the limit is above the nominal values, or not known; -1 below."""
+    """Sign of the direction of a fault: -1 where the limit lies below the nominal values, else 1."""
     both = np.isfinite(series.limit) & np.isfinite(series.nominal)
     return -1.0 if both.any() and float(np.median((series.limit - series.nominal)[both])) < 0.0 else 1.0
 
 
 def _size(series: Series, scatter: DriveScatter) -> float:
-    """Distance from nominal to limit [unit]; ten times the scatter of drives where a limit is not known."""
+    """Distance from nominal value to limit [unit]; ten times the scatter of a drive where no limit is known."""
     distance = np.abs(series.limit - series.nominal)
     known = distance[np.isfinite(distance) & (distance > 0.0)]
     if len(known):
@@ -138,26 +139,26 @@ def _size(series: Series, scatter: DriveScatter) -> float:
 
 
 def _levels(series: Series, effects: np.ndarray) -> tuple[float, float]:
-    """Median of the cars' medians, and their standard deviation about it."""
+    """Median of the cars' median levels, and standard deviation of the cars about it [unit]."""
     middle = np.nanmedian(_corrected(series.drives, effects), axis=1)
     centre = float(np.median(middle))
     spread = usual_deviation(middle - centre)
     known = series.nominal[np.isfinite(series.nominal)]
     if len(middle) < MANY and len(known):
-        # Few cars do not show how cars differ: no less than a tenth of the nominal value.
+        # Few cars do not show the spread from car to car: at least a tenth of the nominal value is assumed.
         spread = max(spread, 0.1 * abs(float(np.median(known))))
     return centre, max(spread, 1e-3 * abs(centre), 1e-9)
 
 
 def _usual(drives: Drives, effects: np.ndarray) -> np.ndarray:
-    """Cars that do not scatter widely about their own median, (cars,): changed ones would widen what is learnt."""
+    """Cars without a wide scatter about their own median, (cars,); changed cars would widen the statistics."""
     value = _corrected(drives, np.array([effects[TEMPERATURE], 0.0]))
     spread = np.nanquantile(np.abs(value - np.nanmedian(value, axis=1, keepdims=True)), 0.9, axis=1)
     return np.asarray(spread <= WIDE * np.median(spread))
 
 
 def _mileage_effect(series: Series, effects: np.ndarray) -> tuple[float, float]:
-    """Change per 10 000 km between cars, and its standard deviation; zeros where mileages are too alike."""
+    """Change per 10 000 km between cars, and its standard deviation; zeros if the mileages are too similar."""
     known = np.isfinite(series.mileage)
     if known.sum() < MANY or float(np.std(series.mileage[known])) < APART:
         return 0.0, 0.0
@@ -165,6 +166,7 @@ def _mileage_effect(series: Series, effects: np.ndarray) -> tuple[float, float]:
     along = series.mileage[known] + np.nanmedian(series.drives.effects[known, :, MILEAGE], axis=1)
     design = np.stack((np.ones(len(along)), along), axis=1)
     weight, found, size = np.ones(len(along)), np.zeros(2), 1.0
+    # Iteratively reweighted least squares (Huber), so that faulty cars do not bend the line.
     for _ in range(20):
         found = np.linalg.lstsq(design * np.sqrt(weight)[:, None], middle * np.sqrt(weight), rcond=None)[0]
         rest = middle - design @ found
@@ -175,5 +177,5 @@ def _mileage_effect(series: Series, effects: np.ndarray) -> tuple[float, float]:
 
 
 def _corrected(drives: Drives, effects: np.ndarray) -> np.ndarray:
-    """Estimates at the reference of the regressors, NaN where there is none."""
+    """Estimates corrected to the reference of the regressors; NaN where there is no drive."""
     return np.asarray(np.where(drives.present, drives.estimate - drives.effects @ effects, np.nan))

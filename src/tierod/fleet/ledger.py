@@ -1,6 +1,6 @@
-"""The ledger of a results folder while a run writes it: rows go into segments, and no kill costs more than seconds.
+"""The ledger of a results folder during a run: rows are written in segments, so that a kill costs only seconds.
 
-What a kill costs is a row, never a result: the next run finds the result by its key, and writes the row again.
+A kill can lose a row, but never a result: the next run finds the result by its key, and writes the row again.
 """
 
 from __future__ import annotations
@@ -24,19 +24,19 @@ if TYPE_CHECKING:
 FOLDER = "ledger"
 
 MOST_ROWS = 1000
-"""Rows that wait for their segment at the most."""
+"""Largest number of rows that wait for their segment."""
 
 MOST_SECONDS: Annotated[float, "s"] = 5.0
-"""Time that a row waits for its segment at the most, as long as others come."""
+"""Longest time that a row waits for its segment while further rows arrive."""
 
 MOST_SEGMENTS = 16
-"""Segments that are left apart; more are made one at the end of a run."""
+"""Number of segments above which they are merged at the end of a run."""
 
 Row = dict[str, Any]
 
 
 class Ledger:
-    """Rows by the name of their recording, read at the beginning; new ones are written as they come. A context.
+    """Context manager with the rows by name of their recording; new rows are written as they arrive.
 
     Args:
         place: the results folder
@@ -59,12 +59,12 @@ class Ledger:
         self.flush()
 
     def add(self, found: Found, job: str, row: Mapping[str, Any]) -> None:
-        """The row of a recording.
+        """Add the row of a recording.
 
         Args:
             found: the recording
-            job: digest of what was asked of it
-            row: what became of it
+            job: digest of the settings of its judgement
+            row: outcome
 
         Raises:
             OutputError: the folder cannot be written
@@ -73,26 +73,26 @@ class Ledger:
         self.put({**about, **row, "time": time.time(), "version": __version__})
 
     def put(self, row: Row) -> None:
-        """A whole row; errors as of `add`."""
+        """Add a complete row; raises as `add`."""
         self.rows[row["recording_name"]] = row
         self._waiting.append(row)
         if len(self._waiting) >= MOST_ROWS or time.monotonic() - self._since > MOST_SECONDS:
             self.flush()
 
     def flush(self) -> None:
-        """Write what waits; errors as of `add`."""
+        """Write the waiting rows; raises as `add`."""
         self._since = time.monotonic()
         if self._waiting:
             self._write(self._waiting)
             self._waiting = []
 
     def holds(self, found: Found, job: str, again: bool) -> bool:
-        """Whether what is known of a recording still holds.
+        """Whether the stored outcome of a recording is still valid.
 
         Args:
             found: the recording as it is now
-            job: digest of what is asked of it
-            again: whether what failed is tried again
+            job: digest of the settings of its judgement
+            again: whether failed recordings are tried again
         """
         row = self.rows.get(found.name)
         if row is None or (row["bytes"], row["modified"], row["job"]) != (found.bytes, found.modified, job):
@@ -100,7 +100,7 @@ class Ledger:
         return bool(row["lasting"]) and not (again and row["outcome"] == schema.FAILED)
 
     def merge(self) -> None:
-        """Make one of many segments; whoever reads meanwhile finds every row, some of them twice."""
+        """Merge the segments if there are many; a concurrent reader finds every row, some of them twice."""
         self.flush()
         if len(self.segments) > MOST_SEGMENTS:
             old = self.segments
@@ -114,14 +114,14 @@ class Ledger:
 
         buffer = io.BytesIO()
         pq.write_table(schema.table_of("ledger", rows), buffer, compression="zstd")
-        # By their names in the order of time: the last row of a recording holds.
+        # Names sort by time, so that the last row of a recording applies.
         path = f"{FOLDER}/{time.time_ns():020d}-{secrets.token_hex(4)}.parquet"
         self.place.write(path, buffer.getvalue(), sync=True)
         self.segments.append(path)
 
 
 def rows_of(table: pa.Table) -> list[Row]:
-    """Rows of a table as they are put into one: times as seconds since 1970, maps as dictionaries.
+    """Rows of a table in the form in which they are added: times as seconds since 1970, maps as dictionaries.
 
     Args:
         table: findings or ledger
@@ -141,11 +141,11 @@ def rows_of(table: pa.Table) -> list[Row]:
 
 
 def prepare(place: Place) -> None:
-    """See that a results folder can be written before hours of work.
+    """Check that a results folder can be written, before hours of work.
 
     Raises:
-        OutputError: it cannot
-        InputError: it is a folder of something else
+        OutputError: the folder cannot be written
+        InputError: the folder holds something else, or results of a later version
     """
     import json
 

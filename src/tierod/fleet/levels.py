@@ -22,16 +22,16 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
 FINEST: Annotated[float, "s"] = 1.0
-"""Width of the finest bins: what moves an estimate takes longer."""
+"""Bin width of the finest level; estimates change more slowly."""
 
 FACTOR = 4
-"""Bins of a level that become one of the next coarser one."""
+"""Number of bins that are merged into one of the next coarser level."""
 
 COARSEST = 64
-"""Bins that are few enough for the coarsest level."""
+"""Largest number of bins of the coarsest level."""
 
 GROUP = 4096
-"""Rows of a row group, the least that is read: 80 kB, and more than a screen has columns."""
+"""Rows of a row group, the smallest unit that is read: 80 kB, and more than a screen has columns."""
 
 
 def path_of(key: str) -> str:
@@ -40,10 +40,10 @@ def path_of(key: str) -> str:
 
 
 def pyramid(trace: Trace) -> list[Trace]:
-    """The levels of a trace, the coarsest first.
+    """Levels of a trace, the coarsest first.
 
     Args:
-        trace: at any resolution
+        trace: trace at any resolution
     """
     width = bin_width(trace)
     levels = [coarser(trace, max(round(FINEST / width), 1) if width > 0.0 else 1)]
@@ -53,7 +53,7 @@ def pyramid(trace: Trace) -> list[Trace]:
 
 
 def content_of(estimates: Mapping[str, Mapping[str, Trace]]) -> bytes:
-    """The file of levels of one result.
+    """Content of the file with the levels of one result.
 
     Args:
         estimates: traces by monitor and name
@@ -91,17 +91,17 @@ def _tables(estimates: Mapping[str, Mapping[str, Trace]]) -> Iterator[pa.Table]:
 def zoom(
     results: str | Path, key: str, name: str, start: float = -np.inf, stop: float = np.inf, points: int = 1000
 ) -> pa.Table:
-    """An estimate over a stretch of time, as coarse as the wanted number of points allows.
+    """An estimate over a time span, at the coarsest level that has the required number of points.
 
     Args:
         results: the folder that `tierod fleet -o` wrote, or its address
-        key: of the result, as in findings and ledger
-        name: of the estimate: "friction_torque"
-        start, stop: of the stretch in the recording's time [s]
-        points: that are wanted at least, where the finest level has as many
+        key: key of the result, as in findings and ledger
+        name: name of the estimate, such as "friction_torque"
+        start, stop: limits of the span in the recording's time [s]
+        points: required number of points; fewer if the finest level has fewer
 
     Raises:
-        InputError: there are no levels of this result, or none of this name
+        InputError: there are no levels of this result, or none of this name in the span
     """
     import pyarrow.parquet as pq
 
@@ -127,13 +127,13 @@ def zoom(
 
 
 def _by_level(file: pa.parquet.ParquetFile, name: str, start: float, stop: float) -> dict[int, list[int]]:
-    """Row groups that may hold what is wanted, by level, the coarsest first; known from their statistics alone."""
+    """Row groups that may hold the wanted rows, by level, the coarsest first, from their statistics alone."""
     order = {column: place for place, column in enumerate(file.schema_arrow.names)}
     groups: dict[int, list[int]] = {}
     for number in range(file.metadata.num_row_groups):
         group = file.metadata.row_group(number)
         names, level, time = (group.column(order[each]).statistics for each in ("name", "level", "time_s"))
-        # Several names in one group have several times; a group of one name alone is known by its times.
+        # Statistics of times apply to one name only if the group holds no other.
         one = names.min == names.max
         if names.min <= name <= names.max and not (one and (time.min > stop or time.max < start)):
             groups.setdefault(level.min, []).append(number)

@@ -1,4 +1,4 @@
-"""Whether two recordings hold the same drive, though their files differ: mean and deviation of every signal agree."""
+"""Detection of recordings of the same drive in different files: mean and standard deviation of every signal agree."""
 
 from __future__ import annotations
 
@@ -11,40 +11,42 @@ import numpy as np
 from tierod.core.recording import Recording
 
 TEMPERATURE = "ambient_temperature"
-"""Its mean stands beside the findings. It hardly varies, so that rounding changes its moments."""
+"""Ambient temperature, which is not compared: it hardly varies, so that rounding changes its moments."""
 
 LEAST_SIGNALS = 3
-"""Fewer agree by chance."""
+"""Smallest number of common signals; fewer agree by chance."""
 
 TOLERANCE = 5e-4
-"""Of a signal's deviation. Rounding to a logger's resolution changes less; noise alone, of a car that stands for ten
-minutes, agrees to .004."""
+"""Tolerance of the moments in standard deviations of the signal.
+
+Rounding to a logger's resolution changes less; pure noise, of a car that stands for ten minutes, agrees to .004.
+"""
 
 MINUTE: Annotated[float, "s"] = 60.0
-"""Clocks of two loggers differ by less."""
+"""Tolerance of the start times; the clocks of two loggers differ by less."""
 
 
 class Moments:
-    """Mean and standard deviation of every signal of a recording, piece by piece."""
+    """Mean and standard deviation of every signal of a recording, accumulated piece by piece."""
 
     def __init__(self) -> None:
         self._sums: dict[str, np.ndarray] = {}
 
     def add(self, piece: Recording) -> None:
-        """Take a piece in."""
+        """Add a piece."""
         for name, channel in piece.channels.items():
             values = channel.values
             values = values if np.isfinite(values.sum()) else values[np.isfinite(values)]
             if len(values):
                 first, count, total, squares = self._sums.get(name, (values[0], 0.0, 0.0, 0.0))
-                # About the first value: a mean far from zero costs no digits of the deviation.
+                # Sums about the first value: a mean far from zero costs no digits of the standard deviation.
                 offsets = values - first
                 total += offsets.sum()
                 sums = (first, count + len(values), total, squares + np.square(offsets, out=offsets).sum())
                 self._sums[name] = np.array(sums)
 
     def of(self, name: str) -> tuple[float, float] | None:
-        """Mean and standard deviation of a signal; None where it has no value."""
+        """Mean and standard deviation of a signal; None if it has no value."""
         if name not in self._sums:
             return None
         first, count, total, squares = map(float, self._sums[name])
@@ -52,18 +54,18 @@ class Moments:
 
     @property
     def moments(self) -> dict[str, list[float]]:
-        """Mean and deviation of every signal of the car's motion that varies, as the ledger keeps them."""
+        """Mean and standard deviation of every signal that varies, without the ambient temperature, for the ledger."""
         found = {name: self.of(name) for name in sorted(self._sums) if name != TEMPERATURE}
         return {name: list(pair) for name, pair in found.items() if pair and pair[1] > 0.0}
 
 
 def alike(rows: Sequence[Mapping[str, Any]]) -> Iterator[tuple[int, int]]:
-    """Pairs of recordings that hold the same drive, by their places; the earlier first.
+    """Pairs of recordings that hold the same drive, as pairs of indices, the earlier first.
 
     Args:
-        rows: of the ledger, with `vehicle`, `moments`, `duration_s` and `start`. Recordings of one drive are of one
-            vehicle, agree in all signals that both have, at least three, and last equally long within a second; where
-            both have a date, they begin within a minute
+        rows: rows of the ledger, with `vehicle`, `moments`, `duration_s` and `start`. Recordings of one drive have the
+            same vehicle, agree in all common signals, at least three, and in their duration within a second; if both
+            have a date, they begin within a minute
     """
     cars: dict[str, list[int]] = {}
     for place, row in enumerate(rows):
@@ -73,7 +75,7 @@ def alike(rows: Sequence[Mapping[str, Any]]) -> Iterator[tuple[int, int]]:
 
 
 def _of_car(rows: Sequence[Mapping[str, Any]], places: Sequence[int]) -> Iterator[tuple[int, int]]:
-    """Pairs among the recordings that have the most common signals together, then among the rest."""
+    """Pairs among the recordings that have the most common signals, then among the remaining ones."""
     while usual := _usual([rows[place].get("moments") or {} for place in places]):
         having = [place for place in places if _has(rows[place], usual)]
         for pair in _near(np.array([_features(rows[place], usual) for place in having])):
@@ -86,7 +88,7 @@ def _of_car(rows: Sequence[Mapping[str, Any]], places: Sequence[int]) -> Iterato
 
 
 def _usual(moments: Sequence[Mapping[str, Any]]) -> list[str]:
-    """Signals that recordings have together: the most common, then the most common beside it; empty without enough."""
+    """Signals that many recordings share: the most common, then the most common together with it; empty if too few."""
     left, usual = [each for each in moments if len(each) >= LEAST_SIGNALS], list[str]()
     while left and len(usual) < LEAST_SIGNALS:
         counts = Counter(name for each in left for name in each if name not in usual)
@@ -104,7 +106,7 @@ def _begin_together(one: float | None, other: float | None) -> bool:
 
 
 def _features(row: Mapping[str, Any], signals: Sequence[str]) -> list[float]:
-    """Duration and moments, scaled so that those of one drive differ by less than 1 each."""
+    """Duration and moments, scaled so that those of the same drive differ by less than 1 each."""
     pairs = [row["moments"][name] for name in signals]
     ratios = [mean / deviation for mean, deviation in pairs] + [np.log(deviation) for _, deviation in pairs]
     return [row["duration_s"], *(np.array(ratios) / TOLERANCE)]

@@ -1,4 +1,4 @@
-"""Names of files with wildcards, the same for folders of this machine and for storages elsewhere."""
+"""Wildcard patterns for file names, with the same meaning for local folders and remote storages."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import re
 from functools import lru_cache
 
 MAGIC = re.compile(r"[*?\[]")
-"""What makes a name a pattern."""
+"""Characters that make a name a pattern."""
 
 _PARTS = re.compile(r"\*\*/|\*\*|\*|\?|\[!?[^]/]+\]|.", re.DOTALL)
 
@@ -17,17 +17,17 @@ def is_pattern(name: str) -> bool:
 
 
 def folder_of(pattern: str) -> str:
-    """The folder above the first wildcard; "" where that is none."""
+    """The folder above the first wildcard; "" if there is none."""
     found = MAGIC.search(pattern)
     return pattern[: found.start() if found else None].rpartition("/")[0]
 
 
 @lru_cache(maxsize=256)
 def expression(pattern: str) -> re.Pattern[str]:
-    """The regular expression of a pattern: "*" and "?" stay in a folder, "**/" is any folders, none included.
+    """Regular expression of a pattern: "*" and "?" stay within a folder, "**/" matches any number of folders or none.
 
     Args:
-        pattern: with "/" between folders
+        pattern: pattern with "/" between folders
     """
     return re.compile("".join(map(_translated, _PARTS.findall(pattern))) + r"\Z", re.DOTALL)
 
@@ -42,11 +42,11 @@ def _translated(part: str) -> str:
 
 
 def fits(name: str, pattern: str) -> bool:
-    """Whether a name, or its end from some folder on, fits a pattern.
+    """Whether a name, or its end from some folder on, matches a pattern.
 
     Args:
         name: path or address
-        pattern: with "/" between folders
+        pattern: pattern with "/" between folders
     """
     shaped = expression(pattern)
     return bool(shaped.match(name)) or any(

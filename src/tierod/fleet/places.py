@@ -1,6 +1,6 @@
-"""Places of recordings and results: folders of this machine, or whatever fsspec reaches (s3://bucket/results).
+"""Places of recordings and results: local folders, or storages that fsspec can access (s3://bucket/results).
 
-A file of a `Place` is whole or not there: written beside its name and renamed, or put as one object.
+A file of a `Place` is complete or absent: it is written under another name and renamed, or uploaded as one object.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ from tierod.core.errors import InputError, MissingExtra, OutputError
 from tierod.core.files import expanded
 
 LOCAL = "file"
-"""Protocol of this machine's own folders."""
+"""Protocol of local folders."""
 
 
 @dataclass(frozen=True)
 class Place:
-    """A folder by its address; it travels to workers as text and opens its storage there.
+    """A folder given by its address; it is sent to workers as text and opens its storage there.
 
     Args:
         root: path of the folder, or its address with a protocol
@@ -38,26 +38,26 @@ class Place:
 
     @property
     def local(self) -> bool:
-        """Whether it is a folder of this machine."""
+        """Whether it is a local folder."""
         return protocol_of(self.root) == LOCAL
 
     @property
     def storage(self) -> Any:
-        """The fsspec storage that it lies in.
+        """The fsspec storage that contains the folder.
 
         Raises:
-            MissingExtra: fsspec, or what it needs for this protocol, is not installed
+            MissingExtra: fsspec, or its driver of this protocol, is not installed
         """
         if not self._opened:
             self._opened.append(storage_of(self.root))
         return self._opened[0]
 
     def shown(self, path: str = "") -> str:
-        """A path in it as a message names it."""
+        """A path in the folder as messages name it."""
         return posixpath.join(self.root, path) if path else self.root
 
     def files(self, folder: str, ending: str) -> list[str]:
-        """Paths of the files below a folder, in the order of their names; hidden ones are left out.
+        """Paths of the files below a folder, sorted by name, without hidden files.
 
         Raises:
             InputError: the storage does not answer
@@ -73,7 +73,7 @@ class Place:
         return sorted(path for path in found if not posixpath.basename(path).startswith("."))
 
     def exists(self, path: str) -> bool:
-        """Whether there is such a file or folder.
+        """Whether a file or folder exists.
 
         Raises:
             InputError: the storage does not answer
@@ -85,10 +85,10 @@ class Place:
 
     @contextmanager
     def open(self, path: str) -> Iterator[IO[bytes]]:
-        """A file to read from.
+        """Open a file for reading.
 
         Raises:
-            OSError: it is not there, or cannot be read
+            OSError: the file does not exist, or cannot be read
         """
         if self.local:
             with open(os.path.join(self.root, path), "rb") as file:
@@ -101,21 +101,21 @@ class Place:
         """The content of a file.
 
         Raises:
-            OSError: it is not there, or cannot be read
+            OSError: the file does not exist, or cannot be read
         """
         with self.open(path) as file:
             return file.read()
 
     def write(self, path: str, content: bytes, sync: bool = False) -> None:
-        """Put a whole file, in place of what had its name.
+        """Write a complete file, which replaces one of the same name.
 
         Args:
-            path: in the folder; folders above it are made
-            content: of the file
-            sync: whether it is on the disk, and not only on its way, when this returns
+            path: path in the folder; missing parent folders are created
+            content: content of the file
+            sync: whether to wait until the content is on the disk
 
         Raises:
-            OutputError: it cannot be written; the message states cause and remedy
+            OutputError: the file cannot be written; the message states cause and remedy
         """
         try:
             if self.local:
@@ -131,7 +131,7 @@ class Place:
             ) from None
 
     def remove(self, path: str) -> None:
-        """Remove a file, if it is there."""
+        """Remove a file if it exists."""
         with contextlib.suppress(OSError):
             if self.local:
                 os.unlink(os.path.join(self.root, path))
@@ -141,13 +141,13 @@ class Place:
 
 @contextmanager
 def answering(address: str) -> Iterator[None]:
-    """Report in one sentence that a storage does not answer.
+    """Turn errors of a storage into one that states its address and the cause.
 
     Args:
-        address: that is asked
+        address: address that is accessed
 
     Raises:
-        InputError: it does not
+        InputError: the storage does not answer
     """
     try:
         yield
@@ -160,10 +160,10 @@ def answering(address: str) -> Iterator[None]:
 
 
 def place_of(root: str | Path) -> Place:
-    """The place of a folder; a path of this machine is made absolute, since workers run elsewhere.
+    """The place of a folder; a local path is made absolute, since workers may run in another folder.
 
     Args:
-        root: path or address
+        root: path or address of the folder
     """
     text = str(root)
     if protocol_of(text) == LOCAL:
@@ -181,7 +181,7 @@ def storage_of(address: str) -> Any:
     """The fsspec storage of an address.
 
     Raises:
-        MissingExtra: fsspec, or what it needs for this protocol, is not installed
+        MissingExtra: fsspec, or its driver of this protocol, is not installed
         InputError: there is no such protocol
     """
     protocol = protocol_of(address)
@@ -196,13 +196,13 @@ def storage_of(address: str) -> Any:
 
 
 def reason_of(error: BaseException) -> str:
-    """Why something failed, on one line."""
+    """Cause of an error, on one line."""
     text = (error.strerror if isinstance(error, OSError) else None) or str(error) or type(error).__name__
     return " ".join(text.split())[:200]
 
 
 def of_storage(error: BaseException) -> bool:
-    """Whether an error comes from the library of a storage, which has classes of its own for what goes wrong there."""
+    """Whether an error comes from the library of a storage, which may have error classes of its own."""
     return type(error).__module__.split(".")[0] in ("aiohttp", "botocore", "aiobotocore", "s3fs", "fsspec")
 
 

@@ -1,4 +1,4 @@
-"""Ranking of the cars to call in: worst first, each with its reasons and what to inspect."""
+"""Ranking of the cars to inspect, the worst first, each with reasons and parts to inspect."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tierod.methods.trends.change_evidence import RAMP
 
 
 class Urgency(IntEnum):
-    """Why a car is in the list; the lowest is looked at first."""
+    """Urgency of a car in the list; the lowest number comes first."""
 
     FAULT = 1
     SOON = 2
@@ -33,7 +33,7 @@ WORDS = {
 }
 
 SURE, POSSIBLE = 0.5, 0.05
-"""Chance of reaching the limit soon from which a car is urgent, and from which it is named without a change."""
+"""Probability of reaching the limit soon from which a changed car is urgent, and from which any car is listed."""
 
 INSPECT = {
     "friction torque at the steering wheel axis": (
@@ -42,7 +42,7 @@ INSPECT = {
         "the rack for a bend, the gear for a broken bearing, and the joints of the column for one that binds",
     )
 }
-"""Quantity -> what to inspect where it has drifted, and where it has jumped."""
+"""Quantity, and the parts to inspect after a drift and after a jump."""
 
 
 @dataclass(frozen=True)
@@ -50,12 +50,12 @@ class Reason:
     """One reason for a car to be in the list.
 
     Args:
-        urgency: of the reason
+        urgency: urgency of the reason
         text: one sentence
-        inspect: what to look at
-        trends: series that it rests on, with the place of the car in it; None where it rests on verdicts
-        rows: of the findings behind it
-        weight: of reasons of one urgency, the largest first
+        inspect: parts to inspect
+        trends: underlying trends, with the index of the car in them; None if it rests on verdicts
+        rows: rows of the underlying findings
+        weight: order among reasons of the same urgency, the largest first
     """
 
     urgency: Urgency
@@ -68,11 +68,11 @@ class Reason:
 
 @dataclass(frozen=True)
 class Ranked:
-    """A car of the list.
+    """A car in the list.
 
     Args:
-        vehicle: its name
-        reasons: worst first
+        vehicle: name of the car
+        reasons: reasons, the most urgent first
     """
 
     vehicle: str
@@ -80,16 +80,16 @@ class Ranked:
 
     @property
     def urgency(self) -> Urgency:
-        """Urgency of the worst reason."""
+        """Urgency of the first reason."""
         return self.reasons[0].urgency
 
 
 def ranked(trends: Sequence[Trends], standing: Iterable[Standing]) -> list[Ranked]:
-    """Every car that there is a reason to look at, worst first.
+    """All cars with a reason for an inspection, the worst first.
 
     Args:
-        trends: of all quantities
-        standing: faults that stand
+        trends: trends of all quantities
+        standing: persistent faults
     """
     reasons: dict[str, list[Reason]] = {}
     for each in standing:
@@ -105,7 +105,7 @@ def ranked(trends: Sequence[Trends], standing: Iterable[Standing]) -> list[Ranke
 
 
 def beyond(trends: Trends) -> np.ndarray:
-    """Whether the level of each car is rather beyond its limit than not, (cars,)."""
+    """Whether the estimated level of each car has reached its limit, (cars,)."""
     side = trends.learnt.changes.side
     with np.errstate(invalid="ignore"):
         return np.asarray(side * trends.level[:, 0] >= side * trends.series.limit)
@@ -139,7 +139,7 @@ def _of_trend(trends: Trends, car: int) -> Reason:
         urgency = Urgency.NEAR
     quantity = trends.series.watched.quantity
     drift, jump = INSPECT.get(quantity, (f"what moves the {quantity}",) * 2)
-    # A shift in spring is as likely rust that has swollen within weeks as a part that broke.
+    # A shift found in spring is as likely corrosion that swelled within weeks as a broken part.
     ramp = int(trends.kind[car]) == RAMP or date(trends.latest[car])[5:7] in ("03", "04", "05")
     text = _change_text(trends, car) if changed else _near_text(trends, car)
     rows = tuple(int(row) for row in _notable_drives(trends, car, changed))
@@ -162,7 +162,7 @@ def _near_text(trends: Trends, car: int) -> str:
 
 
 def _notable_drives(trends: Trends, car: int, changed: bool) -> np.ndarray:
-    """Rows of the drives that show it: the last ones since the change, the newest first."""
+    """Rows of up to eight drives that show the reason: those since the change, the newest first."""
     rows, day = trends.series.row[car], trends.series.drives.day[car]
     there = rows >= 0
     since = there & (day > trends.began[car]) if changed else there
@@ -170,7 +170,7 @@ def _notable_drives(trends: Trends, car: int, changed: bool) -> np.ndarray:
 
 
 def date(day: float) -> str:
-    """A day since 1970 as a date; a dash where there is none."""
+    """A day since 1970 as a date; a dash if it is not finite."""
     import datetime as dt
 
     return str(dt.date(1970, 1, 1) + dt.timedelta(days=math.floor(day))) if math.isfinite(day) else "–"

@@ -1,4 +1,4 @@
-"""Recordings at hand: folders, wildcard patterns and single files, here or in a storage elsewhere."""
+"""Search for recordings: folders, wildcard patterns and single files, local or in a remote storage."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from tierod.fleet.places import LOCAL, answering, protocol_of, reason_of, storag
 
 @dataclass(frozen=True)
 class Found:
-    """A recording, before it is opened.
+    """A recording before it is opened.
 
     Args:
-        name: path or address
-        bytes: size
-        modified: time of change, or the storage's mark of the content (ETag)
-        refusal: why it cannot be looked at; "" where it can
+        name: path or address of the recording
+        bytes: size [bytes]
+        modified: time of change, or the tag of the content in the storage (ETag)
+        refusal: why it cannot be accessed; "" if it can
     """
 
     name: str
@@ -33,14 +33,14 @@ class Found:
 
 
 def find(given: Iterable[str]) -> list[Found]:
-    """The recordings, each once, in the order of their names; what cannot be looked at is among them with its reason.
+    """All recordings once, sorted by name; inaccessible ones are included with the reason.
 
     Args:
-        given: files, folders (all files in them whose ending is that of a format), or patterns: "recordings/**/*.mf4",
+        given: files, folders (all files in them with the ending of a known format), or patterns: "recordings/**/*.mf4",
             "s3://bucket/2026-11/"
 
     Raises:
-        InputError: one of them matches nothing, or its storage does not answer
+        InputError: one of these matches nothing, or its storage does not answer
     """
     found: dict[str, Found] = {}
     for each in given:
@@ -55,7 +55,7 @@ def find(given: Iterable[str]) -> list[Found]:
 
 
 def _here(given: str) -> Iterator[Found]:
-    # Absolute, since a later run may begin in another folder, and a worker of a cluster does.
+    # Absolute, since a later run or a worker of a cluster may start in another folder.
     text = os.path.abspath(expanded(given))
     path = Path(text)
     if path.is_dir():
@@ -91,6 +91,7 @@ def _elsewhere(given: str) -> Iterator[Found]:
     protocol, _, bare = given.partition("://")
     with answering(given):
         storage = storage_of(given)
+        # fsspec caches listings: files added since an earlier call in this process would be missed.
         storage.invalidate_cache()
         base = folder_of(bare) if is_pattern(bare) else bare.rstrip("/")
         listed: dict[str, Any] = storage.find(base, detail=True)

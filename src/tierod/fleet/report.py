@@ -1,4 +1,4 @@
-"""Report on a fleet, as one object; page and JSON are made from it alone."""
+"""Report on a fleet as one object, from which the page and the JSON document are made."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ COLUMNS = (
     "vehicle", "cohort", "recording_name", "start", "mileage_m", "temperature_K", "monitor", "judged", "quantity",
     "unit", "status", "word", "kind", "estimate", "deviation", "nominal", "limit", "cause", "action", "span",
 )  # fmt: skip
-"""Of the findings, that a report reads."""
+"""Columns of the findings that a report needs."""
 
 
 @dataclass(frozen=True)
 class LedgerRow:
-    """Row of the ledger: an outcome and its recordings.
+    """Recordings of the ledger with the same outcome and reason.
 
     Args:
-        outcome, reason: the same for all of them
-        count: how many
-        examples: names of some
+        outcome, reason: their common outcome and reason
+        count: number of recordings
+        examples: names of up to three
     """
 
     outcome: str
@@ -47,18 +47,18 @@ class FleetReport:
     """Report on a fleet.
 
     Args:
-        name: of the results, for people
-        findings: table that it rests on
-        design: how often it may be wrong
-        trends: of every quantity, that of most drives first
-        cars: to be looked at, worst first
-        vehicles: how many there are
-        judged: of them, with a verdict
-        outcomes: of recordings: outcome -> how many
-        ledger: outcomes with their reasons, the most frequent first; judged ones without remark are not among them
+        name: name of the results, for display
+        findings: table of findings
+        design: permitted false alarms
+        trends: trends of every quantity, the one with most drives first
+        cars: cars to inspect, the worst first
+        vehicles: number of cars with findings
+        judged: number of these with a verdict
+        outcomes: number of recordings by outcome
+        ledger: outcomes with their reasons, the most frequent first, without judged recordings
         remarks: notices for a reader
-        created: when, as text
-        command: what the user typed
+        created: time of creation, as text
+        command: the command line
     """
 
     name: str
@@ -80,11 +80,11 @@ def report(results: str | Path, design: Design | None = None, command: str = "")
 
     Args:
         results: the folder that `tierod fleet -o` wrote, or its address
-        design: how often it may be wrong; the usual one where not given
-        command: what the user typed
+        design: permitted false alarms; the default if not given
+        command: the command line
 
     Raises:
-        InputError: it is no results folder, was written by a later tierod, or a file is damaged
+        InputError: the folder holds no results, was written by a later tierod, or a file is damaged
     """
     from tierod.fleet.results import findings_of, ledger_of
 
@@ -96,9 +96,9 @@ def worked_out(findings: pa.Table, ledger: pa.Table, design: Design, name: str =
 
     Args:
         findings, ledger: see `tierod.fleet.schema`
-        design: how often it may be wrong
-        name: of the results
-        command: what the user typed
+        design: permitted false alarms
+        name: name of the results
+        command: the command line
     """
     now = dt.datetime.now(dt.UTC)
     series, remarks = series_of(findings, now.timestamp() / 86400.0 + 1.0)
@@ -121,7 +121,7 @@ def worked_out(findings: pa.Table, ledger: pa.Table, design: Design, name: str =
 
 
 def _left_out(outcomes: Counter[str]) -> tuple[str, ...]:
-    """A remark on recordings that were not judged; none where all were."""
+    """Remark on recordings that were not judged; empty if all were."""
     total, judged = outcomes.total(), outcomes[JUDGED]
     if judged == total:
         return ()
@@ -129,12 +129,12 @@ def _left_out(outcomes: Counter[str]) -> tuple[str, ...]:
 
 
 def _ledger(ledger: pa.Table) -> list[LedgerRow]:
-    """Alike rows together."""
+    """Recordings that were not judged, grouped by outcome and reason."""
     alike: dict[tuple[str, str], list[str]] = {}
     columns: list[Sequence[str]] = [ledger[name].to_pylist() for name in ("outcome", "reason", "recording_name")]
     for outcome, reason, name in zip(*columns, strict=True):
         if outcome != JUDGED:
-            # A reason that begins with the name of its recording would be alike to no other one.
+            # A reason that begins with the name of its recording would differ from every other one.
             bare = (reason or "").removeprefix(f"{name or ''}: ").removeprefix(f"{name or ''} ")
             alike.setdefault((outcome, bare), []).append(name)
     rows = [LedgerRow(*key, len(names), tuple(names[:3])) for key, names in alike.items()]

@@ -1,4 +1,4 @@
-"""`tierod fleet report RESULTS`: page and document of a fleet, and its first lines to the terminal."""
+"""Implementation of `tierod fleet report RESULTS`: page and document of a fleet, and a summary in the terminal."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from tierod.fleet.report import FleetReport
 
 SHOWN = 20
-"""Cars that the terminal shows."""
+"""Number of cars shown in the terminal."""
 
 
 def report(
@@ -29,20 +29,20 @@ def report(
     prior: Path | None = None,
     cohort: Sequence[str] = (),
 ) -> int:
-    """Write fleet.html and fleet.json: no car to look at (0), some (1), nothing could be judged (2).
+    """Write fleet.html and fleet.json, and return an exit code: no car to inspect (0), some (1), no verdict (2).
 
     Args:
         results: folder that `tierod fleet --output` named, or its address
-        output: folder that takes both; that of the results where not given, the current one for an address
-        as_json: print the document and nothing else
-        command: what the user typed
-        prior: vehicle file that takes the level which a new car may expect; None for none
-        cohort: of the new car, as KIND=NAME
+        output: folder for both files; by default that of the results, or the current one if these are remote
+        as_json: print the document, and other lines to stderr
+        command: the command line
+        prior: vehicle file into which the level expected of a new car is written; None for none
+        cohort: cohorts of the new car, as KIND=NAME
 
     Raises:
-        InputError: it is no results folder, or damaged
-        OutputError: they cannot be written
-        ParameterError: a cohort that the fleet does not have, or a file that is no vehicle file
+        InputError: the folder holds no results, or a file is damaged
+        OutputError: a file cannot be written
+        ParameterError: the fleet has no such cohort, or the file is no vehicle file
     """
     from tierod.fleet.report import report as worked_out
     from tierod.fleet.report_document import text
@@ -63,7 +63,7 @@ def report(
 
 
 def _written_prior(found: FleetReport, path: Path, cohort: Sequence[str]) -> str:
-    """Put the level that a new car may expect into a vehicle file; a sentence."""
+    """Write the level expected of a new car into a vehicle file; returns a sentence on it."""
     labels = {}
     for each in cohort:
         kind, equals, name = each.partition("=")
@@ -81,7 +81,7 @@ def _written_prior(found: FleetReport, path: Path, cohort: Sequence[str]) -> str
 
 
 def _show(found: FleetReport) -> None:
-    """The worst cars as a table."""
+    """Print the summary, and the worst cars as a table."""
     from rich.console import Console
     from rich.markup import escape
     from rich.table import Table

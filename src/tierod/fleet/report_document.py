@@ -1,4 +1,4 @@
-"""The JSON document of a fleet; its schema stands beside it."""
+"""The JSON document of a fleet report, whose schema is installed beside this module."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SCHEMA = "tierod.fleet/1"
 
 
 def text(report: FleetReport) -> str:
-    """The document as text; what JSON cannot hold (NaN, infinity) becomes null."""
+    """The document as text; values that JSON cannot represent (NaN, infinity) become null."""
     return json.dumps(plain(document(report)), ensure_ascii=False, indent=1, allow_nan=False) + "\n"
 
 

@@ -1,4 +1,4 @@
-"""Contents of the page of a fleet, as headings, tables and charts that the report draws."""
+"""Contents of the page of a fleet: headings, tables and charts."""
 
 from __future__ import annotations
 
@@ -15,19 +15,20 @@ from tierod.fleet.trends import Trends
 from tierod.report.display import INTERVAL, number
 
 LISTED = 200
-"""Cars in the list of the page; the JSON document has all."""
+"""Largest number of cars in the list on the page; the JSON document has all."""
 
 CARDS = 12
-"""Cars with a part and a chart of their own."""
+"""Number of cars with a section and a chart of their own."""
 
 DOTS = 1500
-"""Cars in a chart of the fleet; of a larger one, as many evenly chosen ones."""
+"""Largest number of cars in a chart of the fleet; of more cars an evenly spaced selection is shown."""
 
 COHORTS = 15
+"""Largest number of cohorts in a table and chart."""
 
 
 def items(report: FleetReport) -> Iterator[Item]:
-    """Everything below the head of the page, one after the other."""
+    """All items below the head of the page, in their order."""
     if report.cars:
         yield Heading("Worst first", (_how_often(report),))
         yield _list(report)
@@ -74,7 +75,7 @@ def _card(report: FleetReport, car: Ranked, place: int) -> Iterator[Item]:
     found = words.first_trend(car)
     if found is not None:
         trends, number_of = found
-        # A card shows the figures that stand in no column of the list.
+        # Only figures that are in no column of the list.
         labels = words.labels(*found)
         lines.append(
             f"Change began {words.since(*found)}; chance of the limit within 90 days {words.shown_chance(*found)}"
@@ -209,7 +210,7 @@ def _fleet(trends: Trends, place: int) -> Iterator[Item]:
 
 
 def _mileage_chart(trends: Trends, place: int, unit: str) -> Chart | None:
-    """Levels of all cars over their mileage; over their rank where mileages are not known."""
+    """Chart of the levels of all cars over mileage; None if fewer than two mileages are known."""
     series = trends.series
     along = 10.0 * (series.mileage + np.nanmax(series.drives.effects[:, :, 1], axis=1))
     known = np.isfinite(along)

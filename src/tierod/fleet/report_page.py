@@ -1,4 +1,4 @@
-"""The page of a fleet: worst first, the cars one by one, cohorts, the fleet, and what was not judged."""
+"""The HTML page of a fleet: list of cars, single cars, cohorts, fleet statistics, and recordings not judged."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _KINDS = {
 
 
 def render(report: FleetReport) -> str:
-    """The page as text."""
+    """The page as HTML text."""
     counts = Counter(WORDS[car.urgency] for car in report.cars)
     symbol, kind = ("✓", "good") if report.judged else ("?", "open")
     status = "nothing found" if report.judged else "no verdict" if report.vehicles else "no findings"
@@ -45,10 +45,10 @@ def render(report: FleetReport) -> str:
 
 
 def write(report: FleetReport, folder: str | Path) -> tuple[Path, Path]:
-    """Write fleet.html and fleet.json into a folder; (page, document).
+    """Write fleet.html and fleet.json into a folder, and return the paths (page, document).
 
     Raises:
-        OutputError: they cannot be written
+        OutputError: a file cannot be written
     """
     target = Path(folder)
     target.mkdir(parents=True, exist_ok=True)

@@ -1,4 +1,4 @@
-"""Words and figures of the page of a fleet."""
+"""Texts and figures on the page of a fleet."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ def odds(logarithm: float) -> str:
 
 
 def level(trends: Trends, car: int) -> str:
-    """Level now with its 95 % interval and unit."""
+    """Current level of a car with its 95 % interval and unit."""
     value, deviation = trends.level[car]
     half = INTERVAL * deviation
     return f"{number(value, 3)} ± {number(half, 2)} {written(trends.series.watched.unit)}"
 
 
 def left(trends: Trends, car: int) -> str:
-    """Time left to the limit with its 90 % interval."""
+    """Time left until the limit, with its 90 % interval."""
     early, likely, late = trends.left[car]
     if not math.isfinite(trends.series.limit[car]):
         return "no limit known"
@@ -38,14 +38,14 @@ def left(trends: Trends, car: int) -> str:
 
 
 def days(value: float) -> str:
-    """A time in days or months; "never" where it is beyond ten years."""
+    """A time in days, or in years from one year on; "never" if it is not finite."""
     if not math.isfinite(value):
         return "never"
     return f"{value:.0f} d" if value < 365.0 else f"{value / 365.25:.1f} a"
 
 
 def cohort(trends: Trends, car: int) -> str:
-    """The differing cohorts that a car belongs to; a dash where there is none."""
+    """Cohorts of a car that differ from the fleet; a dash if there are none."""
     labels = trends.series.labels
     mine = [each for each in trends.cohorts.differing if labels[each.kind][car] == each.name]
     return "; ".join(f"{each.kind} {each.name}" for each in mine) or "–"
@@ -60,10 +60,10 @@ def headline(cars: int, vehicles: int, judged: int, counts: dict[str, int]) -> s
     """First line of the page.
 
     Args:
-        cars: to be looked at
-        vehicles: with findings
-        judged: of them, with a verdict
-        counts: of states of the cars to be looked at
+        cars: number of cars to inspect
+        vehicles: number of cars with findings
+        judged: number of these with a verdict
+        counts: number of cars to inspect by state
     """
     if not vehicles:
         return "There are no findings yet"
@@ -78,7 +78,7 @@ def headline(cars: int, vehicles: int, judged: int, counts: dict[str, int]) -> s
 
 
 def what_to_do(cars: int, vehicles: int, judged: int) -> tuple[str, ...]:
-    """Paragraphs of what follows for the reader."""
+    """Paragraphs on what the reader should do."""
     if not vehicles:
         return ("What to do: judge recordings with 'tierod fleet RECORDINGS -o RESULTS', then write this page anew.",)
     if cars:
@@ -92,21 +92,21 @@ def what_to_do(cars: int, vehicles: int, judged: int) -> tuple[str, ...]:
 
 
 def shown_chance(trends: Trends, car: int) -> str:
-    """Chance that the limit is reached within three months."""
+    """Probability that the limit is reached within 90 days; a dash without a limit."""
     chance = float(trends.chance[car])
     return share(chance) if math.isfinite(chance) else "–"
 
 
 def labels(trends: Trends, car: int) -> str:
-    """All labels of a car."""
+    """All cohort labels of a car."""
     return ", ".join(f"{kind} {names[car]}" for kind, names in trends.series.labels.items() if names[car]) or "–"
 
 
 def first_trend(car: Ranked) -> tuple[Trends, int] | None:
-    """The series of the worst reason that rests on one."""
+    """Trends, and index of the car in them, of the first reason that rests on a trend; None if there is none."""
     return next((reason.trends for reason in car.reasons if reason.trends is not None), None)
 
 
 def followed(found: tuple[Trends, int] | None) -> tuple[str, str, str]:
-    """(level, time left, cohort) of a car; dashes where no series follows it."""
+    """(level, time left, cohort) of a car; dashes if no trend is given."""
     return ("–", "–", "–") if found is None else (level(*found), left(*found), cohort(*found))

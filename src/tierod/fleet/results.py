@@ -1,10 +1,10 @@
-"""Read a results folder: findings, ledger and levels, as one table each.
+"""Reading a results folder: findings and ledger, each as one table.
 
-    results/ledger/*.parquet                     segments, one after the other; the last row of a recording holds
+    results/ledger/*.parquet                     segments in the order of time; the last row of a recording applies
     results/findings/month=2026-11/*.parquet     compacted, by the month of the drive ("unknown" without a date)
     results/levels/KE/KEY.parquet                estimates over time of one result
 
-The folder may lie wherever fsspec reaches: `results`, `s3://bucket/results`.
+The folder may be local, or in any storage that fsspec can access: `results`, `s3://bucket/results`.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ if TYPE_CHECKING:
 
 
 def findings_of(results: str | Path, columns: Iterable[str] | None = None) -> pa.Table:
-    """The findings of all recordings that were judged, in the order of vehicle, time and recording.
+    """Findings of all judged recordings, sorted by vehicle, time and recording.
 
     Args:
         results: the folder that `tierod fleet -o` wrote, or its address
-        columns: that are read; all where not given
+        columns: columns to read; all if not given
 
     Raises:
-        InputError: it is no results folder, was written by a later tierod, or a file is damaged
+        InputError: the folder holds no results, was written by a later tierod, or a file is damaged
     """
     place = _place(results)
     paths = place.files("findings", ".parquet")
@@ -40,13 +40,13 @@ def findings_of(results: str | Path, columns: Iterable[str] | None = None) -> pa
 
 
 def ledger_of(results: str | Path) -> pa.Table:
-    """One row per recording: the last that was written of each, in the order of their names.
+    """The last row of every recording, sorted by name.
 
     Args:
-        results: as of `findings_of`
+        results: as in `findings_of`
 
     Raises:
-        InputError: as of `findings_of`
+        InputError: as in `findings_of`
     """
     import pyarrow as pa
 
@@ -76,16 +76,16 @@ def _together(place: Place, paths: Iterable[str], table: str, columns: list[str]
 
 
 def read_table(place: Place, path: str, table: str, columns: list[str] | None = None) -> pa.Table:
-    """One file of a results folder, as its schema has it today.
+    """One file of a results folder, in the columns of the current schema.
 
     Args:
         place: the results folder
-        path: of the file in it
+        path: path of the file in the folder
         table: "findings", "ledger" or "levels"
-        columns: that are read; all where not given
+        columns: columns to read; all if not given
 
     Raises:
-        InputError: damaged, or written by a later tierod
+        InputError: the file is damaged, or was written by a later tierod
     """
     import pyarrow as pa
     import pyarrow.parquet as pq

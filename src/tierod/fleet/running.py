@@ -1,4 +1,4 @@
-"""A fleet run: what is there is found, what is missing is judged, and everything is put together."""
+"""A fleet run: recordings are found, those without a valid result are judged, and the results are compacted."""
 
 from __future__ import annotations
 
@@ -29,17 +29,17 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
 COMPACTED = 5000
-"""Results after which the findings are put together while a run goes on: about 40 MB that wait in this process."""
+"""Number of new results after which the findings are compacted during a run; about 40 MB wait in this process."""
 
 
 class Progress(NamedTuple):
     """Progress of a run.
 
     Args:
-        done: recordings that are finished, those of earlier runs included
-        total: of all recordings
-        name: of the one that has just been finished; "" before the first
-        outcome: of that one
+        done: number of finished recordings, including those of earlier runs
+        total: number of all recordings
+        name: name of the recording just finished; "" before the first
+        outcome: outcome of that recording
         reason: why it was skipped or failed
     """
 
@@ -56,10 +56,10 @@ class Summary:
 
     Args:
         results: folder of the results
-        recordings: names of those that were found now
-        kept: of them, those that nothing had to be done for
-        rows: of the ledger, by name
-        findings: of the whole folder
+        recordings: names of the recordings found
+        kept: number of these whose earlier result is still valid
+        rows: rows of the ledger, by name of the recording
+        findings: findings of the whole folder
     """
 
     results: Place
@@ -70,12 +70,12 @@ class Summary:
 
     @property
     def outcomes(self) -> Counter[str]:
-        """Recordings by what became of them."""
+        """Number of recordings by outcome."""
         return Counter(self.rows[name]["outcome"] for name in self.recordings)
 
     @property
     def hours(self) -> Annotated[float, "h"]:
-        """Driving that was judged [h]."""
+        """Duration of the judged recordings [h]."""
         seconds = (self.rows[name].get("duration_s") or 0.0 for name in self._judged)
         return sum(seconds) / 3600.0
 
@@ -91,7 +91,7 @@ class Summary:
 
     @property
     def statuses(self) -> dict[str, dict[str, int]]:
-        """Findings of the recordings of this run by monitor and shown word."""
+        """Number of findings of this run by monitor and displayed status."""
         keys = {self.rows[name]["key"] for name in self._judged}
         names = ("key", "monitor", "word", "status")
         counts: dict[str, Counter[str]] = {}
@@ -106,7 +106,7 @@ class Summary:
 
     @property
     def exit_code(self) -> int:
-        """0 where anything was judged, 2 where nothing was."""
+        """Exit code: 0 if any recording was judged, else 2."""
         return 0 if self._judged else 2
 
 
@@ -121,22 +121,22 @@ def run(
     with_levels: bool = True,
     progress: Callable[[Progress], None] = lambda _: None,
 ) -> Summary:
-    """Judge the recordings of a fleet that are not judged yet.
+    """Judge the recordings of a fleet that have no valid result yet.
 
     Args:
         recordings: files, folders, patterns, or addresses of a storage
-        fleet: which recording is of which vehicle
-        results: folder or address; one that holds a part of them is gone on with
-        asked: how recordings are judged
-        workers: which do the work; opened and closed here
+        fleet: assignment of recordings to vehicles
+        results: folder or address; existing results in it are continued
+        asked: settings of the judgement
+        workers: workers that judge; opened and closed here
         again: whether recordings that failed are tried again
         with_levels: whether estimates over time are kept
-        progress: called as each recording ends
+        progress: called after each recording
 
     Raises:
         InputError: a pattern matches nothing, or a storage does not answer
-        OutputError: the results cannot be written; what is finished is kept
-        ParameterError: the workers cannot start
+        OutputError: the results cannot be written; finished results are kept
+        ParameterError: the workers cannot be started
     """
     place = place_of(results)
     found = [each for each in find(recordings) if not each.name.startswith(f"{place.root}/")]
@@ -158,7 +158,7 @@ def run(
 
 @dataclass
 class _Plan:
-    """Work to be done in a run."""
+    """Tasks of a run, with the digest of each, and the number of recordings that need none."""
 
     tasks: list[Task] = field(default_factory=list)
     jobs: list[str] = field(default_factory=list)
@@ -190,11 +190,11 @@ def _plan(found: Sequence[Found], fleet: Fleet, job: Job, ledger: Ledger, again:
 
 
 class _Unreadable(Exception):
-    """A recording that cannot be looked at."""
+    """A recording that cannot be accessed."""
 
 
 def _text_of(parameters: str) -> bytes:
-    """Content of a vehicle file, so that a change of it is seen; nothing for a shipped one, which is part of tierod."""
+    """Content of a vehicle file, so that a change is detected; empty for a shipped one, which is part of tierod."""
     path = Path(parameters)
     try:
         return path.read_bytes() if path.suffix == ".toml" else b""
@@ -205,7 +205,7 @@ def _text_of(parameters: str) -> bytes:
 def _work(
     plan: _Plan, ledger: Ledger, workers: Workers, total: int, progress: Callable[[Progress], None]
 ) -> dict[str, bytes]:
-    """Results of this run that are not in the dataset yet, by their keys."""
+    """Judge the recordings of the plan, and return results that are not in the dataset yet, by their keys."""
     fresh: dict[str, bytes] = {}
     if not plan.tasks:
         return fresh
@@ -232,7 +232,7 @@ def _work(
 
 
 def _compile(plan: _Plan) -> None:
-    """Let every kernel be compiled before the workers start, which would otherwise all compile the same."""
+    """Compile the kernels of up to four vehicles before the workers start, which would otherwise each compile them."""
     from tierod.core.errors import TierodError
     from tierod.core.graph.kernel import kernel
 
@@ -241,14 +241,14 @@ def _compile(plan: _Plan) -> None:
         try:
             together = plan.tasks[0].job.asked.together(load(name))
         except TierodError:
-            continue  # reported of the recordings
+            continue  # reported for each of its recordings
         for block in together.blocks:
             kernel(block)
 
 
 @contextmanager
 def _held(place: Place) -> Iterator[None]:
-    """Hold a folder of this machine against other runs."""
+    """Lock a local results folder against other runs."""
     with ExitStack() as stack:
         if place.local:
             try:
@@ -261,7 +261,7 @@ def _held(place: Place) -> Iterator[None]:
 
 
 def document(summary: Summary) -> str:
-    """Summary of a run, as JSON."""
+    """Summary of a run as JSON."""
     reasons: dict[str, list[str]] = {}
     for name in summary.recordings:
         row = summary.rows[name]

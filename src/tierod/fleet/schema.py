@@ -1,10 +1,10 @@
-"""The tables of a results folder; their version stands in the metadata of every file.
+"""Schemas of the tables in a results folder; their version is in the metadata of every file.
 
     findings   one row per finding: a verdict of a monitor, or of a sensor or actuator that a monitor judges
     ledger     one row per recording: judged, skipped or failed, with its reason
-    levels     estimates over time, decimated in levels: any zoom reads little
+    levels     estimates over time at several resolutions, so that any zoom reads little
 
-All numbers are SI. A column is null where nothing is known. A later version only adds columns.
+All numbers are in SI units. A column is null where a value is unknown. A later version only adds columns.
 """
 
 from __future__ import annotations
@@ -18,49 +18,49 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
 VERSION = 1
-"""Raised where a column changes its meaning or goes."""
+"""Version of the tables, raised when a column is removed or changes its meaning."""
 
 NAME = b"tierod.fleet"
-"""Key of the schema metadata that holds table and version: "findings/1"."""
+"""Key of the schema metadata that holds table and version, such as "findings/1"."""
 
 JUDGED, SKIPPED, FAILED = "judged", "skipped", "failed"
-"""What can become of a recording."""
+"""Outcomes of a recording."""
 
 WHOLE = ""
-"""The thing judged, where it is what the monitor watches as a whole: friction, for example."""
+"""Judged element of a finding on the quantity that a monitor watches as a whole, such as friction."""
 
 
 @cache
 def findings() -> pa.Schema:
     """One row per finding.
 
-    vehicle                 name of the single vehicle in the fleet
+    vehicle                 name of the individual vehicle in the fleet
     cohort                  labels from the fleet file: batch, supplier, climate, ...
     recording               SHA-256 of the file's content
     recording_name          path or address of the recording
-    span                    number of the stretch of a long recording, from 0
-    start                   beginning of what was judged, UTC; null where the recording has no date
-    start_s, duration_s     the same in the recording's own time, and how long it is [s]
-    judged_s                of it that the monitor could judge [s]
-    mileage_m               of the vehicle at that time [m]
+    span                    number of the span of a long recording, from 0
+    start                   start of the judged span, UTC; null if the recording has no date
+    start_s, duration_s     the same in the recording's own time, and duration of the span [s]
+    judged_s                part of that duration that the monitor could judge [s]
+    mileage_m               mileage of the vehicle at that time [m]
     temperature_K           mean ambient temperature [K]
-    monitor, variant        who judged
-    judged                  the thing judged: name of a sensor or actuator; "" for what the monitor watches as a whole
+    monitor, variant        monitor that judged, and its variant
+    judged                  judged element: name of a sensor or actuator; "" for what the monitor watches as a whole
     role                    "sensor", "actuator", or "" for the whole
-    quantity, unit          what the estimate is of, in words, and its unit
+    quantity, unit          estimated quantity in words, and its unit
     status                  healthy, rising, suspect, fault, or why nothing could be judged
-    word                    under which a finding is shown: the status; for an estimate estimated, consistent, ...
-    since_s                 beginning of the status in the recording's time [s]; null where it holds throughout
-    kind                    of a fault, in words; "" where there is none or it is not identifiable
+    word                    displayed status: the status; for an estimate "estimated", "consistent", ...
+    since_s                 beginning of the status in the recording's time [s]; null if it holds throughout
+    kind                    kind of fault, in words; "" if there is none or it is not identifiable
     magnitude, magnitude_deviation, magnitude_unit
-                            of a fault
+                            fault magnitude with one standard deviation, and its unit
     estimate, deviation     value and one standard deviation [unit]
-    nominal, limit          value of the vehicle file, and where a fault begins [unit]
-    cause, action           in words
-    key                     of the result: content, vehicle, monitors, code and tuning as one digest
-    vehicle_digest          of the vehicle's parameters, thresholds and channel map
+    nominal, limit          fault-free value in the vehicle file, and threshold of a fault [unit]
+    cause, action           cause and recommended action in words
+    key                     key of the result: digest of content, vehicle, monitors, code and tuning
+    vehicle_digest          digest of the vehicle's parameters, thresholds and channel map
     tuning                  digest of the monitor's tuning on this vehicle
-    version                 of tierod
+    version                 version of tierod
     """
     import pyarrow as pa
 
@@ -89,11 +89,11 @@ _FINDINGS = (
     ("number", "estimate deviation nominal limit"),
     ("text", "cause action key vehicle_digest tuning version"),
 )
-"""Columns in their order, by kind."""
+"""Columns in their order, by type."""
 
 
 OF_FLEET = ("vehicle", "cohort", "recording_name", "mileage_m")
-"""Columns of the findings that the fleet file decides, and no judgement: they are joined when results are compacted."""
+"""Columns of the findings that come from the fleet file; they are joined at compaction, and affect no judgement."""
 
 
 @cache
@@ -101,25 +101,25 @@ def ledger() -> pa.Schema:
     """One row per recording that was found.
 
     recording_name, bytes, modified
-                            path or address, size, and the storage's mark of its state (time of change, or ETag)
-    recording               SHA-256 of the content; null where it could not be read
+                            path or address, size, and version mark of the storage (time of change, or ETag)
+    recording               SHA-256 of the content; null if it could not be read
     vehicle, cohort, mileage_m
-                            as in the findings; vehicle is null where none is known
+                            as in the findings; vehicle is null if unknown
     outcome                 judged, skipped or failed
     reason                  why it was skipped or failed, or "" for one that was judged
-    lasting                 whether the same would come out again; what is not lasting is tried again by the next run
+    lasting                 whether another try would give the same outcome; if not, the next run tries again
     remarks                 notices for a reader of the result: an overlap in time, monitors that did not run and why
-    start, duration_s       as in the findings; null where not known
+    start, duration_s       as in the findings; null if unknown
     findings                number of rows in the findings
-    moments                 mean and standard deviation of every signal that was read and varies (SI): equal ones in two
-                            files are the same drive
-    processor_s             processor time that it took [s]
+    moments                 mean and standard deviation of every varying signal (SI); equal values in two files
+                            indicate the same drive
+    processor_s             processor time used [s]
     memory_bytes            largest resident memory of the process that judged it [bytes]
-    key                     of the result
-    job                     digest of what was asked of it (vehicle, monitors, code, tuning): with name, bytes and
-                            modified it shows whether a row still holds
-    time                    when this row was written, UTC
-    version                 of tierod
+    key                     key of the result
+    job                     digest of the settings of the judgement (vehicle, monitors, code, tuning): with name,
+                            bytes and modified it decides whether a row is still valid
+    time                    time of writing of this row, UTC
+    version                 version of tierod
     """
     import pyarrow as pa
 
@@ -155,10 +155,10 @@ def ledger() -> pa.Schema:
 def levels() -> pa.Schema:
     """One row per bin of one estimate at one level; one file per result, one row group per level, the coarsest first.
 
-    monitor, name, unit     which estimate
-    level                   0 is the coarsest; each further one has bins a quarter as wide
+    monitor, name, unit     monitor, and name and unit of the estimate
+    level                   0 is the coarsest; each further level has bins a quarter as wide
     time_s                  left edge of the bin in the recording's time [s]
-    lower, upper, mean      of the samples in the bin [unit]; null where it has none
+    lower, upper, mean      minimum, maximum and mean of the samples in the bin [unit]; null if there are none
     """
     import pyarrow as pa
 
@@ -184,10 +184,10 @@ def _schema(table: str, fields: list[tuple[str, pa.DataType]]) -> pa.Schema:
 
 
 def version_in(schema: pa.Schema, table: str) -> int | None:
-    """The version of a table of this kind; None where the schema is of something else.
+    """Version of a table; None if the schema is not that of this table.
 
     Args:
-        schema: of a file
+        schema: schema of a file
         table: "findings", "ledger" or "levels"
     """
     name, _, version = (schema.metadata or {}).get(NAME, b"").decode("utf-8", "replace").partition("/")
@@ -195,11 +195,11 @@ def version_in(schema: pa.Schema, table: str) -> int | None:
 
 
 def table_of(table: str, rows: Sequence[Mapping[str, Any]]) -> pa.Table:
-    """Rows as a table; what a row does not have is null.
+    """Arrow table of some rows; entries that a row lacks are null.
 
     Args:
         table: "findings", "ledger" or "levels"
-        rows: by the names of the columns; times as seconds since 1970, maps as dictionaries
+        rows: values by name of the column; times as seconds since 1970, maps as dictionaries
     """
     import pyarrow as pa
 
@@ -222,10 +222,10 @@ def table_of(table: str, rows: Sequence[Mapping[str, Any]]) -> pa.Table:
 
 
 def shown_time(seconds: float) -> str:
-    """A time as people read it.
+    """A time for display.
 
     Args:
-        seconds: since 1970, UTC
+        seconds: time since 1970, UTC [s]
     """
     try:
         return dt.datetime.fromtimestamp(seconds, dt.UTC).strftime("%Y-%m-%d %H:%M UTC")

@@ -1,4 +1,4 @@
-"""Series over months from the findings of a fleet: one per monitor and judged element, a row per car."""
+"""Series over months from the findings of a fleet: one per monitor and judged element, with one row per car."""
 
 from __future__ import annotations
 
@@ -14,24 +14,24 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
 REFERENCE_TEMPERATURE = 288.15
-"""Levels are stated at this ambient temperature [K]: 15 °C."""
+"""Ambient temperature at which levels are stated [K]: 15 °C."""
 
 MILEAGE_UNIT = 1e7
-"""Mileage counts in these [m], 10 000 km, so that its coefficient is a number one can read."""
+"""Unit in which mileage is a regressor, 10 000 km, so that its coefficient is readable [m]."""
 
 DAY = 86_400_000_000
-"""Microseconds."""
+"""Length of a day [µs]."""
 
 LEAST_DRIVES = 2
-"""Drives of a quantity in the whole fleet below which it has no series."""
+"""Smallest number of drives in the whole fleet from which a quantity has a series."""
 
 
 class Watched(NamedTuple):
     """Subject of a series.
 
     Args:
-        monitor, judged: who judged, and the thing; "" for what the monitor watches as a whole
-        quantity, unit: of the estimate
+        monitor, judged: monitor and judged element; "" for the quantity that the monitor watches as a whole
+        quantity, unit: quantity and unit of the estimate
     """
 
     monitor: str
@@ -41,23 +41,23 @@ class Watched(NamedTuple):
 
     @property
     def title(self) -> str:
-        """In words."""
+        """Title of the series in words."""
         about = f" of {self.judged}" if self.judged else ""
         return f"{self.quantity}{about} ({self.monitor})"
 
 
 @dataclass(frozen=True, eq=False)
 class Series:
-    """One quantity of all cars.
+    """Drives of all cars for one quantity.
 
     Args:
-        watched: what it is
+        watched: subject of the series
         vehicles: names of the cars, in the order of the rows
-        drives: days since 1970, estimates, deviations; regressors: temperature [K] less the reference, mileage since
-            the first drive of the car [10 000 km]
-        mileage: at the first drive of each car [10 000 km], (cars,); NaN where it is not known
-        row: of each drive in the findings, (cars, drives); -1 where there is none
-        nominal, limit: of each car, (cars,); NaN where not known
+        drives: days since 1970, estimates, standard deviations; regressors: temperature minus the reference [K],
+            mileage since the first drive of the car [10 000 km]
+        mileage: mileage at the first drive of each car [10 000 km], (cars,); NaN if unknown
+        row: row of each drive in the findings, (cars, drives); -1 if there is none
+        nominal, limit: nominal value and limit of each car [unit], (cars,); NaN if unknown
         labels: kind of cohort -> name of each car's cohort
     """
 
@@ -72,14 +72,13 @@ class Series:
 
 
 def series_of(findings: pa.Table, until: float | None = None) -> tuple[list[Series], list[str]]:
-    """Every series of a fleet, that of most drives first, and remarks on what was left out.
+    """All series of a fleet, the one with most drives first, and remarks on findings that were left out.
 
     Args:
-        findings: as `tierod.fleet.results.findings_of` gives them
-        until: day since 1970 after which a date cannot be right; None for no such day
+        findings: findings as given by `tierod.fleet.results.findings_of`
+        until: day since 1970 after which a date cannot be valid; None for no such limit
 
-    Drives without a date have no place in a trend, nor have those without an estimate; they count in the table of
-    standings.
+    Drives without a date or an estimate are no part of a trend; their verdicts still count in `standing`.
     """
     code, names = _coded(findings, ("monitor", "judged", "quantity", "unit"))
     car, vehicles = _coded(findings, ("vehicle",))
@@ -138,23 +137,24 @@ def _last(values: np.ndarray, car: np.ndarray, cars: int) -> np.ndarray:
     """The last finite value of each car, in the order of the rows."""
     found = np.full(cars, np.nan)
     known = np.isfinite(values)
+    # With repeated indices the last assignment remains.
     found[car[known]] = values[known]
     return found
 
 
 def numeric(findings: pa.Table, name: str) -> np.ndarray:
-    """A column of numbers; NaN where it is null.
+    """A numeric column as an array; NaN where it is null.
 
     Args:
         findings: any table
-        name: of the column
+        name: name of the column
     """
     values: np.ndarray = findings[name].to_numpy().astype(float)
     return values
 
 
 def days(findings: pa.Table) -> np.ndarray:
-    """Days since 1970 at which the drives began; NaN where there is no date."""
+    """Start of each drive in days since 1970; NaN without a date."""
     import pyarrow as pa
     import pyarrow.compute as pc
 
@@ -165,7 +165,7 @@ def days(findings: pa.Table) -> np.ndarray:
 
 
 def _coded(findings: pa.Table, columns: Sequence[str]) -> tuple[np.ndarray, list[tuple[str, ...]]]:
-    """Number of the combination of columns in each row, and the combinations."""
+    """Code of the combination of columns in each row, and the combinations by code."""
     codes, names = [], []
     for column in columns:
         encoded = findings[column].combine_chunks().fill_null("").dictionary_encode()
@@ -178,9 +178,10 @@ def _coded(findings: pa.Table, columns: Sequence[str]) -> tuple[np.ndarray, list
 
 
 def labels_of(findings: pa.Table, car: np.ndarray, cars: int) -> dict[str, list[str]]:
-    """Kind of cohort -> name of each car's cohort, as its last finding has it; "" where it is not known."""
+    """Name of each car's cohort by kind of cohort, from its last finding; "" if unknown."""
     kinds: dict[str, list[str]] = {}
     last = np.full(cars, -1)
+    # With repeated indices the last assignment remains.
     last[car] = np.arange(len(car))
     known = last[last >= 0]
     rows: list[Any] = findings["cohort"].take(known).to_pylist()

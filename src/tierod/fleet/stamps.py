@@ -1,4 +1,4 @@
-"""Digests of all that decides a result beside the recording: code, and vehicle with the files that it names."""
+"""Digests of everything that determines a result beside the recording: code, and vehicle with its files."""
 
 from __future__ import annotations
 
@@ -19,29 +19,29 @@ from tierod.vehicles import Vehicle
 OWN = Path(__file__).parent
 
 DECIDING = ("judging.py", "levels.py", "schema.py")
-"""Files of this package that decide what stands in a result."""
+"""Files of this package that determine the content of a result."""
 
 
 @cache
 def code() -> str:
-    """Digest of all code that decides a result: tierod's, and that of monitors of other packages."""
+    """Digest of all code that determines a result: that of tierod, and that of monitors from other packages."""
     own = [_content(OWN / name) for name in DECIDING]
     others = [_content(path) for name in MONITORS.plugin_names() for path in _sources(MONITORS[name])]
     return fingerprint(tower_code(), own, others, __version__, np.__version__)
 
 
 def vehicle_digest(car: Vehicle) -> str:
-    """Digest of a vehicle: its file as read, and the files that describe its bus.
+    """Digest of a vehicle: its content, and the files that describe its bus.
 
     Args:
-        car: loaded
+        car: the loaded vehicle
     """
     files = [_content(path) for path in (car.channel_map, car.database) if path is not None]
     return fingerprint(car, files)
 
 
 def _sources(monitor: Monitor) -> list[Path]:
-    """The files in which the variants of a monitor are defined."""
+    """Files in which the variants of a monitor are defined."""
     found = set()
     for variant in monitor.variants.values():
         with suppress(TypeError):

@@ -1,4 +1,4 @@
-"""Standing of every car by its last verdicts: what keeps coming back counts, one odd drive does not."""
+"""Persistent faults of every car, from its last verdicts: a repeated fault counts, a single odd drive does not."""
 
 from __future__ import annotations
 
@@ -14,24 +14,24 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
 LAST = 3
-"""Judged drives that are looked back at."""
+"""Number of last judged drives that are considered."""
 
 OFTEN = 2
-"""Of them with a fault, from which on it stands; one where there is only one."""
+"""Number of these with a fault from which the fault is persistent; one if there is only one drive."""
 
 JUDGED = (Status.HEALTHY, Status.RISING, Status.SUSPECT, Status.FAULT)
 
 
 @dataclass(frozen=True)
 class Standing:
-    """A fault that stands.
+    """A persistent fault.
 
     Args:
-        vehicle, monitor, judged: whose, who judged, and the thing
-        kind: of the fault, in words; "" where it is not known
-        faults, of: how many of the last judged drives had it, and how many there are
-        rows: of these drives in the findings
-        action: of the last one, in words
+        vehicle, monitor, judged: the car, the monitor, and the judged element
+        kind: kind of fault, in words; "" if unknown
+        faults, of: number of the last judged drives with the fault, and number of drives considered
+        rows: rows of the drives with the fault in the findings
+        action: recommended action of the last drive, in words
     """
 
     vehicle: str
@@ -45,10 +45,10 @@ class Standing:
 
 
 def standings(findings: pa.Table) -> list[Standing]:
-    """Every fault that stands, those of most drives first.
+    """All persistent faults, those with most drives first.
 
     Args:
-        findings: as `tierod.fleet.results.findings_of` gives them, in the order of vehicle and time
+        findings: findings as given by `tierod.fleet.results.findings_of`, in the order of vehicle and time
     """
     import pyarrow as pa
     import pyarrow.compute as pc

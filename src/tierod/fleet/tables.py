@@ -1,4 +1,4 @@
-"""Recordings in an Arrow table to findings in an Arrow table: a pure function for Spark, Ray Data and other engines.
+"""Judgement of recordings in an Arrow table, as a pure function for Spark, Ray Data and other engines.
 
 findings = judge_table(table, "midsize-eps")                       # one row per recording, or its samples
 frame.mapInArrow(partial(judge_batches, parameters="midsize-eps"), schema)   # PySpark
@@ -26,32 +26,32 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
 TIME, RECORDING, VEHICLE, START, MILEAGE = "time", "recording", "vehicle", "start", "mileage_m"
-"""Columns with a meaning of their own; every other column of numbers is a signal of the catalogue, in SI."""
+"""Columns with a fixed meaning; every other numeric column is a signal of the catalogue, in SI."""
 
 NOT_JUDGED = "not available"
-"""Status of the row of a recording that could not be judged; its cause says why."""
+"""Status in the row of a recording that could not be judged; its cause states why."""
 
 
 def judge_table(
     table: pa.Table, parameters: str | Vehicle, monitors: Sequence[str] = (), shortest: float = 30.0
 ) -> pa.Table:
-    """The findings of the recordings in a table; it reads and writes nothing else.
+    """Findings of the recordings in a table; reads and writes no files except that of the vehicle.
 
     Args:
         table: either one row per recording, with lists of numbers in `time` [s] and in the columns of the signals; or
-            one row per sample, with numbers in them. `recording` names a recording (without it the table of samples is
-            one), `vehicle` its vehicle, `start` is when it began (timestamp), `mileage_m` the mileage [m]
+            one row per sample, with numbers in them. `recording` names a recording (without it a table of samples is
+            one recording), `vehicle` its vehicle, `start` is its start (timestamp), `mileage_m` the mileage [m]
         parameters: vehicle, its name, or the path of its file
-        monitors: as NAME or NAME:VARIANT; every one that can run where none is given
-        shortest: recording that is judged [s]
+        monitors: monitors as NAME or NAME:VARIANT; if empty, every one that can run
+        shortest: shortest duration of a recording that is judged [s]
 
     Returns:
-        as `tierod.fleet.schema.findings`; a recording that could not be judged has one row without a monitor, with the
-        status "not available" and the reason as its cause
+        a table as in `tierod.fleet.schema.findings`; a recording that could not be judged has one row without a
+        monitor, with the status "not available" and the reason as its cause
 
     Raises:
-        InputError: no column `time`
-        ParameterError: no such vehicle or monitor
+        InputError: there is no column `time`
+        ParameterError: there is no such vehicle or monitor
     """
     car = parameters if isinstance(parameters, Vehicle) else load(parameters)
     asked = Asked(tuple(map(Chosen.parse, monitors)) or usual(), shortest=shortest)
@@ -66,15 +66,15 @@ def judge_table(
 def judge_batches(
     batches: Iterable[pa.RecordBatch], parameters: str, monitors: Sequence[str] = (), shortest: float = 30.0
 ) -> Iterator[pa.RecordBatch]:
-    """The same from batch to batch, as `mapInArrow` of PySpark calls it: one row per recording.
+    """Findings batch by batch, in the form of `mapInArrow` of PySpark: one row per recording.
 
     Args:
-        batches: of tables with one row per recording
-        parameters, monitors, shortest: as of `judge_table`
+        batches: batches of a table with one row per recording
+        parameters, monitors, shortest: as in `judge_table`
 
     Raises:
-        InputError: a batch holds samples, which an engine may have cut anywhere: group them with `applyInArrow`
-        ParameterError: as of `judge_table`
+        InputError: a batch holds samples, which the engine may have divided anywhere: group them with `applyInArrow`
+        ParameterError: as in `judge_table`
     """
     import pyarrow as pa
 
@@ -95,7 +95,7 @@ def _is_list(kind: pa.DataType) -> bool:
 
 
 def _recordings(table: pa.Table) -> Iterator[tuple[dict[str, Any], pa.Table]]:
-    """(what is known of a recording, table of its samples)."""
+    """(facts about a recording, table of its samples)."""
     import pyarrow as pa
     import pyarrow.compute as pc
 
@@ -156,7 +156,7 @@ def _rows(about: Mapping[str, Any], samples: pa.Table, car: Vehicle, asked: Aske
 
 
 def _pieces(whole: Recording) -> Iterator[Recording]:
-    """A recording in pieces, as one is read from a file."""
+    """A recording in pieces, as it would be read from a file."""
     begin, end = whole.span
     for number in range(int((end - begin) / CHUNK) + 1):
         stop = begin + (number + 1) * CHUNK
@@ -167,7 +167,7 @@ def _pieces(whole: Recording) -> Iterator[Recording]:
 
 
 def _digest(samples: pa.Table) -> str:
-    """Digest of the numbers, whatever chunks and list types hold them."""
+    """Digest of the numbers, independent of chunks and list types."""
     from tierod.core.arrow import floats
 
     digest = hashlib.sha256()

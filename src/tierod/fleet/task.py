@@ -1,4 +1,4 @@
-"""Task of a worker on one recording: look for its result, else judge it and put the result into the folder."""
+"""Task of a worker on one recording: reuse its stored result, or judge it and store the result."""
 
 from __future__ import annotations
 
@@ -32,17 +32,17 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
 FUTURE = 86400.0
-"""A recording that begins later than so many seconds from now has a wrong clock: time zones differ by less."""
+"""Lead over the current time beyond which the start of a recording is invalid; time zones differ by less [s]."""
 
 
 @dataclass(frozen=True)
 class Job:
-    """Settings that every recording of a run is judged with.
+    """Settings by which every recording of a run is judged.
 
     Args:
         results: the folder of the results
-        asked: how recordings are judged
-        code: digest of the code that judges, as the run began with it
+        asked: settings of the judgement
+        code: digest of the judging code at the beginning of the run
         with_levels: whether estimates over time are kept
     """
 
@@ -54,13 +54,13 @@ class Job:
 
 @dataclass(frozen=True)
 class Task:
-    """One recording.
+    """Judgement of one recording.
 
     Args:
-        job: what is asked
+        job: settings of the run
         found: the recording
-        assigned: its vehicle; None where only the opened recording names it
-        fleet: how it is known then
+        assigned: its vehicle; None if the recording must be opened to determine it
+        fleet: assignment of recordings to vehicles in that case
     """
 
     job: Job
@@ -74,8 +74,8 @@ class Done:
     """Outcome of a recording.
 
     Args:
-        row: of the ledger
-        findings: rows without what the fleet file decides, as an Arrow file; None where there are none
+        row: row of the ledger
+        findings: rows without the columns from the fleet file, as an Arrow file; None if there are none
     """
 
     row: Mapping[str, Any]
@@ -87,7 +87,7 @@ def work(task: Task) -> Done:
 
     Raises:
         OutputError: the result cannot be written
-        Passing: this process has read other code than the run began with
+        Passing: this process has loaded other code than the run began with
     """
     if task.job.code != code():
         raise Passing("the code of tierod differs from that of the run; install the same, or run again")
@@ -114,9 +114,9 @@ def work(task: Task) -> Done:
 
 
 def peak_memory() -> int:
-    """Most memory that this process has held since its program began [bytes].
+    """Peak resident memory of this process since its program began [bytes].
 
-    What `getrusage` gives counts from what the parent held when it started this process: 340 MB for a worker of 270.
+    `getrusage` includes what the parent held when it started this process: 340 MB for a worker of 270 MB.
     """
     with contextlib.suppress(OSError):
         for line in Path("/proc/self/status").read_text().splitlines():
@@ -134,12 +134,12 @@ class _NoMonitor(InputError):
 
 
 class _Future(InputError):
-    """A recording whose clock is wrong."""
+    """A recording whose start lies in the future."""
 
 
 @cache
 def _spare_memory() -> None:
-    """Let Arrow use the memory of the C library: its own keeps 40 MB more per process."""
+    """Make Arrow use the allocator of the C library: its own retains 40 MB more per process."""
     import pyarrow as pa
 
     pa.set_memory_pool(pa.system_memory_pool())
@@ -147,7 +147,7 @@ def _spare_memory() -> None:
 
 @contextmanager
 def _fetched(found: Found) -> Iterator[Path]:
-    """The recording as a file of this machine; one from elsewhere is removed again."""
+    """The recording as a local file; a downloaded copy is removed afterwards."""
     if protocol_of(found.name) == LOCAL:
         yield Path(found.name)
         return
@@ -157,6 +157,7 @@ def _fetched(found: Found) -> Iterator[Path]:
         try:
             yield path
         except (InputError, ParameterError) as error:
+            # Messages name the recording, not its temporary copy.
             error.args = (str(error).replace(str(path), found.name),)
             raise
 
@@ -167,7 +168,7 @@ def _digest(path: Path) -> str:
 
 
 def _looked_up(task: Task, path: Path) -> Assigned:
-    """The vehicle of a recording that has to be opened to know it."""
+    """Vehicle of a recording that has to be opened to determine it."""
     from tierod.io.readers import open_chunks
 
     assert task.fleet is not None
@@ -183,7 +184,7 @@ def _looked_up(task: Task, path: Path) -> Assigned:
 
 
 def _first_of(path: Path, column: str) -> str | None:
-    """The first text in a column of a Parquet file; None where it has none."""
+    """The first text in a column of a Parquet file; None if it has none."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -206,7 +207,7 @@ def _loaded(parameters: str) -> Vehicle:
 
 
 def _judged(job: Job, path: Path, assigned: Assigned, row: dict[str, Any]) -> bytes:
-    """The findings, as they are kept or made now; the ledger's facts about them go into the row."""
+    """Stored or new findings of a recording; the facts for the ledger are added to the row."""
     from tierod.monitors.harness.named_vehicle import vehicle_named_in
 
     car = _loaded(assigned.parameters or vehicle_named_in(path))
@@ -226,6 +227,7 @@ def _judged(job: Job, path: Path, assigned: Assigned, row: dict[str, Any]) -> by
         raise _Future(f"its clock says that it begins at {schema.shown_time(found.start)}, in the future; correct it")
     about = _about(found)
     content = _stream(found, row["recording"], key, digest, about)
+    # The levels first: the part marks the result as complete.
     if job.with_levels:
         job.results.write(levels.path_of(key), levels.content_of(found.estimates))
     job.results.write(part_of(key), content)
@@ -234,7 +236,7 @@ def _judged(job: Job, path: Path, assigned: Assigned, row: dict[str, Any]) -> by
 
 
 def _reasons(refused: Mapping[str, str]) -> str:
-    """Why each monitor did not run; what stops most of them comes first, and once."""
+    """Why each monitor did not run; each reason once, the one of most monitors first."""
     names: dict[str, list[str]] = {}
     for name, reason in refused.items():
         names.setdefault(reason, []).append(name)
@@ -243,7 +245,7 @@ def _reasons(refused: Mapping[str, str]) -> str:
 
 
 def _about(found: Judgement) -> dict[str, Any]:
-    """Facts about a result, for the ledger."""
+    """Facts about a result for the ledger."""
     return {
         "start": found.start,
         "duration_s": found.duration,
@@ -272,7 +274,7 @@ def _stream(found: Judgement, recording: str, key: str, vehicle: str, about: Map
 
 
 def _kept(results: Place, key: str) -> tuple[dict[str, Any], bytes] | None:
-    """Facts for the ledger about a result at hand, and the result; None where there is no whole one."""
+    """Facts for the ledger and content of a stored result; None if there is no complete one."""
     import pyarrow as pa
 
     try:
@@ -284,13 +286,13 @@ def _kept(results: Place, key: str) -> tuple[dict[str, Any], bytes] | None:
 
 
 def table_of(content: bytes | IO[bytes]) -> pa.Table:
-    """The findings of a result.
+    """Findings of a stored result.
 
     Args:
-        content: of its file
+        content: content of its file
 
     Raises:
-        InputError: it is damaged
+        InputError: the content is damaged
     """
     import pyarrow as pa
 

@@ -1,4 +1,4 @@
-"""The trend of every car: level with band, change points, alarms that count every look, and time left to the limit."""
+"""Trend of every car: level with band, change detection with bounded false alarms, and time left until the limit."""
 
 from __future__ import annotations
 
@@ -21,25 +21,27 @@ from tierod.methods.trends.fleet_alarms import alarm_level, log_e_values, select
 from tierod.methods.trends.time_to_limit import chance_by, time_to_limit
 
 CARS_AT_A_TIME = 2000
-"""Keeps the memory of a large fleet within some 200 MB."""
+"""Number of cars filtered at once; limits the memory for a large fleet to some 200 MB."""
 
 SOON = 90.0
-"""Days ahead for which the chance of reaching the limit is stated."""
+"""Horizon for which the probability of reaching the limit is stated [d]."""
 
 
 NEIGHBOURS, FAR = 2, 4.0
-"""Drives on each side, and deviations from their median, beyond which a drive is wrong."""
+"""Number of drives on each side, and distance from their median in standard deviations beyond which a drive is an
+outlier.
+"""
 
 
 @dataclass(frozen=True)
 class Design:
-    """Limits on false alarms over the fleet, and the change that is looked for.
+    """Permitted false alarms of the fleet, and the smallest relevant change.
 
     Args:
-        vehicle_years: between false alarms of fault-free cars, at least [a]
-        discovery_rate: share of wrong cars in the list of changed ones, at most, on average
-        horizon: time over which a change is equally likely to begin [d]: the life of a car
-        least: change that matters, over the distance from nominal to limit: tyres and seasons move a car by less
+        vehicle_years: smallest mean time between false alarms of fault-free cars [a]
+        discovery_rate: largest false-discovery rate: expected share of unchanged cars in the list of changed cars
+        horizon: time over which the onset of a change is uniformly distributed [d]: the life of a car
+        least: smallest relevant change relative to the distance from nominal to limit: tyres and seasons cause less
     """
 
     vehicle_years: Annotated[float, "a"] = 10_000.0
@@ -53,18 +55,20 @@ class Trends:
     """Trends of one quantity of a fleet, car by car.
 
     Args:
-        series: drives
-        learnt: of the fleet
-        cohorts: that differ
-        level, slope: now, at the reference temperature [unit] and [unit/d], (cars, 2): value, standard deviation
-        chance: that the limit is reached within `SOON`, (cars,); NaN without limit
-        left: time to the limit [d], (cars, 3): with a chance of 5, 50 and 95 %; infinite beyond ten years
-        logarithm: of the evidence for a change in days, now, (cars,)
-        log_e: logarithm of the e-value of each car, where it was first sure, else now, (cars,)
-        alarmed: day of the first alarm, (cars,); NaN without
-        listed: whether the car is in the list of changed ones now, (cars,)
-        kind, began, earliest, latest: of the likeliest change: `STEP` or `RAMP`, and days, (cars,)
-        size: of it [unit] or [unit/d], (cars, 2): value, standard deviation
+        series: series of the drives
+        learnt: statistics of the fleet
+        cohorts: cohort effects
+        level, slope: current values at the reference temperature [unit] and [unit/d], (cars, 2): value, standard
+            deviation
+        chance: probability that the limit is reached within `SOON`, (cars,); NaN without limit
+        left: time until the limit [d], (cars, 3): quantiles of 5, 50 and 95 %; infinite beyond ten years
+        logarithm: current logarithm of the evidence for a change [evidence in d], (cars,)
+        log_e: logarithm of each car's e-value when it first reached the level of the list, else the current one,
+            (cars,)
+        alarmed: day of the first alarm, (cars,); NaN without alarm
+        listed: whether the car is in the current list of changed cars, (cars,)
+        kind, began, earliest, latest: likeliest change: `STEP` or `RAMP`, and onset with its interval [d], (cars,)
+        size: its magnitude [unit] or [unit/d], (cars, 2): value, standard deviation
     """
 
     series: Series
@@ -85,7 +89,7 @@ class Trends:
     size: np.ndarray
 
     def band(self, car: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """(days, level, standard deviation) of a car at its drives, in the light of all of them, at the reference."""
+        """(days, smoothed level at the reference temperature, standard deviation) of a car at its drives."""
         one = slice(car, car + 1)
         drives = self.series.drives.of(one)
         mean, covariance = smoothed(filtered(drives, self.learnt.prior.of(one), self.learnt.noise), self.learnt.noise)
@@ -97,14 +101,14 @@ class Trends:
 
 
 class _Levels(NamedTuple):
-    """Level and slope of cars now: (cars, 2) and (cars, 2, 2)."""
+    """Current level and slope of the cars with covariance, (cars, 2) and (cars, 2, 2)."""
 
     mean: np.ndarray
     covariance: np.ndarray
 
 
 class _Change(NamedTuple):
-    """The change of each car as `Trends` has it, (cars,) each; sizes (cars, 2)."""
+    """Likeliest change of each car, with the fields of `Trends`, (cars,) each; sizes (cars, 2)."""
 
     logarithm: np.ndarray
     log_e: np.ndarray
@@ -117,11 +121,11 @@ class _Change(NamedTuple):
 
 
 def trends(series: Series, design: Design) -> Trends:
-    """The trend of every car of a fleet.
+    """Estimate the trend of every car of a fleet.
 
     Args:
-        series: of one quantity
-        design: how often the fleet may be wrong
+        series: series of one quantity
+        design: permitted false alarms
     """
     known, cars = learnt(series), len(series.vehicles)
     drives = with_right_first(series.drives, known.steady, known.prior.mean[2:])
@@ -129,6 +133,7 @@ def trends(series: Series, design: Design) -> Trends:
     found = cohorted(series, first.mean[:, 0], np.sqrt(first.covariance[:, 0, 0]), known)
     if found.cohorts is not None:
         known = known.with_usual(found.cohorts.usual, found.cohorts.between)
+    # The levels again, now with the cohorts in the prior of each car.
     now = _Levels(*_joined(drives, known.prior, lambda part, prior: _levels(part, prior, known)))
     change = _Change(*_joined(drives, known.prior, lambda part, prior: _change(part, prior, known, design, cars)))
     listed = selected(change.log_e, design.discovery_rate)
@@ -150,7 +155,7 @@ def trends(series: Series, design: Design) -> Trends:
 
 
 def _joined(drives: Drives, prior: Prior, work: Callable[[Drives, Prior], tuple[np.ndarray, ...]]) -> list[np.ndarray]:
-    """Results of some work for all cars, a few thousand at a time."""
+    """Results of a function for all cars, calculated for a few thousand at a time."""
     cars = len(drives.day)
     slices = [slice(first, first + CARS_AT_A_TIME) for first in range(0, cars, CARS_AT_A_TIME)]
     parts = [work(drives.of(each), prior.of(each)) for each in slices]
@@ -158,13 +163,13 @@ def _joined(drives: Drives, prior: Prior, work: Callable[[Drives, Prior], tuple[
 
 
 def _level_row(mileage: np.ndarray) -> np.ndarray:
-    """Row that takes the level at the reference temperature out of a state, (..., 4)."""
+    """Row vector that extracts the level at the reference temperature from a state, (..., 4)."""
     one = np.ones_like(mileage)
     return np.stack((one, 0.0 * one, 0.0 * one, mileage), axis=-1)
 
 
 def _levels(drives: Drives, prior: Prior, known: Learnt) -> _Levels:
-    """Level now, and slope with what mileage adds to it at the car's own rate."""
+    """Current level, and slope including the effect of mileage at the car's own rate of mileage."""
     found = filtered(drives, prior, known.noise)
     mean, covariance = found.mean[:, -1], found.covariance[:, -1]
     last = drives.present.shape[1] - 1 - drives.present[:, ::-1].argmax(axis=1)
@@ -178,14 +183,14 @@ def _levels(drives: Drives, prior: Prior, known: Learnt) -> _Levels:
 
 
 def _change(drives: Drives, prior: Prior, known: Learnt, design: Design, cars: int) -> _Change:
-    """Evidence for a change of each car, and the first time that it reached the alarm level.
+    """Evidence for a change of each car, and the first day on which it reached the alarm level.
 
-    What matters is added to the condition of an alarm, which can only make false ones fewer. In the list of changed
-    cars a car counts where it would be in it alone, or else as it is now.
+    An alarm also requires a relevant change, which can only reduce false alarms. The e-value of a car is taken when it
+    first would be on the list by itself, else now.
     """
     found = evidence(drives, filtered(drives, prior, known.steady), known.changes)
     line, last = np.arange(len(drives.day)), drives.day.shape[1] - 1
-    # The changes that are looked for have a third of the distance to the limit.
+    # The step of `known.changes` is a third of the distance to the limit.
     matters = known.changes.side * found.shift >= 3.0 * known.changes.step * design.least
     ready = matters & (np.cumsum(drives.present, axis=1) >= FIRST)
     reached = ready & (found.logarithm >= alarm_level(design.vehicle_years))
@@ -196,7 +201,7 @@ def _change(drives: Drives, prior: Prior, known: Learnt, design: Design, cars: i
     alarmed = np.where(reached.any(axis=1), drives.day[line, reached.argmax(axis=1)], np.nan)
 
     def day_of(drive: np.ndarray, before: bool) -> np.ndarray:
-        # A change that acts from a drive on began after the drive before it.
+        # A change that acts from a drive on began after the previous drive.
         return np.asarray(drives.day[line, np.maximum(drive - 1, 0) if before else drive])
 
     return _Change(
@@ -212,10 +217,10 @@ def _change(drives: Drives, prior: Prior, known: Learnt, design: Design, cars: i
 
 
 def _refine(change: _Change, car: int, drives: Drives, known: Learnt) -> None:
-    """Beginning and size of a car's change, anew from all its drives, in place.
+    """Re-estimate onset and magnitude of a car's change from all its drives, in place.
 
-    The search that counts every look bounds a drive's evidence, and drops old beginnings. Once a change is found,
-    all drives that fit their neighbours count in full.
+    The sequential detection clips the evidence of a drive, and discards old onsets. Once a change is detected, all
+    drives that agree with their neighbours count in full.
     """
     one = drives.of(slice(car, car + 1))
     prior = known.prior.of(slice(car, car + 1))
@@ -232,7 +237,7 @@ def _refine(change: _Change, car: int, drives: Drives, known: Learnt) -> None:
 
 
 def _alone(one: Drives, known: Learnt) -> np.ndarray:
-    """Drives of one car far from the median of their neighbours, (1, drives); a step of the level is no such drive."""
+    """Outlier drives of one car, far from the median of their neighbours, (1, drives); a step of the level is none."""
     there = np.flatnonzero(one.present[0])
     value = one.estimate[0, there] - one.effects[0, there] @ known.prior.mean[..., 2:].reshape(-1, 2)[0]
     padded = np.concatenate((value[NEIGHBOURS:0:-1], value, value[-2 : -NEIGHBOURS - 2 : -1]))
@@ -245,9 +250,9 @@ def _alone(one: Drives, known: Learnt) -> np.ndarray:
 
 
 def _ahead(now: _Levels, limit: np.ndarray, side: float) -> tuple[np.ndarray, np.ndarray]:
-    """Chance to reach the limit soon, and the time to it; NaN and infinity for cars without a limit."""
+    """Probability of reaching the limit soon, and time until the limit; NaN and infinity for cars without a limit."""
     known = np.isfinite(limit)
-    # A limit below the level is one above the mirrored level.
+    # A limit below the level is handled as one above the mirrored level.
     mean, bound = side * now.mean, side * np.where(known, limit, 0.0)
     chance = chance_by(mean, now.covariance, bound, np.full(len(bound), SOON))
     left = [time_to_limit(mean, now.covariance, bound, share) for share in (0.05, 0.5, 0.95)]

@@ -1,4 +1,4 @@
-"""A virtual fleet as its file describes it, and the cars that are drawn from it."""
+"""Virtual fleet: its description in a file, and the cars drawn from it."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from tierod.core.toml import Document, build
 from tierod.fleet.virtual_ageing import SECONDS_PER_DAY, YEAR, Ageing
 
 REFERENCE = 288.15
-"""Temperature at which frictions are stated [K]: 15 °C."""
+"""Temperature at which friction is stated [K]: 15 °C."""
 HOTTEST = 200.0
-"""Day of the year (19 July)."""
+"""Warmest day of the year (19 July) [d]."""
 
 
 @dataclass(frozen=True)
@@ -27,10 +27,10 @@ class Group:
     """A cohort of cars: a batch of racks, a supplier, a climate.
 
     Args:
-        kind, name: such as "rack batch" and "2026-03"
-        share: of the cars; what the groups of a kind leave belongs to a last group without a name of its own, "others"
-        friction: by which that of its cars is higher [N*m]
-        warmer: by which the places of its cars are warmer than the usual one [K]
+        kind, name: kind and name of the cohort, such as "rack batch" and "2026-03"
+        share: share of the cars; the rest of a kind forms a group "others"
+        friction: additional friction of its cars [N*m]
+        warmer: additional ambient temperature of its cars [K]
     """
 
     kind: str
@@ -45,8 +45,8 @@ class Season:
     """Ambient temperature over the year.
 
     Args:
-        mean: of the year [K]
-        amplitude: of the year's wave [K]
+        mean: mean over the year [K]
+        amplitude: amplitude of the annual cycle [K]
         weather: standard deviation from day to day [K]
         winter: whether cars stand on winter tyres from November to March
     """
@@ -62,24 +62,24 @@ class FleetFile:
     """A virtual fleet.
 
     Args:
-        name, description: for people
-        cars: how many
-        start: first day
-        seed: of all chance
-        weeks: how long they are driven
-        drives_per_week: of each car
-        duration: of a drive [s]
-        vehicle: parameter set that monitors assume, a shipped name
-        friction: of the usual fault-free car at 15 °C [N*m]
-        friction_deviation: from car to car [N*m]
+        name, description: name and description, for display
+        cars: number of cars
+        start: first day, as an ISO date
+        seed: seed of all draws
+        weeks: duration of the study [weeks]
+        drives_per_week: number of drives per week of each car
+        duration: duration of a drive [s]
+        vehicle: parameter set that the monitors assume, as a shipped name
+        friction: mean friction of the fault-free cars at 15 °C [N*m]
+        friction_deviation: standard deviation of friction from car to car [N*m]
         per_kelvin: change of friction with temperature [N*m/K]; grease stiffens in the cold
         per_metre: rise of friction with mileage [N*m/m]; 0.02 N*m per 10 000 km is 2e-9
-        mileage_per_year, mileage_deviation: of the cars [m], log-normal with this relative deviation
-        age: oldest car at the start [s]; ages are drawn evenly
-        season: of the places
+        mileage_per_year, mileage_deviation: median mileage of the cars [m], log-normal with this relative deviation
+        age: age of the oldest car at the start [s]; ages are uniformly distributed
+        season: ambient temperature over the year
         groups: cohorts
-        ageing: of some cars
-        wrong_share: of drives at estimate level with an error five times as large
+        ageing: ageing of some of the cars
+        wrong_share: share of outlier drives at estimate level, with an error five times as large
     """
 
     name: str
@@ -114,10 +114,10 @@ class FleetFile:
 
 
 def load(path: str | Path) -> FleetFile:
-    """The virtual fleet of a file.
+    """Read the virtual fleet of a file.
 
     Raises:
-        ParameterError: no such file, or one with a slip (message: file, line, nearest name)
+        ParameterError: the file does not exist or has an error (message: file, line, nearest name)
     """
     document = Document.read(expanded(str(path)), "virtual fleet")
     made: FleetFile = build(FleetFile, document.content, document)
@@ -125,7 +125,7 @@ def load(path: str | Path) -> FleetFile:
 
 
 def describes_fleet(path: str | Path) -> bool:
-    """Whether a file describes a virtual fleet, and not a scenario of one drive."""
+    """Whether a file describes a virtual fleet, and not a scenario of a single drive."""
     if not Path(path).is_file():
         return False
     try:
@@ -135,7 +135,7 @@ def describes_fleet(path: str | Path) -> bool:
 
 
 def _first_day(start: str) -> float:
-    """Days since 1970."""
+    """The start date in days since 1970."""
     try:
         return float((dt.date.fromisoformat(start) - dt.date(1970, 1, 1)).days)
     except ValueError:
@@ -144,18 +144,18 @@ def _first_day(start: str) -> float:
 
 @dataclass(frozen=True, eq=False)
 class VirtualCars:
-    """The cars of a virtual fleet and when they are driven; rows are cars, columns are drives.
+    """Cars of a virtual fleet and their drives; rows are cars, columns are drives.
 
     Args:
-        file: that describes them
-        names: of the cars
-        labels: kind of cohort -> name of each car's
-        day: of each drive, since 1970 [d], (cars, drives)
-        temperature: [K], (cars, drives)
-        mileage: [m], (cars, drives)
-        friction: true one [N*m], (cars, drives)
+        file: description of the fleet
+        names: names of the cars
+        labels: kind of cohort -> name of each car's cohort
+        day: day of each drive since 1970 [d], (cars, drives)
+        temperature: ambient temperature [K], (cars, drives)
+        mileage: mileage [m], (cars, drives)
+        friction: true friction [N*m], (cars, drives)
         ageing: name of each car's ageing; "" for none
-        begin: day at which it begins, (cars,); NaN for none
+        begin: day on which the ageing begins, (cars,); NaN for none
     """
 
     file: FleetFile
@@ -170,16 +170,16 @@ class VirtualCars:
 
     @property
     def winter(self) -> np.ndarray:
-        """Whether a drive is on winter tyres, (cars, drives)."""
+        """Whether each drive is on winter tyres, (cars, drives)."""
         of_year = self.day % YEAR  # days count from a first of January
         return np.asarray(self.file.season.winter & ((of_year < 90.0) | (of_year >= 305.0)))
 
 
 def drawn(file: FleetFile) -> VirtualCars:
-    """The cars of a fleet with the true friction of every drive; every part draws from a stream of its own.
+    """Draw the cars of a fleet with the true friction of every drive; each part uses a random stream of its own.
 
     Args:
-        file: that describes them
+        file: description of the fleet
     """
     streams = iter(np.random.default_rng([file.seed, number]) for number in range(100))
     chance = next(streams)
@@ -213,7 +213,7 @@ def drawn(file: FleetFile) -> VirtualCars:
 
 
 def _groups(file: FleetFile, chance: np.random.Generator) -> tuple[dict[str, tuple[str, ...]], np.ndarray, np.ndarray]:
-    """Labels of every kind, and what they add to friction and temperature."""
+    """Labels by kind of cohort, and the additional friction [N*m] and temperature [K] of each car."""
     labels: dict[str, tuple[str, ...]] = {}
     friction, warmer = np.zeros(file.cars), np.zeros(file.cars)
     for kind in dict.fromkeys(each.kind for each in file.groups):
@@ -221,7 +221,7 @@ def _groups(file: FleetFile, chance: np.random.Generator) -> tuple[dict[str, tup
         names = ["others"] * file.cars
         first = 0.0
         for group in (each for each in file.groups if each.kind == kind):
-            # Exact counts, so that a batch of 20 in 1 000 is one.
+            # Exact counts instead of draws: a batch of 20 cars in 1 000 has 20 cars.
             chosen = order[round(first * file.cars) : round((first + group.share) * file.cars)]
             first += group.share
             friction[chosen] += group.friction
@@ -235,7 +235,7 @@ def _groups(file: FleetFile, chance: np.random.Generator) -> tuple[dict[str, tup
 def _aged(
     file: FleetFile, day: np.ndarray, first: float, chance: np.random.Generator
 ) -> tuple[tuple[str, ...], np.ndarray, np.ndarray]:
-    """Name and begin of each car's ageing, and what it adds to every drive."""
+    """Name and begin of each car's ageing, and the friction that it adds to every drive [N*m]."""
     names, begin, added = [""] * file.cars, np.full(file.cars, np.nan), np.zeros(day.shape)
     order, taken = chance.permutation(file.cars), 0.0
     for each in file.ageing:

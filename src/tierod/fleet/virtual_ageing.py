@@ -1,4 +1,4 @@
-"""Ageing of the friction of a virtual car: steadily, at once, or after every winter."""
+"""Ageing of the friction of a virtual car: steady, sudden, or after every winter."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 SECONDS_PER_DAY = 86400.0
 YEAR = 365.25
 THAW = 75.0
-"""Day of the year on which the salt is off the roads and corrosion begins to swell (16 March)."""
+"""Day of the year on which the roads are free of salt and corrosion begins to swell (16 March)."""
 
 
 @dataclass(frozen=True)
 class Linear:
-    """A steady rise, such as wear of a gear or loss of grease.
+    """Steady rise, as by wear of a gear or loss of grease.
 
     Args:
         rate: rise per second [N*m/s]; "1 N*m" over "100 d" is "0.01 N*m/d"
@@ -27,39 +27,39 @@ class Linear:
     rate: Annotated[float, "N*m/s"]
 
     def added(self, day: np.ndarray, begin: np.ndarray) -> np.ndarray:
-        """Friction added [N*m] at days since 1970, having begun at a day; the shapes fit each other."""
+        """Friction added [N*m] on days since 1970, for ageing that begins on a day; the shapes are broadcast."""
         return np.asarray(self.rate * SECONDS_PER_DAY * np.maximum(day - begin, 0.0))
 
 
 @dataclass(frozen=True)
 class Sudden:
-    """A jump, such as a bent rack or a bearing that breaks.
+    """Sudden rise, as by a bent rack or a broken bearing.
 
     Args:
-        size: of the jump [N*m]
+        size: size of the step [N*m]
     """
 
     size: Annotated[float, "N*m"]
 
     def added(self, day: np.ndarray, begin: np.ndarray) -> np.ndarray:
-        """Friction that this ageing adds, arguments as of `Linear`."""
+        """Friction added by this ageing [N*m]; arguments as in `Linear`."""
         return np.asarray(np.where(day >= begin, self.size, 0.0))
 
 
 @dataclass(frozen=True)
 class Corrosion:
-    """Rust behind a torn boot: after every winter from the beginning on it grows towards a further share.
+    """Corrosion under a torn boot: after every winter, added friction grows exponentially to its final value.
 
     Args:
-        size: that each winter adds in the end [N*m]
-        time: constant of its growth [s]
+        size: final increase after each winter [N*m]
+        time: time constant of the growth [s]
     """
 
     size: Annotated[float, "N*m", NOT_NEGATIVE]
     time: Annotated[float, "s", POSITIVE] = 60.0 * SECONDS_PER_DAY
 
     def added(self, day: np.ndarray, begin: np.ndarray) -> np.ndarray:
-        """Friction that this ageing adds, arguments as of `Linear`."""
+        """Friction added by this ageing [N*m]; arguments as in `Linear`."""
         first = THAW + YEAR * np.ceil((begin - THAW) / YEAR)
         grown = np.zeros(np.broadcast_shapes(np.shape(day), np.shape(begin)))
         for winter in range(int(np.ceil(np.nanmax(day - begin, initial=0.0) / YEAR)) + 1):
@@ -70,13 +70,13 @@ class Corrosion:
 
 @dataclass(frozen=True)
 class Ageing:
-    """An ageing of some cars.
+    """Ageing of some of the cars.
 
     Args:
-        name: of the ageing
-        law: how it goes on
-        share: of the cars that get it
-        begin: first and last time after the start at which it may begin, each equally likely [s]
+        name: name of the ageing
+        law: course of the added friction over time
+        share: share of the cars with this ageing
+        begin: earliest and latest time after the start at which it begins, uniformly distributed [s]
     """
 
     name: str

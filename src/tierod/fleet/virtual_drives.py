@@ -1,4 +1,4 @@
-"""Drives of a virtual fleet as recordings: each car drawn once, each drive with its own road, load and tyres."""
+"""Drives of a virtual fleet as recordings: each car is drawn once, each drive has its own road, load and tyres."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from tierod.proving_ground.drives import CHANNELS
 from tierod.proving_ground.scatter import Scatter
 
 _CARS, _ROADS = 77, 78
-"""Streams of chance."""
+"""Numbers of the random streams of cars and roads."""
 
 BETWEEN_CARS = Scatter()
-"""How cars differ: that of the friction study."""
+"""Scatter of the parameters and sensors from car to car, as in the friction study."""
 
 BETWEEN_DRIVES = Scatter(
     torque_gain=0.0,
@@ -32,7 +32,7 @@ BETWEEN_DRIVES = Scatter(
     tyre_stiffness=0.05,
     mass=0.04,
 )
-"""How drives of one car differ: load of 64 kg (one standard deviation), tyre pressure and wear, drift of zeros."""
+"""Scatter from drive to drive of one car: load (standard deviation 64 kg), tyre pressure and wear, zero drift."""
 
 AMBIENT = "ambient_temperature"
 
@@ -42,12 +42,12 @@ class VirtualDrive:
     """One drive of one car.
 
     Args:
-        car: seed of the car
+        car: seed of the car's parameters
         road: seed of road, driver, load and noise
-        friction: true one [N*m]
-        duration: [s]
-        winter: whether on winter tyres
-        temperature: ambient [K]
+        friction: true friction [N*m]
+        duration: duration [s]
+        winter: whether the car has winter tyres
+        temperature: ambient temperature [K]
     """
 
     car: int
@@ -58,7 +58,7 @@ class VirtualDrive:
     temperature: Annotated[float, "K"] = 288.15
 
     def recording(self) -> Recording:
-        """The drive as the sensors of a production car measure it, with the ambient temperature."""
+        """The drive as measured by the sensors of a production car, with the ambient temperature."""
         car = EpsCar()
         assert isinstance(car.chassis, TwoTrack)
         if self.winter:

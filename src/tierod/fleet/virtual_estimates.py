@@ -1,7 +1,7 @@
-"""Drives at estimate level: what a monitor would have estimated, drawn from its measured errors.
+"""Drives at estimate level: estimates that a monitor would have made, drawn from its measured errors.
 
-A year of a thousand cars is 52 000 drives; where a study needs ten thousand vehicle-years, drives are not driven.
-Their estimates are drawn from the monitor's errors on virtual drives, and every table states it.
+A year of a thousand cars is 52 000 drives; where a study needs ten thousand vehicle-years, drives are not simulated.
+Their estimates are drawn from the errors of the monitor on simulated drives, and every table states this.
 """
 
 from __future__ import annotations
@@ -21,32 +21,32 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
 WRONG = 5.0
-"""Error of outlier drives over that of the others."""
+"""Ratio of the error of outlier drives to that of the others."""
 
 WATCHED = Watched("friction", "", "friction torque at the steering wheel axis", "N*m")
-"""What is drawn."""
+"""Subject of the series that is drawn."""
 
 LEAST = 4
-"""Drives of a car that its offset, gain and tyres need, and one more."""
+"""Number of drives of a car that must be exceeded to fit its offset, gain and tyres and leave degrees of freedom."""
 
 
 @dataclass(frozen=True)
 class ErrorLaw:
-    """Errors of a friction monitor over virtual cars and drives, as `tierod study fleet` measures them.
+    """Error model of a friction monitor over virtual cars and drives, as measured by `tierod study fleet`.
 
     estimate = friction + offset of the car + gain of the car * (friction - at) + tyres of the car in winter + error of
     the drive
 
     Args:
         at: friction at which offset and gain are independent [N*m]
-        offset, offset_deviation: of the cars [N*m]
-        gain, gain_deviation: of the cars, less 1 [-]: their torque sensors, mostly
-        winter, winter_deviation: what winter tyres add [N*m]
-        drive_deviation: from drive to drive of a car on the same tyres [N*m]
-        stated: deviation that a drive states [N*m]: mean of its logarithm's exponential
-        stated_spread: standard deviation of that logarithm [-]
-        judged_share: of drives that gave an estimate [-]
-        drives, cars: that it rests on
+        offset, offset_deviation: mean and standard deviation of the offset of a car [N*m]
+        gain, gain_deviation: mean and standard deviation of the gain of a car minus 1 [-], mostly of its torque sensor
+        winter, winter_deviation: mean and standard deviation of the effect of winter tyres [N*m]
+        drive_deviation: standard deviation from drive to drive of a car on the same tyres [N*m]
+        stated: standard deviation that a drive states, as geometric mean [N*m]
+        stated_spread: standard deviation of its logarithm [-]
+        judged_share: share of drives with an estimate [-]
+        drives, cars: number of underlying drives and cars
     """
 
     at: Annotated[float, "N*m"]
@@ -65,12 +65,12 @@ class ErrorLaw:
 
 
 def estimates(cars: VirtualCars, law: ErrorLaw, seed: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
-    """(estimate, stated deviation) of every drive [N*m], (cars, drives); NaN where a drive gave none.
+    """Draw (estimate, stated standard deviation) of every drive [N*m], (cars, drives); NaN for drives without one.
 
     Args:
-        cars: with their true friction
-        law: of the errors
-        seed: of all chance
+        cars: cars with their true friction
+        law: error model
+        seed: seed of all draws
     """
     chance = np.random.default_rng(list(seed))
     shape, count = cars.day.shape, (len(cars.names), 1)
@@ -86,11 +86,11 @@ def estimates(cars: VirtualCars, law: ErrorLaw, seed: Sequence[int]) -> tuple[np
 
 
 def series(cars: VirtualCars, estimate: np.ndarray, deviation: np.ndarray) -> Series:
-    """Estimates as one series, without the way over a table of findings.
+    """Estimates as one series, without a table of findings in between.
 
     Args:
-        cars: drives
-        estimate, deviation: of every drive [N*m], (cars, drives)
+        cars: cars and drives
+        estimate, deviation: estimate and standard deviation of every drive [N*m], (cars, drives)
     """
     from tierod.vehicles import load
 
@@ -112,11 +112,11 @@ def series(cars: VirtualCars, estimate: np.ndarray, deviation: np.ndarray) -> Se
 
 
 def findings_table(cars: VirtualCars, estimate: np.ndarray, deviation: np.ndarray) -> pa.Table:
-    """Estimates as the findings of a fleet, which `tierod fleet report` reads; the version states how they came about.
+    """Estimates as the findings of a fleet, for `tierod fleet report`; the column `version` states their origin.
 
     Args:
-        cars: drives
-        estimate, deviation: of every drive [N*m], (cars, drives)
+        cars: cars and drives
+        estimate, deviation: estimate and standard deviation of every drive [N*m], (cars, drives)
     """
     import pyarrow as pa
 
@@ -165,13 +165,13 @@ def findings_table(cars: VirtualCars, estimate: np.ndarray, deviation: np.ndarra
 def error_law(
     car: np.ndarray, winter: np.ndarray, friction: np.ndarray, estimate: np.ndarray, stated: np.ndarray
 ) -> ErrorLaw:
-    """The law that fits measured drives, by moments of analysis of variance.
+    """Error model that fits simulated drives, by the method of moments of the analysis of variance.
 
     Args:
         car: number of the car of each drive, (n,)
-        winter: whether on winter tyres, (n,)
-        friction: true [N*m], (n,)
-        estimate, stated: [N*m], (n,); NaN where a drive gave none
+        winter: whether the car has winter tyres, (n,)
+        friction: true friction [N*m], (n,)
+        estimate, stated: estimate and stated standard deviation [N*m], (n,); NaN for drives without an estimate
     """
     there = np.isfinite(estimate)
     at = float(friction[there].mean())
@@ -179,7 +179,7 @@ def error_law(
     fits = [_fit(winter[of], friction[of] - at, (estimate - friction)[of]) for of in parts if of.sum() > LEAST]
     values, errors, freedom, unsure = (np.array(each) for each in zip(*fits, strict=True))
     variance = float(errors.sum() / freedom.sum())
-    # What cars seem to differ by beyond what their few drives leave unsure.
+    # The observed variance of the cars minus that of their estimates from few drives.
     spread = np.sqrt(np.maximum(values.var(axis=0, ddof=1) - variance * unsure.mean(axis=0), 0.0))
     mean, logs = values.mean(axis=0), np.log(stated[there])
     return ErrorLaw(
@@ -200,8 +200,7 @@ def error_law(
 
 
 def _fit(winter: np.ndarray, friction: np.ndarray, error: np.ndarray) -> tuple[np.ndarray, float, int, np.ndarray]:
-    """(offset, gain, winter) of one car, the sum of squares left, its degrees of freedom, and the values' variances
-    over that of a drive."""
+    """(offset, gain, winter tyres) of one car, residual sum of squares, degrees of freedom, relative variances."""
     design = np.stack((np.ones(len(friction)), friction, winter.astype(float)), axis=1)
     values = np.linalg.lstsq(design, error, rcond=None)[0]
     rest = error - design @ values

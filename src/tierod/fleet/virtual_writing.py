@@ -1,4 +1,4 @@
-"""Writes a virtual fleet: its drives as recordings, or their estimates as the results of a fleet."""
+"""Output of a virtual fleet: its drives as recordings, or their estimates as the results of a fleet."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ from tierod.fleet.virtual_drives import VirtualDrive
 from tierod.fleet.virtual_estimates import ErrorLaw, estimates, findings_table
 
 LAW = Path(__file__).parent / "friction-errors.toml"
-"""Errors that were measured over drives of five minutes."""
+"""Error model measured on drives of five minutes."""
 
 EPOCH = dt.datetime(1970, 1, 1, tzinfo=dt.UTC)
 PATTERN = r"(?P<vehicle>car-\d+)/(?P<start>\d{8}T\d{6})_(?P<mileage>\d+)km\.parquet$"
-"""Of the names of recordings: vehicle, time and mileage."""
+"""Pattern of the names of recordings: vehicle, time and mileage."""
 
 
 def shipped_law() -> ErrorLaw:
-    """The errors that were measured for drives at estimate level."""
+    """The shipped error model for drives at estimate level."""
     document = Document.read(LAW, "error law")
     law: ErrorLaw = build(ErrorLaw, document.content, document)
     return law
@@ -34,11 +34,11 @@ def shipped_law() -> ErrorLaw:
 
 @dataclass(frozen=True)
 class Recorded:
-    """One recording to be made.
+    """Recording to be made.
 
     Args:
-        drive: what is driven
-        path: of the recording
+        drive: the drive to simulate
+        path: path of the recording
     """
 
     drive: VirtualDrive
@@ -46,14 +46,14 @@ class Recorded:
 
 
 def record(task: Recorded) -> bool:
-    """Drive and write one recording, unless it is there; whether it was driven.
+    """Simulate and write one recording unless it exists; returns whether it was simulated.
 
     Raises:
-        OutputError: it cannot be written
+        OutputError: the recording cannot be written
     """
     from tierod.io.writers import write
 
-    if task.path.is_file():  # written whole or not at all: an earlier run did this one
+    if task.path.is_file():  # complete, since files are written completely or not at all: from an earlier run
         return False
     task.path.parent.mkdir(parents=True, exist_ok=True)
     write(task.drive.recording(), task.path)
@@ -67,6 +67,7 @@ def recordings_of(cars: VirtualCars, folder: Path) -> list[Recorded]:
         for car, name in enumerate(cars.names):
             start = EPOCH + dt.timedelta(days=float(cars.day[car, drive]))
             file = f"{start:%Y%m%dT%H%M%S}_{cars.mileage[car, drive] / 1000.0:.0f}km.parquet"
+            # Distinct seeds for up to a million cars and 4099 drives per car.
             virtual = VirtualDrive(
                 cars.file.seed * 1_000_003 + car,
                 (cars.file.seed * 1_000_003 + car) * 4099 + drive,
@@ -82,13 +83,13 @@ def recordings_of(cars: VirtualCars, folder: Path) -> list[Recorded]:
 def write_drives(
     cars: VirtualCars, folder: str | Path, workers: int, progress: Callable[[int, int], None] = lambda done, of: None
 ) -> list[str]:
-    """Drive a whole fleet into a folder, with the fleet file for `tierod fleet` and the truth; reasons of failures.
+    """Simulate a whole fleet into a folder, with the fleet file for `tierod fleet` and the truth; returns the failures.
 
     Args:
-        cars: of the fleet
-        folder: that takes recordings, fleet.toml and truth.parquet; drives that are there are not driven again
-        workers: processes
-        progress: called with drives done and all drives
+        cars: cars of the fleet
+        folder: folder for recordings, fleet.toml and truth.parquet; existing recordings are kept
+        workers: number of processes
+        progress: called with the numbers of finished drives and of all drives
 
     Raises:
         OSError, OutputError: the folder cannot be written
@@ -107,7 +108,7 @@ def write_drives(
 
 
 def fleet_file(cars: VirtualCars) -> str:
-    """The fleet file that assigns recordings to cars and cohorts for `tierod fleet`."""
+    """Fleet file that assigns recordings to cars and cohorts for `tierod fleet`."""
     lines = ["[[recordings]]", f"pattern = '{PATTERN}'", f"parameters = {json.dumps(cars.file.vehicle)}", ""]
     for number, name in enumerate(cars.names):
         labels = ", ".join(f"{json.dumps(kind)} = {json.dumps(names[number])}" for kind, names in cars.labels.items())
@@ -117,10 +118,10 @@ def fleet_file(cars: VirtualCars) -> str:
 
 
 def write_truth(cars: VirtualCars, path: Path) -> None:
-    """Write what is true of every drive: friction, and the ageing of its car.
+    """Write the true friction of every drive, and the ageing of its car.
 
     Raises:
-        OutputError: it cannot be written
+        OutputError: the file cannot be written
     """
     import pyarrow as pa
     import pyarrow.parquet as pq
@@ -142,12 +143,12 @@ def write_truth(cars: VirtualCars, path: Path) -> None:
 
 
 def write_estimates(cars: VirtualCars, folder: str | Path, law: ErrorLaw) -> int:
-    """Write drives at estimate level as the results of a fleet; how many drives.
+    """Write drives at estimate level as the results of a fleet; returns the number of drives.
 
     Args:
-        cars: of the fleet
-        folder: that takes findings, ledger and truth.parquet
-        law: of the errors
+        cars: cars of the fleet
+        folder: folder for findings, ledger and truth.parquet
+        law: error model
 
     Raises:
         OutputError: the folder cannot be written

@@ -1,1 +1,1 @@
-"""Monitors on a live bus: receiving, judging while driving, logging, replaying."""
+"""Monitoring on a live bus: receiving, judging while driving, logging, and replaying."""

@@ -1,4 +1,4 @@
-"""Whether databases that are used together describe the same messages alike."""
+"""Check whether CAN databases that are used together describe the same messages alike."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ if TYPE_CHECKING:
     from cantools.database.can import Message, Signal
 
 NAMED = 3
-"""Messages that a sentence names; the others are counted."""
+"""Number of messages that a sentence names; further ones are counted only."""
 
 
 def disagreements(databases: Mapping[Path, Sequence[Message]]) -> str:
-    """A sentence on the messages that two databases describe differently, and which is used; "" where all agree.
+    """Sentence on the messages that two databases describe differently, and which description is used; "" if all agree.
 
     Args:
         databases: messages by file, in the order in which they were given
@@ -39,7 +39,7 @@ def disagreements(databases: Mapping[Path, Sequence[Message]]) -> str:
 
 
 def _difference(first: Message, second: Message) -> str:
-    """The first signal that differs, in words; "" where none does."""
+    """The first signal whose description differs, in words; "" if none does."""
     before, after = ({each.name: each for each in message.signals} for message in (first, second))
     for name in dict.fromkeys((*before, *after)):
         if name not in before or name not in after:
@@ -50,7 +50,7 @@ def _difference(first: Message, second: Message) -> str:
 
 
 def layout(item: Signal) -> tuple[object, ...]:
-    """Layout of a signal in its message, and the meaning of its bits."""
+    """Position of a signal in its message and conversion of its bits into a value; equal for equal descriptions."""
     return (
         item.start, item.length, item.byte_order, item.is_signed, item.is_float, float(item.scale), float(item.offset),
         item.unit or "", tuple(item.multiplexer_ids or ()),

@@ -1,6 +1,6 @@
-"""Signals of a single frame, bound once to their bits: the numbers that `tierod.io.readers.dbc` gives for many frames.
+"""Decoders of single frames, each bound once to the bits of one signal; values equal those of `tierod.io.readers.dbc`.
 
-Decoding arrays costs some twenty microseconds a signal however few frames there are; this costs less than one.
+Decoding arrays costs some twenty microseconds per signal, however few frames there are; this costs less than one.
 """
 
 from __future__ import annotations
@@ -26,15 +26,15 @@ _REALS = {16: ("<H", "<e"), 32: ("<I", "<f"), 64: ("<Q", "<d")}
 
 
 def bound(message: Message, item: Signal) -> Value:
-    """The value of a signal in the unit of the database, of one payload.
+    """Decoder that gives a signal's value in the unit of the database from one payload.
 
     Args:
-        message: that carries it
+        message: the message that carries the signal
         item: the signal
 
     Returns:
-        a function that gives the value, NaN where the payload is too short or a J1939 sender has none to give, and None
-        where the payload does not carry the multiplexed signal
+        a function that gives the value, NaN where the payload is too short or marks a missing value of a J1939
+        sender, and None where it does not carry the multiplexed signal
     """
     raw, least = _raw(item), bytes_of(item)
     scale, offset = float(item.scale), float(item.offset)
@@ -48,7 +48,7 @@ def bound(message: Message, item: Signal) -> Value:
         number = raw(data)
         if silent is not None and silent(number):
             return math.nan
-        # As with arrays: no product with 1, and no sum with 0, which would turn -0 into 0.
+        # As for arrays, neither multiply by 1 nor add 0, which would turn -0 into 0.
         found = float(number)
         found = found * scale if scale != 1.0 else found
         return found + offset if offset != 0.0 else found
@@ -73,13 +73,13 @@ def _raw(item: Signal) -> Raw:
         whole, real = _REALS[length]
         return lambda data: float(struct.unpack(real, struct.pack(whole, unsigned(data)))[0])
     if item.is_signed:
-        # The highest bit counts negative.
+        # Two's complement: flipping the sign bit and subtracting its weight extends the sign.
         return lambda data: (unsigned(data) ^ highest) - highest
     return unsigned
 
 
 def _selected(message: Message, item: Signal) -> Callable[[bytes], bool] | None:
-    """Whether a payload carries a multiplexed signal; None where every one does."""
+    """Test whether a payload carries a multiplexed signal; None if every payload does."""
     if not item.multiplexer_ids or not item.multiplexer_signal:
         return None
     selector = message.get_signal_by_name(item.multiplexer_signal)
@@ -89,7 +89,7 @@ def _selected(message: Message, item: Signal) -> Callable[[bytes], bool] | None:
 
 
 def _silent(message: Message, item: Signal) -> Callable[[float], bool] | None:
-    """Whether a raw value marks that a J1939 sender has none; None where it cannot mark that."""
+    """Test whether a raw value means "not available" in J1939; None if the signal has no such value."""
     if message.protocol != "j1939" or without_value(item, np.zeros(1, np.uint64)) is None:
         return None
 

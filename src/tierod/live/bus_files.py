@@ -1,4 +1,4 @@
-"""What the frames on the buses of a vehicle mean: its CAN databases and its channel map."""
+"""CAN databases and channel map that describe the frames on a vehicle's buses."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 
 
 class BusFiles(NamedTuple):
-    """Databases and map that frames are decoded by.
+    """CAN databases and channel map by which frames are decoded.
 
-    `map_named` is the map as given or as the vehicle file names it; None where one beside the databases is used.
+    `map_named` is the map as given or as the vehicle file names it; None where maps beside the databases are used.
     """
 
     paths: list[Path]
@@ -30,15 +30,15 @@ class BusFiles(NamedTuple):
 
 
 def bus_files(car: Vehicle, dbc: Paths = None, channel_map: Map = None) -> BusFiles:
-    """Those that are given, else those of the vehicle, else the map beside the databases.
+    """The files that are given, else those of the vehicle; without a map, the maps beside the databases.
 
     Args:
-        car: whose buses they are
+        car: the vehicle with these buses
         dbc: path(s) of databases
         channel_map: path of a map, or a map
 
     Raises:
-        ParameterError: no database
+        ParameterError: no database is given, and the vehicle names none
         InputError: a file cannot be read
     """
     databases, named = read_by(car, dbc, channel_map)

@@ -1,4 +1,4 @@
-"""Buses of python-can by the name of their interface: opening, receiving, and coming back after they were lost."""
+"""Buses opened through python-can by the name of their interface: receiving, and reopening after a loss."""
 
 from __future__ import annotations
 
@@ -22,22 +22,22 @@ if TYPE_CHECKING:
     import can
 
 FIRST, LONGEST = 0.2, 5.0
-"""Pause before a lost bus is opened again, and to which it grows [s]."""
+"""Initial and longest pause before a lost bus is opened again; it doubles from one attempt to the next [s]."""
 
 WAIT = 0.2
-"""Time that is waited for a frame [s]."""
+"""Longest time that one receive call waits for a frame [s]."""
 
 BUFFER: Annotated[int, "byte"] = 1 << 23
-"""What the system may keep: some seconds of a busy bus."""
+"""Size of the receive buffer requested from the operating system: some seconds of a busy bus."""
 
 _FORCED = 33
-"""SO_RCVBUFFORCE of Linux, beyond the usual limit, for those who may."""
+"""SO_RCVBUFFORCE of Linux: a receive buffer beyond the usual limit, for privileged processes."""
 
 _MULTICAST_ALL = 49
-"""IP_MULTICAST_ALL of Linux, which Python does not name."""
+"""IP_MULTICAST_ALL of Linux, for which Python has no name."""
 
 MOST_DROPPED = 10_000
-"""Datagrams that may have come before that option was set: a bus that is busier is read from then on."""
+"""Largest number of datagrams dropped that arrived before IP_MULTICAST_ALL was set; bounds the loop on a busy bus."""
 
 Inbox = SimpleQueue[Frame | Notice]
 
@@ -47,11 +47,11 @@ class Address:
     """Address of a bus.
 
     Args:
-        interface: name of python-can
-        channel: of the interface
-        bitrate: of a classic bus; None leaves it as the driver has it
-        fd: whether frames of CAN FD come
-        options: further ones of the interface
+        interface: its name in python-can
+        channel: channel of the interface
+        bitrate: bit rate of a classic bus; None keeps the setting of the driver
+        fd: whether the bus carries CAN FD frames
+        options: further options of the interface
     """
 
     interface: str
@@ -62,7 +62,7 @@ class Address:
 
 
 def open_bus(address: Address) -> can.BusABC:
-    """The opened bus.
+    """Open a bus.
 
     Raises:
         MissingExtra: python-can is not installed
@@ -108,10 +108,10 @@ def _remedy(error: Exception) -> str:
 
 
 def _own_group_alone(bus: can.BusABC) -> None:
-    """Let Linux give the frames of this group alone: else a socket gets those of every group that the computer joined.
+    """Restrict a multicast socket on Linux to its own group; else it gets the frames of every group joined here.
 
-    Two channels would be one bus then, with every frame twice. Datagrams that came since the socket was bound may be of
-    any group, and are dropped.
+    Two channels would then act as one bus, with every frame twice. Datagrams that arrived since the socket was bound
+    may belong to any group, and are dropped.
     """
     with contextlib.suppress(OSError), socket.socket(fileno=os.dup(bus.fileno())) as twin:
         if twin.family != socket.AF_INET:
@@ -122,8 +122,8 @@ def _own_group_alone(bus: can.BusABC) -> None:
 
 
 def _enlarge(bus: can.BusABC) -> None:
-    """Let the system keep more frames while nothing receives, as far as it allows; without a socket do nothing."""
-    # Drivers without a socket raise what they like when they are asked for one.
+    """Enlarge the receive buffer of the bus as far as the system allows; without a socket do nothing."""
+    # Drivers without a socket raise arbitrary errors when asked for its descriptor.
     with contextlib.suppress(Exception), socket.socket(fileno=os.dup(bus.fileno())) as twin:
         for option in (_FORCED, socket.SO_RCVBUF):
             with contextlib.suppress(OSError):
@@ -136,15 +136,15 @@ def _reason(error: BaseException) -> str:
 
 
 class Receiver(threading.Thread):
-    """Receives in a loop of its own; a bus that fails is opened again and again.
+    """Thread that receives from one bus, and reopens the bus after each failure.
 
     Args:
-        number: of the bus, from 1
-        address: where it is
-        inbox: takes frames and notices
+        number: number of the bus, from 1
+        address: address of the bus
+        inbox: queue that receives frames and notices
 
     Raises:
-        InputError: the bus cannot be opened now, as of `open_bus`
+        InputError: the bus cannot be opened now; further errors as in `open_bus`
     """
 
     def __init__(self, number: int, address: Address, inbox: Inbox):
@@ -154,11 +154,11 @@ class Receiver(threading.Thread):
         self._ended = threading.Event()
 
     def run(self) -> None:
-        """Receive until `end`."""
+        """Receive until `end` is called."""
         while not self._ended.is_set():
             try:
                 self._receive()
-            except Exception as error:  # drivers raise whatever they like; the bus is opened again
+            except Exception as error:  # drivers raise arbitrary errors; the bus is opened again
                 self._inbox.put(Notice(self.number, "lost", f"bus {self.number} was lost: {_reason(error)}"))
                 self._close()
                 self._reopen()
@@ -191,7 +191,7 @@ class Receiver(threading.Thread):
     def _close(self) -> None:
         bus, self._bus = self._bus, None
         if bus is not None:
-            with contextlib.suppress(Exception):  # the bus is lost already, and its driver may fail at anything
+            with contextlib.suppress(Exception):  # the driver of a lost bus may raise any error
                 bus.shutdown()
 
     def end(self) -> None:

@@ -1,7 +1,8 @@
-"""The file of a checkpoint: states of the monitors' blocks, and the drive as far as it was judged.
+"""File format of a checkpoint: states of the monitors' blocks, and the state of the drive up to the last judged piece.
 
-A line with the layout and the SHA-256 of the rest, a line of JSON, and the arrays that it numbers, packed. It is
-written whole or not at all, and one that is damaged is refused. Nothing in it is run: see `snapshot`.
+The file holds one line with the layout and the SHA-256 digest of the rest, one line of JSON, and the compressed arrays
+to which the JSON refers by number. It is written completely or not at all, and a damaged file is refused. Nothing in
+it is executed: see `snapshot`.
 """
 
 from __future__ import annotations
@@ -26,29 +27,32 @@ from tierod.live.snapshot import ARRAYS, Snapshot, digest_of
 from tierod.vehicles import Vehicle
 
 LAYOUT = 2
+"""Version of the file layout."""
+
 _HEAD = b"tierod checkpoint %d " % LAYOUT
 _DIGEST = 64
 
 OLDEST: Annotated[float, "s"] = 300.0
-"""Age from which on a checkpoint is not taken up: the car may have been driven on meanwhile."""
+"""Age from which a checkpoint is refused, since the vehicle may have been driven in the meantime."""
 
 AHEAD: Annotated[float, "s"] = 60.0
-"""By which a checkpoint may seem to come from the future, where the computer's clock was set back meanwhile."""
+"""Largest negative age of a checkpoint that is accepted: the computer's clock may have been set back after writing."""
 
 LONGEST: Annotated[int, "byte"] = 1 << 29
+"""Largest size of a checkpoint file, and of its decompressed arrays."""
 
 
 @dataclass(frozen=True)
 class State:
-    """State of one monitor.
+    """Stored state of one monitor.
 
     Args:
         block: digest of its block, see `snapshot.digest_of_block`
         memory: state of the block
-        calibration: digest of what its session was opened for
-        variant: its name
-        rate: of its grid [Hz]
-        held: what it collected over the drive; None where that cannot be written
+        calibration: digest of the baseline with which its session was opened
+        variant: name of the variant
+        rate: sampling rate of its grid [Hz]
+        held: data that it collected over the drive; None where they cannot be written
     """
 
     block: str
@@ -64,15 +68,15 @@ class Checkpoint:
     """Content of a checkpoint.
 
     Args:
-        vehicle: name of it
-        car: digest of its parameters
-        databases: digest of messages and channel map
-        written: when [s since 1970]
-        clock: calendar time less the computer's clock then [s]
-        ended: whether the drive had ended, so that its statements are in fault memory and report
-        states: by monitor
-        drive: what the engine holds; None where it had ended
-        log: path of the drive's log; "" without
+        vehicle: its name
+        car: digest of the vehicle's parameters and thresholds
+        databases: digest of the messages and the channel map
+        written: time of writing [s since 1970]
+        clock: calendar time minus the computer's monotonic clock at that time [s]
+        ended: whether the drive had ended, so that its results are in fault memory and report
+        states: states by name of the monitor
+        drive: state of the engine; None where the drive had ended
+        log: path of the drive's log; "" for none
     """
 
     vehicle: str
@@ -87,18 +91,18 @@ class Checkpoint:
 
     @property
     def age(self) -> float:
-        """Since it was written [s]."""
+        """Time since the checkpoint was written [s]."""
         return datetime.datetime.now(datetime.UTC).timestamp() - self.written
 
 
 def of_vehicle(vehicle: Vehicle) -> str:
-    """Digest of a vehicle's parameters and thresholds."""
+    """Digest of a vehicle's parameters and thresholds, by which a checkpoint of a changed vehicle is refused."""
     parameters = [(each.name, each.value, each.standard_deviation) for each in vehicle.parameters.values()]
     return digest_of(sorted(parameters, key=lambda each: each[0]), json.dumps(dict(vehicle.thresholds), default=str))
 
 
 class _Arrays:
-    """Arrays behind each other."""
+    """Arrays in the order of their numbers, with type and shape of each."""
 
     def __init__(self) -> None:
         self.rows: list[tuple[str, tuple[int, ...]]] = []
@@ -114,14 +118,14 @@ class _Arrays:
 
 
 def written(content: Checkpoint, path: str | Path) -> None:
-    """Write a checkpoint, whole or not at all.
+    """Write a checkpoint, completely or not at all.
 
     Args:
-        content: of it
-        path: of the file
+        content: what to write
+        path: path of the file
 
     Raises:
-        OutputError: it cannot be written
+        OutputError: the file cannot be written
     """
     arrays = _Arrays()
     states = {
@@ -141,7 +145,7 @@ def written(content: Checkpoint, path: str | Path) -> None:
 
     data = b"".join(each.tobytes() for each in little)
     document["length"] = len(data)
-    # Most bins of the traces are empty for long: a tenth is written, which spares the disk.
+    # Most bins of the traces stay empty for long: compression reduces the writes to a tenth.
     packed = pyarrow.Codec("zstd", 1).compress(data, asbytes=True)
     rest = json.dumps(document).encode() + b"\n" + packed
     with replacing(path) as temporary:
@@ -149,16 +153,17 @@ def written(content: Checkpoint, path: str | Path) -> None:
 
 
 def read(path: str | Path) -> Checkpoint:
-    """The checkpoint in a file.
+    """Read a checkpoint from a file.
 
     Args:
-        path: of the file
+        path: path of the file
 
     Raises:
-        InputError: the file cannot be read, is damaged, or of another version
+        InputError: the file cannot be read, is damaged, or is of another version
     """
     content = read_bytes(path, "the checkpoint", most=LONGEST)
     if not content.startswith(_HEAD):
+        # Layout 1 was a JSON object; such a file is intact, only older.
         known = content.startswith((b"tierod checkpoint", b'{"layout"'))
         raise refused(path, "it is of another version of tierod" if known else "it is damaged, or no checkpoint")
     digest, rest = content[len(_HEAD) : len(_HEAD) + _DIGEST], content[len(_HEAD) + _DIGEST + 1 :]
@@ -206,10 +211,10 @@ def _arrays(rows: Sequence[Any], data: bytes) -> list[np.ndarray]:
 
 
 def refused(path: str | Path, why: str) -> InputError:
-    """The error that a checkpoint is not taken up.
+    """The error that reports why a checkpoint is not resumed.
 
     Args:
-        path: of its file
-        why: as a main clause
+        path: path of the file
+        why: the reason, as a main clause
     """
     return InputError(f"the checkpoint {path} is not taken up: {why}; the monitors begin anew")

@@ -1,4 +1,4 @@
-"""One time for a drive, from the stamps of its buses: jumps of a clock are bridged and counted."""
+"""Common time of a drive from the time stamps of its buses; jumps of a clock are bridged and counted."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from tierod.live.frame import Frame
 
 @dataclass(frozen=True)
 class ClockTuning:
-    """Limits beyond which a difference is a jump of the clock.
+    """Limits beyond which a time difference counts as a jump of the clock.
 
     Args:
-        back: a stamp that falls back by more is a jump; less is a frame out of order, which a log can sort
-        ahead: a stamp that leads the computer's clock by so much more than the one before is a jump
-        apart: buses whose first stamps differ by more than the computer's clock have clocks of their own
+        back: a stamp earlier than the newest by more is a jump; by less, a frame out of order, which a log can sort
+        ahead: a stamp is a jump if it advanced by this much more than the computer's clock did
+        apart: a bus whose first stamp deviates by more from the other buses has a clock of its own
     """
 
     back: Annotated[float, "s"] = 0.3
@@ -27,7 +27,7 @@ class ClockTuning:
 
 @dataclass
 class _Bus:
-    """Clock of one bus: offset of its stamps, its newest stamp, and the computer's clock when that came [s]."""
+    """Clock of one bus: offset of its stamps, newest stamp in the drive, and computer's clock at its arrival [s]."""
 
     added: float
     newest: float
@@ -36,12 +36,13 @@ class _Bus:
 
 @dataclass
 class DriveClock:
-    """Turns stamps of buses into the time of the drive, from the first stamp's whole second on.
+    """Converts the stamps of all buses into the time of the drive, which begins at the whole second of the first stamp.
 
     Args:
-        tuning: of what counts as a jump
+        tuning: limits of what counts as a jump
 
-    `origin` is the calendar time of zero [s]; `jumps`, `late` and `doubled` count what was met.
+    `origin` is the calendar time of zero [s]. `jumps` counts jumps of a clock, `late` frames out of order, `doubled`
+    repeated frames; `latest` is the newest stamp in the drive [s].
     """
 
     tuning: ClockTuning = field(default_factory=ClockTuning)
@@ -55,11 +56,11 @@ class DriveClock:
     _last: dict[tuple[int, int], Frame] = field(default_factory=dict)
 
     def placed(self, frame: Frame, came: float, calendar: float) -> Frame | None:
-        """The frame at its time in the drive; None where its stamp is no number.
+        """The frame with its time in the drive; None where its stamp is not finite.
 
         Args:
             frame: with the stamp of its bus
-            came: when, by the computer's clock [s]
+            came: time of arrival by the computer's clock [s]
             calendar: calendar time of the computer [s]
         """
         if not math.isfinite(frame.time):
@@ -83,13 +84,14 @@ class DriveClock:
         return placed
 
     def begin(self, frame: Frame, came: float, calendar: float) -> None:
-        """Fix the origin by the first frame of a drive; arguments as of `placed`."""
+        """Set the origin from the first frame of a drive; arguments as in `placed`."""
         if math.isfinite(frame.time):
             self._opened(frame, came, calendar)
 
     def _opened(self, frame: Frame, came: float, calendar: float) -> _Bus:
         if math.isnan(self._zero):
             self._zero = math.floor(frame.time)
+            # A bus that stamps with the time since its start gives no date: the computer's calendar does.
             self.origin = float(self._zero if self._zero > CALENDAR else math.floor(calendar))
         added, time = 0.0, frame.time - self._zero
         others = [other.newest + came - other.came for other in self._buses.values()]
@@ -99,7 +101,7 @@ class DriveClock:
         return made
 
     def follow(self, frame: Frame) -> None:
-        """A frame that came after a checkpoint, at its time in the drive; it came as much later as it is newer."""
+        """Advance the clock by a frame logged after a checkpoint; its arrival moves by as much as its stamp."""
         bus = self._buses.get(frame.bus)
         if bus is not None and frame.time > bus.newest:
             bus.came += frame.time - bus.newest
@@ -107,10 +109,10 @@ class DriveClock:
         self.latest = max(self.latest, frame.time)
 
     def shift(self, seconds: float) -> None:
-        """Another computer's clock counts from now on, as after a start of the system.
+        """Adapt to another monotonic clock of the computer, as after a restart of the system.
 
         Args:
-            seconds: that it leads the one before
+            seconds: lead of the new clock over the old one [s]
         """
         for bus in self._buses.values():
             bus.came += seconds

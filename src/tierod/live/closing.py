@@ -1,4 +1,4 @@
-"""The end of a drive: the fault memory takes it as one operation cycle, a page shows it, baselines are kept."""
+"""Results at the end of a drive: one operation cycle of the fault memory, the HTML page, and new baselines."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ Results = tuple[np.ndarray, dict[str, np.ndarray], dict[str, np.ndarray]]
 
 
 class Finished(NamedTuple):
-    """A monitor whose drive has ended: its judge, what it found, and what the fault memory takes of it."""
+    """Monitor whose drive has ended: its judge, its diagnosis, and the feed of the fault memory (None without one)."""
 
     judge: Judge
     diagnosis: Diagnosis
@@ -36,14 +36,14 @@ class Finished(NamedTuple):
 
 
 class Closing:
-    """Writer of the files at the end of a drive: each part may fail, and the others are written.
+    """Writes the files at the end of a drive; a part that fails does not prevent the others.
 
     Args:
-        plan: of the session
+        plan: settings of the session
         report: path of the page of this drive; None writes none
-        log: path of its log, or None
-        origin: of the page; None writes none
-        hub: takes what became of each part
+        log: path of the drive's log, or None
+        origin: provenance printed on the page; None writes no page
+        hub: receives the outcome of each part
     """
 
     def __init__(
@@ -52,10 +52,10 @@ class Closing:
         self._plan, self._path, self._log, self._origin, self._hub = plan, report, log, origin, hub
 
     def write(self, engine: Engine, finished: Sequence[Finished]) -> None:
-        """Fault memory, baselines, page, and the event of the end.
+        """Write fault memory, baselines and page, and send the event of the end.
 
         Args:
-            engine: of the drive
+            engine: engine of the drive
             finished: every monitor that ran
         """
         with_feed = [(each.judge, each.diagnosis, each.feed) for each in finished if each.feed is not None]
@@ -88,18 +88,18 @@ class Closing:
 
 
 def remembered(finished: Sequence[tuple[Judge, Diagnosis, MemoryFeed]], identity: str) -> str:
-    """One operation cycle of the fault memory, of all monitors together.
+    """Store the drive as one operation cycle of the fault memory, for all monitors together.
 
     Args:
-        finished: judge, diagnosis and what its memory takes, of every monitor that ran; at least one
-        identity: of the drive, which is counted once
+        finished: judge, diagnosis and memory feed of every monitor that ran; at least one
+        identity: identity of the drive, so that it is counted only once
 
     Returns:
-        what became of it, in a sentence
+        the outcome, in a sentence
 
     Raises:
-        InputError: the memory has taken the drive already, or its file was damaged meanwhile
-        OutputError: it cannot be written
+        InputError: the memory holds the drive already, or its file was damaged meanwhile
+        OutputError: the memory cannot be written
     """
     parts = []
     for judge, diagnosis, feed in finished:
@@ -115,7 +115,10 @@ def remembered(finished: Sequence[tuple[Judge, Diagnosis, MemoryFeed]], identity
 
 
 def _together(parts: Sequence[Results]) -> Results:
-    """Results and signals of several monitors over one time; without a result, and held, where one has none."""
+    """Results and signals of several monitors on the union of their times.
+
+    Between the samples of a monitor its trouble codes have no result (0), and its signals hold their last value.
+    """
     time = np.unique(np.concatenate([part[0] for part in parts]))
     results: dict[str, np.ndarray] = {}
     signals: dict[str, np.ndarray] = {}
@@ -130,13 +133,13 @@ def _together(parts: Sequence[Results]) -> Results:
 
 
 def page(judges: Sequence[Judge], diagnoses: Mapping[str, Diagnosis], path: Path, vehicle: str) -> Judged:
-    """Findings of the monitors, as `tierod diagnose --monitor all` shows them.
+    """Findings of the monitors in the form of the page of `tierod diagnose --monitor all`.
 
     Args:
-        judges: of the drive
-        diagnoses: by monitor
-        path: of the log, or what stands for it
-        vehicle: its name
+        judges: judges of the drive
+        diagnoses: diagnoses by name of the monitor
+        path: path of the log, or its placeholder
+        vehicle: name of the vehicle
     """
     missed = tuple(NotRun(each.name, each.reason) for each in judges if each.name not in diagnoses)
     return Judged(path, vehicle, dict(diagnoses), missed)

@@ -1,4 +1,4 @@
-"""Frames that were lost, and messages that fell silent, from the periods in which they came before."""
+"""Count of lost frames, and detection of messages that fell silent, from the learnt period of every message."""
 
 from __future__ import annotations
 
@@ -12,19 +12,20 @@ import numpy as np
 from tierod.io.readers.frames import Frames, identifier_text, messages
 
 _SETTLING = 20
-"""Gaps from which a period is taken."""
+"""Number of gaps between frames after which the learnt period is used."""
 
 _SPREAD, _MOST = 0.3, 0.7
-"""A message is periodic, so that lost frames can be counted, where more than this share of its gaps is within the
-spread of the median; in bursts nothing is counted."""
+"""Relative spread around the median gap, and the share of gaps that must lie within it for a message to be periodic;
+lost frames are counted for periodic messages only, not for bursts.
+"""
 
 NAMED = 4
-"""Messages that are named of those that fell silent together."""
+"""Number of messages named in a sentence about messages that fell silent together."""
 
 
 @dataclass
 class _Message:
-    """Newest stamp [s], period [s] as it was learnt, and gaps seen."""
+    """Newest stamp [s], learnt period [s], and number of gaps seen of one message."""
 
     newest: float
     period: float = math.nan
@@ -33,12 +34,12 @@ class _Message:
 
 @dataclass(frozen=True)
 class Gap:
-    """A message that came again after it had been silent.
+    """Silence of a message that has returned.
 
     Args:
-        identifier: of the message
+        identifier: identifier of the message
         bus: name of its bus
-        seconds: how long it did not come
+        seconds: duration of the silence
     """
 
     identifier: int
@@ -47,10 +48,10 @@ class Gap:
 
 
 def sentences(gaps: Iterable[Gap]) -> list[str]:
-    """One sentence for each bus, however many of its messages fell silent.
+    """One sentence per bus on the messages that fell silent, however many they are.
 
     Args:
-        gaps: that ended together
+        gaps: silences that ended together
     """
     of_bus: dict[str, list[Gap]] = {}
     for gap in gaps:
@@ -64,11 +65,11 @@ def sentences(gaps: Iterable[Gap]) -> list[str]:
 
 
 class Gaps:
-    """Learns the period of every message, and counts what did not come.
+    """Learns the period of every message, and counts the frames that are missing.
 
     Args:
-        silence: from which on a message has fallen silent, as a restarted control unit does
-        factor: gap in periods from which on a frame counts as lost
+        silence: gap beyond which a message has fallen silent, as during the restart of a control unit
+        factor: gap in periods beyond which a frame counts as lost
     """
 
     def __init__(self, silence: Annotated[float, "s"] = 1.0, factor: float = 1.8):
@@ -77,7 +78,7 @@ class Gaps:
         self._messages: dict[tuple[str, int], _Message] = {}
 
     def add(self, frames: Frames) -> list[Gap]:
-        """The messages that came again after a silence, among frames in the order of time."""
+        """Add frames in the order of time, and return the silences that ended among them."""
         found = []
         for identifier, bus, rows in messages(frames):
             name, times = frames.buses[bus], frames.time[rows]
@@ -88,6 +89,7 @@ class Gaps:
             if not len(gaps):
                 continue
             usual = float(np.median(gaps))
+            # Bounded: the only gap of a short piece may be a dropout, which would stretch the learnt period.
             known.period = usual if known.seen < _SETTLING else 0.9 * known.period + 0.1 * min(usual, 2 * known.period)
             known.seen += len(gaps)
             if known.seen < _SETTLING or known.period > self.silence / 3.0:
@@ -95,7 +97,7 @@ class Gaps:
             regular = float(np.mean(np.abs(gaps - usual) < _SPREAD * usual)) > _MOST
             wide = gaps[gaps > self.factor * known.period]
             if regular:
-                # Frames that were only delayed come closer together afterwards, and were not lost.
+                # Delayed frames are followed by shorter gaps; these are not counted as lost.
                 crowded = int(np.count_nonzero(gaps < known.period / self.factor))
                 missed = int(np.round(wide[wide <= self.silence] / known.period - 1.0).sum())
                 self.lost += max(missed - crowded, 0)

@@ -1,4 +1,4 @@
-"""A drive that a killed program left, and that is too old to go on: it is concluded when the next session begins."""
+"""Conclusion of a drive that a killed program left and that is too old to be resumed, when the next session begins."""
 
 from __future__ import annotations
 
@@ -25,18 +25,18 @@ def conclude_cut_off(
     origin: Callable[[], Origin] | None,
     hub: Hub,
 ) -> Path | None:
-    """Write fault memory, baselines and page of that drive, as at the end of any other.
+    """Write fault memory, baselines and page of the interrupted drive, as at the end of any other.
 
     Args:
-        engine: new
-        checkpoints: that hold the drive
-        plan: of the session
-        outputs: names of the files; its page gets "-cut-off" behind its name
-        origin: of the page; None writes none
-        hub: takes what became of each part
+        engine: a new engine
+        checkpoints: checkpoints that hold the drive
+        plan: settings of the session
+        outputs: names of the files; "-cut-off" is appended to the name of the page
+        origin: provenance printed on the page; None writes no page
+        hub: receives the outcome of each part
 
     Returns:
-        the log of that drive; None where it does not fit this program
+        the log of that drive; None where its checkpoint does not fit this program
     """
     log = checkpoints.conclude(engine)
     if log is None:
@@ -45,6 +45,6 @@ def conclude_cut_off(
     path = outputs.report
     report = path if path is None else path.with_name(f"{path.stem}-cut-off{path.suffix}")
     Closing(plan, report, log, origin, hub).write(engine, finished)
-    # Nothing of it goes on: the car may have been driven since.
+    # No state of it is resumed, since the car may have been driven in the meantime.
     guarded(hub, checkpoints.forget)
     return log

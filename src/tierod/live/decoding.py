@@ -1,4 +1,4 @@
-"""Decoding of frames into signals as they come: every identifier is looked up in the databases once."""
+"""Decoding of frames into signals while they arrive; each identifier is looked up in the databases once."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ if TYPE_CHECKING:
 
 
 class Decoder:
-    """Follows which identifiers come on which bus, and decodes those that the databases describe.
+    """Registers the identifiers seen on each bus, and decodes those that the databases describe.
 
     Args:
         database: messages of all databases
 
-    `known` is None until a frame came that the databases describe; `version` counts how often that changed.
+    `known` describes the frames seen so far; None until one is in the databases. `version` counts its changes.
     """
 
     def __init__(self, database: Sequence[Message]):
@@ -31,7 +31,7 @@ class Decoder:
         self.version = 0
 
     def hear(self, frames: Frames) -> None:
-        """Count the frames; an identifier that was not heard before is looked up."""
+        """Count the frames, and look up identifiers that are new."""
         new = False
         for identifier, bus, rows in messages(frames):
             key = (self._bus(frames, bus), identifier)
@@ -57,11 +57,11 @@ class Decoder:
 
     @property
     def heard(self) -> dict[str, object]:
-        """Frames received so far, as a checkpoint keeps them: by number of the bus and identifier, buses by name."""
+        """Numbers of frames received, by bus number and identifier, and the bus numbers by name, for a checkpoint."""
         return {"counts": self._counts, "buses": self._buses}
 
     def resume(self, heard: Mapping[str, Any]) -> None:
-        """Go on from what came before a checkpoint, as of `heard`."""
+        """Restore the counts of a checkpoint, as given by `heard`."""
         self._counts, self._buses = dict(heard["counts"]), dict(heard["buses"])
         self._look_up()
 
@@ -71,11 +71,11 @@ class Decoder:
         return {number: name for name, number in self._buses.items()}
 
     def channels(self, frames: Frames, names: Sequence[str]) -> list[Channel]:
-        """The named columns over some frames; without samples where none came.
+        """Channels of the named columns in some frames; without samples where no frame carries the column.
 
         Args:
-            frames: in the order of time
-            names: of columns of `known`
+            frames: frames in the order of time
+            names: names of columns of `known`
         """
         assert self.known is not None
         wanted = self.known.wanted(names)

@@ -1,4 +1,4 @@
-"""A live session: buses, one drive after the other, events, checkpoints, and a clean end."""
+"""A live session: buses, one drive after another, events, checkpoints, and an orderly end."""
 
 from __future__ import annotations
 
@@ -34,38 +34,38 @@ if TYPE_CHECKING:
 __all__ = ["Drive", "Health", "Outputs"]
 
 TICK = 0.01
-"""Time between two looks at what has come [s]."""
+"""Period of the main loop, in which received frames are processed [s]."""
 
 STATED = 1.0
-"""Time between two events with the state of the drive [s]."""
+"""Period of the events with the state of the drive [s]."""
 
 LEEWAY = 0.5
-"""By which a piece may come later than its period [s]."""
+"""Allowed delay of a piece beyond its period [s]."""
 
 SILENT = 5.0
-"""Time without a frame after which the bus is called silent [s]."""
+"""Time without a frame after which the bus is reported as silent [s]."""
 
 _SEVERITY = (0, 2, 1)
-"""Exit codes, the worst last: a fault is worse than what could not be judged."""
+"""Exit codes in the order of severity: a fault (1) outranks "could not judge" (2)."""
 
 
 class Drive:
-    """Runs until `ended` is set.
+    """Runs a session until `ended` is set.
 
     Args:
-        receivers: of all buses, not started
-        inbox: that they fill
+        receivers: receivers of all buses, not yet started
+        inbox: queue that the receivers fill
         database: messages of all databases
-        channel_map: of the vehicle
-        monitors: their names
-        plan: how they run
-        outputs: where results go
-        hub: takes events
-        pace: when what is done
-        origin: of the report; None writes none
+        channel_map: channel map of the vehicle
+        monitors: names of the monitors
+        plan: settings of the monitors
+        outputs: paths of the results
+        hub: receives the events
+        pace: periods and waiting times of the engine
+        origin: provenance printed on the report; None writes no report
 
-    `looking` is called after every tick with the computer's clock [s]. Frames with the identifiers `own` are those of
-    this program, which many interfaces give back: they neither begin a drive nor keep it from ending.
+    The functions in `looking` are called after every tick with the computer's clock [s]. Frames with the identifiers
+    `own` were sent by this program, and many interfaces return them: they neither begin a drive nor prolong it.
     """
 
     def __init__(
@@ -105,7 +105,7 @@ class Drive:
         self._judging = Judging(threaded=False)
 
     def prepare(self) -> None:
-        """Take up the checkpoint, before the first frame comes; `run` and `tick` see to it."""
+        """Resume from the checkpoint before the first frame arrives; called by `run` and `tick`."""
         if self._prepared:
             return
         self._prepared = True
@@ -126,7 +126,7 @@ class Drive:
         """Receive and judge until the end.
 
         Returns:
-            exit code of the worst verdict: 0 healthy, 1 fault, 2 could not judge
+            exit code of the worst verdict: 0 healthy, 1 fault, 2 could not judge or no drive
         """
         self.prepare()
         self._judging = Judging(threaded=True)
@@ -135,6 +135,8 @@ class Drive:
         due = time.monotonic()
         try:
             while not self.ended:
+                # After a stall at most 20 missed ticks are made up for, so that the loop does not run without a pause
+                # for long.
                 due = max(due + TICK, time.monotonic() - 20 * TICK)
                 pause = due - time.monotonic()
                 if pause > 0.0:
@@ -155,11 +157,11 @@ class Drive:
         return self.worst if self.drives else 2
 
     def tick(self, now: float, calendar: float) -> None:
-        """Take what has come, judge where a stretch is complete, write what is due.
+        """Process the frames received, judge where a piece is complete, and write what is due.
 
         Args:
-            now: by the computer's clock [s]
-            calendar: time of the computer [s]
+            now: time of the computer's monotonic clock [s]
+            calendar: calendar time of the computer [s]
         """
         self.prepare()
         self.health.ticks += 1
@@ -193,10 +195,10 @@ class Drive:
         return f"no frame came for {SILENT:.0f} s; switch the ignition on, and check channel and bit rate"
 
     def once(self, key: str, text: str) -> None:
-        """Report a problem, once in a drive.
+        """Report a problem once per drive.
 
         Args:
-            key: of the problem
+            key: key that identifies the problem
             text: a sentence with its remedy
         """
         self._watching.once(key, text)
@@ -214,9 +216,9 @@ class Drive:
         )
 
     def _judge(self, now: float, calendar: float) -> None:
-        """Begin to judge a piece where one is complete, and follow one that was judged."""
+        """Start judging a piece where one is complete, and process the result of one that was judged."""
         if self.engine.due and not self.paused and not self._judging.busy:
-            # Just behind a piece nothing waits that was not judged, so that the checkpoint is as young as it can be.
+            # Taken just after a piece, when no frames wait to be judged: the checkpoint is as recent as possible.
             due = now - self._checked > self.outputs.every - self.engine.pace.period - LEEWAY
             checkpoints, judges = self._checkpoints, self.engine.judges
             self._judging.begin(
@@ -229,7 +231,7 @@ class Drive:
             self._look()
 
     def _look(self) -> None:
-        """Settle checkpoint, messages and ignition after a piece was judged."""
+        """Update checkpoint, messages and ignition after a piece was judged."""
         if self._checkpoints is not None:
             self._checkpoints.settle(self.engine.judges)
         self._watching.missing(self.engine.missing, self.engine.clock.latest)
@@ -240,11 +242,11 @@ class Drive:
             self.close()
 
     def state(self) -> dict[str, Any]:
-        """Displayed state of the drive now."""
+        """Current state of the drive for display."""
         return shown_state(self.engine, self.health)
 
     def mark(self, text: str = "mark") -> None:
-        """Note an event of the driver."""
+        """Record an event marked by the driver."""
         self.marks.append(self.engine.clock.latest)
         self.hub.say("mark", {"time": self.engine.clock.latest, "text": text})
 
@@ -258,7 +260,7 @@ class Drive:
             self.once("checkpoint", str(error))
 
     def close(self) -> None:
-        """End the drive: judge the rest, finish the log, write memory, baselines, report and checkpoint."""
+        """End the drive: judge the rest, finish the log, and write fault memory, baselines, report and checkpoint."""
         if not self._running:
             return
         self._running = self._goes_on = False

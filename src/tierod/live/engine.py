@@ -1,4 +1,4 @@
-"""Judging while driving: frames come in, are put in order, decoded, and given to every monitor that can run."""
+"""Judging while driving: frames are ordered, decoded, and passed to every monitor that can run."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from tierod.monitors.harness.into_memory import MemoryFeed
 
 Say = Callable[[str, Mapping[str, Any]], None]
-"""Takes an event: its kind, and what there is to say."""
+"""Function that receives an event: its kind and its content."""
 
 
 @dataclass(frozen=True)
@@ -41,11 +41,11 @@ class Pace:
     """Periods and waiting times of the live engine.
 
     Args:
-        period: of judging by the piece; every piece costs a monitor some milliseconds
-        order: frames that come later than this behind others are not judged any more
-        wait: for frames of a bus that come later than those of another one, before a monitor is stepped
-        listening: time before the first judgement, in which it is learnt what comes on the buses
-        oldest: age from which on a signal is named as missing
+        period: length of a piece that is judged; each piece costs a monitor some milliseconds
+        order: frames that arrive later than this behind newer ones are not judged
+        wait: time that a step of a monitor waits for frames of a slower bus
+        listening: time before the first judgement, in which the frames on the buses are registered
+        oldest: age beyond which a signal is reported as missing
     """
 
     period: Annotated[float, "s"] = 2.0
@@ -60,7 +60,7 @@ PACE = Pace()
 
 @dataclass
 class _Stream:
-    """Input of one monitor: its columns, the piece before, and samples that wait for the next step of its grid."""
+    """Input of one monitor: its columns, the previous piece, and samples that wait for the next step of its grid."""
 
     names: tuple[str, ...]
     plan: Mapping_ | None = None
@@ -75,10 +75,10 @@ class Piece:
     """Frames that are judged together.
 
     Args:
-        frames: in the order in which they came
-        until: time up to which they reach [s]
-        rest: whether they end the drive
-        log: path of the log, or what stands for it
+        frames: in the order of arrival
+        until: end of the piece in the time of the drive [s]
+        rest: whether this is the last piece of the drive
+        log: path of the log, or its placeholder
     """
 
     frames: Sequence[Frame]
@@ -89,26 +89,27 @@ class Piece:
 
 @dataclass
 class Tally:
-    """Counts over the drive."""
+    """Counts of frames over the drive: received, and too late to be judged."""
 
     frames: int = 0
     too_late: int = 0
 
 
 class Engine:
-    """One drive.
+    """Judges one drive.
 
     Args:
         database: messages of all databases
-        channel_map: which makes canonical signals; None where names decide
+        channel_map: conversion into canonical signals; None assigns them by their names
         monitors: names of the monitors
-        plan: how they run
-        say: takes events
-        pace: when what is done
-        log: takes the frames as they are judged; None without one
-        ignition: column of the databases ("Message.Signal") whose zero ends the drive; "" without
+        plan: settings of the monitors
+        say: receives the events
+        pace: periods and waiting times
+        log: log of the frames; None for none
+        ignition: column of the databases ("Message.Signal") whose zero ends the drive; "" for none
 
-    `heard` is called with the frames as they come, their times those of the drive.
+    `heard` is called with the frames on arrival, with times of the drive. `tap`, if set, is called with the channels of
+    every piece.
     """
 
     def __init__(
@@ -142,12 +143,12 @@ class Engine:
         self._problems: set[str] = set()
 
     def take(self, frames: Iterable[Frame], came: float | None = None, calendar: float | None = None) -> None:
-        """Frames as the buses gave them.
+        """Take frames as the buses deliver them.
 
         Args:
-            frames: with the stamps of their buses
-            came: when, by the computer's clock [s]; now where not given
-            calendar: calendar time of the computer [s]; now where not given
+            frames: frames with the stamps of their buses
+            came: time of arrival by the computer's clock [s]; now if not given
+            calendar: calendar time of the computer [s]; now if not given
         """
         now, today = clock.monotonic() if came is None else came, clock.time() if calendar is None else calendar
         placed = [each for frame in frames if (each := self.clock.placed(frame, now, today)) is not None]
@@ -168,15 +169,15 @@ class Engine:
 
     @property
     def due(self) -> bool:
-        """Whether a stretch is complete that can be judged."""
+        """Whether a piece is complete and can be judged."""
         begin = self._first + self.pace.listening if self._until == -np.inf else self._until + self.pace.period
         return self.clock.latest - self.pace.order >= begin
 
     def judge(self, rest: bool = False) -> None:
-        """Judge what has come, at once.
+        """Judge the frames received so far in the calling thread.
 
         Args:
-            rest: to the last frame, at the end of a drive
+            rest: whether to include the last frame, at the end of a drive
         """
         piece = self.cut(rest)
         if piece is not None:
@@ -184,12 +185,12 @@ class Engine:
             self.settle(piece)
 
     def cut(self, rest: bool = False) -> Piece | None:
-        """Piece of the samples received so far, to be judged; None where there are none.
+        """Piece of the frames received so far that is to be judged; None where there are none.
 
-        `work` judges it, in any thread; `settle` ends that, in the thread that takes frames, before the next is cut.
+        `work` judges it, in any thread; `settle` completes it, in the thread that takes frames, before the next is cut.
 
         Args:
-            rest: to the last frame, at the end of a drive
+            rest: whether to include the last frame, at the end of a drive
         """
         until = np.inf if rest else self.clock.latest - self.pace.order
         parts = [frame for frame in self._waiting if frame.time < until]
@@ -204,7 +205,7 @@ class Engine:
         )
 
     def work(self, piece: Piece) -> None:
-        """Judge a piece; nothing of this is used by `take`."""
+        """Judge a piece; shares no state with `take`, so that both may run in different threads."""
         frames = frames_of(piece.frames, self.clock.origin)
         frames = taken(frames, np.argsort(frames.time, kind="stable"))
         self.decoder.hear(frames)
@@ -220,7 +221,7 @@ class Engine:
                 self._feed(judge, self._streams[judge.name], frames, piece)
 
     def settle(self, piece: Piece) -> None:
-        """A piece was judged: ticks go on from it, and changes are reported."""
+        """Complete a judged piece: ticks continue from its state, and changed verdicts are reported."""
         if self.decoder.known is None:
             return
         picks = [pick for stream in self._streams.values() if stream.plan is not None for pick in stream.plan.picks]
@@ -265,7 +266,7 @@ class Engine:
             self.say("problem", {"text": f"{judge.memory_problem}; monitoring goes on without the fault memory"})
 
     def _look_at_ignition(self, frames: Frames) -> None:
-        """Whether the signal of the ignition was on before and is off now."""
+        """Detect that the ignition signal was on before and is off now."""
         known = self.decoder.known
         if not self.ignition or known is None or self.ignition not in known.places:
             return
@@ -276,7 +277,7 @@ class Engine:
             self._ignition_on |= on
 
     def _follow(self, channels: Sequence[Channel], cut: Piece) -> None:
-        # Ages are those when the piece was cut: frames go on coming while it is judged.
+        # Ages refer to the time at which the piece was cut: further frames arrive while it is judged.
         now = cut.until if cut.rest else cut.until + self.pace.order
         for channel in channels:
             if len(channel.time):
@@ -285,18 +286,18 @@ class Engine:
 
     @property
     def missing(self) -> tuple[str, ...]:
-        """Signals that came, and do not come any more."""
+        """Signals that were received before and are overdue now."""
         return tuple(name for name, age in self.ages.items() if age > self.pace.order + self.pace.oldest)
 
     def shown(self) -> list[Shown]:
-        """Displayed states of all monitors."""
+        """States of all monitors for display."""
         return [judge.shown() for judge in self.judges]
 
     def delay(self, each: Shown) -> float:
-        """Longest delay of a monitor's verdict [s]: a tick, or a piece where the monitor is not stepped.
+        """Longest delay of a monitor's verdict [s]: the waiting time of a tick, or a whole piece if it is not stepped.
 
         Args:
-            each: what is shown of a monitor
+            each: displayed state of the monitor
         """
         return self.pace.wait if each.ticking else self.pace.period + self.pace.order
 
@@ -310,7 +311,7 @@ class Engine:
                 self.say("verdict", content | ({"reason": each.reason} if each.reason else {}))
 
     def held(self) -> dict[str, Any]:
-        """State of the drive beside the monitors, as a checkpoint keeps it; only when a piece was judged."""
+        """State of the drive apart from the monitors, for a checkpoint; valid only when a judged piece was settled."""
         return {
             "clock": self.clock, "gaps": self.gaps, "tally": self.tally, "heard": self.decoder.heard,
             "waiting": packed(self._waiting), "ignition": self._ignition_on,
@@ -320,10 +321,10 @@ class Engine:
         }  # fmt: skip
 
     def resume(self, held: Mapping[str, Any]) -> None:
-        """Go on with what a checkpoint held; what is an object was filled in place.
+        """Resume from the state in a checkpoint; objects were restored in place and are not assigned.
 
         Args:
-            held: as of `held`
+            held: state as given by `held`
         """
         self.decoder.resume(held["heard"])
         self._waiting, self._ignition_on = unpacked(held["waiting"]), held["ignition"]
@@ -339,17 +340,17 @@ class Engine:
 
     @property
     def identity(self) -> str:
-        """Identity of this drive among all others: its first frame by the calendar."""
+        """Identity of this drive among all others: calendar time of its origin, and time of its first frame."""
         return f"live {self.clock.origin:.0f} {self._first:.6f}"
 
     def again(self, frames: Sequence[Frame]) -> int:
-        """Frames that were logged after the checkpoint, and are judged now.
+        """Add frames that were logged after the checkpoint, to be judged with the next piece.
 
         Args:
-            frames: at their times in the drive
+            frames: frames with their times in the drive
 
         Returns:
-            how many were not known yet
+            how many were new
         """
         known = {(frame.time, frame.identifier, frame.bus) for frame in self._waiting}
         new = [each for each in frames if each.time >= self._until and (each.time, *each[1:3]) not in known]
@@ -360,7 +361,7 @@ class Engine:
         return len(new)
 
     def finish(self) -> list[tuple[Judge, Diagnosis, MemoryFeed | None]]:
-        """Judge the rest, and give the diagnoses of the monitors that ran; the log is finished."""
+        """Judge the rest and finish the log; diagnosis and memory feed of every monitor that ran."""
         self.judge(rest=True)
         found = [(judge, *done) for judge in self.judges if (done := judge.finish()) is not None]
         if self.log is not None:

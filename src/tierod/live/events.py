@@ -1,14 +1,14 @@
 """Events of a drive: to the terminal as JSON lines, to programs over WebSocket, and to readers in this program.
 
-A `Hub` gives every event to all who listen. `Events` is what a web server of this program reads: several readers, each
-with a queue of its own, from threads or from coroutines:
+A `Hub` passes every event to all listeners. `Events` serves a web server of this program: several readers, each with
+a queue of its own, from threads or from coroutines:
 
     source = Events()
     hub.add(source)
     async for event in source.subscribed():  # dicts with "event", "schema" and what run-live.md lists
         await client.send_json(event)
 
-The newest `begin`, `state` and verdicts come first to a reader who joins in the middle of a drive.
+A reader that joins in the middle of a drive first gets the newest `begin`, `state` and verdicts.
 """
 
 from __future__ import annotations
@@ -28,31 +28,32 @@ SCHEMA = 1
 
 
 def line(kind: str, content: Mapping[str, Any]) -> str:
-    """An event as one line of JSON; what is no number is null."""
+    """An event as one line of JSON; values that are not finite become null."""
     return json.dumps({"event": kind, "schema": SCHEMA, **plain(dict(content))}, ensure_ascii=False)
 
 
 class Hub:
-    """Gives every event to all who listen; one who fails is left out.
+    """Passes every event to all listeners; a listener whose pipe is broken is removed.
 
-    `say` may be called from any thread; one event is given after the other, while `lock` is held.
+    `say` may be called from any thread; events are passed on one at a time, while `lock` is held.
     """
 
     def __init__(self) -> None:
+        # Reentrant: a listener may report a problem of its own while it receives an event.
         self.lock = threading.RLock()
         self._listeners: list[Callable[[str], None]] = []
 
     def add(self, listener: Callable[[str], None]) -> None:
-        """Give it all events from now on, a line each."""
+        """Add a listener, which receives every event from now on as one line of JSON."""
         self._listeners.append(listener)
 
     def remove(self, listener: Callable[[str], None]) -> None:
-        """Give it no further events."""
+        """Remove a listener."""
         if listener in self._listeners:
             self._listeners.remove(listener)
 
     def say(self, kind: str, content: Mapping[str, Any]) -> None:
-        """Give an event to all listeners."""
+        """Send an event to all listeners."""
         text = line(kind, content)
         with self.lock:
             for listener in list(self._listeners):
@@ -63,10 +64,10 @@ class Hub:
 
 
 class Events:
-    """A source of events that several readers subscribe to; one who is slow loses the oldest, and holds up no other.
+    """Source of events for several readers; a slow reader loses the oldest events, and delays no other.
 
     Args:
-        most: events that wait for a reader
+        most: largest number of events that wait for a reader
     """
 
     def __init__(self, most: int = 1000):
@@ -77,7 +78,7 @@ class Events:
         self._closed = False
 
     def __call__(self, text: str) -> None:
-        """Take an event, as a listener of a `Hub`."""
+        """Receive an event, as a listener of a `Hub`."""
         event = json.loads(text)
         kind = event["event"]
         with self._lock:
@@ -90,7 +91,7 @@ class Events:
             self._lock.notify_all()
 
     def close(self) -> None:
-        """Readers end when they have read what is there."""
+        """Let readers end after the events that are queued."""
         with self._lock:
             self._closed = True
             self._lock.notify_all()
@@ -99,7 +100,7 @@ class Events:
         """Events from now on, until `close`.
 
         Args:
-            pause: an empty event comes after so long without one [s], so that the reader can look after itself
+            pause: time without an event after which an empty one is given, so that the reader gets control again [s]
         """
         queue: deque[dict[str, Any]] = deque(maxlen=self._most)
         with self._lock:
@@ -120,7 +121,7 @@ class Events:
                 self._queues[:] = [each for each in self._queues if each is not queue]
 
     async def subscribed(self) -> AsyncIterator[dict[str, Any]]:
-        """The same for a coroutine; it may be cancelled at any time."""
+        """Events for a coroutine, until `close`; it may be cancelled at any time."""
         import asyncio
 
         events = self.read(pause=0.2)
@@ -129,16 +130,16 @@ class Events:
                 if event:
                     yield event
         finally:
-            # Where it was cancelled, a thread may still wait for the next event; it ends with that one.
+            # After a cancellation a thread may still run the generator, which cannot be closed until its next event.
             with contextlib.suppress(ValueError):
                 events.close()
 
 
 class Socket:
-    """A WebSocket server on this computer alone; who connects gets every event from then on.
+    """WebSocket server on this computer only; a client receives every event from its connection on.
 
     Args:
-        port: on 127.0.0.1
+        port: port on 127.0.0.1; 0 takes a free one
 
     Raises:
         MissingExtra: websockets is not installed
@@ -156,7 +157,7 @@ class Socket:
         def handle(client: ServerConnection) -> None:
             with self._lock:
                 self._clients.add(client)
-            # Waits until the other end goes; what it sends is not looked at.
+            # Waits until the client disconnects; its messages are ignored.
             with contextlib.suppress(Exception):
                 for _ in client:
                     pass
@@ -173,7 +174,7 @@ class Socket:
         threading.Thread(target=self._server.serve_forever, daemon=True).start()
 
     def __call__(self, text: str) -> None:
-        """Send an event to all."""
+        """Send an event to all clients."""
         with self._lock:
             clients = list(self._clients)
         for client in clients:

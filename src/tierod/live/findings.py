@@ -16,16 +16,16 @@ from tierod.live.judge import Judge
 from tierod.live.mcap_log import LEVELS, McapLog
 
 SAID = ("verdict", "problem", "silence", "bus", "mark", "end")
-"""Events that are log entries."""
+"""Kinds of events that become log entries."""
 
 
 class Findings:
-    """Feeds a log until it is closed; a disk that is full ends it, and nothing else.
+    """Feeds a log until it is closed; a write error ends the log, but not the drive.
 
     Args:
-        log: that is opened
-        engine: of the drive
-        hub: whose events are taken
+        log: the opened log
+        engine: engine of the drive
+        hub: source of the events
     """
 
     def __init__(self, log: McapLog, engine: Engine, hub: Hub):
@@ -42,7 +42,7 @@ class Findings:
             self._guarded(lambda: log.estimates(judge.name, judge.units, time, shown))
 
     def event(self, text: str) -> None:
-        """Take an event of the hub."""
+        """Log an event of the hub."""
         event = json.loads(text)
         log, kind = self._log, event["event"]
         if log is None or kind not in SAID:
@@ -52,7 +52,7 @@ class Findings:
         self._guarded(lambda: log.finding(time, level, event.get("monitor", kind), _words(event)))
 
     def _guarded(self, work: Callable[[], None]) -> None:
-        # Samples come from the thread that judges, events from any: the log takes one after the other.
+        # Samples come from the judging thread, events from any: access to the log is serialized.
         with self._hub.lock:
             if self._log is None:
                 return
@@ -63,10 +63,10 @@ class Findings:
                 self._hub.say("problem", {"text": f"{error}; monitoring goes on without it"})
 
     def close(self) -> None:
-        """End the log.
+        """Finish the log.
 
         Raises:
-            OutputError: its index cannot be written
+            OutputError: the index of the log cannot be written
         """
         log, self._log = self._log, None
         self._hub.remove(self.event)

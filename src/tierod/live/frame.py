@@ -1,4 +1,4 @@
-"""A frame of a live bus, and the receiver's notices beside frames."""
+"""Frame of a live bus, and notices of a receiver about its bus."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from tierod.io.readers.frames import Frames
 
 
 class Frame(NamedTuple):
-    """A frame as a bus gave it.
+    """Frame as a bus delivered it.
 
     Args:
-        time: stamp of the bus, later that of the drive
-        identifier: with EXTENDED added for 29 bits
+        time: time stamp of the bus; after `DriveClock.placed` the time in the drive
+        identifier: identifier, with the bit EXTENDED set for 29 bits
         bus: number of the bus, from 1
         data: payload
     """
@@ -31,8 +31,8 @@ class Notice(NamedTuple):
 
     Args:
         bus: number of the bus, from 1
-        what: of these words
-        text: in a sentence
+        what: one of these words
+        text: the event in a sentence
     """
 
     bus: int
@@ -41,10 +41,10 @@ class Notice(NamedTuple):
 
 
 def frames_of(parts: Sequence[Frame], origin: float) -> Frames:
-    """Frames as arrays, in the order in which they are given.
+    """Arrays of some frames, in the order in which they are given.
 
     Args:
-        parts: at least one
+        parts: the frames, at least one
         origin: calendar time of the stamp zero [s]
     """
     buses = sorted({part.bus for part in parts})
@@ -64,14 +64,14 @@ def frames_of(parts: Sequence[Frame], origin: float) -> Frames:
 
 
 def packed(frames: Sequence[Frame]) -> list[np.ndarray]:
-    """Frames as four arrays: times, identifiers and buses, lengths, payloads behind each other."""
+    """Frames packed into four arrays: times, identifiers and buses, lengths, and the concatenated payloads."""
     numbers = np.array([(frame.identifier, frame.bus, len(frame.data)) for frame in frames], np.int64).reshape(-1, 3)
     payload = np.frombuffer(b"".join(frame.data for frame in frames), np.uint8)
     return [np.array([frame.time for frame in frames], float), numbers[:, :2], numbers[:, 2], payload]
 
 
 def unpacked(parts: Sequence[np.ndarray]) -> list[Frame]:
-    """The frames of `packed`."""
+    """The frames from the arrays of `packed`."""
     times, numbers, lengths, payload = parts
     data, ends = payload.tobytes(), np.cumsum(lengths).tolist()
     rows = zip(times.tolist(), numbers.tolist(), lengths.tolist(), ends, strict=True)

@@ -1,4 +1,4 @@
-"""Health of a live session itself: ticks, their lateness, load of computer and buses, and events of the buses."""
+"""Health of a live session itself: ticks and their lateness, load of computer and buses, and notices of the buses."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from tierod.live.frame import Frame, Notice
 from tierod.live.traffic import Traffic
 
 MOST = 10_000
-"""Frames that are taken at a tick at the most; the others wait for the next one."""
+"""Largest number of frames processed in one tick; the rest waits for the next one."""
 
 SAID = (1, 10, 100, 1000)
-"""Numbers of error frames that are said."""
+"""Numbers of error frames at which a notice is reported."""
 
 
 @dataclass
 class Health:
-    """Health of the session itself: ticks, how late they came [s], the worst of late, notices by kind."""
+    """Counters of the session: ticks, their recent delays [s], notices by kind, and traffic on the buses."""
 
     ticks: int = 0
     late: deque[float] = field(default_factory=lambda: deque(maxlen=3000))
@@ -30,19 +30,19 @@ class Health:
     _used: tuple[float, float] = (0.0, 0.0)
 
     def load(self) -> float:
-        """Share of one core that this process took since the last call."""
+        """Share of one core used by this process since the previous call; 0 at the first call."""
         (then, before), now = self._used, (time.monotonic(), time.process_time())
         self._used = now
         return max((now[1] - before) / (now[0] - then), 0.0) if now[0] > then > 0.0 else 0.0
 
 
 def received(inbox: Inbox, health: Health, hub: Hub) -> list[Frame]:
-    """The frames that have come; notices of buses are counted and reported.
+    """Frames waiting in the inbox; notices of buses are counted and reported.
 
     Args:
-        inbox: that receivers fill
-        health: counts notices
-        hub: takes what is said
+        inbox: queue that the receivers fill
+        health: counter of the notices
+        hub: receives the notices
     """
     frames: list[Frame] = []
     take = inbox.get_nowait

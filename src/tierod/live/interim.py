@@ -1,4 +1,4 @@
-"""A page of the drive so far, made of its log by a process of its own: the drive goes on meanwhile."""
+"""HTML page of the drive so far, made from its log by a separate process while the drive goes on."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from typing import IO
 from tierod.live.events import Hub
 
 WRITTEN = (0, 1, 2)
-"""Exit codes of `tierod diagnose` that wrote its page."""
+"""Exit codes of `tierod diagnose` after which its page exists."""
 
 
 class Interim:
-    """Makes one page at a time, and reports when it is there or why it is not.
+    """Makes one page at a time, and reports its completion or failure.
 
     Args:
-        hub: takes what became of it
+        hub: receives the outcome
 
-    `words` are the options of `tierod diagnose` beside the log; `log` and `time` are those of the drive.
+    `words` are the options of `tierod diagnose` after the log; `log` and `time` are those of the drive.
     """
 
     def __init__(self, hub: Hub):
@@ -34,7 +34,7 @@ class Interim:
         self._errors: IO[bytes] | None = None
 
     def make(self) -> None:
-        """Begin a page; one that is being made is waited for first."""
+        """Start a page; refused, with a problem reported, while another one is being made."""
         if self._process is not None:
             self._hub.say("problem", {"text": f"the report {self._page} is being made; ask again when it is there"})
             return
@@ -43,7 +43,7 @@ class Interim:
             self._hub.say("problem", {"text": text})
             return
         page = self.log.with_name(f"{self.log.stem}-{int(self.time)}s.html")
-        # Closed when the process has ended, which no block here waits for.
+        # Closed after the process has ended, in a later call.
         self._page, self._errors = page, tempfile.TemporaryFile()  # noqa: SIM115
         command = [sys.executable, "-m", "tierod", "diagnose", str(self.log), *self.words, "-o", str(page)]
         self._process = subprocess.Popen(
@@ -52,10 +52,10 @@ class Interim:
         self._hub.say("making", {"path": str(page), "text": f"a report of the drive so far is made: {page}"})
 
     def look(self, wait: bool = False) -> None:
-        """Report the outcome of a page that was being made.
+        """Report the outcome of a page if its process has ended.
 
         Args:
-            wait: until it is there
+            wait: whether to wait for the end of the process
         """
         if self._process is None or self._errors is None:
             return
@@ -73,5 +73,5 @@ class Interim:
             self._hub.say("problem", {"text": f"the report {page} was not made: {why}"})
 
     def close(self) -> None:
-        """End with the session: a page that is being made is waited for."""
+        """End with the session, after waiting for a page that is being made."""
         self.look(wait=True)

@@ -1,4 +1,4 @@
-"""One monitor on a live bus: the run that `diagnose` makes over a recording, fed with what has just come."""
+"""One monitor on a live bus: the run that `diagnose` makes over a recording, fed with pieces as they arrive."""
 
 from __future__ import annotations
 
@@ -26,27 +26,27 @@ if TYPE_CHECKING:
     from tierod.live.ticking import Ticker
 
 HISTORY = 60
-"""Values of each estimate that are kept for the terminal."""
+"""Number of past values of each estimate kept for the terminal."""
 
 BINS = 4096
-"""Bins of a trace at the least: twice what a page shows of it at once, in memory that does not grow with the drive."""
+"""Smallest number of bins of a trace: twice what a page shows at once, in memory that does not grow with the drive."""
 
 LEAST_STEPS = 3
-"""Steps of the grid that a first piece has beyond what its session listens to: those at its edges are judged later."""
+"""Grid steps of a first piece beyond the listening time of its session, since steps at its edges are judged later."""
 
 BEHIND = 1.5e-6
-"""Samples that come a microsecond behind a step of the grid belong to it, as where a recording is aligned [s]."""
+"""Time after a grid step within which a sample still belongs to it, as where a recording is aligned [s]."""
 
 
 @dataclass(frozen=True)
 class Plan:
-    """Plan by which monitors are run.
+    """Settings by which monitors are run.
 
     Args:
-        vehicle: that drives
-        memory: file of the fault memory; None without
-        baselines: folder with the baseline of each monitor, as NAME.json; None without
-        command: what the user typed
+        vehicle: the vehicle driven
+        memory: file of the fault memory; None for none
+        baselines: folder with the baseline of each monitor, as NAME.json; None for none
+        command: the command line
     """
 
     vehicle: Vehicle
@@ -60,15 +60,15 @@ class Shown:
     """Displayed state of a monitor.
 
     Args:
-        monitor: its name
-        status: of its running verdict; not ready before it runs
-        since: in the time of the drive [s]
-        reason: why it does not run; "" where it does
-        values: newest of every estimate, by name
-        units: of them
-        enabled: share of the last stretch in which it learnt; NaN where it does not report it
-        history: past values of every estimate
-        ticking: whether status and values are those of the last tick; else of the last piece
+        monitor: name of the monitor
+        status: status of its current verdict; not available or not ready before it runs
+        since: time in the drive at which the status began [s]
+        reason: why it does not run; "" if it runs
+        values: newest value of every estimate, by name
+        units: units of the estimates, by name
+        enabled: share of the last piece in which it learnt; NaN where it does not report it
+        history: past values of every estimate, by name
+        ticking: whether status and values are those of the last tick, not of the last piece
     """
 
     monitor: str
@@ -83,7 +83,7 @@ class Shown:
 
 
 class _Newest:
-    """Takes what a run reads and estimates, and keeps the newest; stands where a run collects signals."""
+    """Keeps the newest values that a run reads and estimates; takes the place of the collector of signals in a run."""
 
     def __init__(self) -> None:
         self.values: dict[str, float] = {}
@@ -95,7 +95,7 @@ class _Newest:
         if not len(time):
             return
         last = {name: float(values[-1]) for name, values in shown.items()}
-        # Made anew, since another thread may be reading them.
+        # Replaced, not changed, since another thread may be reading them.
         self.values = self.values | last
         self.history = self.history | {
             name: (*self.history.get(name, ()), value)[-HISTORY:] for name, value in last.items()
@@ -107,16 +107,16 @@ class _Newest:
 
 
 class Judge:
-    """One monitor over one drive.
+    """Runs one monitor over one drive.
 
     Args:
-        name: of the monitor
-        plan: how it is run
+        name: name of the monitor
+        plan: settings of the monitor
 
     Raises:
         ParameterError: there is no such monitor
 
-    `needs` are the channels that it reads; `broken` is whether it cannot go on, for the `reason`.
+    `needs` are the channels that it reads; `broken` is whether it cannot continue, and `reason` says why.
     """
 
     def __init__(self, name: str, plan: Plan):
@@ -128,7 +128,7 @@ class Judge:
         self._feed: MemoryFeed | None = None
         self.broken = False
         self.memory_problem = ""
-        """Why the fault memory takes nothing of this drive; "" where it does, or there is none."""
+        """Why the fault memory takes nothing of this drive; "" if it does, or if there is none."""
         self.ticker: Ticker | None = None
         self._start: float | None = None
         self._first: Recording | None = None
@@ -139,7 +139,7 @@ class Judge:
             self.broken, self.reason = True, str(error)
 
     def add(self, piece: Recording) -> None:
-        """The next piece of the drive; a monitor that cannot take it gives the reason, and the others go on."""
+        """Judge the next piece of the drive; a monitor that cannot take it keeps the reason, and raises nothing."""
         if self.broken:
             return
         try:
@@ -167,20 +167,20 @@ class Judge:
         if self.plan.memory is not None:
             try:
                 run.feed = self._feed = MemoryFeed(self.plan.memory, self.plan.vehicle.name, definition.name)
-            except TierodError as error:  # the verdict does not need the memory
+            except TierodError as error:  # the verdict does not depend on the memory
                 self.memory_problem = str(error)
         self.run = run
         return run
 
     def reopen(self, variant: str, rate: float) -> dict[str, object]:
-        """Open the run of a checkpoint, to be filled with what it held.
+        """Open the run of a checkpoint, to be filled with its stored state.
 
         Args:
-            variant: its name
-            rate: of its grid [Hz]
+            variant: name of the variant
+            rate: sampling rate of its grid [Hz]
 
         Returns:
-            what `held` gives
+            the state as given by `held`
 
         Raises:
             KeyError: there is no such variant
@@ -193,25 +193,25 @@ class Judge:
         return self.held()
 
     def held(self) -> dict[str, object]:
-        """State of the judge over the drive, as a checkpoint keeps it."""
+        """State of the judge over the drive, for a checkpoint."""
         parts = {"run": self.run, "newest": self._newest, "feed": self._feed}
         return parts | {"first": self._first, "reason": self.reason, "start": self._start}
 
     def resume(self, held: Mapping[str, Any]) -> None:
-        """Go on with what a checkpoint held; what is an object was filled in place.
+        """Resume from the state in a checkpoint; objects were restored in place and are not assigned.
 
         Args:
-            held: as of `held`
+            held: state as given by `held`
         """
         self._first, self.reason, self._start = held["first"], held["reason"], held["start"]
 
     def begin_anew(self) -> None:
-        """Forget the run that was opened for a checkpoint."""
+        """Discard the run that was opened for a checkpoint."""
         self.run, self._newest, self._first, self._start, self._feed = None, _Newest(), None, None, None
 
     @property
     def calibration(self) -> object:
-        """Calibration that its session is opened with beside the vehicle: the baseline of earlier drives."""
+        """Calibration with which its session is opened in addition to the vehicle: the baseline of earlier drives."""
         return self._baseline()
 
     def _baseline(self) -> Baseline | None:
@@ -220,11 +220,11 @@ class Judge:
 
     @property
     def baseline_path(self) -> Path | None:
-        """Path at which its baseline is kept."""
+        """Path of the file with its baseline; None without a folder of baselines."""
         return None if self.plan.baselines is None else self.plan.baselines / f"{self.name}.json"
 
     def shown(self) -> Shown:
-        """Displayed state of its monitor now."""
+        """Current state of the monitor for display."""
         run = self.run  # another thread may set it
         if run is None or self.broken:
             return Shown(self.name, Status.NOT_AVAILABLE, 0.0, self.reason)
@@ -243,25 +243,25 @@ class Judge:
         return Shown(self.name, status, since, "", values, dict(own), self._newest.enabled, history, ticking)
 
     def tap(self, take: Callable[[np.ndarray, Mapping[str, np.ndarray]], None]) -> None:
-        """Give every sample that is judged from now on: time [s], signals and estimates by name, (n,) each."""
+        """Pass every sample judged from now on to a function: time [s], signals and estimates by name, (n,) each."""
         self._newest.tap = take
 
     @property
     def units(self) -> Mapping[str, str]:
-        """Units of what it estimates, by name; empty before it runs."""
+        """Units of its estimates, by name; empty before it runs."""
         return {} if self.run is None else self.run.session.traces
 
     def go_on(self, memory: Memory) -> None:
-        """Go on from a state of an earlier session; what was judged since the beginning of this one is left behind."""
+        """Continue from the block state of an earlier session, which replaces the state reached in this one."""
         if self.run is not None and isinstance(self.run.session, BlockSession):
             self.run.session.memory = memory
 
     def cut(self, piece: Recording, until: float) -> float:
-        """Time at which a cut of a piece changes nothing: just behind the last step of the grid before.
+        """Time just after the last grid step, at which a piece can be cut without an effect on the result [s].
 
         Args:
-            piece: what waits, from the first sample of the drive or the last cut on
-            until: end of what has come [s]
+            piece: samples that wait, from the first sample of the drive or the last cut on
+            until: end of the samples received [s]
         """
         suited = self.run.monitor if self.run else fitting(self.definition, self.variant, piece, asked=False)[0]
         if self._start is None:
@@ -269,7 +269,7 @@ class Judge:
         return self._start + math.floor((until - self._start) * suited.rate) / suited.rate + BEHIND
 
     def finish(self) -> tuple[Diagnosis, MemoryFeed | None] | None:
-        """The diagnosis over the drive, and what the fault memory takes of it; None where it did not run."""
+        """Diagnosis over the drive, and feed of the fault memory; None where the monitor did not run."""
         if self.run is None or self.broken:
             return None
         try:

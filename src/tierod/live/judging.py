@@ -1,4 +1,4 @@
-"""Judging pieces beside the ticks: a thread does what takes tens of milliseconds, so that no tick waits for it."""
+"""Judging of pieces in a thread, so that work of tens of milliseconds does not delay a tick."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from tierod.live.checkpoint import State
 from tierod.live.engine import Engine, Piece
 
 Collect = Callable[[], Mapping[str, State] | None]
-"""Takes what a checkpoint keeps of the monitors; None where none is due."""
+"""Function that collects the states of the monitors for a checkpoint; None if no checkpoint is due."""
 
 
 class Judging:
-    """One piece after the other; the result does not depend on when a thread has time for it.
+    """Judges one piece after another; the result does not depend on the scheduling of the thread.
 
     Args:
-        threaded: whether a thread does it; else `begin` does
+        threaded: whether a thread judges; else `begin` does
     """
 
     def __init__(self, threaded: bool):
@@ -27,15 +27,15 @@ class Judging:
 
     @property
     def busy(self) -> bool:
-        """Whether a piece is being judged, or was and is not settled."""
+        """Whether a piece is being judged, or was judged and is not settled yet."""
         return self._piece is not None
 
     def begin(self, engine: Engine, collect: Collect) -> None:
-        """Judge what has come; not while it is busy.
+        """Judge the frames received so far; must not be called while `busy`.
 
         Args:
-            engine: of the drive
-            collect: called when the piece was judged
+            engine: engine of the drive
+            collect: called after the piece was judged
         """
         piece = self._piece = engine.cut()
         if piece is None:
@@ -51,11 +51,11 @@ class Judging:
             self._future = self._pool.submit(work)
 
     def ended(self, engine: Engine, wait: bool = False) -> tuple[bool, Mapping[str, State] | None]:
-        """Whether a piece has been judged since the last call, and what was collected; the ticks go on from it.
+        """Whether a piece was judged since the last call, and the states collected; the ticks continue from it.
 
         Args:
-            engine: of the drive
-            wait: for a piece that is being judged
+            engine: engine of the drive
+            wait: whether to wait for a piece that is being judged
         """
         if self._piece is None or (self._future is not None and not wait and not self._future.done()):
             return False, None
@@ -65,6 +65,6 @@ class Judging:
         return True, found
 
     def close(self) -> None:
-        """End the thread, when what it does is done."""
+        """End the thread after its current work."""
         if self._pool is not None:
             self._pool.shutdown()

@@ -1,7 +1,7 @@
-"""A log of CAN frames as MF4 that is whole at every moment: records are appended, and what counts them comes last.
+"""Log of CAN frames as MF4 that can be read at any moment: records are appended, and their count is written last.
 
-Until it is finished the file is marked as unfinished (`UnFinMF`): the length of its last block and the count of its
-records are found from the length of the file. Source: ASAM MDF 4.1, "Unfinalized MDF", and the bus logging standard.
+Until it is finished the file is marked as unfinalized (`UnFinMF`): readers derive the length of its last block and the
+count of its records from the length of the file. Source: ASAM MDF 4.1, "Unfinalized MDF", and the bus logging standard.
 """
 
 from __future__ import annotations
@@ -20,33 +20,34 @@ from tierod.live.frame import Frame
 
 _IDENTIFICATION, _LINKS = 64, 24
 _UNFINISHED = 0b101
-"""The count of records and the length of the last block are not there yet."""
+"""Flags of an unfinalized file: the count of records and the length of the last block must be updated."""
 
 _FIELDS = (
     ("CAN_DataFrame.BusChannel", 8, 0, 8), ("CAN_DataFrame.ID", 9, 0, 32), ("CAN_DataFrame.IDE", 13, 0, 8),
     ("CAN_DataFrame.EDL", 14, 0, 8), ("CAN_DataFrame.DLC", 15, 0, 8), ("CAN_DataFrame.DataLength", 16, 0, 8),
 )  # fmt: skip
-"""Name, byte, bit and length of the numbers of a record, behind its time."""
+"""Name, byte offset, bit offset and number of bits of each field of a record after its time."""
 
 _LENGTHS = (0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64)
 _CODES = {length: code for code, length in enumerate(_LENGTHS)}
 _PAYLOAD = 17
+"""Byte offset of the payload in a record."""
 
 HEAD = 1 << 14
-"""Bytes in which everything before the records lies."""
+"""Number of bytes read from the beginning of a log, enough for everything before the records."""
 
 MIXED = 5.0
-"""Frames of a log are not further out of order than this [s]."""
+"""Largest disorder of the frames in a log [s]."""
 
 
 class _Blocks:
-    """Blocks of the file, each at its address, with links between them."""
+    """Blocks of the file with their addresses, and links between them."""
 
     def __init__(self) -> None:
         self.data = bytearray(_IDENTIFICATION)
 
     def add(self, kind: str, links: Iterable[int], body: bytes = b"") -> int:
-        """Append a block; gives its address."""
+        """Append a block and return its address."""
         links = tuple(links)
         at, length = len(self.data), _LINKS + 8 * len(links) + len(body)
         self.data += struct.pack(f"<4s4xQQ{len(links)}Q", f"##{kind}".encode(), length, len(links), *links) + body
@@ -54,22 +55,22 @@ class _Blocks:
         return at
 
     def text(self, text: str, kind: str = "TX") -> int:
-        """Append a text; gives its address."""
+        """Append a text block and return its address."""
         return self.add(kind, (), text.encode() + b"\0")
 
     def channel(
         self, following: int, part: int, name: str, layout: tuple[int, int, int, int, int], unit: int = 0
     ) -> int:
-        """Append a channel: (type, synchronisation, data type, byte, bits) and what follows; gives its address."""
+        """Append a channel block and return its address; layout: type, synchronisation, data type, byte, bits."""
         kind, sync, data_type, byte, bits = layout
         body = struct.pack("<4B4I2BHddd3d", kind, sync, data_type, 0, byte, bits, 0, 0, 0, 0, 0, *([0.0] * 6))
         return self.add("CN", (following, part, self.text(name), 0, 0, 0, unit, 0), body)
 
 
 def _head(origin: int, width: int, comment: str) -> tuple[bytes, int, int]:
-    """(everything before the records, address of the count of records, address of the data block)."""
+    """(everything before the records, address of the record count, address of the data block)."""
     blocks = _Blocks()
-    # The header must be the first block; its links are set when the others have their places.
+    # The header must be the first block; its links are set once the addresses of the others are known.
     header = blocks.add("HD", (0,) * 6, struct.pack("<QhhBBBBdd", origin * 10**9, 0, 0, 0, 0, 0, 0, 0.0, 0.0))
     history = blocks.text(
         "<FHcomment><TX>live log</TX><tool_id>tierod</tool_id><tool_vendor>tierod</tool_vendor>"
@@ -105,11 +106,11 @@ def is_unfinished(path: Path) -> bool:
 
 
 def tail(path: Path, since: float) -> list[Frame]:
-    """The last frames of a log that was not finished; none where it is no log of tierod.
+    """Last frames of an unfinished log; none if the file is not an unfinished log of tierod.
 
     Args:
-        path: of the log
-        since: time of the first wanted frame [s]; frames of later stamps do not lie far before it
+        path: path of the log
+        since: time of the first wanted frame [s]; the file is read from MIXED before it
     """
     try:
         with path.open("rb") as file:
@@ -140,7 +141,7 @@ def tail(path: Path, since: float) -> list[Frame]:
 
 
 def _laid_out(head: bytes) -> tuple[int, int] | None:
-    """(address of the first record, bytes of a payload) of a log of ours; None of another file."""
+    """(address of the first record, bytes of a payload) of an unfinished log of tierod; None for another file."""
     data, group = head.rfind(b"##DT"), head.find(b"##CG")
     if not head.startswith(b"UnFinMF ") or head[16:24] != b"tierod  " or min(data, group) < 0:
         return None
@@ -149,22 +150,22 @@ def _laid_out(head: bytes) -> tuple[int, int] | None:
 
 
 def refused(path: Path, error: OSError) -> OutputError:
-    """The error that a log cannot be written."""
+    """The error that reports why a log cannot be written."""
     reason = (error.strerror or str(error)).lower()
     return OutputError(f"the log {path} cannot be written: {reason}; make room or name another place")
 
 
 class FrameLog:
-    """Writes frames behind each other; what was given to `append` survives the end of the process.
+    """Appends frames to a file; frames passed to `append` survive a kill of the process.
 
     Args:
-        path: of the file; replaced
-        origin: calendar time of the stamp zero, whole seconds
-        width: bytes of a payload; 8, or 64 for CAN FD
-        comment: what stands beside the frames
+        path: path of the file, which is replaced
+        origin: calendar time of the stamp zero, whole seconds [s since 1970]
+        width: bytes of a payload: 8, or 64 for CAN FD
+        comment: text stored in the header
 
     Raises:
-        OutputError: it cannot be written
+        OutputError: the file cannot be written
     """
 
     def __init__(self, path: str | Path, origin: float, width: int = 8, comment: str = ""):
@@ -180,10 +181,10 @@ class FrameLog:
             raise refused(self.path, error) from None
 
     def append(self, frames: Iterable[Frame]) -> None:
-        """Write some frames at the end of the file.
+        """Write frames at the end of the file.
 
         Raises:
-            OutputError: the disk is full or gone; what was written before stays whole
+            OutputError: the disk is full or gone; what was written before stays readable
         """
         records = []
         for time, identifier, bus, data in frames:
@@ -206,7 +207,7 @@ class FrameLog:
             left = left[os.write(self._file, left) :]
 
     def _forget_part(self) -> None:
-        """Cut off a record that was not written to its end."""
+        """Remove a record that was written only in part, which would shift all further ones."""
         size = self._data_at + _LINKS + self.count * (_PAYLOAD + self.width)
         try:
             os.ftruncate(self._file, size)
@@ -214,12 +215,14 @@ class FrameLog:
             return
 
     def finish(self) -> None:
-        """Count the records and close: from now on the file is an ordinary MF4."""
+        """Write the count of records and close: from now on the file is an ordinary MF4."""
         size = _LINKS + self.count * (_PAYLOAD + self.width)
         try:
             os.pwrite(self._file, struct.pack("<Q", self.count), self._count_at)
             os.pwrite(self._file, struct.pack("<Q", size), self._data_at + 8)
             os.fsync(self._file)
+            # The mark is changed only after the counts are on the disk: a power failure in between leaves an
+            # unfinalized file.
             os.pwrite(self._file, struct.pack("<8s", b"MDF     "), 0)
             os.pwrite(self._file, struct.pack("<HH", 0, 0), 60)
             os.fsync(self._file)

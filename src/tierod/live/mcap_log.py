@@ -1,8 +1,8 @@
-"""The drive as MCAP while it is driven: signals, estimates and findings, for Foxglove and Lichtblick.
+"""Log of a drive as MCAP while it is driven: signals, estimates and findings, for Foxglove and Lichtblick.
 
-Topics: `/signals/NAME` with every sample of a signal, `/estimates/MONITOR` with what it estimates ten times a second,
-`/findings` with verdicts, problems and marks as log entries (`foxglove.Log`). Chunks are small and go to the disk when
-they are full, so that a kill costs less than a second of a drive on which signals come.
+Topics: `/signals/NAME` with every sample of a signal, `/estimates/MONITOR` with the estimates of a monitor ten times a
+second, and `/findings` with verdicts, problems and marks as log entries (`foxglove.Log`). Chunks are small and written
+when they are full, so that a kill loses less than a second of a drive with signals.
 """
 
 from __future__ import annotations
@@ -22,15 +22,16 @@ from tierod.io.readers.listed import require_library
 from tierod.live.log import refused
 
 CHUNK: Annotated[int, "byte"] = 1 << 14
+"""Size from which a chunk of the file is written."""
 
 RATE: Annotated[float, "Hz"] = 10.0
-"""Estimates that are written per second."""
+"""Rate at which estimates are written."""
 
 FLUSHED: Annotated[int, "ns"] = 250_000_000
-"""Time of the drive after which what is in memory goes to the system."""
+"""Time of the drive between two flushes of the file buffer to the operating system."""
 
 LEVELS = {"healthy": 2, "rising": 3, "suspect": 3, "fault": 4}
-"""Levels of `foxglove.Log`: 2 information, 3 warning, 4 error; others are information."""
+"""Levels of `foxglove.Log` by status: 2 information, 3 warning, 4 error; others are information."""
 
 LOG_SCHEMA = {
     "title": "foxglove.Log",
@@ -47,11 +48,11 @@ LOG_SCHEMA = {
 
 
 class McapLog:
-    """Writes what was found beside the frames.
+    """Writes signals, estimates and findings of a drive.
 
     Args:
-        path: of the file; replaced
-        origin: calendar time of the drive's zero [s]
+        path: path of the file, which is replaced
+        origin: calendar time of zero in the drive [s]
 
     Raises:
         MissingExtra: mcap is not installed
@@ -77,7 +78,7 @@ class McapLog:
             raise refused(self.path, error) from None
 
     def signals(self, channels: Sequence[Channel]) -> None:
-        """Samples of signals; those that another monitor gave already are left out.
+        """Log samples of signals; samples already logged through another monitor are skipped.
 
         Raises:
             OutputError: the disk is full or gone
@@ -95,13 +96,13 @@ class McapLog:
     def estimates(
         self, monitor: str, units: Mapping[str, str], time: np.ndarray, values: Mapping[str, np.ndarray]
     ) -> None:
-        """Log the estimates of a monitor over a piece.
+        """Log the estimates of a monitor over one piece.
 
         Args:
-            monitor: its name
-            units: of what it estimates, by name
-            time: [s], (n,)
-            values: by name, (n,) each; others than those with a unit are left out
+            monitor: name of the monitor
+            units: units of the estimates, by name
+            time: time in the drive [s], (n,)
+            values: values by name, (n,) each; names without an entry in `units` are skipped
 
         Raises:
             OutputError: the disk is full or gone
@@ -110,18 +111,19 @@ class McapLog:
         for place, stamp in enumerate(time.tolist()):
             if stamp < self._next.get(monitor, -math.inf):
                 continue
+            # A microsecond less than the period: rounding must not skip the sample that is due.
             self._next[monitor] = stamp + 1.0 / RATE - 1e-6
             row = {name: float(values[name][place]) for name in units if name in values}
             self._add(topic, stamp, {name: value if math.isfinite(value) else None for name, value in row.items()})
 
     def finding(self, time: float, level: int, name: str, message: str) -> None:
-        """A verdict, a problem or a mark.
+        """Log a verdict, a problem or a mark.
 
         Args:
-            time: in the drive [s]
-            level: as of `LEVELS`
-            name: of the monitor, or the kind of the event
-            message: in words
+            time: time in the drive [s]
+            level: level as in `LEVELS`
+            name: name of the monitor, or kind of the event
+            message: text of the entry
 
         Raises:
             OutputError: the disk is full or gone
@@ -131,7 +133,7 @@ class McapLog:
         whole, part = divmod(self._stamp(time), 10**9)
         stamp = {"sec": whole, "nsec": part}
         entry = {"timestamp": stamp, "level": level, "message": message, "name": name, "file": "", "line": 0}
-        # A verdict may be said later than one that began after it; readers take entries in the order of their log time.
+        # A verdict may be reported after one that began later, but readers need entries in the order of their log time.
         self._found = max(self._found, time)
         self._add(self._channels["/findings"], self._found, entry)
 
@@ -159,10 +161,10 @@ class McapLog:
             raise refused(self.path, error) from None
 
     def finish(self) -> None:
-        """Write the index and close.
+        """Write the index and close the file.
 
         Raises:
-            OutputError: the disk is full or gone; what was written before can be read
+            OutputError: the disk is full or gone; what was written before stays readable
         """
         try:
             self._writer.finish()  # type: ignore[no-untyped-call]  # the library has no annotation there

@@ -1,4 +1,4 @@
-"""The newest value of every signal with its stamp, frame by frame."""
+"""Newest value of every signal with its time stamp, updated frame by frame."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ if TYPE_CHECKING:
     from tierod.io.readers.mapping import Pick
 
 Key = tuple[str, int]
-"""Name of a bus, identifier."""
+"""Name of a bus, and identifier."""
 
 KEPT = 64
-"""Past samples of a signal from which others are made: more than what a recipe looks back at 100 Hz."""
+"""Past samples kept of a signal from which others are derived: more than the span of a recipe at 100 Hz."""
 
 Made = Callable[[bytes], float | None]
 
 
 class Newest:
-    """Takes frames in the order of time; `values` and `times` hold the newest of every signal that was wired.
+    """Updates values from frames in the order of time; `values` and `times` [s] hold the newest of every wired signal.
 
-    `places` gives the place of a signal by name; `past` the samples before, of those that are asked for.
+    `places` gives the index of a signal by name, and `past` the past samples (time [s], value) of selected signals.
     """
 
     def __init__(self) -> None:
@@ -37,13 +37,13 @@ class Newest:
         self._actions: dict[Key, list[tuple[int, Made, deque[tuple[float, float]] | None]]] = {}
 
     def wire(self, known: Described, buses: Mapping[int, str], picks: Iterable[Pick], kept: Sequence[str] = ()) -> None:
-        """Set the signals that are taken from the frames; what came before stays.
+        """Select the signals that are decoded from the frames; values received before are kept.
 
         Args:
             known: description of the frames by the databases
-            buses: name of a bus by its number in `known`
-            picks: how canonical signals are made from columns; one whose columns are of several messages is left out
-            kept: signals of which the past is kept
+            buses: names of the buses by their number in `known`
+            picks: how canonical signals are made from columns; one with columns of several messages is skipped
+            kept: signals whose past samples are kept
         """
         self._actions = {}
         for pick in {each.name: each for each in picks}.values():
@@ -68,7 +68,7 @@ class Newest:
         return self.places[name]
 
     def take(self, frame: Frame) -> None:
-        """The next frame; one that is older than the newest of its signal changes nothing."""
+        """Update values from the next frame; a frame older than the newest value of its signal is ignored."""
         for place, made, past in self._actions.get((f"CAN{frame.bus}", frame.identifier), ()):
             if frame.time < self.times[place]:
                 continue
@@ -80,7 +80,7 @@ class Newest:
 
 
 def _made(pick: Pick, parts: Sequence[Made]) -> Made:
-    """A canonical signal of a payload, by the same operations in the same order as `tierod.io.readers.making`."""
+    """Conversion of a payload into a canonical signal, by the same operations as `tierod.io.readers.making`."""
     first, *others = parts
     gain, offset, scale = pick.entry.sign * pick.entry.factor, pick.entry.offset, pick.scale
 

@@ -1,4 +1,4 @@
-"""Options of an interface of python-can, as a user writes them: `data_bitrate=2000000`, or `2:app_name=CANalyzer`."""
+"""Options of a python-can interface as a user writes them: `data_bitrate=2000000`, or `2:app_name=CANalyzer`."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ from tierod.core.errors import ParameterError
 _WRITTEN = re.compile(r"(?:(?P<bus>\d+):)?(?P<name>[A-Za-z_]\w*)=(?P<value>.*)", re.DOTALL)
 
 OWN = {"interface": "--interface", "channel": "--channel", "bitrate": "--bitrate", "fd": "--fd"}
-"""Names that have an option of the command."""
+"""Settings with a command-line option of their own, and that option."""
 
 Option = bool | int | float | str
 
 
 def interface_options(given: Sequence[str], buses: int) -> list[dict[str, Option]]:
-    """The options of every bus.
+    """Interface options of every bus.
 
     Args:
-        given: each as NAME=VALUE for all buses, or as N:NAME=VALUE for the N-th
-        buses: how many there are
+        given: options, each as NAME=VALUE for all buses, or as N:NAME=VALUE for the N-th
+        buses: number of buses
 
     Raises:
-        ParameterError: one is not written so, or is of a bus that is not there
+        ParameterError: an option is malformed, has an option of the command, or is for a bus that does not exist
     """
     found: list[dict[str, Option]] = [{} for _ in range(buses)]
     for each in given:
@@ -46,7 +46,7 @@ def interface_options(given: Sequence[str], buses: int) -> list[dict[str, Option
 
 
 def _value(text: str) -> Option:
-    """A number or truth value where it is written as one, else the text."""
+    """A truth value or number where the text is one, else the text."""
     if text.lower() in ("true", "false"):
         return text.lower() == "true"
     for kind in (lambda: int(text, 0), lambda: float(text)):

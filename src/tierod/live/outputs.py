@@ -1,4 +1,4 @@
-"""Paths of a live session's results, and the free name for each of its drives."""
+"""Paths of a live session's results, and free file names for each of its drives."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ class Outputs:
     """Paths of a session's results.
 
     Args:
-        log: MF4 file of all frames; the second drive gets "-2" behind its name
+        log: MF4 file of all frames; "-2" is appended to the name for the second drive
         report: HTML page at the end of a drive
-        checkpoint: file of states and statements
-        every: time between two checkpoints
-        silence: time without a frame after which the drive has ended; infinite for one drive alone
-        ignition: column of the databases ("Message.Signal") whose zero ends the drive; "" without
+        checkpoint: file of the checkpoint
+        every: period of the checkpoints
+        silence: time without a frame after which the drive has ended; infinite for a single drive
+        ignition: column of the databases ("Message.Signal") whose zero ends the drive; "" for none
         width: bytes of a payload in the log
         mcap: MCAP file of signals, estimates and findings
     """
@@ -42,28 +42,28 @@ class Outputs:
 
 
 class Logs:
-    """The logs of one drive after the other, each with a name of its own.
+    """Opens and closes the logs of successive drives, each under a name of its own.
 
     Args:
-        outputs: names of the first drive
-        plan: of the session
-        hub: takes what is wrong with a log
+        outputs: paths of the first drive
+        plan: settings of the session
+        hub: receives problems with a log
     """
 
     def __init__(self, outputs: Outputs, plan: Plan, hub: Hub):
         self._outputs, self._plan, self._hub = outputs, plan, hub
         self.path: Path | None = None
         self.concluded: Path | None = None
-        """Log of a drive that was cut off, and is concluded now."""
+        """Log of an interrupted drive that has been concluded at the start of this session."""
         self._mcap: Findings | None = None
 
     def begin(self, engine: Engine, drives: int, goes_on: bool) -> None:
-        """Open the logs of a drive whose time is known.
+        """Open the logs of a drive, once the origin of its clock is set.
 
         Args:
-            engine: of the drive
-            drives: that have ended
-            goes_on: whether a drive goes on from a checkpoint, so that its first part lies in the log before
+            engine: engine of the drive
+            drives: number of drives that have ended
+            goes_on: whether the drive is resumed from a checkpoint, so that an earlier log holds its first part
         """
         self.path = self._free(self._outputs.log, drives, goes_on)
         if self.path is not None:
@@ -81,13 +81,13 @@ class Logs:
         self._mcap = Findings(McapLog(path, engine.clock.origin), engine, self._hub)
 
     def end(self) -> None:
-        """Finish what is not the engine's."""
+        """Close the MCAP log, which the engine does not close."""
         if self._mcap is not None:
             guarded(self._hub, self._mcap.close)
             self._mcap = None
 
     def _free(self, path: Path | None, drives: int, goes_on: bool) -> Path | None:
-        """Path of this drive's log: the next name that is free, since what is there may be all that a kill left."""
+        """Path of this drive's log: the next free name, as an existing file may be all that a killed session left."""
         number = drives
         while (found := numbered(path, number)) is not None and found.exists():
             number += 1
@@ -109,16 +109,16 @@ class Logs:
 
 
 def numbered(path: Path | None, drives: int) -> Path | None:
-    """The path of a drive: as given for the first, with a number behind its name for the others."""
+    """Path of a drive: as given for the first, with "-2", "-3" and so on appended for further ones."""
     return path if path is None or not drives else path.with_name(f"{path.stem}-{drives + 1}{path.suffix}")
 
 
 def guarded(hub: Hub, work: Callable[[], None]) -> None:
-    """Do some work, and report the error where it fails.
+    """Call a function, and report an error of tierod as a problem instead of raising it.
 
     Args:
-        hub: takes the sentence
-        work: that may raise errors of tierod
+        hub: receives the problem
+        work: function that may raise errors of tierod
     """
     try:
         work()

@@ -1,4 +1,4 @@
-"""A process that shall come back every ten milliseconds for hours: what else Python does in between is moved away."""
+"""Interpreter settings for a process that must act every ten milliseconds for hours, without long pauses of Python."""
 
 from __future__ import annotations
 
@@ -11,17 +11,19 @@ from typing import Annotated
 from tierod.core.series import Rows
 
 SWITCH: Annotated[float, "s"] = 5e-4
-"""Time for which a thread may keep the interpreter while another one waits; Python's 5 ms are half a tick."""
+"""Time that a thread may keep the interpreter while another one waits; Python's default of 5 ms is half a tick."""
 
 YOUNG = 50_000
-"""New objects from which on the youngest are looked through: frames come by the thousand, and hold no circles."""
+"""Number of new objects that starts a collection of the youngest generation; frames come by the thousand, and form no
+reference cycles.
+"""
 
 
 @contextmanager
 def quiet() -> Iterator[None]:
-    """Garbage collection leaves alone what was imported, threads give way sooner, and bounded series take their memory.
+    """Exclude imported objects from garbage collection, switch threads sooner, and allocate bounded series at once.
 
-    A full collection looks through all modules: 50 to 100 ms, at any moment.
+    A full collection scans all modules: 50 to 100 ms, at any moment.
     """
     before = gc.get_threshold(), sys.getswitchinterval(), Rows.reserving
     gc.collect()

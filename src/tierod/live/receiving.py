@@ -1,4 +1,4 @@
-"""Receiving in a process of its own, which judging cannot hold up; frames come in batches through a pipe."""
+"""Receiving in a separate process, which judging cannot delay; frames arrive in batches through a pipe."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ from tierod.live.buses import Address, Inbox, Receiver
 from tierod.live.frame import Frame, Notice
 
 MOST, SECONDS = 25_000, 0.005
-"""Frames of a batch at the most, and time after which one is sent [s]."""
+"""Largest number of frames in a batch, and period of the batches [s]."""
 
 PATIENCE = 20.0
-"""Time that the bus may take to open [s]."""
+"""Time allowed for the bus to open [s]."""
 
 
 class ProcessReceiver:
-    """Receives one bus in a process that ends with this one.
+    """Receives one bus in a child process, which ends with this one.
 
     Args:
-        number: of the bus, from 1
-        address: where it is
-        inbox: takes frames and notices
+        number: number of the bus, from 1
+        address: address of the bus
+        inbox: queue that receives frames and notices
 
     Raises:
         InputError: the bus cannot be opened
@@ -62,7 +62,7 @@ class ProcessReceiver:
             raise (ParameterError if kind == "ParameterError" else InputError)(text)
 
     def start(self) -> None:
-        """Begin to fill the inbox."""
+        """Start to fill the inbox."""
         self._thread.start()
 
     def _pump(self) -> None:
@@ -72,7 +72,7 @@ class ProcessReceiver:
                     self._inbox.put(each)
 
     def end(self) -> None:
-        """End the process."""
+        """End the process, by force if it does not end within two seconds."""
         self._process.terminate()
         try:
             self._process.wait(2.0)
@@ -84,17 +84,18 @@ class ProcessReceiver:
 
 
 def receiver(number: int, address: Address, inbox: Inbox) -> Receiver | ProcessReceiver:
-    """Receiver of a bus: a process, or a thread where the bus lives in this process alone, or pipes cannot be passed.
+    """Receiver of a bus: a process, or a thread where the bus exists in this process only or pipes cannot be inherited.
 
     Args:
-        number, address, inbox: as of `Receiver`
+        number, address, inbox: as in `Receiver`
     """
     alone = address.interface == "virtual" or os.name != "posix"
     return Receiver(number, address, inbox) if alone else ProcessReceiver(number, address, inbox)
 
 
 def main() -> None:
-    """Receive until the other end of the pipe is closed."""
+    """Entry point of the process: receive until the other end of the pipe is closed."""
+    # Ctrl-C reaches the whole process group; the parent alone decides when receiving ends.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     pipe: Connection[Any, Any] = Connection(int(sys.argv[1]), readable=False)
     said = json.loads(sys.argv[2])

@@ -1,4 +1,4 @@
-"""Playing a recording onto a bus: its frames as they are, or its signals encoded by a DBC; disturbed by seed."""
+"""Replay of a recording onto a bus: its frames unchanged, or its signals encoded by a DBC, with seeded disturbances."""
 
 from __future__ import annotations
 
@@ -27,15 +27,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Disturbance:
-    """Disturbances of the transmission, drawn by a seed.
+    """Disturbances of the transmission, drawn from a seeded generator.
 
     Args:
-        seed: of all draws
+        seed: seed of the generator
         loss: share of frames that are lost
-        doubled: share that comes twice
-        jitter: standard deviation of a delay
-        reordered: share that is held back by two periods of 10 ms
-        bus_off: bus-offs per minute, of half a second each
+        doubled: share of frames that arrive twice
+        jitter: standard deviation of the normal distribution whose magnitude is the delay of a frame
+        reordered: share of frames that are delayed by 20 ms, two periods of 10 ms
+        bus_off: mean rate of bus-off states, half a second each
     """
 
     seed: int = 0
@@ -47,12 +47,15 @@ class Disturbance:
 
 
 OFF: Annotated[float, "s"] = 0.5
+"""Duration of a bus-off state."""
+
 HELD: Annotated[float, "s"] = 0.02
+"""Delay of a reordered frame."""
 
 
 @dataclass
 class Played:
-    """Frames that were sent, and that the disturbance lost, doubled, held back; bus-offs; and sendings that failed."""
+    """Counts of frames: sent, lost, doubled, delayed and failed to send; and of bus-off states."""
 
     sent: int = 0
     lost: int = 0
@@ -63,15 +66,15 @@ class Played:
 
 
 def frames_of_file(path: Path, database: Sequence[Message], channel_map: ChannelMap | None) -> Iterator[Frame]:
-    """The frames of a bus log, or those that carry the signals of another recording, in the order of time from 0 on.
+    """Frames of a bus log, or frames that carry the signals of another recording, in the order of time from 0 on.
 
     Args:
-        path: of the recording
+        path: path of the recording
         database: messages by which signals are encoded; not needed for a bus log
-        channel_map: which assigns signals of the database to canonical signals
+        channel_map: assignment of canonical signals to signals of the databases
 
     Raises:
-        InputError: the recording cannot be read, or has none of the signals of the databases
+        InputError: the recording cannot be read, or holds no signal of the databases
     """
     log = frames_in(path)
     if log is not None:
@@ -92,15 +95,15 @@ def _of_log(log: Log) -> Iterator[Frame]:
 
 
 def encoded(path: Path, database: Sequence[Message], channel_map: ChannelMap | None) -> Iterator[Frame]:
-    """Frames of the signals of a recording; a message is sent when its fastest signal has a sample, others are held.
+    """Frames of a recording's signals; a message is sent at each sample of its fastest signal, the others are held.
 
     Args:
-        path: of the recording, with columns of the databases or canonical signals
-        database: messages
-        channel_map: of the vehicle; its sign, factor and offset are undone
+        path: path of the recording, with columns of the databases or canonical signals
+        database: messages of the databases
+        channel_map: channel map of the vehicle, whose sign, factor and offset are inverted
 
     Raises:
-        InputError: no signal of the databases is in it
+        InputError: the recording holds no signal of the databases
     """
     from tierod.io.conversion import as_found
 
@@ -122,7 +125,7 @@ def encoded(path: Path, database: Sequence[Message], channel_map: ChannelMap | N
 
 
 Wiring = dict[str, tuple[str, Callable[[float], float]]]
-"""By signal of a message: the channel that it is made from, and how."""
+"""By signal of a message: its source channel, and the conversion of a value of that channel."""
 
 
 def _wired(message: Message, columns: Mapping[str, Column], channel_map: ChannelMap | None) -> Wiring:
@@ -142,7 +145,7 @@ def _wired(message: Message, columns: Mapping[str, Column], channel_map: Channel
 def _inverse(
     name: str, unit: str, columns: Mapping[str, Column], channel_map: ChannelMap | None
 ) -> tuple[str, Callable[[float], float]] | None:
-    """The canonical channel that a map makes from this signal alone, and the way back."""
+    """The canonical channel that a map makes from this signal alone, and the inverse conversion."""
     from tierod.core.units import scale
 
     for canonical, entry in (channel_map.entries if channel_map else {}).items():
@@ -184,7 +187,7 @@ def _sent(message: Message, wiring: Wiring, piece: Any) -> Iterator[Frame]:
             item = message.get_signal_by_name(name)
             value = wiring[name][1](float(column[place]))
             values[name] = _within(item, value) if value == value else _idle(item)
-        with contextlib.suppress(EncodeError, OverflowError, ValueError):  # what the message cannot carry is not sent
+        with contextlib.suppress(EncodeError, OverflowError, ValueError):  # what it cannot represent is not sent
             yield Frame(stamp, identifier, 1, message.encode(values, scaling=True, strict=False))
 
 
@@ -193,7 +196,7 @@ def _idle(item: Any) -> float:
 
 
 def _within(item: Any, value: float) -> float:
-    """The nearest value that the bits of a signal can carry."""
+    """The nearest value that the bits of a signal can represent."""
     if item.is_float:
         return value
     low, high = (-(1 << item.length - 1), (1 << item.length - 1) - 1) if item.is_signed else (0, (1 << item.length) - 1)
@@ -202,12 +205,12 @@ def _within(item: Any, value: float) -> float:
 
 
 def disturbed(frames: Iterator[Frame], how: Disturbance, played: Played) -> Iterator[Frame]:
-    """The frames as they arrive: the same for the same seed.
+    """Frames as they arrive after the disturbances; reproducible for equal seeds.
 
     Args:
-        frames: in the order of time
-        how: what goes wrong
-        played: counts it
+        frames: frames in the order of time
+        how: the disturbances
+        played: counter of the disturbances
     """
     chance = random.Random(how.seed)
     waiting: list[tuple[float, int, Frame]] = []
@@ -246,15 +249,15 @@ def play(
     wanted: Callable[[], bool] = lambda: True,
     say: Callable[[str], None] = lambda text: None,
 ) -> None:
-    """Send frames at their time; what a bus refuses is tried anew for a second and then left out.
+    """Send frames at their times; a frame that a bus refuses is retried for a second, then dropped.
 
     Args:
-        frames: in the order of time
-        buses: a frame of bus n goes to the n-th, those beyond go to the last
-        speed: times real time; 0 as fast as the bus takes them
-        played: counts them
-        wanted: asked before every frame
-        say: takes a sentence where frames of a further bus come
+        frames: frames in the order of time
+        buses: targets; a frame of bus n goes to the n-th, frames of further buses to the last
+        speed: multiple of real time; 0 sends as fast as the bus accepts
+        played: counter of the frames
+        wanted: called before every frame; replay ends if it returns false
+        say: receives a sentence on frames of a bus without a target
     """
     import can
 

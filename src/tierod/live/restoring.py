@@ -1,4 +1,4 @@
-"""Puts what a snapshot holds back into sessions that were opened anew."""
+"""Restores the content of a snapshot into sessions that were opened anew."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ import numpy as np
 from tierod.live.snapshot import Node, Snapshot, digest_of_block, held_by, is_frozen, name_of
 
 Opening = Callable[[Any, "Held"], None]
-"""Opens what an object holds before it is filled with what the snapshot has of it."""
+"""Function that opens the members of an object before it is filled from the snapshot."""
 
 
 class Unfit(Exception):
-    """A snapshot that does not fit what was opened; the message names where."""
+    """Snapshot that does not fit the opened objects; the message names the place."""
 
 
 _MISSING = object()
@@ -33,21 +33,21 @@ class Held:
         self._reader, self._nodes = reader, nodes
 
     def node(self, name: str) -> Any:
-        """The tree as it was written; None where there is none."""
+        """The node of an attribute as written; None where there is none."""
         return self._nodes.get(name)
 
     def value(self, name: str) -> Any:
-        """The value, where it holds nothing that was opened."""
+        """The value of an attribute that contains no opened object."""
         return self._reader.value(self._nodes.get(name))
 
 
 class Restoring:
-    """Reads a snapshot beside what was opened.
+    """Reads a snapshot into objects that were opened anew.
 
     Args:
         found: the snapshot
-        packages: top names of those whose classes may be made
-        openings: by class, what to open before its objects are filled
+        packages: top-level packages whose classes may be instantiated
+        openings: by class, a function called before its objects are filled
     """
 
     def __init__(self, found: Snapshot, packages: frozenset[str], openings: dict[type, Opening]):
@@ -55,14 +55,14 @@ class Restoring:
         self._made: dict[int, object] = {}
 
     def value(self, node: Node, opened: object = _MISSING) -> Any:
-        """The value of a node.
+        """Value of a node.
 
         Args:
-            node: of the snapshot
-            opened: what stands at its place now
+            node: node of the snapshot
+            opened: object at its place now
 
         Raises:
-            Unfit: something that is not written is not there
+            Unfit: the node is malformed, or does not fit the opened object
         """
         if not isinstance(node, list):
             return node
@@ -86,7 +86,7 @@ class Restoring:
             raise Unfit("what is not written is not there either")
         return opened
 
-    def _of_B(self, opened: object, digest: str) -> object:  # the letter of blocks
+    def _of_B(self, opened: object, digest: str) -> object:  # letter of compiled blocks
         if opened is _MISSING or opened is None or digest_of_block(opened) != digest:
             raise Unfit("it is of another calibration")
         return opened
@@ -106,14 +106,14 @@ class Restoring:
     def _of_s(self, opened: object, parts: list[Node]) -> frozenset[object]:
         return frozenset(self.value(each) for each in parts)
 
-    def _of_S(self, opened: object, number: int, parts: list[Node]) -> set[object]:  # the letter of sets
+    def _of_S(self, opened: object, number: int, parts: list[Node]) -> set[object]:  # letter of mutable sets
         made = self._made[number] = {self.value(each) for each in parts}
         return made
 
     def _of_t(self, opened: object, parts: list[Node]) -> object:
         return _same_or(opened, tuple(self._parts(opened, parts)))
 
-    def _of_N(self, opened: object, name: str, parts: list[Node]) -> object:  # the letter of named ones
+    def _of_N(self, opened: object, name: str, parts: list[Node]) -> object:  # letter of named tuples
         kind = self._class(name)
         if not issubclass(kind, tuple):
             raise Unfit(f"{name} is no tuple")
@@ -135,7 +135,7 @@ class Restoring:
         return self._listed(own, number, parts)
 
     def _listed(self, made: Any, number: int, parts: list[Node]) -> Any:
-        """Fills a list at its place, since others may hold it."""
+        """Fill a list in place, since other objects may refer to it."""
         assert isinstance(made, MutableSequence)
         before = [*made, *([_MISSING] * len(parts))]
         self._made[number] = made
@@ -168,7 +168,7 @@ class Restoring:
         return made
 
     def _frozen(self, kind: type, opened: object, number: int, attributes: list[Any]) -> object:
-        """One that equals what was opened stays it: a compiled block belongs to the very object."""
+        """The opened object if its content is equal, else a new one; a compiled block belongs to the very object."""
         before = dict(held_by(opened)) if type(opened) is kind else {}
         held = {key: self.value(each, before.get(key, _MISSING)) for key, each in attributes}
         if held.keys() == before.keys() and all(_same(held[key], before[key]) for key in held):
@@ -183,11 +183,12 @@ class Restoring:
         return made
 
     def _class(self, name: str) -> type:
-        """A class of the program, of a module that is in use; a file makes nothing else."""
+        """Class by its name, from a loaded module of the allowed packages; a file can make no other."""
         module, _, path = name.partition(":")
         found: Any = sys.modules.get(module) if module.partition(".")[0] in self._packages else None
         for part in path.split("."):
             found = getattr(found, part, None)
+        # A finalizer would run code with values from the file.
         if not isinstance(found, type) or found.__module__ != module or hasattr(found, "__del__"):
             raise Unfit(f"there is no class {name}")
         return found
@@ -199,22 +200,22 @@ def _same(first: object, second: object) -> bool:
 
 
 def _same_or(opened: object, made: Any) -> Any:
-    """Opened object where it holds the same; else the made one."""
+    """The opened tuple if its items are the same, else the new one."""
     alike = type(opened) is type(made) and len(opened) == len(made)  # type: ignore[arg-type]  # tuples both
     return opened if alike and all(map(_same, made, opened)) else made  # type: ignore[call-overload]  # a tuple
 
 
 def restored(found: Snapshot, opened: object, packages: frozenset[str], openings: dict[type, Opening]) -> Any:
-    """The value that a snapshot holds, in the objects that were opened, as far as these are of the same classes.
+    """Value that a snapshot holds, restored into the opened objects as far as their classes are the same.
 
     Args:
         found: the snapshot
-        opened: what was opened anew
-        packages: top names of those whose classes may be made
-        openings: by class, what to open before its objects are filled
+        opened: objects that were opened anew
+        packages: top-level packages whose classes may be instantiated
+        openings: by class, a function called before its objects are filled
 
     Raises:
-        Unfit: it does not fit what was opened
+        Unfit: the snapshot does not fit the opened objects
     """
     try:
         return Restoring(found, packages, openings).value(found.tree, opened)

@@ -1,4 +1,4 @@
-"""Results as CAN frames, by a DBC that is written beside them: what monitors state goes to whatever reads the bus."""
+"""Results of the monitors as CAN frames, with a DBC that describes them for other devices on the bus."""
 
 from __future__ import annotations
 
@@ -21,23 +21,24 @@ if TYPE_CHECKING:
     from cantools.database.can import Message
 
 FIRST = 0x6E0
-"""Identifier of the first message; the others follow."""
+"""Default identifier of the first message; the others follow consecutively."""
 
 STATUSES = tuple(Status)
-"""Code of a status is its place here."""
+"""Statuses in the order of their codes in the frames."""
 
 UNKNOWN = 255
+"""Code of a status that is not in `STATUSES`."""
 
 
 @dataclass(frozen=True)
 class Layout:
-    """One message of a monitor: its status, since when, and its first estimate that has a band.
+    """Layout of one message: status of a monitor, start of the status, and first estimate with a standard deviation.
 
     Args:
-        monitor: its name
-        identifier: of the message
-        estimate: name of what it estimates; "" without
-        unit: of it
+        monitor: name of the monitor
+        identifier: identifier of the message
+        estimate: name of the estimate; "" for none
+        unit: unit of the estimate
     """
 
     monitor: str
@@ -52,14 +53,14 @@ class Layout:
 
 
 def layouts(monitors: Sequence[tuple[str, Mapping[str, str]]], first: int = FIRST) -> tuple[Layout, ...]:
-    """The messages for some monitors.
+    """Message layouts of some monitors.
 
     Args:
-        monitors: name, and units of what it estimates by name
+        monitors: name of each monitor, and units of its estimates by name
         first: identifier of the first message
 
     Raises:
-        InputError: identifiers beyond 11 bits
+        InputError: the identifiers exceed 11 bits
     """
     if not 0 <= first <= 0x7FF + 1 - len(monitors):
         raise InputError(f"{len(monitors)} messages from 0x{first:X} on do not fit into 11 bits; begin at 0x6E0")
@@ -71,15 +72,15 @@ def layouts(monitors: Sequence[tuple[str, Mapping[str, str]]], first: int = FIRS
 
 
 def refuse_clash(database: Iterable[Message], monitors: int, first: int = FIRST) -> None:
-    """Refuse identifiers that messages of the car have.
+    """Refuse identifiers of results that messages of the vehicle already use.
 
     Args:
         database: messages of all databases
-        monitors: how many of them send
+        monitors: number of monitors that send
         first: identifier of the first message
 
     Raises:
-        InputError: a message of the databases has one of them, or they do not fit into 11 bits
+        InputError: a message of the databases uses one of them, or they exceed 11 bits
     """
     own = {each.identifier for each in layouts([("", {})] * monitors, first)}
     taken = {each.frame_id: each.name for each in database if not each.is_extended_frame}
@@ -94,7 +95,7 @@ def refuse_clash(database: Iterable[Message], monitors: int, first: int = FIRST)
 
 
 def database(messages: Sequence[Layout]) -> str:
-    """The DBC that describes the messages."""
+    """Text of the DBC that describes the messages."""
     parts = ['VERSION ""', "NS_ :", "BS_:", "BU_: tierod", ""]
     values = []
     for each in messages:
@@ -111,11 +112,11 @@ def database(messages: Sequence[Layout]) -> str:
 
 
 def payload(layout: Layout, shown: Shown) -> bytes:
-    """The eight bytes of a message.
+    """The eight payload bytes of a message.
 
     Args:
-        layout: of the message
-        shown: what the monitor states
+        layout: layout of the message
+        shown: displayed state of the monitor
     """
     code = STATUSES.index(shown.status) if shown.status in STATUSES else UNKNOWN
     since = min(max(round(shown.since / 0.01), 0), (1 << 24) - 1)
@@ -124,13 +125,13 @@ def payload(layout: Layout, shown: Shown) -> bytes:
 
 
 class Sender:
-    """Sends the results to a bus.
+    """Sends the results to a bus periodically.
 
     Args:
-        address: of the bus
-        path: of the DBC, which is written as soon as the monitors run
+        address: address of the bus
+        path: path of the DBC, written again whenever the messages change
         first: identifier of the first message
-        every: time between two of the same message
+        every: period of a message
 
     Raises:
         InputError: the bus cannot be opened
@@ -145,11 +146,11 @@ class Sender:
         self._last = -math.inf
 
     def send(self, shown: Sequence[Shown], now: float) -> None:
-        """Send what monitors state, where it is time.
+        """Send the states of the monitors if the period has elapsed.
 
         Args:
-            shown: of all monitors
-            now: by the computer's clock [s]
+            shown: displayed states of all monitors
+            now: time of the computer's monotonic clock [s]
 
         Raises:
             OutputError: the DBC cannot be written

@@ -1,4 +1,4 @@
-"""Checkpoints of a drive: what is kept every few seconds, and going on from it after a program ended."""
+"""Checkpoints of a drive, written every few seconds, and resumption from them after a program ended."""
 
 from __future__ import annotations
 
@@ -30,11 +30,11 @@ if TYPE_CHECKING:
 
 
 def databases_digest(database: Sequence[Message], channel_map: ChannelMap | None) -> str:
-    """Digest of how signals are made from frames.
+    """Digest of the conversion of frames into signals.
 
     Args:
         database: messages of all databases
-        channel_map: which makes canonical signals
+        channel_map: conversion into canonical signals
     """
     messages = [(each.frame_id, each.name, *map(layout, each.signals)) for each in database]
     return digest_of(messages, channel_map.entries if channel_map is not None else None)
@@ -49,13 +49,13 @@ def _old(found: Checkpoint) -> str:
 
 
 class Checkpoints:
-    """Keeps the checkpoint of one session in a file, and takes up what lies there.
+    """Keeps the checkpoint of one session in a file, and resumes from an existing one.
 
     Args:
-        path: of the file
-        vehicle: that drives
-        databases: digest of messages and channel map
-        say: takes sentences on what became of it, with the name of a monitor or ""
+        path: path of the file
+        vehicle: the vehicle driven
+        databases: digest of the messages and the channel map
+        say: receives the name of a monitor or "", and a sentence on the outcome
     """
 
     def __init__(self, path: Path, vehicle: Vehicle, databases: str, say: Callable[[str, str], None]):
@@ -63,10 +63,10 @@ class Checkpoints:
         self._pool = ThreadPoolExecutor(1, "checkpoint")
         self._writing: Future[None] | None = None
         self.judged_until = -math.inf
-        """Time of the drive up to which the last checkpoint holds it [s]."""
+        """Time of the drive up to which the last checkpoint covers it [s]."""
         self._states: dict[str, State] = {}
         self.cut_off: Checkpoint | None = None
-        """Of a drive that did not end, and is too old to go on."""
+        """Checkpoint of a drive that did not end and is too old to be resumed."""
         self.found = self._read() if path.exists() else None
 
     def _read(self) -> Checkpoint | None:
@@ -97,13 +97,13 @@ class Checkpoints:
         return ""
 
     def resume(self, engine: Engine) -> bool:
-        """Go on with the drive of the file, if it has not ended: its clock, its statements, and what was logged since.
+        """Resume the drive of the checkpoint if it has not ended: its clock, its results, and frames logged since.
 
         Args:
-            engine: new
+            engine: a new engine
 
         Returns:
-            whether it goes on
+            whether a drive was resumed
         """
         found = self.found
         if found is None or found.ended or found.drive is None:
@@ -117,13 +117,13 @@ class Checkpoints:
         return True
 
     def conclude(self, engine: Engine) -> Path | None:
-        """Put the drive that was cut off into an engine, to be finished.
+        """Restore the interrupted drive into an engine, to be finished.
 
         Args:
-            engine: new
+            engine: a new engine
 
         Returns:
-            its log, or what stands for it; None where it does not fit this program
+            its log, or a placeholder; None where the checkpoint does not fit this program
         """
         found = self.cut_off
         if found is None or (again := self._restored(engine, found, 0.0)) is None:
@@ -137,20 +137,20 @@ class Checkpoints:
         return Path(found.log or "live")
 
     def forget(self) -> None:
-        """Write that no drive is open, and no state to go on from.
+        """Write a checkpoint without an open drive and without states.
 
         Raises:
-            OutputError: it cannot be written
+            OutputError: the checkpoint cannot be written
         """
         checkpoint.written(self._content({}, 0.0, None, ""), self.path)
 
     def _restored(self, engine: Engine, found: Checkpoint, shift: float) -> int | None:
-        """Fill an engine with a drive: frames that its log has beyond it; None where it does not fit this program.
+        """Restore a drive into an engine, and return the number of frames added from its log; None if it does not fit.
 
         Args:
-            engine: new
-            found: the drive
-            shift: of the computer's clock since it was written [s]
+            engine: a new engine
+            found: checkpoint of the drive
+            shift: lead of the computer's monotonic clock over the one at the time of writing [s]
         """
         if found.drive is None:
             return None
@@ -183,7 +183,7 @@ class Checkpoints:
         self._say(judge.name, "goes on from the checkpoint")
 
     def settle(self, judges: Sequence[Judge]) -> None:
-        """States of a drive that has ended go into the blocks of monitors that have begun.
+        """Put the block states at the end of the previous drive into the blocks of monitors that have begun.
 
         Args:
             judges: all monitors
@@ -201,25 +201,25 @@ class Checkpoints:
                 self._say(judge.name, "the checkpoint is of another calibration; it begins anew")
 
     def collected(self, judges: Sequence[Judge]) -> dict[str, State]:
-        """States of all monitors to keep, when a piece was judged; some milliseconds each.
+        """States of all monitors for a checkpoint, after a piece was judged; takes some milliseconds per monitor.
 
         Args:
-            judges: of the drive
+            judges: judges of the drive
         """
         return {judge.name: each for judge in judges if (each := state_of(judge)) is not None}
 
     def store(self, engine: Engine, states: Mapping[str, State], now: float, calendar: float, log: Path | None) -> None:
-        """Write what the drive holds now; a thread does, and what comes before it has ended is left out.
+        """Write the current state of the drive in a thread; skipped while the previous write is still running.
 
         Args:
-            engine: of the drive, before the next piece is judged
-            states: of its monitors, as of `collected`
-            now: by the computer's clock [s]
-            calendar: time of the computer [s]
-            log: of the drive
+            engine: engine of the drive, before the next piece is judged
+            states: states of its monitors, as given by `collected`
+            now: time of the computer's monotonic clock [s]
+            calendar: calendar time of the computer [s]
+            log: path of the drive's log
 
         Raises:
-            OutputError: the one before could not be written
+            OutputError: the previous checkpoint could not be written
         """
         if self._writing is not None and not self._writing.done():
             return
@@ -232,11 +232,12 @@ class Checkpoints:
         """Write that the drive has ended, and the states of the blocks.
 
         Args:
-            judges: of the drive, which was concluded
+            judges: judges of the concluded drive
 
         Raises:
-            OutputError: it cannot be written
+            OutputError: the checkpoint cannot be written
         """
+        # Waits for a write that is still running, which would overwrite the end of the drive.
         if self._writing is not None:
             self._writing.exception()
         self._writing = None
@@ -244,14 +245,14 @@ class Checkpoints:
         checkpoint.written(self._content(states, 0.0, None, ""), self.path)
 
     def _content(self, states: Mapping[str, State], clock: float, drive: Snapshot | None, log: str) -> Checkpoint:
-        """Checkpoint to write; without a state of the drive it marks the end of the drive."""
+        """Content of a checkpoint; without a state of the drive it marks the end of the drive."""
         written = datetime.datetime.now(datetime.UTC).timestamp()
         own = checkpoint.of_vehicle(self._vehicle)
         ended = drive is None
         return Checkpoint(self._vehicle.name, own, self._databases, written, clock, ended, states, drive, log)
 
     def close(self) -> None:
-        """End the thread that writes, when the file is whole."""
+        """Stop the writing thread after the file is complete."""
         self._pool.shutdown()
 
     def _raise_late(self) -> None:

@@ -1,4 +1,4 @@
-"""Displayed state of a live session, sent every second as an event."""
+"""State of a live session for display, sent every second as an event."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from tierod.live.judge import Shown
 
 
 def shown_state(engine: Engine, health: Health) -> dict[str, Any]:
-    """The drive now.
+    """Current state of the drive.
 
     Args:
-        engine: of the drive
-        health: of the session
+        engine: engine of the drive
+        health: health of the session
     """
     return {
         "time": engine.clock.latest,

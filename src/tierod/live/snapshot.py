@@ -1,9 +1,10 @@
-"""State of the sessions of a drive, as numbers and names: the part of a checkpoint that no block keeps.
+"""State of the sessions of a drive as plain values and arrays: the part of a checkpoint outside the blocks.
 
-A session collects over a drive in ordinary objects: arrays, counters, lists, small classes. They are walked from their
-roots and written as a tree of plain values beside the arrays; `restoring` puts them back into sessions that were opened
-anew. What follows from the program or the user's files alone (functions, compiled blocks, vehicles, monitors) is not
-written, and stays as it was opened. Reading runs nothing that a file could name, as unpickling would.
+A session collects over a drive in ordinary objects: arrays, counters, lists, small classes. They are traversed from
+their roots and written as a tree of plain values beside the arrays; `restoring` puts them back into sessions that were
+opened anew. Objects that follow from the program or the user's files alone (functions, compiled blocks, vehicles,
+monitors) are not written, and stay as they were opened. Reading executes nothing that a file could name, unlike
+unpickling.
 """
 
 from __future__ import annotations
@@ -31,20 +32,21 @@ from tierod.monitors.harness.session import Monitor, Variant
 from tierod.vehicles import Vehicle
 
 Node = None | bool | int | float | str | list["Node"]
-"""A plain value, or a list that begins with the letter of its kind."""
+"""A plain value, or a list whose first item is the letter of its kind."""
 
 KEPT = (
     types.FunctionType, types.BuiltinFunctionType, types.MethodType, types.ModuleType, functools.partial, type,
     Scanner, SideBySide, Stream, Ticker, Mapping_, Monitor, Variant, Vehicle,
 )  # fmt: skip
-"""What follows from the program and the user's files."""
+"""Types whose objects follow from the program and the user's files, and are not written."""
 
 PLAIN = frozenset({list, dict, tuple, deque, set, frozenset, Counter})
 
 MOST_DIGESTS = 1000
+"""Number of cached digests of blocks above which the cache is cleared."""
 
 ARRAYS = "biufcU"
-"""Kinds of arrays that are written: numbers, truth values and text."""
+"""Kinds of arrays that are written, as letters of NumPy: truth values, numbers and text."""
 
 
 class NotStorable(TierodError):
@@ -53,17 +55,17 @@ class NotStorable(TierodError):
 
 @dataclasses.dataclass
 class Snapshot:
-    """Values as a tree, and the arrays that it numbers."""
+    """Values as a tree, and the arrays to which it refers by number."""
 
     tree: Node
     arrays: list[np.ndarray]
 
 
 class Walk:
-    """Writes one value after the other; what is met twice is written once.
+    """Converts values into a tree; an object that occurs twice is written once.
 
     Args:
-        packages: whose classes are written
+        packages: top-level packages whose classes are written
     """
 
     def __init__(self, packages: frozenset[str]):
@@ -76,7 +78,7 @@ class Walk:
         """The value as a tree.
 
         Raises:
-            NotStorable: it holds something that is neither written nor kept
+            NotStorable: the value contains an object that is neither written nor kept as opened
         """
         kind = type(value)
         if value is None or kind in (bool, int, str):
@@ -90,11 +92,12 @@ class Walk:
         if id(value) in self._numbers:
             return ["r", self._numbers[id(value)]]
         number = self._numbers[id(value)] = len(self._met)
+        # The reference keeps the object alive: its id must not be given to another one during the walk.
         self._met.append(value)
         return self._numbered(value, number)
 
     def _special(self, kind: type, value: object) -> Node:
-        """Node of a value that is no container and no object with attributes; None where it is one."""
+        """Node of a value that is neither a container nor an object with attributes; None for those."""
         if isinstance(value, Enum):
             return ["e", name_of(kind), value.name]
         if isinstance(value, KEPT):
@@ -138,21 +141,22 @@ class Walk:
     def _array(self, value: np.ndarray) -> int:
         if value.dtype.kind not in ARRAYS:
             raise NotStorable(f"a checkpoint cannot hold an array of {value.dtype}")
-        # A copy: the session goes on while a thread writes the file.
+        # Copied, since the session continues while a thread writes the file.
         self.arrays.append(np.array(value, order="C"))
         return len(self.arrays) - 1
 
 
 def digest_of(*parts: object) -> str:
-    """Digest of what is written out the same in every run."""
+    """Digest of values whose text (`repr`) is the same in every run."""
     return hashlib.sha256("\n".join(map(repr, parts)).encode()).hexdigest()[:32]
 
 
+# Holds the block beside its digest, so that its id is not reused.
 _DIGESTS: dict[int, tuple[object, str]] = {}
 
 
 def digest_of_block(block: Any) -> str:
-    """Digest of a block's type and tuning: a state belongs to one calibration. Blocks never change, so it is kept."""
+    """Digest of a block's type and tuning, since a state belongs to one calibration; cached, as blocks never change."""
     if id(block) not in _DIGESTS:
         if len(_DIGESTS) > MOST_DIGESTS:
             _DIGESTS.clear()
@@ -162,15 +166,15 @@ def digest_of_block(block: Any) -> str:
 
 
 def name_of(kind: type) -> str:
-    """Module and name of a class."""
+    """Module and qualified name of a class, separated by a colon."""
     return f"{kind.__module__}:{kind.__qualname__}"
 
 
 def held_by(value: object) -> Iterator[tuple[str, object]]:
-    """Attributes of an object by name: the fields of a frozen dataclass, else all that it has.
+    """Attributes of an object by name: the fields of a frozen dataclass, else all its slots and instance attributes.
 
     Raises:
-        NotStorable: it has none that can be read, as what is written in C
+        NotStorable: the object has no attributes that can be read, as a type written in C
     """
     if is_frozen(type(value)):
         yield from ((each.name, getattr(value, each.name)) for each in dataclasses.fields(value))  # type: ignore[arg-type]
@@ -188,14 +192,14 @@ def is_frozen(kind: type) -> bool:
 
 
 def snapshot(value: object, packages: frozenset[str] = frozenset({"tierod"})) -> Snapshot:
-    """A value with all that it leads to.
+    """Snapshot of a value with all objects that it refers to.
 
     Args:
-        value: any
-        packages: top names of those whose classes may be written
+        value: any value
+        packages: top-level packages whose classes may be written
 
     Raises:
-        NotStorable: it leads to something that is neither written nor kept
+        NotStorable: the value refers to an object that is neither written nor kept as opened
     """
     walk = Walk(packages)
     return Snapshot(walk.node(value), walk.arrays)

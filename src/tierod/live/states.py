@@ -1,4 +1,4 @@
-"""States of monitors as a checkpoint keeps them, and what is opened anew before they are filled with it."""
+"""States of monitors for a checkpoint, and objects that are opened before they are filled from it."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def _refit(session: BlockSession, held: Held) -> None:
 
 
 def _moves(node: Any) -> list[dict[str, float]]:
-    """Standard deviations by parameter, by place, of vehicles in a snapshot; empty where there was none."""
+    """Parameter moves of the perturbed vehicles in a snapshot, in standard deviations; one entry per vehicle."""
     if node is None:
         return []
     running = dict(dict(node[3])["points"][3])["running"]
@@ -43,17 +43,17 @@ OPENINGS: dict[type, Opening] = {Run: _reopen_run, ParameterSpread: _reopen_spre
 
 
 def packages_of(judge: Judge) -> frozenset[str]:
-    """Packages whose classes a checkpoint of a monitor holds: tierod's, and that of the monitor."""
+    """Top-level packages whose classes a checkpoint of a monitor may hold: tierod, and the package of the monitor."""
     session = judge.run.session if judge.run is not None else None
     return frozenset({"tierod", type(session).__module__.partition(".")[0]})
 
 
 def state_of(judge: Judge, collected: bool = True) -> State | None:
-    """State of a monitor to keep; None where it does not run.
+    """State of a monitor for a checkpoint; None if the monitor does not run.
 
     Args:
-        judge: of the monitor
-        collected: whether with what it collected over the drive, beside the state of its block
+        judge: judge of the monitor
+        collected: whether to include the data collected over the drive beside the state of its block
     """
     run = judge.run
     if run is None or judge.broken or not run.begun:
@@ -70,5 +70,5 @@ def state_of(judge: Judge, collected: bool = True) -> State | None:
 
 
 def calibration(judge: Judge) -> str:
-    """Digest of what the session of a monitor is opened for."""
+    """Digest of the baseline with which the session of a monitor is opened."""
     return digest_of(judge.calibration)

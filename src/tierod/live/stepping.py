@@ -1,4 +1,4 @@
-"""Steps all monitors tick by tick while frames come, in the order of time over all buses."""
+"""Steps all monitors tick by tick while frames arrive, in the order of time over all buses."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ _stamp = operator.attrgetter("time")
 
 
 class Ticks:
-    """The tickers of a drive, by name of the monitor.
+    """Tickers of a drive, by name of the monitor.
 
     Args:
-        wait: for frames of a bus that come later than those of another one
+        wait: time that a tick waits for frames of a slower bus
     """
 
     def __init__(self, wait: Annotated[float, "s"]):
@@ -38,18 +38,18 @@ class Ticks:
         self._due = math.inf
 
     def take(self, frames: Sequence[Frame], latest: float) -> bool:
-        """Step every monitor through the ticks that no frame can change any more.
+        """Step every monitor through the ticks that no further frame can change.
 
         Args:
-            frames: that came, at least one
-            latest: stamp that was met [s]
+            frames: new frames, at least one
+            latest: newest stamp of the drive [s]
 
         Returns:
             whether a verdict changed
         """
         for frame in frames:
             self._last[frame.bus] = max(self._last.get(frame.bus, -math.inf), frame.time)
-        # A bus of which nothing comes holds up nothing.
+        # A bus that has fallen silent must not hold up the ticks.
         limit = max(min(self._last.values()), latest - self._wait) if len(self._last) > 1 else latest
         self._held += frames
         self._held.sort(key=_stamp)
@@ -74,13 +74,13 @@ class Ticks:
         return min((ticker.due for ticker in self.tickers.values()), default=math.inf)
 
     def settle(self, judges: Sequence[Judge], decoder: Decoder, picks: Sequence[Pick], frames: Sequence[Frame]) -> None:
-        """A piece was judged: ticks are compared with it, and begin for monitors that run now.
+        """Compare the ticks with a judged piece, and begin ticks of monitors that run now.
 
         Args:
             judges: all monitors
-            decoder: of the frames
-            picks: how the signals of all monitors are made
-            frames: those of the piece and all that came since
+            decoder: decoder of the frames
+            picks: how the signals of all monitors are made from columns
+            frames: frames of the piece and all received since
         """
         for judge in judges:
             if judge.broken:
@@ -99,7 +99,7 @@ class Ticks:
         picks: Sequence[Pick],
         frames: Sequence[Frame],
     ) -> None:
-        """Ticks of some monitors begin where the piece ended, through the frames that came since."""
+        """Begin the ticks of some monitors at the end of the piece, and step them through the frames received since."""
         known = decoder.known
         assert known is not None
         runs = [judge.run for judge in judges if judge.run is not None]

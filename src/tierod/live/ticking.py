@@ -1,10 +1,10 @@
 """One compiled step of a monitor at every tick of its grid, ahead of the pieces by which a drive is judged.
 
-A piece is judged like a recording: derived signals, stuck signals, the spread of parameters, figures for the report. It
-waits for frames that come late, and costs some milliseconds. A tick takes the newest value of every signal with its
-age, steps the monitor's block, and gives its verdict within one period of its grid. Where the frames came in order both
-see the same samples, and the states agree to the last bit; every piece is compared, and where a late frame or a stuck
-signal made a difference, the ticks go on from the state of the piece.
+A piece is judged like a recording, with derived signals, stuck signals, the spread of parameters, and figures for the
+report. It waits for late frames, and costs some milliseconds. A tick takes the newest value of every signal within its
+maximum age, steps the monitor's block, and gives its verdict within one period of its grid. If the frames arrived in
+order, both use the same samples, and the states agree to the last bit. Every piece is compared; where a late frame or a
+stuck signal made a difference, the ticks continue from the state of the piece.
 """
 
 from __future__ import annotations
@@ -26,20 +26,20 @@ from tierod.monitors.harness.run import ROUNDING, Run
 from tierod.monitors.harness.session import BlockSession, StatusChange
 
 DERIVED = ("vehicle_speed", "steering_wheel_rate")
-"""Signals that a tick can make from others."""
+"""Signals that a tick can derive from others."""
 
 STATED = "statement.status"
-"""Output of a block that states the status of its estimate."""
+"""Output of a block that holds the status of its estimate."""
 
 LEAP = 10.0
-"""Time without a frame after which ticks wait for the next piece [s]."""
+"""Time without a frame after which ticks are suspended until the next piece [s]."""
 
 MOST = 40_000
-"""Steps that may lie between two pieces: four seconds of the fastest monitor."""
+"""Largest number of steps between two pieces: four seconds of the fastest monitor."""
 
 
 def needed(run: Run) -> tuple[str, ...]:
-    """Signals from which those of a run that the bus lacks are made."""
+    """Signals from which the derived signals of a run are made."""
     session = run.session
     derived = [name for name in getattr(session, "signals", ()) if name in DERIVED]
     return tuple(dict.fromkeys(need for name in derived for need in RECIPES[name].needs))
@@ -49,11 +49,11 @@ class Ticker:
     """Steps the block of one run.
 
     Args:
-        run: that has begun, with a session that runs a block
-        newest: values of the signals
+        run: run that has begun, with a session that runs a block
+        newest: newest values of the signals
 
-    `live` is whether its state follows on that of the pieces, `status` is the running verdict and since when, and
-    `changed` whether that is new; `corrected` counts pieces that differed.
+    `live` is whether its state continues that of the pieces, `status` is the current verdict with its start, and
+    `changed` whether that is new; `corrected` counts pieces whose state differed.
     """
 
     def __init__(self, run: Run, newest: Newest):
@@ -72,12 +72,12 @@ class Ticker:
 
     @staticmethod
     def suits(run: Run) -> bool:
-        """Whether a run can be stepped: its session runs a block, and its signals come or can be made at once."""
+        """Whether a run can be stepped: its session runs a block, and a tick can derive the signals it needs."""
         made = set(run.session.signals) & set(RECIPES)
         return isinstance(run.session, BlockSession) and made <= set(DERIVED)
 
     def _arrange(self) -> None:
-        """Bind block and signals anew."""
+        """Bind the block and the signals; repeated when the session has replaced its block."""
         session = self._session
         self._block = session.block
         self._scanner: Scanner[Any, Any, Any] = Scanner(session.block)
@@ -98,23 +98,23 @@ class Ticker:
         self._bound = len(places)
 
     def begin(self) -> None:
-        """Go on from the state of the piece that was judged last."""
+        """Start from the state of the piece that was judged last."""
         self._index = self._run.steps
         self.settle()
 
     def read(self, newest: Newest) -> None:
-        """Take signals from here on."""
+        """Take the signals from another source from now on."""
         self._newest = newest
         self._bind()
 
     @property
     def rate(self) -> float:
-        """Ticks per second [Hz]."""
+        """Rate of the ticks [Hz]."""
         return self._run.monitor.rate
 
     @property
     def due(self) -> float:
-        """Frames with a later stamp do not belong to the next step any more [s]."""
+        """Time of the next step; frames with a later stamp do not belong to it [s]."""
         if self._index < 0:
             return -math.inf
         return self._time(self._index) + ROUNDING
@@ -123,7 +123,7 @@ class Ticker:
         return float(self._run.start + index / self._run.monitor.rate)
 
     def advance(self, until: float) -> None:
-        """Take all steps that no frame from a time on can change.
+        """Make all steps that no frame from this time on can change.
 
         Args:
             until: stamp of the next frame [s]
@@ -157,7 +157,7 @@ class Ticker:
 
     @property
     def _running(self) -> tuple[str, Sequence[Status]] | None:
-        """Output that holds the code of the running verdict: the session's own, else the statement of the block."""
+        """Output with the code of the verdict, and statuses by code: the session's own, else that of the block."""
         if self._session.running is not None:
             return self._session.running
         return (STATED, STATUSES) if STATED in self._scanner.outputs else None
@@ -171,7 +171,7 @@ class Ticker:
             self.status, self.changed = StatusChange(time, status), True
 
     def settle(self) -> None:
-        """A piece was judged: compare, and go on from its state where a late frame made a difference."""
+        """Compare with a judged piece, and continue from its state where a late frame made a difference."""
         if self._session.block is not self._block:
             self._arrange()
         removed = self._run.removed
@@ -180,8 +180,10 @@ class Ticker:
         if memory is None or self._index < 0:
             return
         done = self._run.steps
+        # The piece has judged these steps already.
         while self._rows and self._index - len(self._rows) < done:
             self._rows.popleft()
+        # Rows are missing after a leap or an overflow: the state cannot be compared, nor continued.
         if self._index - len(self._rows) != done:
             self.live = False
             return
@@ -198,7 +200,7 @@ class Ticker:
             self.status = self._session.course[-1]
 
     def values(self) -> dict[str, float]:
-        """Outputs of the block at the last tick, by the names of the report; without deviations, which pieces widen."""
+        """Block outputs at the last tick by their names in the report, without deviations, which pieces widen."""
         if not self.live or self._stream is None or not self.steps:
             return {}
         outputs = self._stream.outputs
@@ -210,7 +212,7 @@ def _alike(first: Memory, second: Memory) -> bool:
 
 
 def _derived(recipe: Recipe, past: Sequence[deque[tuple[float, float]]], time: float, limit: float) -> float:
-    """The newest value that a recipe gives, NaN where it is too old."""
+    """The newest value of a derived signal; NaN where it is too old."""
     channels = []
     for name, samples in zip(recipe.needs, past, strict=True):
         table = np.array(samples, float).reshape(-1, 2)

@@ -1,4 +1,4 @@
-"""Load of a bus: frames and bits of the last second, against its bit rate."""
+"""Load of a bus: frames and bits of the last second, relative to its bit rate."""
 
 from __future__ import annotations
 
@@ -11,15 +11,16 @@ from tierod.io.readers.frames import EXTENDED
 from tierod.live.frame import Frame
 
 USUAL: Annotated[int, "bit/s"] = 500_000
-"""Bit rate of most vehicle buses, taken where none was given."""
+"""Bit rate of most vehicle buses, assumed if none was given."""
 
 STANDARD, LONG = 47, 67
-"""Bits of a frame beside its payload, the pause behind it included, with 11 and 29 bits of identifier."""
+"""Bits of a frame beside its payload, including the interframe space, with 11-bit and 29-bit identifiers."""
 
 STUFFED = 1.1
-"""Bits that a sender puts in, on average: after five equal ones; a fifth at the most."""
+"""Average factor of bit stuffing: the sender inserts a bit after five equal ones, a fifth more at most."""
 
 SPAN: Annotated[float, "s"] = 1.0
+"""Time over which frames and bits are counted."""
 
 
 @dataclass(frozen=True)
@@ -27,9 +28,9 @@ class Load:
     """Load of one bus.
 
     Args:
-        frames: per second
-        load: share of the bit rate
-        rate: that share is of, in words
+        frames: frames per second
+        load: bits per second as a share of the bit rate
+        rate: the bit rate in words
     """
 
     frames: Annotated[float, "1/s"]
@@ -38,10 +39,10 @@ class Load:
 
 
 class Traffic:
-    """Counts what comes.
+    """Counts the frames and bits on the buses.
 
     Args:
-        bitrate: of the buses; the usual one where None
+        bitrate: bit rate of the buses [bit/s]; USUAL where None
     """
 
     def __init__(self, bitrate: int | None = None):
@@ -49,7 +50,7 @@ class Traffic:
         self._seen: deque[tuple[float, Mapping[int, tuple[int, float]]]] = deque()
 
     def add(self, frames: Sequence[Frame], now: float) -> None:
-        """Frames that came by the computer's clock [s]; those of CAN FD count by the rate of their arbitration."""
+        """Add frames received at time `now` of the computer's clock [s]; CAN FD counts by its arbitration bit rate."""
         found: dict[int, tuple[int, float]] = {}
         for frame in frames:
             count, bits = found.get(frame.bus, (0, 0.0))
@@ -60,7 +61,7 @@ class Traffic:
             self._seen.popleft()
 
     def loads(self) -> dict[int, Load]:
-        """Load of every bus, by its number, over the last second."""
+        """Load of every bus over the last second, by bus number."""
         rate = self._bitrate or USUAL
         words = f"{rate / 1000:.0f} kbit/s" + ("" if self._bitrate else " (assumed)")
         sums: dict[int, tuple[int, float]] = {}

@@ -1,4 +1,4 @@
-"""The drive in a terminal: verdicts, estimates with their bands as sparklines, what is missing, loads; and its keys."""
+"""Display of the drive in a terminal: verdicts, estimates with sparklines, missing signals, loads; and its keys."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ if TYPE_CHECKING:
 KEYS = "m mark   p pause   r report now   q end"
 
 OLDEST_SHOWN = 4
-"""Signals whose age is shown, the oldest first."""
+"""Number of signals whose age is shown, the oldest first."""
 
 LATE = 0.5
-"""Delay of a verdict from which on it is shown [s]."""
+"""Delay of a verdict from which it is shown [s]."""
 
 _BARS, _WIDTH = "▁▂▃▄▅▆▇█", 24
 
@@ -32,7 +32,7 @@ _COLOURS = {"healthy": "green", "fault": "bold red", "suspect": "red", "rising":
 
 
 def sparkline(values: Sequence[float]) -> str:
-    """The last values as bars between their lowest and highest; a blank where one is missing."""
+    """The last values as bars between their minimum and maximum; a blank where a value is missing."""
     last = list(values)[-_WIDTH:]
     known = [each for each in last if math.isfinite(each)]
     if not known:
@@ -43,7 +43,7 @@ def sparkline(values: Sequence[float]) -> str:
 
 
 def picture(drive: Drive) -> Group:
-    """Current display in the terminal."""
+    """Current display of the drive."""
     from rich.console import Group
     from rich.table import Table
     from rich.text import Text
@@ -66,13 +66,13 @@ def picture(drive: Drive) -> Group:
 
 
 def _lines(drive: Drive) -> list[str]:
-    """Time, what the buses brought, loads, what is missing, ages, and keys."""
+    """Lines with time, counts of frames, loads, missing signals, ages, and keys."""
     engine = drive.engine
     late = max(drive.health.late, default=0.0)
     happened = "".join(f"   {what} {count}" for what, count in sorted(drive.health.notices.items()))
     missing = f"missing: {', '.join(engine.missing[:6])}" if engine.missing else "all signals are there"
     oldest = sorted(engine.ages.items(), key=lambda each: -each[1])[:OLDEST_SHOWN]
-    # Ages are taken when a piece is judged, and frames are waited for that come late.
+    # Ages are determined when a piece is judged, which waits this long for late frames.
     ages = ", ".join(f"{name} {max(age - engine.pace.order, 0.0):.2f} s" for name, age in oldest)
     return [
         f"time {max(engine.clock.latest, 0.0):.1f} s   frames {engine.tally.frames}   lost {engine.gaps.lost}"
@@ -106,7 +106,7 @@ def _estimates(each: Shown) -> list[tuple[str, str]]:
 
 @contextmanager
 def keys() -> Iterator[None]:
-    """Keys come one by one while the block runs; the terminal is as before afterwards."""
+    """Read single key presses while the block runs; the terminal settings are restored afterwards."""
     try:
         import termios
         import tty
@@ -127,7 +127,7 @@ def keys() -> Iterator[None]:
 
 
 def pressed() -> str:
-    """The key that was pressed since the last call; "" for none."""
+    """The key pressed since the last call; "" for none."""
     import select
 
     with contextlib.suppress(OSError, ValueError):

@@ -1,4 +1,4 @@
-"""Problems of a drive, each reported once, and signals that fall silent and come again, each time."""
+"""Problems of a drive, each reported once, and signals that fall silent and return, reported each time."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from tierod.live.events import Hub
 
 
 class Watching:
-    """Messages about the drive that were sent.
+    """Keeps track of the messages sent about a drive.
 
     Args:
-        hub: takes what is said
+        hub: receives the messages
     """
 
     def __init__(self, hub: Hub):
@@ -20,15 +20,15 @@ class Watching:
         self._missing: dict[str, None] = {}
 
     def begin(self) -> None:
-        """A drive begins: nothing was reported yet."""
+        """Forget all reports at the beginning of a drive."""
         self._said.clear()
         self._missing = {}
 
     def once(self, key: str, text: str) -> None:
-        """Report a problem, once in a drive.
+        """Report a problem once per drive.
 
         Args:
-            key: of the problem
+            key: key that identifies the problem
             text: a sentence with its remedy
         """
         if key not in self._said:
@@ -36,11 +36,11 @@ class Watching:
             self._hub.say("problem", {"text": text})
 
     def missing(self, names: Iterable[str], time: float) -> None:
-        """Report the signals that do not come any more, and those that come again.
+        """Report signals that have fallen silent, and signals that have returned.
 
         Args:
-            names: of those that do not come now
-            time: of the drive [s]
+            names: signals that are missing now
+            time: time in the drive [s]
         """
         now = dict.fromkeys(names)
         for name in now.keys() - self._missing.keys():

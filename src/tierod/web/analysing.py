@@ -1,4 +1,4 @@
-"""Job on a recording: a first picture, every signal in levels, then the verdicts of all monitors."""
+"""Job that analyses a recording: a preview, every signal in levels of resolution, then the verdicts of all monitors."""
 
 from __future__ import annotations
 
@@ -37,31 +37,31 @@ from tierod.web.wording import in_the_page
 SCHEMA = "tierod.web-result/1"
 
 DERIVED = "derived:"
-"""How the note of a signal begins that was made from others."""
+"""Prefix of the note of a signal that was derived from others."""
 
 NONE = "none"
-"""Stands for the vehicle of a recording of which none is known."""
+"""Placeholder for the vehicle of a recording whose vehicle is unknown."""
 
 FIRST_SIGNALS = 4
-"""Signals of the first picture of a file that is large."""
+"""Number of signals in the preview of a large file."""
 
 LARGE = 30 << 20
-"""Bytes from which a file gets a first picture: a smaller one is read within a second."""
+"""File size from which there is a preview; smaller files are read within a second [bytes]."""
 
 HOUR = 3600.0
-"""Seconds of a few signals that are read at once: faster than all together, since memory is used again."""
+"""Time span of the few signals of a preview that is read at once; faster than a whole file, as memory is reused [s]."""
 
 SLICE = 600.0
-"""Seconds of a recording that are read at once."""
+"""Time span of a recording that is read at once [s]."""
 
 MOST_SIGNALS = 1000
-"""Signals that are kept of a recording; known ones come first."""
+"""Largest number of signals that are kept of a recording; signals of the catalogue come first."""
 
 FIRST = ("steering_wheel_angle", "driver_torque", "vehicle_speed", "yaw_rate", "lateral_acceleration", "motor_torque")
-"""Signals that a first picture shows, where they are there."""
+"""Signals preferred in a preview."""
 
 Say = Callable[..., None]
-"""Takes the share done, what is done now, and what is there already."""
+"""Function that receives the progress: share done, current step, and results that are available already."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -69,9 +69,9 @@ class Reading:
     """Settings by which a recording is read.
 
     Args:
-        path: of the file
-        dbc: its databases; those of the vehicle where empty
-        channel_map: path, content, or None for that of the vehicle
+        path: path of the file
+        dbc: its databases; if empty, those of the vehicle
+        channel_map: path or content of its channel map; None for that of the vehicle
     """
 
     path: Path
@@ -79,7 +79,7 @@ class Reading:
     channel_map: str | Mapping[str, Any] | None = None
 
     def files(self, car: Vehicle | None) -> tuple[tuple[str | Path, ...], ChannelMap | None]:
-        """(databases, channel map), those of the vehicle where none are given."""
+        """(databases, channel map) to use, those of the vehicle if none are given."""
         given = self.channel_map
         written = parse_channel_map(given, "the channel map of the page") if isinstance(given, Mapping) else given
         databases, chosen = read_by(car, self.dbc, written)
@@ -87,25 +87,26 @@ class Reading:
 
 
 def analyse(store: Store, reading: Reading, vehicle: str, spread: bool, say: Say) -> dict[str, Any]:
-    """Read a recording, judge it with every monitor that can run, and keep both.
+    """Read a recording, judge it with every monitor that can run, and store signals and verdicts.
 
     Args:
-        store: that keeps them
-        reading: of the recording
-        vehicle: its name or path; "" for the one that the recording names, if any
-        spread: whether the spread of the parameters is carried into the verdicts
-        say: takes progress
+        store: store for both
+        reading: settings by which the recording is read
+        vehicle: name or path of the vehicle; "" for the vehicle named in the recording, if any
+        spread: whether parameter uncertainty is propagated into the verdicts
+        say: receives the progress
 
     Returns:
-        keys of the signals and of the result; that of the result is "" where no vehicle is known
+        keys of the signals and of the result, and why there is no result; the key of the result is "" if no vehicle is
+        known
 
     Raises:
         InputError: the recording cannot be read
-        ParameterError: no such vehicle
+        ParameterError: there is no such vehicle
     """
     stamp = stamp_of(reading.path)
     if reading.path.stat().st_size > LARGE and not store.known(stamp).get("series"):
-        with suppress(TierodError):  # what cannot be read is reported below, where the whole file is
+        with suppress(TierodError):  # errors are reported below, when the whole file is read
             _first_picture(store, reading, *reading.files(load(vehicle) if vehicle else None), f"p-{stamp}", say)
     car, why = _vehicle(reading, vehicle)
     dbc, used = reading.files(car)
@@ -132,7 +133,7 @@ def analyse(store: Store, reading: Reading, vehicle: str, spread: bool, say: Say
 
 
 def _vehicle(reading: Reading, vehicle: str) -> tuple[Vehicle | None, str]:
-    """The vehicle, or None and why."""
+    """The vehicle and "", or None and the reason."""
     from tierod.monitors.harness.named_vehicle import vehicle_named_in
 
     if vehicle:
@@ -145,10 +146,10 @@ def _vehicle(reading: Reading, vehicle: str) -> tuple[Vehicle | None, str]:
 
 
 def digest(path: Path) -> str:
-    """The SHA-256 of a recording, be it a file or a folder.
+    """SHA-256 of the content of a recording, which may be a file or a folder.
 
     Raises:
-        InputError: it cannot be read
+        InputError: the recording cannot be read
     """
     try:
         with path.open("rb") as file:
@@ -161,7 +162,7 @@ def digest(path: Path) -> str:
 
 
 def _first_picture(store: Store, reading: Reading, dbc: Any, used: ChannelMap | None, key: str, say: Say) -> None:
-    """A few signals of a large file, kept apart until all are read."""
+    """Store a few signals of a large file under a key of their own, until all signals are read."""
     say(0.0, "a first picture")
     source, _ = open_source(reading.path, dbc, used.time if used else None)
     known = [pick.name for pick in planned(reading.path, source, used, None).picks]
@@ -196,7 +197,7 @@ def _keep_series(store: Store, reading: Reading, dbc: Any, used: ChannelMap | No
 
 
 class Derived:
-    """Signals that are made from others, slice by slice; one that is recorded later on is made no more."""
+    """Derives signals from others, slice by slice; a signal is no longer derived once it is found recorded."""
 
     def __init__(self) -> None:
         self._open = dict.fromkeys(RECIPES)
@@ -204,10 +205,10 @@ class Derived:
         self._past: Recording | None = None
 
     def of(self, piece: Recording) -> tuple[list[Channel], list[str]]:
-        """(what is made from a slice, names that were made so far and are recorded in it).
+        """(signals derived from a slice, names of signals that were derived so far and are recorded in it).
 
         Args:
-            piece: consecutive
+            piece: the next slice
         """
         recorded = [name for name in self._open if name in piece]
         for name in recorded:
@@ -228,13 +229,13 @@ class Derived:
 def _keep_result(
     store: Store, reading: Reading, series: SeriesReader, car: Vehicle, asked: Asked, keys: dict[str, str], say: Say
 ) -> None:
-    """Judge the kept signals, and keep findings, estimates and reports."""
+    """Judge the stored signals, and store findings, estimates and reports."""
     folder = store.begun("results")
     writer = SeriesWriter(folder)
     watched = Watched(car, asked.monitors, asked.spread, writer)
-    # What no monitor reads must not move the begin of what is judged.
+    # A signal that no monitor reads must not shift the beginning of the judged span.
     needed = {*watched.needs, *ingredients(watched.needs)}
-    # A monitor derives what it needs by itself, and notes it.
+    # A monitor derives the signals that it needs itself, and notes that they are derived.
     wanted = [name for name, each in series.signals.items() if name in needed and not each.note.startswith(DERIVED)]
     begin, end = series.span
     for piece in pieces(series, wanted, CHUNK):
@@ -261,7 +262,7 @@ def _keep_result(
 
 
 def _withhold(writer: SeriesWriter, concluded: Mapping[str, Concluded]) -> None:
-    """Leave out estimates that a monitor does not stand for in the end."""
+    """Remove estimates that a monitor does not include in its final diagnosis."""
     for name in list(writer.signals):
         monitor, _, trace = name.partition("/")
         if monitor not in concluded or trace not in concluded[monitor].diagnosis.traces:
@@ -269,7 +270,7 @@ def _withhold(writer: SeriesWriter, concluded: Mapping[str, Concluded]) -> None:
 
 
 def pieces(series: SeriesReader, names: Sequence[str], seconds: float) -> Iterator[Recording]:
-    """The kept signals as consecutive slices, as `open_chunks` would give them."""
+    """The stored signals as consecutive slices, in the form of `open_chunks`."""
     begin, end = series.span
     count = max(int(np.ceil((end - begin + 1e-9) / seconds)), 1)
     for place in range(count):
@@ -291,10 +292,10 @@ def _write_report(path: Path, diagnosis: Diagnosis) -> None:
 
 
 def monitor_document(found: Concluded) -> dict[str, Any]:
-    """Findings of a monitor, as JSON holds them.
+    """Findings of a monitor in the form of the JSON document.
 
     Args:
-        found: by one monitor
+        found: conclusion of one monitor
     """
     from tierod.report.document import document
     from tierod.report.document import plain as finite

@@ -1,4 +1,4 @@
-"""The application: endpoints over a workbench, the page, and errors as sentences."""
+"""The web application: endpoints of a workbench, the page, and errors as sentences."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ from tierod.web.workbench import Workbench
 
 
 def application(bench: Workbench, trust: Trust, relay: Relay | None = None) -> Guard:
-    """The whole server as an ASGI application.
+    """The complete server as an ASGI application.
 
     Args:
-        bench: what is served
-        trust: what it trusts
-        relay: of the live buses; None without
+        bench: the workbench to serve
+        trust: trusted hosts, token and limits
+        relay: relay of the live buses; None for none
     """
 
     @asynccontextmanager
@@ -61,7 +61,7 @@ def application(bench: Workbench, trust: Trust, relay: Relay | None = None) -> G
 
 
 def _errors(app: FastAPI) -> None:
-    """Whatever goes wrong is a sentence in JSON."""
+    """Register handlers that turn every error into a sentence in JSON."""
 
     @app.exception_handler(TierodError)
     async def ours(_: Request, error: TierodError) -> Response:
@@ -80,7 +80,7 @@ def _errors(app: FastAPI) -> None:
             and request.method in SAFE
             and not request.url.path.startswith(("/api/", "/static/"))
         ):
-            return HTMLResponse(files().html, 404)  # which view is shown the page decides, and it has none for this
+            return HTMLResponse(files().html, 404)  # the page selects the view, and shows that there is none here
         words = {404: "there is nothing at this address; begin at /", 405: "this address does not take that method"}
         return problem(error.status_code, words.get(error.status_code, str(error.detail)[:300]))
 
@@ -100,11 +100,11 @@ def _errors(app: FastAPI) -> None:
 
 
 def problem(status: int, sentence: str) -> Response:
-    """An error as JSON.
+    """An error as a JSON response.
 
     Args:
-        status: of HTTP
-        sentence: what was given, what was expected, what to do
+        status: HTTP status
+        sentence: what was given, what was expected, and what to do
     """
     content: dict[str, Any] = {"error": sentence.encode("utf-8", "replace").decode()}
     return JSONResponse(content, status_code=status)

@@ -1,8 +1,8 @@
-"""The modules that the first view needs as one file, made while the server starts.
+"""Bundle of the modules of the first view in one file, made when the server starts.
 
-A browser asks a server for six files at a time, so that twenty small modules take longer than one large. The modules
-stay as they are in their folder: each becomes the content of a function, in the order in which they need each other,
-and a view that is fetched later finds at their addresses what the one file has made.
+A browser requests six files from a server at a time, so that twenty small modules take longer than one large file. The
+modules stay unchanged in their folder: each becomes the body of a function, in the order of their dependencies, and a
+view that is loaded later finds the objects of the bundle under the addresses of the modules.
 """
 
 from __future__ import annotations
@@ -18,15 +18,15 @@ DECLARED = re.compile(r"^export (?=(?:async )?(?:function|const|class) (\w+))", 
 
 
 def bundled(content: Mapping[str, str], entry: str, name: str) -> tuple[str, dict[str, str]]:
-    """(the one file, what stands for each of its modules at the module's own address).
+    """(text of the bundle, replacement for each of its modules at the address of the module).
 
     Args:
         content: text of every module by its name, a path
-        entry: the module that begins
-        name: of the one file, in the folder of the entry
+        entry: module that is executed first
+        name: name of the bundle, in the folder of the entry
 
     Raises:
-        ValueError: a module has an import or export of another form than those of this project
+        ValueError: a module has an import or export in a form that is not supported
     """
     order: list[str] = []
     _needed(content, entry, order)
@@ -42,7 +42,7 @@ def bundled(content: Mapping[str, str], entry: str, name: str) -> tuple[str, dic
 
 
 def _needed(content: Mapping[str, str], module: str, order: list[str]) -> None:
-    """Append a module behind all those that it imports."""
+    """Append a module after all modules that it imports."""
     for pattern in (IMPORT, PASSED_ON):
         for _, place in pattern.findall(content[module]):
             other = normpath(f"{dirname(module)}/{place}" if dirname(module) else place)
@@ -56,20 +56,20 @@ def _variable(module: str) -> str:
 
 
 def _exports(text: str) -> list[str]:
-    """Names that a module exports, with those that it passes on."""
+    """Names that a module exports, including those that it re-exports."""
     listed = [name for names, _ in PASSED_ON.findall(text) for name in _renamed(names).values()]
     given = [name for names in GIVEN.findall(PASSED_ON.sub("", text)) for name in _renamed(names).values()]
     return [*listed, *given, *DECLARED.findall(text)]
 
 
 def _renamed(names: str) -> dict[str, str]:
-    """Name here to name there of "a, b as c"."""
+    """Local name and exported name of each entry in a list such as "a, b as c"."""
     pairs = [each.split(" as ") for each in names.split(",") if each.strip()]
     return {pair[0].strip(): pair[-1].strip() for pair in pairs}
 
 
 def _function(text: str, module: str) -> str:
-    """A module as the content of a function that gives what it exports."""
+    """A module as the body of a function that returns its exports."""
     given = [f"...{_picked(names, place)}" for names, place in PASSED_ON.findall(text)]
     body = PASSED_ON.sub("", text)
     for names in GIVEN.findall(body):
@@ -87,6 +87,6 @@ def _taken(found: re.Match[str]) -> str:
 
 
 def _picked(names: str, place: str) -> str:
-    """Names that a module passes on, as an object."""
+    """Names that a module re-exports, as a JavaScript object."""
     source = _variable(place)
     return f"{{ {', '.join(f'{there}: {source}.{here}' for here, there in _renamed(names).items())} }}"

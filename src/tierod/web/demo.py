@@ -8,28 +8,30 @@ from typing import Any
 from tierod.web.analysing import Say
 
 MINUTES = 13.0
+"""Duration of the demo drive [min]."""
 
 CARS, WEEKS = 120, 52
+"""Numbers of cars and of weeks of the demo fleet."""
 
 
 def folders(folder: Path) -> tuple[Path, Path]:
-    """(recordings, results) of the demo.
+    """Folders (recordings, results) of the demo.
 
     Args:
-        folder: of the demo
+        folder: folder of the demo
     """
     return folder / "recordings", folder / "fleet"
 
 
 def make(folder: Path, say: Say) -> dict[str, Any]:
-    """Make what of the demo is not there yet.
+    """Make those parts of the demo that do not exist yet.
 
     Args:
-        folder: of the demo
-        say: takes progress
+        folder: folder of the demo
+        say: receives the progress
 
     Raises:
-        OutputError: it cannot be written
+        OutputError: the demo cannot be written
     """
     recordings, fleet = folders(folder)
     recordings.mkdir(parents=True, exist_ok=True)

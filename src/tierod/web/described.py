@@ -1,4 +1,4 @@
-"""Signals of a recording as the page lists them: title, group, unit as people read it, meaning."""
+"""Descriptions of the signals of a recording for the page: title, group, displayed unit, and meaning."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ OTHERS, TRUTH = "Other channels", "Truth of a simulation"
 
 
 def signal_shape(kept: Kept) -> SignalShape:
-    """A signal as the page lists it.
+    """Description of a signal for the page.
 
     Args:
-        kept: in the store
+        kept: the stored signal
     """
     factor, label = shown(kept.unit)
     monitor, slash, estimate = kept.name.partition("/")
@@ -44,11 +44,11 @@ def signal_shape(kept: Kept) -> SignalShape:
 
 
 def series_shape(key: str, reader: SeriesReader) -> SeriesShape:
-    """The signals of a recording as the page lists them.
+    """Descriptions of all signals of a recording for the page.
 
     Args:
-        key: of the store
-        reader: of its signals
+        key: key in the store
+        reader: reader of its signals
     """
     facts = {name: Path(str(each)).name if name == "path" else each for name, each in reader.facts.items()}
     return SeriesShape(

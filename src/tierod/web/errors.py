@@ -1,4 +1,4 @@
-"""Refusals of the server, each with the status of HTTP that stands for it."""
+"""Errors by which the server refuses a request, and their HTTP status."""
 
 from __future__ import annotations
 
@@ -6,26 +6,26 @@ from tierod.core.errors import InputError, TierodError
 
 
 class Absent(InputError):
-    """Nothing of this name is in the folders that are served."""
+    """Nothing of this name exists in the served folders."""
 
 
 class Forbidden(TierodError):
-    """A request from a place, or with a name, that is not trusted."""
+    """A request from an origin, or with a name, that is not trusted."""
 
 
 class TooLarge(InputError):
-    """More than the server takes."""
+    """A request for more data than the server accepts or returns."""
 
 
 class Busy(TierodError):
-    """Too much waits already."""
+    """Too many jobs are waiting."""
 
 
 def status_of(error: TierodError) -> int:
-    """The status of HTTP for an error that tierod raises on purpose.
+    """HTTP status of an error that tierod raises on purpose.
 
     Args:
-        error: as raised
+        error: the raised error
     """
     kinds = ((Absent, 404), (Forbidden, 403), (TooLarge, 413), (Busy, 429))
     return next((status for kind, status in kinds if isinstance(error, kind)), 400)

@@ -1,4 +1,4 @@
-"""Endpoints of fleets and vehicles."""
+"""Endpoints of fleets, vehicles and fault memories."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from tierod.web.work_endpoints import PROBLEMS, Short, Text
 from tierod.web.workbench import Workbench
 
 HELD_BACK = ("rows", "bands", "cars")
-"""Of a fleet, what its own endpoints give piece by piece."""
+"""Parts of a fleet that separate endpoints return piece by piece."""
 
 
 def fleet_endpoints(bench: Workbench) -> APIRouter:
-    """Endpoints of fleets and vehicles.
+    """Endpoints of fleets, vehicles and fault memories.
 
     Args:
-        bench: what is served
+        bench: the workbench to serve
     """
     router = APIRouter(prefix="/api", tags=["fleets"], responses=PROBLEMS)
 
@@ -49,13 +49,13 @@ def fleet_endpoints(bench: Workbench) -> APIRouter:
         offset: Annotated[int, Query(ge=0, le=10**9)] = 0,
         count: Annotated[int, Query(ge=1, le=500)] = 100,
     ) -> FleetTable:
-        """A part of the table of cars, worst first."""
+        """A part of the table of cars, by default the worst first."""
         rows = fleets.filtered(loaded(name)["rows"], search, state, cohort, sort)
         return FleetTable(total=len(rows), rows=[dict(row) for row in rows[offset : offset + count]])
 
     @router.get("/fleets/{name}/car")
     def car(name: str, vehicle: Short) -> dict[str, Any]:
-        """One car: why it is in the list, its drives, its smoothed levels."""
+        """One car: its reasons in the list, its drives, and its smoothed levels."""
         found = loaded(name)
         drives = bench.drives(name, vehicle)
         row: dict[str, Any] = next((each for each in found["rows"] if each["vehicle"] == vehicle), {})
@@ -65,12 +65,12 @@ def fleet_endpoints(bench: Workbench) -> APIRouter:
 
     @router.get("/vehicle")
     def vehicle(name: Text = "") -> dict[str, Any]:
-        """The parameters of a vehicle, with spread and source."""
+        """Parameters of a vehicle, with standard deviation and source."""
         return bench.parameters(name)
 
     @router.get("/memory")
     def memory(file: Text) -> dict[str, Any]:
-        """A fault memory: codes with status and freeze frames."""
+        """A fault memory: trouble codes with status and freeze frames."""
         return bench.memory(file)
 
     return router

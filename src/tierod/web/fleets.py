@@ -1,4 +1,4 @@
-"""A results folder of `tierod fleet` for the page: a table of all cars, worst first, cohorts, ledger, single cars."""
+"""Results of `tierod fleet` for the page: table of all cars, the worst first, cohorts, ledger, and single cars."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ if TYPE_CHECKING:
 SCHEMA = "tierod.web-fleet/1"
 
 BANDS = 400
-"""Cars, the worst first, whose smoothed trend is kept; others show their drives."""
+"""Number of cars, the worst first, whose smoothed trend is stored; for others only the drives are shown."""
 
 
 def key_of(results: Path) -> str:
-    """Key of a computed fleet: the files that it rests on, by name, size and time of change.
+    """Key of a computed fleet report: digest of the names, sizes and times of change of its files, and of the code.
 
     Args:
-        results: the folder
+        results: the results folder
 
     Raises:
-        Absent: it is gone
+        Absent: the folder holds no results
     """
     from tierod.fleet.stamps import code
 
@@ -52,20 +52,20 @@ def key_of(results: Path) -> str:
 
 
 def path_of(cache: Path, key: str) -> Path:
-    """Path of a computed fleet in the cache."""
+    """Path of a computed fleet report in the cache."""
     return cache / "fleets" / f"{key}.json"
 
 
 def work_out(results: Path, cache: Path, key: str) -> dict[str, Any]:
-    """Work out the trends of a fleet, and keep what the page shows.
+    """Compute the trends of a fleet, and store the report for the page.
 
     Args:
-        results: the folder
-        cache: that keeps it
-        key: see `key_of`
+        results: the results folder
+        cache: cache folder
+        key: key of the report, see `key_of`
 
     Raises:
-        InputError: it is no results folder, or damaged
+        InputError: the folder holds no results, or a file is damaged
     """
     from tierod.fleet.report import report
     from tierod.report.document import plain
@@ -89,7 +89,7 @@ def _content(found: FleetReport) -> dict[str, Any]:
 
 
 def _rows(found: FleetReport, ranks: Mapping[str, Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """One row for every car, those with a reason first."""
+    """One row per car, cars with a reason first."""
     import pyarrow.compute as pc
 
     counts = found.findings.group_by("vehicle").aggregate([("start", "max"), ("recording_name", "count_distinct")])
@@ -123,7 +123,7 @@ def _rows(found: FleetReport, ranks: Mapping[str, Mapping[str, Any]]) -> list[di
 
 
 def _bands(found: FleetReport, worst: Sequence[str]) -> dict[str, dict[str, Any]]:
-    """Smoothed level with its band, by quantity and car, of the worst cars."""
+    """Smoothed level with its band of the worst cars, by quantity and car."""
     bands: dict[str, dict[str, Any]] = {}
     chosen = set(worst[:BANDS])
     for place, trends in enumerate(found.trends):
@@ -137,10 +137,10 @@ def _bands(found: FleetReport, worst: Sequence[str]) -> dict[str, dict[str, Any]
 
 
 class Fleets:
-    """Worked-out fleets in memory, so that a table is filtered at once.
+    """Computed fleet reports in memory, so that a table is filtered without delay.
 
     Args:
-        cache: folder that keeps them
+        cache: cache folder
     """
 
     def __init__(self, cache: Path):
@@ -149,7 +149,7 @@ class Fleets:
         self._loaded: dict[str, dict[str, Any]] = {}
 
     def loaded(self, key: str) -> dict[str, Any] | None:
-        """A worked-out fleet; None where it has to be worked out first."""
+        """A computed fleet report; None if it has not been computed yet."""
         with self._lock:
             if key not in self._loaded:
                 try:
@@ -165,17 +165,17 @@ class Fleets:
 def filtered(
     rows: Sequence[Mapping[str, Any]], search: str = "", state: str = "", cohort: str = "", sort: str = "rank"
 ) -> list[Mapping[str, Any]]:
-    """Rows that match, in an order.
+    """Rows that match the filters, in the requested order; rows without a value in the column come last.
 
     Args:
-        rows: of the table
-        search: part of the name of the vehicle, or of the reason
-        state: of the car; "any" for all with a state, "" for all
-        cohort: "KIND=NAME"; "" for all
-        sort: a column of the table; a minus before it turns the order round
+        rows: rows of the table
+        search: text in the name of the vehicle or in the reason
+        state: state of the car; "any" for all cars with a state, "" for all cars
+        cohort: cohort as "KIND=NAME"; "" for all cars
+        sort: a column of the table; a leading minus reverses the order
 
     Raises:
-        InputError: no such column
+        InputError: there is no such column
     """
     wanted, (kind, _, name) = search.casefold(), cohort.partition("=")
     found = [
@@ -196,15 +196,15 @@ def filtered(
 
 
 def drives_of(results: Path, vehicle: str) -> list[dict[str, Any]]:
-    """Every finding of a car, in the order of time.
+    """All findings of a car, in the order of time.
 
     Args:
-        results: the folder
+        results: the results folder
         vehicle: name of the car
 
     Raises:
         InputError: the results cannot be read
-        Absent: no such car
+        Absent: there is no such car
     """
     import pyarrow.compute as pc
 

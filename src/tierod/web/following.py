@@ -1,4 +1,4 @@
-"""The process behind the live view: follows buses as `tierod live` does, and prints events and samples as JSON lines.
+"""The process behind the live view: follows buses like `tierod live`, and prints events and samples as JSON lines.
 
 python -m tierod.web.following --vehicle car.toml --dbc car.dbc --live udp_multicast:239.74.163.2
 """
@@ -32,18 +32,18 @@ from tierod.live.judge import Plan
 from tierod.monitors.together import usual
 
 PERIOD = 0.05
-"""Between two lines of samples [s]."""
+"""Time between two lines with samples [s]."""
 
 MOST_SIGNALS = 64
-"""Signals whose samples are sent; known ones come first."""
+"""Largest number of signals whose samples are sent; signals of the catalogue come first."""
 
 
 class Samples:
-    """Decodes frames as they come into samples of all signals, a line every `PERIOD`.
+    """Decodes frames as they arrive into samples of all signals, for one line every `PERIOD`.
 
     Args:
         database: messages of all databases
-        channel_map: of the vehicle; None where names decide
+        channel_map: channel map of the vehicle; None assigns signals by their names
     """
 
     def __init__(self, database: Sequence[Any], channel_map: ChannelMap | None):
@@ -54,11 +54,11 @@ class Samples:
         self._waiting: list[Frame] = []
 
     def heard(self, frames: Sequence[Frame]) -> None:
-        """Frames with their times in the drive."""
+        """Take frames with their times in the drive."""
         self._waiting += frames
 
     def content(self) -> dict[str, Any] | None:
-        """Samples since the last call; None where there are none."""
+        """Samples since the last call; None if there are none."""
         frames, self._waiting = self._waiting, []
         if not frames:
             return None
@@ -82,20 +82,21 @@ def follow(drive: Drive, samples: Samples) -> int:
     """Run a drive, and print its events and samples.
 
     Args:
-        drive: not begun
-        samples: of its buses
+        drive: a drive that has not begun
+        samples: decoder of its frames
 
     Returns:
-        its exit code
+        exit code of the drive
     """
     last, used, server = [0.0], [time.monotonic(), time.process_time()], os.getppid()
 
     def look(now: float) -> None:
+        # In every tick, since a new drive has a new engine.
         drive.engine.heard = samples.heard
         if now - last[0] < PERIOD:
             return
         last[0] = now
-        # A server that was killed cannot end this process, and a silent bus breaks no pipe.
+        # A killed server cannot end this process, and with a silent bus no write fails.
         drive.ended |= os.getppid() != server
         try:
             content = samples.content()
@@ -122,16 +123,16 @@ def follow(drive: Drive, samples: Samples) -> int:
 
 
 def drive_of(vehicle: str, live: Sequence[str], dbc: Sequence[str], channel_map: str) -> tuple[Drive, Samples]:
-    """A drive that follows buses with every monitor that can run.
+    """A drive that follows buses with every monitor that can run, and the decoder of its samples.
 
     Args:
-        vehicle: its name or path
+        vehicle: name or path of the vehicle
         live: buses, as INTERFACE:CHANNEL
-        dbc: databases; those of the vehicle where empty
-        channel_map: its path; that of the vehicle, or beside the databases, where empty
+        dbc: databases; if empty, those of the vehicle
+        channel_map: path of the channel map; if "", that of the vehicle or those beside the databases
 
     Raises:
-        ParameterError: no such vehicle, or no database
+        ParameterError: there is no such vehicle, or no database
         InputError: a bus cannot be opened
     """
     from tierod.live.buses import Address
@@ -149,7 +150,7 @@ def drive_of(vehicle: str, live: Sequence[str], dbc: Sequence[str], channel_map:
 
 
 def main() -> int:
-    """Follow the buses that the command line names, until SIGTERM or until its output is closed."""
+    """Follow the buses given on the command line, until SIGTERM or until its output is closed."""
     parser = argparse.ArgumentParser(prog="tierod.web.following")
     parser.add_argument("--vehicle", required=True)
     parser.add_argument("--live", action="append", default=[])

@@ -1,8 +1,8 @@
-"""Checks of every request: names of host and origin, the token, the length of the body, headers of the answer.
+"""Checks of every request: host, origin, token and length of the body; and security headers of every answer.
 
-A page of another site may send requests from the browser of whoever works here, and a name of another site may be made
-to lead to this machine (DNS rebinding). Only requests that name this server as host and come from its own page get
-through; what answers can be seen only by this page.
+A page of another site may send requests from the user's browser, and a name of another site may be made to resolve to
+this machine (DNS rebinding). Only requests that name this server as host and come from its own page are passed on, and
+only this page can read the answers.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ REPORT_POLICY = (
     "sandbox allow-scripts allow-downloads allow-popups; default-src 'none'; script-src 'unsafe-inline'; "
     "style-src 'unsafe-inline'; img-src data: blob:; base-uri 'none'; form-action 'none'; frame-ancestors 'self'"
 )
-"""Of a report, which is one file with its script in it: it runs apart from the page and reaches nothing."""
+"""Content security policy of a report, one file with inline scripts: it runs in a sandbox without any access."""
 
 HEADERS = {
     "x-content-type-options": "nosniff",
@@ -51,11 +51,11 @@ class Trust:
     """Hosts, token and limits that the server trusts.
 
     Args:
-        port: that it answers on
-        token: that a request must bring; "" where only this computer reaches it
-        loopback: whether it answers to this computer alone
+        port: port of the server
+        token: token required of a request; "" if only this computer can reach the server
+        loopback: whether only this computer can reach the server
         names: further names of this machine
-        upload, body: longest bodies [bytes]
+        upload, body: largest body of an upload, and of any other request [bytes]
     """
 
     port: int
@@ -66,10 +66,10 @@ class Trust:
     body: int = 1 << 20
 
     def host(self, given: str) -> bool:
-        """Whether a request that names this host means this server.
+        """Whether the host that a request names is this server.
 
         Args:
-            given: as the header has it
+            given: value of the header
         """
         try:
             parts = urlsplit(f"//{given}")
@@ -83,41 +83,41 @@ class Trust:
         if self.loopback:
             return False
         try:
-            # A number is no name that another site could lead here.
+            # An address, unlike a name, cannot be redirected here by another site.
             ipaddress.ip_address(name)
         except ValueError:
             return name.lower() in self.names
         return True
 
     def let_in(self, given: str) -> bool:
-        """Whether a token is the right one; any is where none is needed.
+        """Whether a token is correct; always true if none is required.
 
         Args:
-            given: by the request
+            given: token of the request
         """
         return not self.token or hmac.compare_digest(given.encode(), self.token.encode())
 
 
 def own_names() -> tuple[str, ...]:
-    """Names under which others reach this machine."""
+    """Host names under which others can reach this machine."""
     name = socket.gethostname().lower()
     return tuple(dict.fromkeys((name, name.partition(".")[0])))
 
 
 class Guard:
-    """Lets requests through to an application.
+    """ASGI middleware that passes trusted requests on to an application.
 
     Args:
-        app: of ASGI
-        trust: what it trusts
-        open_to_all: begins of paths that hold nothing of the user's: the page itself
+        app: ASGI application
+        trust: trusted hosts, token and limits
+        open_to_all: prefixes of paths without user data: the files of the page
     """
 
     def __init__(self, app: App, trust: Trust, open_to_all: tuple[str, ...] = ("/static/",)):
         self.app, self.trust, self.open = app, trust, open_to_all
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """One request, or one connection."""
+        """Handle one request or one connection."""
         if scope["type"] not in ("http", "websocket"):
             await self.app(scope, receive, send)
             return
@@ -129,13 +129,13 @@ class Guard:
         if scope["type"] == "http" and (token := self._brought(scope)) and self.trust.token:
             await _into_cookie(scope, send, token, self.trust)
             return
-        # Nothing is given out in parts.
+        # Partial answers are not supported: every answer is complete.
         scope["headers"] = [each for each in scope["headers"] if each[0] not in (b"range", b"if-range")]
         limit = self.trust.upload if scope["path"] == "/api/uploads" else self.trust.body
         await self.app(scope, _counted(receive, limit), _secured(send) if scope["type"] == "http" else send)
 
     def _refusal(self, scope: Scope, headers: Mapping[str, str]) -> tuple[int, str]:
-        """(status, sentence); (0, "") where the request may pass."""
+        """(status, sentence) of a refusal; (0, "") if the request may pass."""
         hosts = [value for name, value in scope["headers"] if name == b"host"]
         if len(hosts) != 1 or not self.trust.host(headers.get("host", "")):
             return 403, "the request names another host; open the address that 'tierod serve' prints"
@@ -163,14 +163,14 @@ class Guard:
         return 0, ""
 
     def _brought(self, scope: Scope) -> str:
-        """The right token in the address of the page; "" where there is none."""
+        """The correct token in the address of the page; "" if there is none."""
         given = parse_qs(scope.get("query_string", b"").decode("latin-1")).get("token", [""])[0]
         page = scope["method"] in SAFE and not scope["path"].startswith(("/api/", *self.open))
         return given if given and page and self.trust.let_in(given) else ""
 
 
 def _place(origin: str) -> str:
-    """Host and port of an origin; "" where it is none."""
+    """Host and port of an origin; "" if it is malformed."""
     try:
         return urlsplit(origin).netloc
     except ValueError:
@@ -187,6 +187,7 @@ def _cookie(header: str) -> str:
 
 async def _refused(scope: Scope, receive: Receive, send: Send, status: int, sentence: str) -> None:
     if scope["type"] == "websocket":
+        # ASGI: the connect event comes before a connection can be refused.
         await receive()
         await send({"type": "websocket.close", "code": 1008, "reason": sentence})
         return
@@ -194,8 +195,9 @@ async def _refused(scope: Scope, receive: Receive, send: Send, status: int, sent
 
 
 async def _into_cookie(scope: Scope, send: Send, token: str, trust: Trust) -> None:
-    """Put the token of the address into a cookie, and lead to the address without it."""
+    """Set the token of the address as a cookie, and redirect to the address without it."""
     cookie = f"{COOKIE}={token}; HttpOnly; SameSite=Strict; Path=/; Max-Age=2592000"
+    # Leading slashes are reduced to one, since "//host" would lead to another site.
     place = "/" + scope["path"].lstrip("/\\")
     target = place if place.isascii() and place.isprintable() and "\\" not in place else "/"
     given = parse_qsl(scope.get("query_string", b"").decode("latin-1"))
@@ -212,7 +214,7 @@ async def _answer(send: Send, status: int, headers: Mapping[str, str], body: byt
 
 
 class BodyTooLong(Exception):
-    """A body without stated length that goes on beyond the limit."""
+    """A body without stated length that exceeds the limit."""
 
 
 def _counted(receive: Receive, limit: int) -> Receive:

@@ -1,4 +1,4 @@
-"""Job that identifies parameters: find them, and keep their document, their page and the new vehicle file."""
+"""Job that identifies parameters, and stores their document, their page, and the new vehicle file."""
 
 from __future__ import annotations
 
@@ -23,25 +23,25 @@ from tierod.web.analysing import Say, digest
 from tierod.web.store import Store
 
 KIND = "identified"
-"""Folder of the store."""
+"""Kind of the results in the store."""
 
 DOCUMENT, PAGE, VEHICLE = "identification.json", "page.html", "vehicle.toml"
 
 
 def identify(store: Store, given: Mapping[str, Any], say: Say) -> dict[str, Any]:
-    """Find parameters of a vehicle from recordings; what is kept already is not worked out again.
+    """Identify parameters of a vehicle from recordings; a stored result is reused.
 
     Args:
-        store: that keeps it
-        given: "subject", "paths", "vehicle", "free", "channel_map", and "folder" that takes the vehicle file
-        say: takes progress
+        store: store for the result
+        given: "subject", "paths", "vehicle", "free", "channel_map", and "folder" for the vehicle file
+        say: receives the progress
 
     Returns:
-        the key of what was found, and the path of the vehicle file; "" where none was written
+        the key of the result, and the path of the vehicle file; "" if none was written
 
     Raises:
-        InputError: a recording cannot be read, or does not hold what is needed
-        ParameterError: no such vehicle or parameter
+        InputError: a recording cannot be read, or lacks required signals
+        ParameterError: there is no such vehicle or parameter
     """
     paths, car = [Path(each) for each in given["paths"]], load(given["vehicle"])
     say(0.01, "reading the files")
@@ -63,7 +63,7 @@ def _keep(store: Store, found: Identification, key: str, paths: list[Path]) -> N
     names = [car.path.name if car.path.suffix == ".toml" else car.name, *(each.name for each in paths)]
     words = ["tierod", "identify", found.subject.title.lower(), *names[1:], "--vehicle", names[0]]
     origin = Origin.now(shlex.join(words))
-    # Where the file lies on this machine is nothing for the page.
+    # The page must not reveal where the file lies on this machine.
     replace(found, vehicle=replace(car, path=Path(car.path.name))).write_html(folder / PAGE, origin)
     if not found.doubt:
         found.write_vehicle(folder / VEHICLE, origin)
@@ -73,7 +73,7 @@ def _keep(store: Store, found: Identification, key: str, paths: list[Path]) -> N
 
 
 def _served(store: Store, folder: Path, car: Vehicle, key: str) -> str:
-    """Put the vehicle file where recordings can be judged by it; "" where there is none."""
+    """Copy the vehicle file to a folder from which recordings can be judged by it; "" if there is none."""
     source, target = store.path(KIND, key) / VEHICLE, folder / f"{car.name}-{key[:8]}.toml"
     if not source.is_file():
         return ""

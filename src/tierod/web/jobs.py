@@ -1,7 +1,7 @@
-"""Work in processes: a queue, progress, cancelling, and limits of time and memory.
+"""Jobs in processes of their own: a queue, progress, cancelling, and limits of time and memory.
 
-`experiments.executor` runs lots of tasks to their end; here each job has a process of its own, so that one can be
-cancelled, and outgrow its limits, without the others. A process waits ready, with everything imported.
+`experiments.executor` runs many tasks to their end; here each job has its own process, so that it can be cancelled, or
+exceed its limits, without an effect on the others. One process per thread waits ready, with all modules imported.
 """
 
 from __future__ import annotations
@@ -27,10 +27,10 @@ from tierod.web.wording import in_the_page
 from tierod.web.worker import serve
 
 KEPT = 500
-"""Finished jobs that are remembered."""
+"""Number of finished jobs that are kept in the list."""
 
 LOOK = 0.2
-"""Between two looks whether a job shall end [s]."""
+"""Polling interval for the cancelling and the time limit of a running job [s]."""
 
 WAITING, RUNNING, DONE, FAILED, CANCELLED = "waiting", "running", "done", "failed", "cancelled"
 
@@ -40,14 +40,14 @@ class Job:
     """One piece of work.
 
     Args:
-        id: in addresses
-        kind: of the work
-        given: what it takes
-        about: in words
+        id: identifier in addresses
+        kind: kind of work
+        given: its arguments
+        about: description in words
         state: waiting, running, done, failed or cancelled
-        share: done, 0 to 1
-        text: what is done now, or why it failed
-        found: what is there already; the result once it is done
+        share: share done, 0 to 1
+        text: current step, or why it failed
+        found: results available so far; the complete result after the end
     """
 
     id: str
@@ -62,17 +62,17 @@ class Job:
 
     @property
     def ended(self) -> bool:
-        """Whether nothing more happens to it."""
+        """Whether the job has ended."""
         return self.state in (DONE, FAILED, CANCELLED)
 
 
 class Jobs:
-    """The queue; `close` ends all.
+    """Queue of jobs; `close` ends all.
 
     Args:
-        workers: how many work at a time
-        limits: of every job
-        finished: called with a job that has ended well
+        workers: number of jobs at a time
+        limits: limits of every job and of the queue
+        finished: called with a job that has succeeded
     """
 
     def __init__(self, workers: int, limits: Limits, finished: Callable[[Job], None] = lambda job: None):
@@ -88,15 +88,15 @@ class Jobs:
             thread.start()
 
     def submit(self, kind: str, given: dict[str, Any], about: str) -> Job:
-        """Put work into the queue; the same work that waits or runs already is given back.
+        """Add a job to the queue; an equal job that waits or runs already is returned instead.
 
         Args:
-            kind: of the work, see `tierod.web.work`
-            given: what it takes, as JSON holds it
-            about: in words
+            kind: kind of work, see `tierod.web.work`
+            given: its arguments, in types that JSON can represent
+            about: description in words
 
         Raises:
-            Busy: too much waits
+            Busy: too many jobs are waiting
         """
         with self._changed:
             for job in self._jobs.values():
@@ -117,7 +117,7 @@ class Jobs:
         """A job by its id.
 
         Raises:
-            Absent: there is none, or it ended long ago
+            Absent: there is no such job, or it ended long ago
         """
         with self._changed:
             if number not in self._jobs:
@@ -125,15 +125,15 @@ class Jobs:
             return self._jobs[number]
 
     def all(self) -> list[Job]:
-        """Every job that is remembered, the newest first."""
+        """All jobs in the list, the newest first."""
         with self._changed:
             return list(self._jobs.values())[::-1]
 
     def cancel(self, number: str) -> Job:
-        """End a job; one that has ended stays as it is.
+        """Cancel a job; a job that has ended is unchanged.
 
         Raises:
-            Absent: there is none
+            Absent: there is no such job
         """
         job = self.job(number)
         with self._changed:
@@ -144,7 +144,7 @@ class Jobs:
         return job
 
     def close(self) -> None:
-        """End all jobs and processes."""
+        """Cancel all jobs and end all processes."""
         with self._changed:
             self._closed = True
             for job in self._jobs.values():
@@ -160,7 +160,7 @@ class Jobs:
             process.join(timeout=5.0)
 
     def _work(self) -> None:
-        """Work of a thread: one job after the other."""
+        """Loop of a thread: runs one job after another."""
         ready = self._process()
         while True:
             with self._changed:
@@ -185,6 +185,7 @@ class Jobs:
 
     def _run(self, job: Job, process: BaseProcess, connection: Connection) -> None:
         until = time.monotonic() + self.limits.job_time
+        # The waiting process may have died; its end is reported below.
         with suppress(BrokenPipeError):
             connection.send((job.kind, job.given))
         answer: object = None
@@ -216,6 +217,7 @@ class Jobs:
     def _end(self, job: Job, answer: object) -> None:
         if isinstance(answer, dict):
             job.found = answer
+            # Before the state changes, so that a page that sees the job done finds its results.
             with suppress(OutputError):
                 self._finished(job)
         with self._changed:
@@ -236,17 +238,17 @@ class Jobs:
 
 
 def _named(reason: str, given: Mapping[str, Any]) -> str:
-    """A reason in which files go by their names: where they lie on this machine is nothing for the page."""
+    """A reason with file names in place of paths: the page must not reveal where files lie on this machine."""
     for path in filter(None, (given.get("path"), *given.get("paths", ()))):
         reason = reason.replace(path, Path(path).name)
     return in_the_page(reason)
 
 
 def workers_of(given: int | None) -> int:
-    """Number of jobs that work at a time; half of the cores where not given.
+    """Number of jobs at a time; half of the cores if not given.
 
     Raises:
-        ParameterError: fewer than one
+        ParameterError: the number is less than one
     """
     from tierod.experiments.doors import cores
 

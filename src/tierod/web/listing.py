@@ -1,4 +1,4 @@
-"""Listing of a folder by its names alone: no file is opened, so that large folders are listed at once."""
+"""Listing of a folder from its entries alone: no file is opened, so that large folders are listed quickly."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from tierod.web.errors import Absent
 from tierod.web.site import Root, Site
 
 SEARCH_TIME = 0.8
-"""Time after which a search through folders below ends with what it found [s]."""
+"""Time after which a search in subfolders ends with the entries found so far [s]."""
 
 MOST_FOUND = 2000
-"""Entries of a search."""
+"""Largest number of entries of a search."""
 
 
 class Entry(BaseModel):
-    """A file or folder of a list; `file` is its name in addresses."""
+    """A file or folder in a listing; `file` is its name in addresses."""
 
     name: str
     file: str
@@ -32,7 +32,7 @@ class Entry(BaseModel):
 
 
 class Listing(BaseModel):
-    """A part of a folder's list; `total` counts all entries that match, `gone` are served folders that vanished."""
+    """A part of the listing of a folder; `total` counts all matching entries, `gone` are vanished served folders."""
 
     folder: str
     total: int
@@ -42,7 +42,7 @@ class Listing(BaseModel):
 
 
 def roots(site: Site) -> list[Entry]:
-    """The folders that are served, as entries of a list; those that vanished, or were never made, are left out."""
+    """The served folders as entries of a listing, without those that do not exist."""
     there = [root for root in site.roots if _there(root)]
     return [Entry(name=root.name, file=root.name, folder=True, bytes=0, modified=0.0) for root in there]
 
@@ -57,11 +57,11 @@ def listing(
     """Listing of a folder.
 
     Args:
-        site: that is served
+        site: the served site
         folder: its name in addresses; "" for the list of all roots
-        search: part of the names that are wanted, looked for in the folders below too
-        sort: "name", "modified" or "bytes"; the latter two begin with the largest
-        offset, count: of the entries that are wanted
+        search: text in the names of files, searched in subfolders too
+        sort: "name", "modified" or "bytes"; the latter two in descending order
+        offset, count: first index and number of the returned entries
 
     Raises:
         Absent: there is no such folder
@@ -82,7 +82,7 @@ def listing(
 
 
 def _gone(site: Site) -> list[str]:
-    # The demo is made while the page is open.
+    # The folders of the demo appear while the page is open.
     return [] if site.demo else [root.name for root in (*site.roots, *site.results) if not _there(root)]
 
 
@@ -114,17 +114,17 @@ def _entry(each: os.DirEntry[str], folder: str, root: Root) -> Entry | None:
     is_folder = stat.S_ISDIR(status.st_mode)
     if not is_folder and not stat.S_ISREG(status.st_mode):
         return None
-    # Names in no Unicode keep their place in the list, though no address leads to them.
+    # Names that are not Unicode are listed too, though no address leads to them.
     name = each.name.encode("utf-8", "replace").decode()
     return Entry(name=name, file=f"{folder}/{name}", folder=is_folder, bytes=status.st_size, modified=status.st_mtime)
 
 
 def _searched(site: Site, folder: str, wanted: str) -> tuple[list[Entry], bool]:
-    """Files whose name holds a text, and whether all folders were looked through."""
+    """Files whose name contains a text, and whether all folders were searched."""
     until = time.monotonic() + SEARCH_TIME
     waiting = [folder] if folder else [root.name for root in site.roots]
     found: list[Entry] = []
-    seen: set[Path] = set()  # a link may lead to a folder above it
+    seen: set[Path] = set()  # a link may lead to a parent folder
     while waiting:
         if time.monotonic() > until or len(found) >= MOST_FOUND:
             return found[:MOST_FOUND], False

@@ -15,13 +15,13 @@ def live_endpoint(relay: Relay | None) -> APIRouter:
     """Endpoint of the live buses.
 
     Args:
-        relay: of the buses; None without
+        relay: relay of the buses; None for none
     """
     router = APIRouter(prefix="/api", tags=["live"])
 
     @router.websocket("/live")
     async def live(socket: WebSocket) -> None:
-        """Events and samples as they come, one JSON object each."""
+        """Events and samples as they arrive, each as one JSON object."""
         if relay is None:
             await socket.close(1008, "no bus is followed; begin with 'tierod serve --live INTERFACE:CHANNEL'")
             return
@@ -51,7 +51,7 @@ async def _until_gone(socket: WebSocket) -> None:
 
 
 async def _next(listener: asyncio.Queue[str], going: asyncio.Task[None]) -> str | None:
-    """The next text; None where the other end has gone."""
+    """The next line; None if the client has disconnected."""
     getting = asyncio.create_task(listener.get())
     await asyncio.wait((getting, going), return_when=asyncio.FIRST_COMPLETED)
     if getting.done():

@@ -1,4 +1,4 @@
-"""Fault memories for the page: read from a copy, so that nothing that looks at one changes it."""
+"""Fault memories for the page, read from a copy, so that reading changes nothing."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from tierod.core.errors import InputError
 
 
 def memory_document(path: Path) -> dict[str, Any]:
-    """The codes of a memory with their status, history and freeze frames.
+    """Trouble codes of a fault memory with their status, history and freeze frames.
 
     Args:
-        path: of its file
+        path: path of its file
 
     Raises:
-        InputError: it is damaged, or no fault memory
+        InputError: the file is damaged, or is no fault memory
     """
     from tierod.diagnosis import sovd
     from tierod.diagnosis.fault_memory import FaultMemory

@@ -1,4 +1,4 @@
-"""The files of the page, which hold nothing of the user's: kept by the browser under the digest of their content."""
+"""The files of the page, without user data; browsers cache them under the digest of their content."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from tierod.web.bundle import bundled
 
 STATIC = Path(__file__).parent / "static"
 COLOURS = TEMPLATES / "tokens.css"
-"""Colours of all pages, those of reports as well."""
+"""Colours of all pages, including reports."""
 
 VIEWS = ("", "recording", "vehicle", "fleet", "live", "new", "identify", "scenario", "jobs", "interface")
-"""Addresses of the page; which of them is shown the page itself decides."""
+"""Paths that return the page; the page itself selects the view."""
 
 SCRIPT, STYLE = "first.js", "first.css"
-"""Files that are made of others, so that the first picture waits for few."""
+"""Bundled files, so that the first view needs few requests."""
 
 DRAWING = "vendor/uPlot.iife.min.js"
 
@@ -38,9 +38,9 @@ class Files(NamedTuple):
     """The files of the page.
 
     Args:
-        content: of every file, by its name
-        digest: of all of them
-        html: the page itself, whose addresses name the digest
+        content: content of every file, by its name
+        digest: digest of all files
+        html: the page itself, whose addresses contain the digest
     """
 
     content: dict[str, bytes]
@@ -50,7 +50,7 @@ class Files(NamedTuple):
 
 @cache
 def files() -> Files:
-    """The files as they are when the first of them is asked for."""
+    """The files as they are at the first call."""
     paths = {path.relative_to(STATIC).as_posix(): path for path in STATIC.rglob("*") if path.suffix in KINDS}
     paths[COLOURS.name] = COLOURS
     content = {name: path.read_bytes() for name, path in sorted(paths.items())}
@@ -64,7 +64,7 @@ def files() -> Files:
 
 
 def _together(content: dict[str, bytes]) -> dict[str, bytes]:
-    """Bundled files of the first view: its style, and its modules behind the library that draws."""
+    """Bundled files of the first view: its style sheets, and its modules after the plotting library."""
     texts = {name: each.decode() for name, each in content.items() if name.endswith((".js", ".css"))}
     first, stands = bundled(texts, "main.js", SCRIPT)
     made = {name: text.encode() for name, text in stands.items()}
@@ -74,10 +74,10 @@ def _together(content: dict[str, bytes]) -> dict[str, bytes]:
 
 
 def page(app: FastAPI) -> None:
-    """Serve the page.
+    """Add the routes of the page.
 
     Args:
-        app: that gets its addresses
+        app: application that gets the routes
     """
     found = files()
 
@@ -101,14 +101,14 @@ def page(app: FastAPI) -> None:
 
 
 def _early(request: Request) -> str:
-    """Requests that the view begins with, for the browser to send while it still reads the modules.
+    """Preload links for the first requests of the view, which the browser then sends while it reads the modules.
 
-    They follow from the address alone, so that the page reveals nothing about what is served.
+    They follow from the address alone, so that the page reveals nothing about the served data.
     """
     wanted = ["/api/site"]
     file = request.query_params.get("file", "")
     if request.url.path == "/recording" and 0 < len(file) <= 4096 and "report" not in request.query_params:
-        # As URLSearchParams writes it, for the browser compares addresses letter by letter.
+        # Encoded like URLSearchParams, since the browser compares addresses character by character.
         asked = urlencode({"file": file}, safe="*").replace("~", "%7E")
         wanted.append(f"/api/opened?{asked}")
     return "".join(f'<link rel="preload" as="fetch" crossorigin href="{each}">\n' for each in wanted)

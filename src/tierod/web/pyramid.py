@@ -1,7 +1,7 @@
-"""Signals in the store: every sample as it was, and lowest and highest values in levels, so that any zoom reads little.
+"""Stored signals: every sample as recorded, and extrema in levels of resolution, so that any zoom reads little.
 
-Level 1 holds 16 samples a bin, each further one four times as many. A reader maps the files into memory, so that a
-picture of ten hours touches a few thousand bins.
+A bin of level 1 holds 16 samples, a bin of each further level four times as many. A reader maps the files into memory,
+so that a picture of ten hours reads a few thousand bins.
 """
 
 from __future__ import annotations
@@ -20,29 +20,29 @@ from tierod.core.recording import Channel, Recording
 from tierod.web.errors import Absent
 
 FIRST, FACTOR = 16, 4
-"""Samples of a bin at the first level, and bins that become one of the next."""
+"""Number of samples per bin of the first level, and number of bins merged into one of the next level."""
 
 LEAST_BINS = 256
-"""Bins of a level that are few enough to need no coarser one."""
+"""Smallest number of bins of a level; coarser levels are not made."""
 
 FEW = 8
-"""Neighbours that are compared column by column."""
+"""Largest number of neighbours that are compared column by column."""
 
 MOST_MAPPED = 512
-"""Files of a recording that stay mapped."""
+"""Largest number of files of a recording that stay mapped into memory."""
 
 INDEX = "index.json"
 
 
 @dataclass
 class Kept:
-    """One signal of a store.
+    """One stored signal.
 
     Args:
-        name, unit, source, note: as of a channel; a name with a slash is an estimate of that monitor
+        name, unit, source, note: as in a channel; "monitor/name" is the estimate of a monitor
         stamps: number of its time stamps' file
-        file: number of its own
-        count: samples
+        file: number of the file with its values
+        count: number of samples
     """
 
     name: str
@@ -55,12 +55,12 @@ class Kept:
 
 
 class Window(NamedTuple):
-    """A stretch of a signal for a picture.
+    """A time span of a signal for a picture.
 
     Args:
-        time: of the samples, or left edges of the bins [s]
-        lower, upper: values; the same array where every sample is there
-        exact: whether every sample of the stretch is there
+        time: times of the samples, or left edges of the bins [s]
+        lower, upper: minima and maxima of the bins; the same array if it holds every sample
+        exact: whether every sample of the span is included
     """
 
     time: np.ndarray
@@ -70,10 +70,10 @@ class Window(NamedTuple):
 
 
 class SeriesWriter:
-    """Takes signals piece by piece; memory does not grow with their length.
+    """Writes signals piece by piece; its memory does not grow with their length.
 
     Args:
-        folder: empty, takes the files
+        folder: empty folder for the files
     """
 
     def __init__(self, folder: Path):
@@ -84,10 +84,10 @@ class SeriesWriter:
         self._numbers = 0
 
     def add(self, channels: Iterable[Channel]) -> None:
-        """The next piece of some signals; those that share an array of time stamps keep it once.
+        """Add the next piece of some signals; signals with the same array of time stamps share one file of stamps.
 
         Args:
-            channels: each follows on what came before
+            channels: each continues the previous piece of its signal
         """
         added: dict[int, np.ndarray] = {}
         taken: dict[int, int] = {}
@@ -113,7 +113,7 @@ class SeriesWriter:
         """Write the levels and the index.
 
         Args:
-            facts: on the recording, as JSON holds them
+            facts: facts about the recording, in types that JSON can represent
         """
         for file in self._files.values():
             file.close()
@@ -142,9 +142,10 @@ class SeriesWriter:
         return kept
 
     def _part(self, kept: Kept) -> None:
-        """Give a signal time stamps of its own, from where others go on differently."""
+        """Give a signal a file of time stamps of its own, when its stamps deviate from those shared so far."""
         old, kept.stamps = kept.stamps, len(self._counts)
         self._counts.append(kept.count)
+        # Mapped below, so that the buffered stamps must be in the file.
         if file := self._files.get(f"t{old}.f8"):
             file.flush()
         self._append(f"t{kept.stamps}.f8", _mapped(self.folder / f"t{old}.f8", np.float64)[: kept.count])
@@ -152,6 +153,7 @@ class SeriesWriter:
     def _append(self, name: str, values: np.ndarray) -> None:
         file = self._files.get(name)
         if file is None:
+            # Few enough for the limit of open files of a process.
             if len(self._files) >= 200:
                 self._files.pop(next(iter(self._files))).close()
             file = self._files[name] = open(self.folder / name, "ab")  # noqa: SIM115  (closed in finish)
@@ -163,7 +165,7 @@ def _mapped(path: Path, kind: type[np.generic]) -> np.ndarray:
 
 
 def _widths(count: int) -> list[int]:
-    """Samples of a bin at every level."""
+    """Number of samples per bin of every level."""
     widths, width = [], FIRST
     while count // width >= LEAST_BINS:
         widths.append(width)
@@ -185,7 +187,7 @@ def _write_levels(folder: Path, kept: Kept) -> None:
 
 
 def _coarser(lower: np.ndarray, upper: np.ndarray, width: int) -> tuple[np.ndarray, np.ndarray]:
-    """Lowest and highest of so many neighbours each; NaN where all are missing. The last bin may hold fewer."""
+    """Minima and maxima of groups of neighbours; NaN where all are missing. The last group may be smaller."""
     whole = len(lower) - len(lower) % width
     parts = [(_neighbours(np.fmin, lower[:whole], width), _neighbours(np.fmax, upper[:whole], width))]
     if whole < len(lower):
@@ -195,24 +197,24 @@ def _coarser(lower: np.ndarray, upper: np.ndarray, width: int) -> tuple[np.ndarr
 
 
 def _neighbours(of: np.ufunc, values: np.ndarray, width: int) -> np.ndarray:
-    """Lowest or highest of so many neighbours each."""
+    """Minima or maxima of groups of neighbours."""
     rows = values.reshape(-1, width)
     if width > FEW:
         found: np.ndarray = of.reduce(rows, axis=1)
         return found
-    # Along short rows numpy is ten times as slow as over whole columns.
+    # Reducing along short rows, numpy is ten times as slow as over whole columns.
     return reduce(of, [rows[:, place] for place in range(width)])
 
 
 @dataclass
 class SeriesReader:
-    """The signals of a store.
+    """Reader of the stored signals of a recording.
 
     Args:
-        folder: that a `SeriesWriter` has finished
+        folder: folder that a `SeriesWriter` has finished
 
     Raises:
-        Absent: it is not there any more
+        Absent: the folder does not exist any more
     """
 
     folder: Path
@@ -227,33 +229,33 @@ class SeriesReader:
             raise Absent("the analysed recording is not kept any more; open it again from the list") from None
         self.span, self.facts = (content["span"][0], content["span"][1]), content["facts"]
         self.signals = {each["name"]: Kept(**each) for each in content["signals"]}
-        # A finished folder does not change; to map a file takes longer than to read a picture from it.
+        # A finished folder does not change, and mapping a file takes longer than reading a picture from it.
         self._map = lru_cache(MOST_MAPPED)(lambda name, kind: _mapped(self.folder / name, kind))
 
     def of(self, name: str) -> Kept:
         """A signal by its name.
 
         Raises:
-            Absent: there is none
+            Absent: there is no such signal
         """
         if name not in self.signals:
             raise Absent(f"the recording has no signal '{name[:100]}'; choose one from the list of signals")
         return self.signals[name]
 
     def samples(self, name: str, start: float = -np.inf, stop: float = np.inf) -> tuple[np.ndarray, np.ndarray]:
-        """(time, values) of every sample from start up to stop [s]; errors as of `of`."""
+        """(time, values) of every sample from start up to, but not including, stop [s]; raises as `of`."""
         kept = self.of(name)
         time, values = self._files(kept)
         first, last = np.searchsorted(time, (start, stop), side="left")
         return np.asarray(time[first:last]), np.asarray(values[first:last])
 
     def window(self, name: str, start: float, stop: float, points: int) -> Window:
-        """A stretch of a signal for a picture, with a sample before and behind it.
+        """A time span of a signal for a picture, with one sample before and one after it.
 
         Args:
-            name: of the signal
-            start, stop: of the stretch [s]
-            points: that the picture is wide; twice as many samples come as they are
+            name: name of the signal
+            start, stop: limits of the span [s]
+            points: width of the picture; up to twice as many samples are returned unchanged
 
         Raises:
             Absent: there is no such signal
@@ -280,7 +282,7 @@ class SeriesReader:
         return Window(np.asarray(edges[::step]), low, high, False)
 
     def recording(self, names: Iterable[str], start: float, stop: float) -> Recording:
-        """Every sample of some signals from start up to stop [s], as a recording; errors as of `of`."""
+        """Every sample of some signals from start up to (not including) stop [s], as a recording; raises as `of`."""
         channels = []
         for name in names:
             kept = self.of(name)
@@ -295,7 +297,7 @@ class SeriesReader:
         return time[: kept.count], values[: kept.count]
 
     def _between(self, kept: Kept, time: np.ndarray, start: float, stop: float) -> tuple[int, int]:
-        """Numbers of the samples of a stretch, with one before and one behind."""
+        """Index range of the samples of a time span, with one before and one after it."""
         first = int(np.searchsorted(time, start, side="left"))
         last = int(np.searchsorted(time, stop, side="right"))
         return max(first - 1, 0), min(last + 1, len(time))

@@ -1,4 +1,4 @@
-"""Endpoints of analysed recordings: signals, stretches, pairs, exports, findings, reports."""
+"""Endpoints of analysed recordings: signals, time spans, pairs, exports, findings, reports."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ FORMATS = {
 
 
 def recording_endpoints(bench: Workbench) -> APIRouter:
-    """Endpoints of kept recordings.
+    """Endpoints of analysed recordings.
 
     Args:
-        bench: what is served
+        bench: the workbench to serve
     """
     router = APIRouter(prefix="/api", tags=["recordings"], responses=PROBLEMS)
 
@@ -48,7 +48,7 @@ def recording_endpoints(bench: Workbench) -> APIRouter:
     def window(
         key: str, name: Names, result: Key = "", start: Time = None, stop: Time = None, points: Points = 1000
     ) -> Response:
-        """Stretches of signals, as numbers in one packet (see `tierod.web.windows.packet`)."""
+        """Time spans of signals, as numbers in one binary packet (see `tierod.web.windows.packet`)."""
         found = windows.windows(bench.readers(key, result), name, start, stop, points)
         return Response(windows.packet(found), media_type="application/octet-stream")
 
@@ -56,12 +56,12 @@ def recording_endpoints(bench: Workbench) -> APIRouter:
     def curves(
         key: str, name: Names, result: Key = "", start: Time = None, stop: Time = None, points: Points = 1000
     ) -> list[Curve]:
-        """Stretches of signals, as lists for programs."""
+        """Time spans of signals, as lists for programs."""
         return windows.curves(windows.windows(bench.readers(key, result), name, start, stop, points))
 
     @router.get("/series/{key}/pair")
     def pair(key: str, along: Key, up: Key, result: Key = "", start: Time = None, stop: Time = None) -> Pair:
-        """Two signals against each other, over a stretch."""
+        """Two signals against each other over a time span."""
         return windows.pair(bench.readers(key, result), along, up, start, stop)
 
     _exports(router, bench)
@@ -79,7 +79,7 @@ def _exports(router: APIRouter, bench: Workbench) -> None:
         stop: Time = None,
         kind: Annotated[str, Query(pattern="^(csv|parquet|mf4)$")] = "csv",
     ) -> Response:
-        """Every sample of some signals over a stretch, as a file."""
+        """Every sample of some signals over a time span, as a file."""
         handle, place = tempfile.mkstemp(prefix="tierod-export-", suffix=f".{kind}")
         os.close(handle)
         path = Path(place)
@@ -95,27 +95,27 @@ def _exports(router: APIRouter, bench: Workbench) -> None:
 def _results(router: APIRouter, bench: Workbench) -> None:
     @router.get("/results/{key}")
     def result(key: str) -> dict[str, Any]:
-        """Findings of monitors in a recording."""
+        """Findings of the monitors in a recording."""
         return bench.result(key)
 
     @router.get("/identifications/{key}")
     def identified(key: str) -> dict[str, Any]:
-        """Parameters that were found from recordings."""
+        """Parameters that were identified from recordings."""
         return bench.identified(key)
 
     @router.get("/identifications/{key}/page", response_class=HTMLResponse)
     def page(key: str) -> Response:
-        """The page of an identification; it runs apart from the page, and reaches nothing of it."""
+        """The page of an identification; it runs in a sandbox without access to this page."""
         text = bench.identified_text(key, "page.html")
         return HTMLResponse(text, headers={"content-security-policy": REPORT_POLICY})
 
     @router.get("/identifications/{key}/vehicle", response_class=Response)
     def vehicle(key: str) -> Response:
-        """The vehicle file with the parameters that were found."""
+        """The vehicle file with the identified parameters."""
         attached = {"content-disposition": 'attachment; filename="vehicle.toml"'}
         return Response(bench.identified_text(key, "vehicle.toml"), media_type="application/toml", headers=attached)
 
     @router.get("/results/{key}/report/{monitor}", response_class=HTMLResponse)
     def report(key: str, monitor: str) -> Response:
-        """The report of a monitor; it runs apart from the page, and reaches nothing of it."""
+        """The report of a monitor; it runs in a sandbox without access to this page."""
         return HTMLResponse(bench.report(key, monitor), headers={"content-security-policy": REPORT_POLICY})

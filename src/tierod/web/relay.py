@@ -1,4 +1,4 @@
-"""The live buses in a process of their own; its lines go to every page that listens."""
+"""Relay between the process that follows the live buses and the pages that show them."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from collections import deque
 from collections.abc import Sequence
 
 KEPT = 3000
-"""Lines that a page gets which comes later: the last minutes."""
+"""Number of past lines that a new page receives: the last minutes."""
 
 WAITING = 2000
-"""Lines that wait for a slow page before it loses the oldest."""
+"""Number of lines that may wait for a slow page, beside the past ones, before it loses the oldest."""
 
 
 class Relay:
-    """Starts the process that follows the buses, and gives its lines to listeners.
+    """Starts the process that follows the buses, and passes its lines to listeners.
 
     Args:
-        command: of the process, whose output is one JSON object a line
+        command: command of the process, which prints one JSON object per line
     """
 
     def __init__(self, command: Sequence[str]):
@@ -35,7 +35,7 @@ class Relay:
         self._tasks.append(asyncio.create_task(self._follow()))
 
     async def end(self) -> None:
-        """End the process and all listeners."""
+        """End the process and the tasks that read it."""
         self._ending = True
         if self._process is not None and self._process.returncode is None:
             self._process.terminate()
@@ -47,7 +47,7 @@ class Relay:
             task.cancel()
 
     def listen(self) -> asyncio.Queue[str]:
-        """A new listener, which gets what has come lately first."""
+        """Queue of a new listener, which begins with the past lines."""
         queue: asyncio.Queue[str] = asyncio.Queue(KEPT + WAITING)
         for line in self._past:
             queue.put_nowait(line)
@@ -55,11 +55,11 @@ class Relay:
         return queue
 
     def leave(self, listener: asyncio.Queue[str]) -> None:
-        """End a listener."""
+        """Remove a listener."""
         self._listeners.discard(listener)
 
     def give(self, line: str) -> None:
-        """Give a line to all listeners; a slow one loses its oldest."""
+        """Pass a line to all listeners; a slow listener loses its oldest line."""
         self._past.append(line)
         for queue in self._listeners:
             if queue.full():

@@ -1,4 +1,4 @@
-"""Virtual cars, courses and faults to choose from, and a drive with the chosen ones."""
+"""Simulated drives for the page: the shipped cars, courses and faults, and a drive with chosen ones."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from tierod.core.errors import ParameterError, nearest
 from tierod.core.toml import quoted
 
 LONGEST = 3600.0
-"""Longest drive that the page asks for [s]."""
+"""Longest drive that the page may request [s]."""
 
 _SIZE = re.compile(r"[-+]?[0-9.]+(?:e[-+]?[0-9]+)?(?: ?[A-Za-z°µ%Ω/*·^0-9.]{1,20})?", re.IGNORECASE)
 
 
 @cache
 def catalogue() -> dict[str, Any]:
-    """Catalogue that a scenario is chosen from: scenarios, cars, courses and faults, each with its description."""
+    """Shipped scenarios, cars, courses and faults to choose from, each with its description."""
     from tierod.core.toml import Document
     from tierod.proving_ground import courses
     from tierod.proving_ground.cars import catalogue as cars
@@ -53,21 +53,21 @@ def catalogue() -> dict[str, Any]:
 
 
 def _size_in(content: Mapping[str, Any]) -> str:
-    """The size of a fault from its file; "" where it has none that can be changed by itself."""
+    """Size of a fault from its file; "" if it has none that can be changed separately."""
     behaviour = content.get("behaviour")
     inner = behaviour if isinstance(behaviour, Mapping) else {}
     return str(content.get("size", inner.get("to", inner.get("size", ""))))
 
 
 def drive(given: Mapping[str, Any], progress: Callable[[float], None]) -> tuple[Path, dict[str, Any]]:
-    """Drive a scenario into a recording: (its path, facts on the run).
+    """Simulate a scenario, and return the path of its recording and facts about the run.
 
     Args:
         given: "scenario", or "car" and "course"; "seconds", "seed", "faults" with "name", "size" and "start" [s];
-            "folder" that takes the recording
+            "folder" for the recording
 
     Raises:
-        ParameterError: a name that is not shipped, or parts that do not fit each other
+        ParameterError: a name is not shipped, or the parts do not fit each other
     """
     from tierod.io.writers import write
     from tierod.proving_ground.faults.wording import fault_in_words
@@ -83,7 +83,7 @@ def drive(given: Mapping[str, Any], progress: Callable[[float], None]) -> tuple[
         outcome = whole.run(progress)
     except ParameterError as error:
         source.unlink()
-        # A choice in the page has no file and no lines to name.
+        # The choice in the page has no file and lines that a message could name.
         plain = re.sub(rf"{re.escape(str(source))}, (line \d+: )?", "", str(error)).replace(str(source), "the scenario")
         raise ParameterError(_as_chosen(plain, given.get("faults", ()))) from None
     path = source.with_suffix(".parquet")
@@ -99,7 +99,7 @@ def drive(given: Mapping[str, Any], progress: Callable[[float], None]) -> tuple[
 
 
 def _as_chosen(plain: str, faults: Iterable[Mapping[str, Any]]) -> str:
-    """An error on a scenario file in words of the fields of the page."""
+    """An error in a scenario file, in words of the fields of the page."""
     usual = {each["name"]: each["size"] for each in catalogue()["faults"]}
     for number, fault in enumerate(faults):
         name, size = fault.get("name"), str(fault.get("size") or "").strip()
@@ -111,13 +111,13 @@ def _as_chosen(plain: str, faults: Iterable[Mapping[str, Any]]) -> str:
 
 
 def scenario_text(given: Mapping[str, Any]) -> str:
-    """The scenario file of a choice; every name in it is one that is shipped.
+    """Scenario file of a choice; every name in it must be shipped.
 
     Args:
-        given: as of `drive`
+        given: as in `drive`
 
     Raises:
-        ParameterError: a name that is not shipped, or a figure that is none
+        ParameterError: a name is not shipped, or a number is malformed or out of range
     """
     known = catalogue()
     base: Mapping[str, Any] = {}

@@ -1,4 +1,4 @@
-"""`tierod.serve`: the server on a port, with the address that opens it."""
+"""`tierod.serve`: the server on a port, and the address that opens it."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ if TYPE_CHECKING:
 LOOPBACK = "127.0.0.1"
 
 EVERYWHERE = ("0.0.0.0", "::")
-"""Every address of this machine."""
+"""Addresses that mean every address of this machine."""
 
 LEAST_TOKEN = 16
-"""Characters of a token that is given."""
+"""Smallest number of characters of a given token."""
 
 TOKEN = "TIEROD_TOKEN"
-"""Variable of the environment that may hold the token."""
+"""Environment variable that may hold the token."""
 
 
 def serve(
@@ -49,27 +49,28 @@ def serve(
     browser: bool = False,
     say: Callable[[str], None] = lambda text: print(text, file=sys.stderr),
 ) -> None:
-    """Serve the page to work in until it is ended (Ctrl-C).
+    """Serve the interactive page until it is stopped (Ctrl-C).
 
     Args:
-        paths: folders of recordings, results folders of `tierod fleet`, or single recordings; the demo without any
-        vehicle: as which recordings are judged; the one that each of them names where not given
+        paths: folders of recordings, results folders of `tierod fleet`, or single recordings; the demo if there are
+            none
+        vehicle: vehicle as which recordings are judged; if not given, the one named in each of them
         dbc: databases of bus logs
-        channel_map: of the recordings
+        channel_map: channel map of the recordings
         live: buses to follow, as INTERFACE:CHANNEL
-        port: that it answers on; 0 takes any that is free
-        bind: address of this machine on which it answers; others than this computer's own need a token, which is made,
+        port: port of the server; 0 takes any free port
+        bind: address of this machine to listen on; any but the loopback address requires a token, which is generated,
             or taken from the environment variable TIEROD_TOKEN
-        cache: folder that keeps analysed recordings
-        workers: jobs at a time
-        limits: how much it takes
-        browser: whether the page is opened
-        say: takes lines for the user
+        cache: folder for analysed recordings
+        workers: number of jobs at a time
+        limits: limits on what the server accepts
+        browser: whether to open the page in a browser
+        say: receives lines for the user
 
     Raises:
         MissingExtra: the extra `web` is not installed
         InputError: a path does not exist, or the port is in use
-        ParameterError: no such vehicle, or a token that is too short
+        ParameterError: there is no such vehicle, or the token is too short
         OutputError: the cache cannot be written
     """
     require_web()
@@ -97,12 +98,12 @@ def serve(
 
 
 def outward(bind: str) -> str:
-    """An address of this machine under which others reach it: of the interface that leads out, else its name.
+    """An address under which others reach this machine: that of the interface to the network, else its host name.
 
     Args:
-        bind: every address of IPv4 or of IPv6
+        bind: the address that means every address, of IPv4 or of IPv6
     """
-    # A datagram socket that is connected has an address of its own, and sends nothing.
+    # Connecting a datagram socket selects its local address without sending anything.
     family, far = (socket.AF_INET6, "2001:db8::1") if ":" in bind else (socket.AF_INET, "192.0.2.1")
     with contextlib.suppress(OSError), socket.socket(family, socket.SOCK_DGRAM) as made:
         made.connect((far, 9))
@@ -122,10 +123,10 @@ _SERVER: dict[str, Any] = {
 
 
 def require_web() -> None:
-    """See that what the server needs is installed.
+    """Check that the libraries of the server are installed.
 
     Raises:
-        MissingExtra: it is not
+        MissingExtra: one is missing
     """
     for library in ("fastapi", "uvicorn", "websockets"):
         try:
@@ -143,7 +144,7 @@ def site_of(
     cache: str | Path | None = None,
     limits: Limits | None = None,
 ) -> Site:
-    """Site to serve; arguments and errors as of `serve`."""
+    """The site to serve; arguments and errors as in `serve`."""
     from tierod.vehicles import load
     from tierod.web.demo import folders
     from tierod.web.site import Limits, Root, Site, roots_of
@@ -171,16 +172,16 @@ def site_of(
 
 
 def usual_cache() -> Path:
-    """The cache folder of the user."""
+    """Default cache folder of the user."""
     home = os.environ.get("XDG_CACHE_HOME") or "~/.cache"
     return expanded(home) / "tierod" / "web"
 
 
 def token_of() -> str:
-    """The token that others have to bring: as the environment gives it, or a new one.
+    """The token that requests from other computers must carry: from the environment, or a new one.
 
     Raises:
-        ParameterError: the one that is given is too short
+        ParameterError: the given token is too short, or has characters that are not allowed
     """
     given = os.environ.get(TOKEN, "")
     if not given:
@@ -194,10 +195,10 @@ def token_of() -> str:
 
 @contextmanager
 def listening(bind: str, port: int) -> Iterator[socket.socket]:
-    """A socket that listens.
+    """A listening socket.
 
     Raises:
-        InputError: the port is in use, or the address is none of this machine
+        InputError: the port is in use, or the address is not one of this machine
     """
     family = socket.AF_INET6 if ":" in bind else socket.AF_INET
     with socket.socket(family, socket.SOCK_STREAM) as made:
@@ -212,7 +213,7 @@ def listening(bind: str, port: int) -> Iterator[socket.socket]:
 
 @contextmanager
 def _ended_by_sigterm() -> Iterator[None]:
-    """End by SIGTERM as by Ctrl-C, with everything closed; uvicorn raises the signal again once it has ended."""
+    """Handle SIGTERM like Ctrl-C, so that everything is closed; uvicorn raises the signal again after it has ended."""
 
     def end(*_: object) -> None:
         raise KeyboardInterrupt

@@ -1,4 +1,4 @@
-"""Types of requests and answers of the endpoints; the OpenAPI page is made from these."""
+"""Types of the requests and responses of the endpoints, from which the OpenAPI description is made."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ Name = Field(min_length=1, max_length=4096)
 
 
 class Given(BaseModel):
-    """A body of a request: what is not known is refused."""
+    """Body of a request; unknown fields are refused."""
 
     model_config = ConfigDict(extra="forbid")
 
 
 class Analysed(Given):
-    """A recording that shall be analysed; `channel_map` is content of a channel map as the page corrects it.
+    """Request to analyse a recording; `channel_map` is the content of a channel map corrected in the page.
 
-    `dbc` names databases in the folders that are served. Where neither is given, those of the last time hold.
+    `dbc` names databases in the served folders. If either is missing, that of the previous analysis is used.
     """
 
     file: str = Name
@@ -31,7 +31,7 @@ class Analysed(Given):
 
 
 class Asked(Given):
-    """A recording that is looked at; arguments as of `Analysed`."""
+    """Request to examine a recording; fields as in `Analysed`."""
 
     file: str = Name
     vehicle: str = Field("", max_length=4096)
@@ -40,7 +40,7 @@ class Asked(Given):
 
 
 class Identified(Given):
-    """Recordings from which parameters of a vehicle are found; `free` names them, the usual ones where empty."""
+    """Request to identify parameters of a vehicle from recordings; `free` names them, by default the usual ones."""
 
     subject: str = Field("vehicle", pattern="^(vehicle|column|motor|inverter|thresholds)$")
     files: list[str] = Field(min_length=1, max_length=50)
@@ -50,7 +50,7 @@ class Identified(Given):
 
 
 class ChosenFault(Given):
-    """A fault of a scenario: its size as text with unit, its begin [s]; those of its file where not given."""
+    """A fault of a scenario: size as text with unit, start [s]; by default those of its file."""
 
     name: str = Field(max_length=100)
     size: str = Field("", max_length=40)
@@ -58,7 +58,7 @@ class ChosenFault(Given):
 
 
 class ChosenScenario(Given):
-    """A drive: a shipped scenario, or a car on a course."""
+    """Request for a simulated drive: a shipped scenario, or a car on a course."""
 
     scenario: str = Field("", max_length=100)
     car: str = Field("", max_length=100)
@@ -69,7 +69,7 @@ class ChosenScenario(Given):
 
 
 class JobShape(BaseModel):
-    """A job: waiting, running, done, failed or cancelled; `share` is done, `text` in words, `found` is its result."""
+    """A job: `state` waiting, running, done, failed or cancelled; `share` done, `text` in words, result `found`."""
 
     id: str
     kind: str
@@ -82,14 +82,14 @@ class JobShape(BaseModel):
 
     @classmethod
     def of(cls, job: Job) -> JobShape:
-        """The shape of a job."""
+        """State of a job as returned by the endpoints."""
         return cls(**{name: getattr(job, name) for name in cls.model_fields})
 
 
 class State(BaseModel):
-    """State of a recording; keys are "" where nothing is kept; `why` there is no verdict.
+    """State of a recording; keys are "" if nothing is stored, and `why` states why there is no verdict.
 
-    `corrected`: whether it was read with a channel map or database that was chosen in the page.
+    `corrected`: whether it was read with a channel map or database chosen in the page.
     """
 
     file: str
@@ -104,7 +104,7 @@ class State(BaseModel):
 
 
 class SignalShape(BaseModel):
-    """One signal: values times `factor` are shown in `label`; `group` is where a list has it."""
+    """One signal: values times `factor` are shown in the unit `label`; `group` is its section in lists."""
 
     name: str
     title: str
@@ -129,7 +129,7 @@ class SeriesShape(BaseModel):
 
 
 class Opened(BaseModel):
-    """A recording with what is kept of it, so that a picture needs one question less; None where nothing is."""
+    """A recording with its stored signals and result in one response; None if they are not stored."""
 
     state: State
     series: SeriesShape | None
@@ -137,7 +137,7 @@ class Opened(BaseModel):
 
 
 class Curve(BaseModel):
-    """A stretch of a signal: lowest and highest in bins, or every sample where `exact`."""
+    """A time span of a signal: minima and maxima in bins, or every sample if `exact`."""
 
     name: str
     exact: bool
@@ -147,7 +147,7 @@ class Curve(BaseModel):
 
 
 class Pair(BaseModel):
-    """Two signals against each other, over a stretch; `step` is how many samples one point stands for."""
+    """Two signals against each other over a time span; each point stands for `step` samples."""
 
     along: list[float | None]
     up: list[float | None]
@@ -171,13 +171,13 @@ class SiteShape(BaseModel):
 
 
 class FleetTable(BaseModel):
-    """A part of the table of a fleet; `total` counts all rows that match."""
+    """A part of the table of a fleet; `total` counts all matching rows."""
 
     total: int
     rows: list[dict[str, Any]]
 
 
 class Problem(BaseModel):
-    """Why a request was refused, in a sentence."""
+    """Reason why a request was refused, in a sentence."""
 
     error: str

@@ -1,4 +1,4 @@
-"""Served site: folders of recordings and results, the vehicle, limits; and the only way from a name to a file."""
+"""The served site: folders of recordings and results, vehicle, limits; and the only way from a name to a file."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from tierod.core.files import expanded
 from tierod.web.errors import Absent
 
 UPLOADS = "uploads"
-"""Name of the root that takes what comes through the page."""
+"""Name of the root for uploaded files."""
 
 LONGEST_NAME = 4096
-"""Characters of a name beyond which no file system has it."""
+"""Length of a name that no file system exceeds [characters]."""
 
 
 @dataclass(frozen=True)
 class Root:
-    """A folder that is served, or one file of it.
+    """A served folder, or a single served file in it.
 
     Args:
-        name: in addresses
-        path: resolved
-        only: the one file that is served; "" for all
+        name: name in addresses
+        path: resolved path of the folder
+        only: the single file that is served; "" for all files
     """
 
     name: str
@@ -36,15 +36,15 @@ class Root:
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits on what the server takes.
+    """Limits on what the server accepts.
 
     Args:
-        upload: longest body of an upload [bytes]
-        body: longest body of any other request [bytes]
-        job_time: longest work on one job
-        job_memory: of a process that works [bytes]
-        waiting: jobs in the queue
-        cache: what is kept of analysed recordings [bytes]
+        upload: largest body of an upload [bytes]
+        body: largest body of any other request [bytes]
+        job_time: longest duration of one job
+        job_memory: largest memory of the process of a job [bytes]
+        waiting: largest number of jobs in the queue
+        cache: largest total size of stored analyses [bytes]
     """
 
     upload: int = 2 << 30
@@ -57,17 +57,17 @@ class Limits:
 
 @dataclass(frozen=True)
 class Site:
-    """Served site.
+    """Description of what is served.
 
     Args:
         roots: folders with recordings
         results: folders with results of `tierod fleet`
-        cache: where analysed recordings are kept
-        vehicle: name or path of the vehicle that recordings are judged as; "" for the one that each of them names
+        cache: folder for analysed recordings
+        vehicle: name or path of the vehicle as which recordings are judged; "" for the one named in each of them
         dbc: databases of bus logs
-        channel_map: of the recordings; "" for that of the vehicle
+        channel_map: channel map of the recordings; "" for that of the vehicle
         live: buses that are followed, as INTERFACE:CHANNEL
-        limits: how much is taken
+        limits: limits on what the server accepts
         demo: whether the demo drive and fleet are made
     """
 
@@ -82,13 +82,13 @@ class Site:
     demo: bool = False
 
     def file(self, name: str) -> Path:
-        """The file of a name in an address, resolved.
+        """The file or folder of a name in an address, resolved.
 
         Args:
             name: "ROOT/folder/file", separated by slashes
 
         Raises:
-            Absent: there is none, or it lies outside of what is served
+            Absent: it does not exist, or lies outside the served folders
         """
         path = self._within(name)
         if not (path.is_file() or path.is_dir()):
@@ -98,17 +98,17 @@ class Site:
         return path
 
     def folder(self, name: str) -> Path:
-        """The folder of a name in an address, resolved; errors as of `file`."""
+        """The folder of a name in an address, resolved; raises as `file`."""
         path = self.file(name)
         if not path.is_dir():
             raise Absent(f"'{name[:200]}' is no folder; go back to the list and reload it")
         return path
 
     def name_of(self, path: str | Path) -> str:
-        """The name in addresses of a file; "" where it lies outside of what is served.
+        """Name of a file in addresses; "" if it lies outside the served folders.
 
         Args:
-            path: of the file, as a results folder has it
+            path: path of the file, as a results folder states it
         """
         real = os.path.realpath(path)
         for root in self.roots:
@@ -120,7 +120,7 @@ class Site:
         """The results folder of a name.
 
         Raises:
-            Absent: none is served under it
+            Absent: no results folder is served under this name
         """
         found = next((root.path for root in self.results if root.name == name), None)
         if found is None:
@@ -128,7 +128,7 @@ class Site:
         return found
 
     def _served_as(self, path: str) -> str:
-        """The name of a whole path within what is served; "" of all else."""
+        """Name of an absolute path within the served folders; "" for any other."""
         if not path.startswith("/") or len(path) > LONGEST_NAME:
             return ""
         try:
@@ -157,13 +157,13 @@ class Site:
 
 
 def roots_of(paths: Iterable[str | Path]) -> tuple[tuple[Root, ...], tuple[Root, ...]]:
-    """(folders with recordings, folders with results) of the paths that a user gave.
+    """(folders with recordings, folders with results) from the paths given by the user.
 
     Args:
         paths: folders, results folders of `tierod fleet`, or single recordings
 
     Raises:
-        InputError: one of them does not exist
+        InputError: a path does not exist
     """
     recordings: list[Root] = []
     results: list[Root] = []
@@ -179,6 +179,6 @@ def roots_of(paths: Iterable[str | Path]) -> tuple[tuple[Root, ...], tuple[Root,
 
 
 def _free(name: str, taken: set[str]) -> str:
-    """The name, with a number behind it where it is taken; without what an address would read otherwise."""
+    """A unique name, with a number appended if it is taken, and without characters that have a meaning in addresses."""
     plain = "".join(letter if letter.isalnum() or letter in "-_." else "-" for letter in name).strip(".") or "files"
     return next(each for each in (plain, *(f"{plain}-{n}" for n in range(2, 1000))) if each not in taken)

@@ -1,9 +1,9 @@
-"""Store of analysed recordings: folders named by the digest of what made them, whole or not there.
+"""Store of analysed recordings: folders named by the digest of their inputs, each complete or absent.
 
 series/KE/KEY/      the signals of a recording
-results/KE/KEY/     what monitors found in it: findings, estimates, reports
-identified/KE/KEY/  parameters that were found from recordings: document, page, vehicle file
-known/STAMP.json    which of them belong to a file, known by its path, size and time of change
+results/KE/KEY/     results of the monitors: findings, estimates, reports
+identified/KE/KEY/  identified parameters: document, page, vehicle file
+known/STAMP.json    results that belong to a file, given by its path, size and time of change
 """
 
 from __future__ import annotations
@@ -28,17 +28,17 @@ from tierod.web.errors import Absent
 KINDS = ("series", "results", "identified")
 
 KEY = re.compile(r"(?:p-)?[0-9a-f]{64}")
-"""What names of folders look like; a first picture, before a file is read to its end, begins with "p-"."""
+"""Form of the folder names; the key of a preview, made before a file is read to its end, begins with "p-"."""
 
 
 class Store:
-    """The kept results of one cache folder; several processes may use it.
+    """Stored results in one cache folder, which several processes may use.
 
     Args:
-        folder: is made where it is not there
+        folder: the cache folder, created if missing
 
     Raises:
-        OutputError: it cannot be made
+        OutputError: the folder cannot be created
     """
 
     def __init__(self, folder: Path):
@@ -54,21 +54,21 @@ class Store:
         self._known: dict[str, dict[str, Any]] = {}
 
     def path(self, kind: str, key: str) -> Path:
-        """Path of a result, whether it is there or not.
+        """Path of a result, whether it exists or not.
 
         Args:
             kind: one of `KINDS`
-            key: digest
+            key: key of the result
 
         Raises:
-            Absent: the key is none
+            Absent: the key is malformed
         """
         if not KEY.fullmatch(key):
             raise Absent("no such result; open the recording from the list")
         return self.folder / kind / key[:4] / key
 
     def holds(self, kind: str, key: str) -> bool:
-        """Whether a result is there; it counts as used then."""
+        """Whether a result exists; marks it as used now."""
         path = self.path(kind, key)
         with contextlib.suppress(OSError):
             os.utime(path)
@@ -76,17 +76,17 @@ class Store:
         return False
 
     def begun(self, kind: str) -> Path:
-        """A new folder, which `settled` gives its name."""
+        """A new folder for a result, which `settled` renames."""
         path = self.folder / kind / f".new-{os.getpid()}-{secrets.token_hex(6)}"
         path.mkdir()
         return path
 
     def settled(self, folder: Path, kind: str, key: str) -> Path:
-        """Give a folder its name; one that is there already stays.
+        """Rename a folder to the key of its result; an existing result is kept.
 
         Args:
-            folder: as `begun` gave it
-            kind, key: of the result
+            folder: folder given by `begun`
+            kind, key: kind and key of the result
         """
         target = self.path(kind, key)
         target.parent.mkdir(exist_ok=True)
@@ -99,7 +99,7 @@ class Store:
         return target
 
     def known(self, stamp: str) -> dict[str, Any]:
-        """Entries that belong to a file; empty where nothing of it is kept, or another version of tierod kept it."""
+        """Results that belong to a file; empty if nothing is stored, or another version of tierod stored it."""
         with self._lock:
             found = self._known.get(stamp)
         if found is None:
@@ -112,22 +112,22 @@ class Store:
         return dict(found) if found.get("version") == __version__ else {}
 
     def remember(self, stamp: str, facts: dict[str, Any]) -> None:
-        """Note what belongs to a file; what was noted before under other names stays."""
+        """Store facts about a file; facts stored before under other names are kept."""
         together = self.known(stamp) | facts | {"version": __version__}
         write_text(self.folder / "known" / f"{stamp}.json", json.dumps(together), sweeps=False)
         with self._lock:
             self._known[stamp] = together
 
     def forget_read(self, stamp: str) -> None:
-        """Read again what belongs to a file: another process has noted something."""
+        """Discard the cached facts about a file, since another process has changed them."""
         with self._lock:
             self._known.pop(stamp, None)
 
     def sweep(self, limit: int) -> None:
-        """Remove what killed processes left, and what was used longest ago, until the rest has its room.
+        """Remove remains of killed processes, and the least recently used results until the rest is within a limit.
 
         Args:
-            limit: of all [bytes]
+            limit: limit of the total size [bytes]
         """
         found: list[tuple[float, int, Path]] = []
         for kind in KINDS:
@@ -148,10 +148,10 @@ class Store:
 
 
 def stamp_of(path: Path) -> str:
-    """A file by its path, size and time of change, without opening it.
+    """Digest of a file's path, size and time of change, which identifies it without opening it.
 
     Raises:
-        Absent: it is gone
+        Absent: the file does not exist any more
     """
     try:
         status = path.stat()

@@ -1,4 +1,4 @@
-"""Several monitors over one recording, whose estimates go into the store at the rate of the monitor."""
+"""Several monitors over one recording, whose estimates are stored at the rate of the monitor."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from tierod.web.pyramid import SeriesWriter
 
 
 class Watched(Together):
-    """Monitors whose estimates are written as they come; arguments as of `Together`.
+    """Monitors whose estimates are written as they are made.
 
     Args:
-        car, chosen, spread: as of `Together`
-        writer: takes the estimates, named "monitor/estimate"
+        car, chosen, spread: as in `Together`
+        writer: writer of the estimates, which are named "monitor/estimate"
     """
 
     def __init__(self, car: Vehicle, chosen: Sequence[Chosen], spread: bool, writer: SeriesWriter):
@@ -31,12 +31,12 @@ class Watched(Together):
 
 
 class Written(OverTime):
-    """Takes what a monitor estimates, and writes it.
+    """Writes the estimates of a monitor.
 
     Args:
-        monitor: its name
-        run: gives the monitor at work, which names its estimates and their units
-        writer: takes it
+        monitor: name of the monitor
+        run: returns the run of the monitor, which has the names and units of its estimates
+        writer: writer of the estimates
     """
 
     def __init__(self, monitor: str, run: object, writer: SeriesWriter):
@@ -44,7 +44,7 @@ class Written(OverTime):
         self._monitor, self._run, self._writer = monitor, run, writer
 
     def add(self, time: np.ndarray, shown: Mapping[str, np.ndarray]) -> None:
-        """The next piece; arguments as of `OverTime.add`."""
+        """Write the next piece; arguments as in `OverTime.add`."""
         traces: Mapping[str, str] = self._run().session.traces  # type: ignore[operator]
         stamps = np.array(time, float)
         self._writer.add(

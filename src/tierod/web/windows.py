@@ -1,4 +1,4 @@
-"""Stretches of signals for pictures: as numbers in one packet, or as lists; pairs; exports."""
+"""Time spans of signals for pictures, as numbers in one packet or as lists; pairs of signals; exports."""
 
 from __future__ import annotations
 
@@ -17,35 +17,35 @@ from tierod.web.pyramid import SeriesReader, Window
 from tierod.web.shapes import Curve, Pair
 
 MOST_NAMES = 64
-"""Signals of one picture."""
+"""Largest number of signals in one picture."""
 
 MOST_POINTS = 10_000
-"""Points of a picture."""
+"""Largest number of points in a picture."""
 
 MOST_PAIRS = 20_000
-"""Points of two signals against each other."""
+"""Largest number of points of two signals against each other."""
 
 MARGIN = 1.0
-"""By which the second signal of a pair is read beyond a stretch [s]."""
+"""Time by which the second signal of a pair is read beyond the span on both sides [s]."""
 
 MOST_EXPORTED = 20_000_000
-"""Samples of an export, over all signals."""
+"""Largest number of samples of an export, over all signals."""
 
 
 def windows(
     readers: Sequence[SeriesReader], names: Sequence[str], start: float | None, stop: float | None, points: int
 ) -> list[tuple[str, Window]]:
-    """(name, stretch) of some signals.
+    """(name, time span) of some signals.
 
     Args:
-        readers: that may hold them; the first that does gives it
-        names: of the signals
-        start, stop: of the stretch [s]; those of the recording where None
-        points: that the picture is wide
+        readers: readers that may hold the signals; the first that holds a signal is used
+        names: names of the signals
+        start, stop: limits of the span [s]; None for those of the recording
+        points: width of the picture
 
     Raises:
-        InputError: too many signals or points, or an empty stretch
-        Absent: no such signal
+        InputError: there are too many signals or points, or the span is empty
+        Absent: there is no such signal
     """
     if not 1 <= len(names) <= MOST_NAMES:
         raise InputError(f"{len(names)} signals are asked for; give 1 to {MOST_NAMES}")
@@ -68,16 +68,17 @@ def _holding(readers: Sequence[SeriesReader], name: str) -> SeriesReader:
 
 
 def packet(found: Sequence[tuple[str, Window]]) -> bytes:
-    """Stretches in one packet: length of the head, the head as JSON, then numbers, little-endian.
+    """Time spans in one packet: length of the header, the header as JSON, then numbers, little-endian.
 
-    The head has for every signal its count and whether every sample is there. Numbers are the time stamps as float64,
-    then lowest and, where not every sample is there, highest values as float32.
+    The header states for every signal its count and whether every sample is included. Numbers are the time stamps as
+    float64, then minima and, if not every sample is included, maxima as float32.
 
     Args:
-        found: as of `windows`
+        found: as given by `windows`
     """
     head = [{"name": name, "count": len(each.time), "exact": each.exact} for name, each in found]
     text = json.dumps(head).encode()
+    # Padded to eight bytes, the alignment that the typed arrays of the browser require.
     text += b" " * (-(4 + len(text)) % 8)
     parts = [struct.pack("<I", len(text)), text]
     for _, each in found:
@@ -90,7 +91,7 @@ def packet(found: Sequence[tuple[str, Window]]) -> bytes:
 
 
 def curves(found: Sequence[tuple[str, Window]]) -> list[Curve]:
-    """Stretches as lists, for programs; arguments as of `packet`."""
+    """Time spans as lists, for programs; arguments as in `packet`."""
     return [
         Curve(name=name, exact=each.exact, time=listed(each.time), lower=listed(each.lower), upper=listed(each.upper))
         for name, each in found
@@ -98,24 +99,24 @@ def curves(found: Sequence[tuple[str, Window]]) -> list[Curve]:
 
 
 def listed(values: np.ndarray) -> list[float | None]:
-    """Numbers as JSON holds them; what is no number is null."""
+    """Numbers as a list for JSON; values that are not finite are null."""
     return [float(each) if np.isfinite(each) else None for each in values]
 
 
 def pair(readers: Sequence[SeriesReader], along: str, up: str, start: float | None, stop: float | None) -> Pair:
-    """Two signals against each other: the second between its samples at the stamps of the first.
+    """Two signals against each other: the second interpolated at the time stamps of the first.
 
     Args:
-        readers, start, stop: as of `windows`
+        readers, start, stop: as in `windows`
         along, up: names of the signals
 
     Raises:
-        InputError: an empty stretch
-        Absent: no such signal
+        InputError: the span is empty
+        Absent: there is no such signal
     """
     begin, end = _stretch(readers[0], start, stop)
     time, x = _holding(readers, along).samples(along, begin, end)
-    # A sample before and behind the stretch, so that its edges lie between two.
+    # Samples beyond the span, so that its edges can be interpolated.
     other, y = _holding(readers, up).samples(up, begin - MARGIN, end + MARGIN)
     step = max(-(-len(time) // MOST_PAIRS), 1)
     time, x = time[::step], x[::step]
@@ -131,21 +132,22 @@ def pair(readers: Sequence[SeriesReader], along: str, up: str, start: float | No
 def export(
     readers: Sequence[SeriesReader], names: Sequence[str], start: float | None, stop: float | None, path: Path
 ) -> None:
-    """Write every sample of some signals over a stretch; arguments as of `windows`.
+    """Write every sample of some signals over a time span; further arguments and errors as in `windows`.
 
     Args:
-        path: ends in .csv, .parquet or .mf4
+        path: path of the file, which ends in .csv, .parquet or .mf4
 
     Raises:
-        TooLarge: more samples than are given out at once
-        OutputError: it cannot be written
+        TooLarge: there are more samples than MOST_EXPORTED
+        OutputError: the file cannot be written
     """
     from tierod.io.writers import write
 
+    # The end is included: `recording` excludes its upper limit.
     begin, end = _stretch(readers[0], start, stop)
     parts = [_holding(readers, name).recording([name], begin, np.nextafter(end, np.inf)) for name in names]
     whole = Recording({name: each[name] for name, each in zip(names, parts, strict=True)}, parts[0].metadata)
-    if "path" in whole.metadata:  # where a file lies on the machine of the server is nothing for who gets the export
+    if "path" in whole.metadata:  # an export must not reveal paths on the server
         whole = replace(whole, metadata={**whole.metadata, "path": Path(str(whole.metadata["path"])).name})
     count = sum(len(each.time) for each in whole.channels.values())
     if count > MOST_EXPORTED:

@@ -1,4 +1,4 @@
-"""Sentences of the library as the page needs them: what to do there, in place of options of commands."""
+"""Messages of the library reworded for the page: actions in the page in place of command-line options."""
 
 from __future__ import annotations
 
@@ -29,13 +29,14 @@ _UNREAD = re.compile(
 
 
 def in_the_page(text: str) -> str:
-    """A sentence with what to do in the page.
+    """A message with the action to take in the page.
 
     Args:
-        text: of an error, a warning or an action; also whole JSON, for no phrase holds what JSON escapes
+        text: text of an error, a warning or an action; also whole JSON, since no phrase has characters that JSON
+            escapes
     """
     for pattern, said in _PATTERNS:
         text = pattern.sub(said, text)
     unread = _UNREAD.fullmatch(text)
-    # Only of a bus log it matters that a vehicle may name the database.
+    # That a vehicle may name the database only matters for a bus log.
     return unread[1] if unread and "CAN database" not in text else text

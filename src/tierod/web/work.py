@@ -1,4 +1,4 @@
-"""The kinds of work that jobs do, each a function of what is given and of a function that takes progress."""
+"""The kinds of work of jobs, each a function of its arguments and of a function that receives progress."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def _reading(given: Mapping[str, Any]) -> Reading:
 
 
 def _propose(given: Mapping[str, Any], say: Say) -> dict[str, Any]:
-    """Columns assigned to signals, as a table that can be corrected."""
+    """Proposed assignment of columns to signals, as a table that can be corrected."""
     from tierod.io.proposal import propose, text_of
 
     say(0.1, "reading the file")
@@ -44,7 +44,7 @@ def _propose(given: Mapping[str, Any], say: Say) -> dict[str, Any]:
 
 
 def _inspect(given: Mapping[str, Any], say: Say) -> dict[str, Any]:
-    """Content of a recording, and the requirements that it lacks for each monitor."""
+    """Content of a recording, and the requirements of each monitor that it does not meet."""
     from tierod.monitors.inspection import inspect
     from tierod.report.document import plain
     from tierod.vehicles import load
@@ -64,7 +64,7 @@ def _identify(given: Mapping[str, Any], say: Say) -> dict[str, Any]:
 
 
 def _simulate(given: Mapping[str, Any], say: Say) -> dict[str, Any]:
-    """Drive a scenario into a recording of the uploads, and judge it."""
+    """Simulate a scenario into a recording among the uploads, and judge it."""
     from tierod.web.scenarios import drive
 
     path, facts = drive(given, lambda share: say(0.3 * share, "driving"))

@@ -1,4 +1,4 @@
-"""Endpoints of files, uploads and jobs."""
+"""Endpoints of files, uploads, jobs and scenarios."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ PROBLEMS: dict[int | str, dict[str, Any]] = {400: {"model": Problem}, 403: {"mod
 
 
 def work_endpoints(bench: Workbench) -> APIRouter:
-    """Endpoints of files, uploads and jobs.
+    """Endpoints of files, uploads, jobs and scenarios.
 
     Args:
-        bench: what is served
+        bench: the workbench to serve
     """
     router = APIRouter(prefix="/api", tags=["work"], responses=PROBLEMS)
 
@@ -50,7 +50,7 @@ def work_endpoints(bench: Workbench) -> APIRouter:
 
     @router.get("/opened")
     def opened(file: Text) -> Opened:
-        """State of a recording, with its signals and findings where they are kept."""
+        """State of a recording, with its signals and findings if they are stored."""
         return bench.opened(file)
 
     @router.post("/analyses", status_code=202)
@@ -65,12 +65,12 @@ def work_endpoints(bench: Workbench) -> APIRouter:
 
     @router.post("/inspections", status_code=202)
     def inspections(asked: Asked) -> JobShape:
-        """Look at what a recording holds, and what each monitor lacks."""
+        """Examine the content of a recording, and the requirements of each monitor that it does not meet."""
         return JobShape.of(bench.inspect(asked))
 
     @router.post("/identifications", status_code=202)
     def identifications(asked: Identified) -> JobShape:
-        """Find parameters of a vehicle from recordings."""
+        """Identify parameters of a vehicle from recordings."""
         return JobShape.of(bench.identify(asked))
 
     _uploads(router, bench)
@@ -82,7 +82,7 @@ def work_endpoints(bench: Workbench) -> APIRouter:
 def _uploads(router: APIRouter, bench: Workbench) -> None:
     @router.post("/uploads", status_code=201)
     async def uploads(request: Request, name: Short) -> State:
-        """Take a recording; the body is the file."""
+        """Upload a recording; the body is the file."""
         path = bench.room(name)
         size = 0
         try:
@@ -100,7 +100,7 @@ def _uploads(router: APIRouter, bench: Workbench) -> None:
 def _jobs(router: APIRouter, bench: Workbench) -> None:
     @router.get("/jobs")
     def jobs() -> list[JobShape]:
-        """Every job, the newest first."""
+        """All jobs, the newest first."""
         return [JobShape.of(each) for each in bench.jobs.all()]
 
     @router.get("/jobs/{number}")
@@ -117,12 +117,12 @@ def _jobs(router: APIRouter, bench: Workbench) -> None:
 def _scenarios(router: APIRouter, bench: Workbench) -> None:
     @router.get("/scenarios")
     def scenarios() -> dict[str, Any]:
-        """Virtual cars, courses, faults and scenarios to choose from."""
+        """Shipped cars, courses, faults and scenarios to choose from."""
         from tierod.web.scenarios import catalogue
 
         return catalogue()
 
     @router.post("/scenarios", status_code=202)
     def simulate(chosen: ChosenScenario) -> JobShape:
-        """Drive a virtual car, and judge the drive."""
+        """Simulate a drive, and judge it."""
         return JobShape.of(bench.simulate(chosen))

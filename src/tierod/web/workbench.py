@@ -1,4 +1,4 @@
-"""Functions behind the endpoints: the same for programs, without HTTP.
+"""Functions behind the endpoints, which programs can use without HTTP.
 
 with Workbench(site) as bench:
     job = bench.analyse(Analysed(file="recordings/drive.mf4", vehicle="car.toml"))
@@ -33,15 +33,15 @@ from tierod.web.store import Store, stamp_of
 from tierod.web.wording import in_the_page
 
 READERS = 32
-"""Recordings whose list of signals stays in memory."""
+"""Number of recordings whose index of signals stays in memory."""
 
 
 class Workbench:
-    """Everything that a site serves; a context, whose end ends all jobs.
+    """Context manager with all functions of a site; its end cancels all jobs.
 
     Args:
-        site: what is served
-        workers: jobs at a time
+        site: the site to serve
+        workers: number of jobs at a time
 
     Raises:
         OutputError: the cache cannot be written
@@ -103,7 +103,7 @@ class Workbench:
     def files(
         self, folder: str = "", search: str = "", sort: str = "name", offset: int = 0, count: int = 200
     ) -> Listing:
-        """Listing of a folder; arguments and errors as of `tierod.web.listing.listing`."""
+        """Listing of a folder; arguments and errors as in `tierod.web.listing.listing`."""
         found = listing(self.site, folder, search, sort, offset, count)
         for each in found.entries:
             if not each.folder:
@@ -139,41 +139,41 @@ class Workbench:
         )
 
     def opened(self, file: str) -> shapes.Opened:
-        """State of a recording, with its signals and findings where they are kept; errors as of `state`."""
+        """State of a recording, with its signals and findings if they are stored; raises as `state`."""
         state = self.state(file)
         series, result = None, None
-        with suppress(Absent):  # swept away in between: it is worked out anew
+        with suppress(Absent):  # removed from the store in between: it is computed again
             series = self.series(state.series) if state.series else None
             result = self.result(state.result) if state.result else None
         return shapes.Opened(state=state, series=series, result=result)
 
     def analyse(self, asked: shapes.Analysed) -> Job:
-        """Have a recording analysed; what is kept already is not worked out again.
+        """Start the analysis of a recording; a stored result is reused.
 
         Raises:
             Absent: there is no such file
-            Busy: too much waits
+            Busy: too many jobs are waiting
         """
         given = {**self._given(asked), "spread": asked.spread}
         return self.jobs.submit("analyse", given, f"analysing {Path(given['path']).name}")
 
     def propose(self, file: str, dbc: Sequence[str] = ()) -> Job:
-        """Have a channel map proposed, with databases of the folders that are served; errors as of `analyse`."""
+        """Start the proposal of a channel map, with databases from the served folders; raises as `analyse`."""
         given = self._given(shapes.Asked(file=file, vehicle="", channel_map=None, dbc=list(dbc)))
         return self.jobs.submit("propose", given, f"looking for the signals of {Path(given['path']).name}")
 
     def inspect(self, asked: shapes.Asked) -> Job:
-        """Have it looked at what a recording holds, and what each monitor lacks; errors as of `analyse`."""
+        """Start the inspection of a recording: its content, and what each monitor lacks; raises as `analyse`."""
         given = self._given(asked)
         return self.jobs.submit("inspect", given, f"looking into {Path(given['path']).name}")
 
     def identify(self, asked: shapes.Identified) -> Job:
-        """Have parameters of a vehicle found from recordings; what is kept already is not worked out again.
+        """Start the identification of vehicle parameters from recordings; a stored result is reused.
 
         Raises:
             Absent: there is no such file
-            ParameterError: no vehicle, or none of this name
-            Busy: too much waits
+            ParameterError: no vehicle is given, or there is none of this name
+            Busy: too many jobs are waiting
         """
         paths = [str(self.site.file(each[:4096])) for each in asked.files]
         vehicle = self.vehicle(asked.vehicle)
@@ -189,13 +189,13 @@ class Workbench:
         """Result of an identification.
 
         Raises:
-            Absent: nothing is kept under this key
+            Absent: nothing is stored under this key
         """
         found: dict[str, Any] = json.loads(self.identified_text(key, "identification.json"))
         return {**found, "key": key, "written": (self.store.path("identified", key) / "vehicle.toml").is_file()}
 
     def identified_text(self, key: str, name: str) -> str:
-        """The file "page.html" or "vehicle.toml" of an identification; errors as of `identified`."""
+        """The file "page.html" or "vehicle.toml" of an identification; raises as `identified`."""
         try:
             return (self.store.path("identified", key) / name).read_text(encoding="utf-8")
         except OSError:
@@ -214,10 +214,10 @@ class Workbench:
                 "cache": str(self.site.cache), "chosen": {k: v for k, v in chosen.items() if v}}  # fmt: skip
 
     def vehicle(self, name: str) -> str:
-        """A vehicle as `load` takes it: that of the site where not given, a shipped name, or a file that is served.
+        """Argument of `load` for a vehicle: that of the site if none is given, a shipped name, or a served file.
 
         Raises:
-            ParameterError: neither
+            ParameterError: it is none of these
         """
         from tierod.vehicles import VEHICLES
 
@@ -233,29 +233,30 @@ class Workbench:
             ) from None
 
     def simulate(self, chosen: shapes.ChosenScenario) -> Job:
-        """Have a virtual car driven and judged.
+        """Start a simulated drive and its judgement.
 
         Raises:
-            ParameterError: a name that is not shipped
-            Busy: too much waits
+            ParameterError: a name is not shipped
+            Busy: too many jobs are waiting
         """
         from tierod.web.scenarios import scenario_text
 
         given = chosen.model_dump()
+        # Checked here, so that a wrong choice is refused before it becomes a job.
         scenario_text(given)
         given |= {"folder": str(self.uploads / "scenarios"), "cache": str(self.site.cache)}
         return self.jobs.submit("simulate", given, f"driving {chosen.scenario or chosen.car}")
 
     def series(self, key: str) -> shapes.SeriesShape:
-        """The signals of a recording, or the estimates of a result.
+        """Descriptions of the signals of a recording.
 
         Raises:
-            Absent: nothing is kept under this key
+            Absent: nothing is stored under this key
         """
         return series_shape(key, self.reader("series", key))
 
     def reader(self, kind: str, key: str) -> SeriesReader:
-        """The samples that are kept under a key; errors as of `series`."""
+        """Reader of the samples stored under a key; raises as `series`."""
         path = self.store.path(kind, key)
         if not self.store.holds(kind, key):
             raise Absent("the analysed recording is not kept any more; open it again from the list")
@@ -267,14 +268,14 @@ class Workbench:
         return found
 
     def readers(self, series: str, result: str = "") -> list[SeriesReader]:
-        """The samples of a recording, and of what monitors estimated in it; errors as of `series`."""
+        """Readers of a recording's samples, and of the monitors' estimates in it; raises as `series`."""
         return [self.reader("series", series), *([self.reader("results", result)] if result else [])]
 
     def result(self, key: str) -> dict[str, Any]:
-        """Findings of monitors in a recording.
+        """Findings of the monitors in a recording.
 
         Raises:
-            Absent: nothing is kept under this key
+            Absent: nothing is stored under this key
         """
         try:
             path = self.store.path("results", key) / "result.json"
@@ -285,10 +286,10 @@ class Workbench:
         return {**found, "path": Path(found["path"]).name, "signals": [each.model_dump() for each in estimates]}
 
     def report(self, key: str, monitor: str) -> str:
-        """The report of a monitor, as one page.
+        """The report of a monitor as an HTML page.
 
         Raises:
-            Absent: there is none
+            Absent: there is no such report
         """
         if monitor not in self.result(key)["monitors"]:
             raise Absent(f"there is no report of '{monitor[:60]}'; choose a monitor of the list")
@@ -301,7 +302,7 @@ class Workbench:
         """Report on a fleet, or the job that computes it.
 
         Raises:
-            Absent: no such results folder
+            Absent: there is no such results folder
         """
         results = self.site.result(name)
         if self.site.demo and not (results / "ledger").is_dir():
@@ -314,15 +315,15 @@ class Workbench:
         return self.jobs.submit("fleet", given, f"working out the fleet {name}")
 
     def drives(self, name: str, vehicle: str) -> list[dict[str, Any]]:
-        """Every finding of a car in a results folder; errors as of `tierod.web.fleets.drives_of`."""
+        """All findings of a car in a results folder; raises as `tierod.web.fleets.drives_of`."""
         rows = fleets.drives_of(self.site.result(name), vehicle)
         return [{**row, "file": self.site.name_of(row["recording_name"] or "")} for row in rows]
 
     def parameters(self, vehicle: str) -> dict[str, Any]:
-        """The parameters of a vehicle, with spread and source.
+        """Parameters of a vehicle, with standard deviation and source.
 
         Raises:
-            ParameterError: no such vehicle
+            ParameterError: there is no such vehicle
         """
         from tierod.vehicles import QUANTITIES, load
 
@@ -336,11 +337,11 @@ class Workbench:
                 "not_good_for": list(car.not_good_for), "parameters": rows}  # fmt: skip
 
     def memory(self, file: str) -> dict[str, Any]:
-        """A fault memory: its codes, each with its freeze frames.
+        """Trouble codes of a fault memory, each with its freeze frames.
 
         Raises:
             Absent: there is no such file
-            InputError: it is no fault memory
+            InputError: the file is no fault memory
         """
         from tierod.web.memories import memory_document
 
@@ -350,13 +351,13 @@ class Workbench:
         return memory_document(path)
 
     def room(self, name: str) -> Path:
-        """Path of an upload.
+        """Path for an upload.
 
         Args:
-            name: that the file shall have
+            name: name of the file
 
         Raises:
-            Forbidden: no plain name of a file
+            Forbidden: the name is not a plain file name
         """
         plain = not set(name) & set('/\\\0:*?"<>|') and name.isprintable() and not name.startswith(".")
         if not plain or not 0 < len(name.encode()) <= 200:

@@ -1,4 +1,4 @@
-"""A process that waits for one job, works on it within its limits, and reports its progress."""
+"""Process of one job: waits for the job, works on it within its limits, and reports its progress."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from tierod.core.errors import KernelWarning
 from tierod.experiments.executor import done
 
 OFTEN = 0.1
-"""Least time between two words on progress [s]."""
+"""Shortest time between two messages on progress [s]."""
 
 
 def serve(connection: Connection, memory: int) -> None:
-    """Run the process.
+    """Run the process of a job.
 
     Args:
-        connection: to the server: takes (kind, what is given), gives progress and the result
-        memory: that it may take [bytes]
+        connection: connection to the server, which sends (kind, arguments), and receives progress and the result
+        memory: largest memory of the process [bytes]
     """
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches all processes; the server decides
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches all processes; the server alone ends this one
     threading.Thread(target=_end_with_server, daemon=True).start()
     warnings.simplefilter("ignore", KernelWarning)
     from tierod.web.work import WORKS
@@ -48,7 +48,7 @@ def _limit(memory: int) -> None:
     with suppress(ImportError, ValueError, OSError):
         import resource
 
-        # Mapped files do not count, which the store reads and writes.
+        # RLIMIT_DATA does not count mapped files, which the store reads and writes.
         resource.setrlimit(resource.RLIMIT_DATA, (memory, memory))
 
 
