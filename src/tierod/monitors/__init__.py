@@ -1,1 +1,1 @@
-"""Monitors: estimators, gates and detectors put together to judge one part of a steering."""
+"""Monitors: each combines estimators, gates and detectors to judge one part of a steering system."""

@@ -1,4 +1,4 @@
-"""Run a monitor over a recording of any length, and put together what it found."""
+"""Diagnosis of a recording of any length by one monitor."""
 
 from __future__ import annotations
 
@@ -36,31 +36,33 @@ def diagnose(
     command: str = "",
     progress: Callable[[float], None] = lambda share: None,
 ) -> Diagnosis:
-    """Diagnosis of a recording by a monitor.
+    """Diagnose a recording with a monitor.
 
     Args:
         source: a recording, or the path of one; a file is read and judged piece by piece
         vehicle: parameter set, its name, or the path of its file; None takes the one that the recording names
-        monitor: name of a registered monitor, a monitor, or a variant of a registered one; that of the vehicle file
-            where not given, and friction where it names none
+        monitor: name of a registered monitor, a monitor, or a variant of a registered one; None takes the monitor of
+            the vehicle file, or friction where the file names none
         variant: name of the variant, or a variant; the monitor's default where not given, if it has one
         dbc: path(s) of CAN databases; the vehicle's own where not given
         channel_map: path of a channel map; the vehicle's own where not given
-        baseline: parameters of this vehicle learnt from earlier recordings. A path of a file that does not exist yet is
-            written where the vehicle is healthy; an existing one is never changed, or a slow fault became part of it
-        memory: path of a fault memory, which takes the recording as one operation cycle; written anew if there is none
-        signals: path of a recording that takes what the monitor reads and estimates over time, at its own rate:
-            states, what replaces a sensor; .parquet, .csv or .mf4
-        spread: whether the spread of the vehicle's parameters is carried into bands and verdict, at up to four times
-            the computing
-        command: as the user typed it, for the report
-        progress: called with the share done, 0 to 1
+        baseline: baseline of this vehicle from earlier recordings, or the path of its file. A file that does not exist
+            yet is written if the verdict is healthy; an existing file is never changed, so that a slow fault cannot
+            become part of the baseline
+        memory: path of a fault memory, which takes the recording as one operation cycle; created if it does not exist
+        signals: path of a file (.parquet, .csv or .mf4) for the inputs and estimates of the monitor over time, at the
+            rate of its grid, substitutes of sensors included
+        spread: whether the spread of the vehicle's parameters is carried into bands and verdict, which takes up to four
+            times the computing time
+        command: command line as typed by the user, for the report
+        progress: called with the completed share, 0 to 1
 
     Raises:
-        InputError: the recording cannot be read, or lacks what the monitor needs; or the baseline is another vehicle's
+        InputError: the recording cannot be read, or lacks a signal that the monitor needs; or the baseline belongs to
+            another vehicle or monitor
         OutputError: the baseline, the fault memory or the signals cannot be written
-        ParameterError: no such vehicle, monitor or variant; none, and the recording names none; or no variant, and the
-            monitor has no default
+        ParameterError: no such vehicle, monitor or variant; no vehicle given, and the recording names none; or no
+            variant given, and the monitor has no default
     """
     kept = None if signals is None else _kept_for(signals)
     named = vehicle_named_in(source, dbc, channel_map) if vehicle is None else vehicle
@@ -69,6 +71,7 @@ def diagnose(
     known = baseline if isinstance(baseline, Baseline) else _stored(baseline)
     run = Run(definition, chosen, car, known, memory, kept, uncertain=spread)
     for place, piece in enumerate(pieces_of(source, run.needs, car, dbc, channel_map)):
+        # Only the first piece shows the rates and signals on which the grid and the default variant depend.
         run = run if place else run.fitted(piece, asked=variant is not None or isinstance(monitor, Variant))
         run.add(piece)
         progress(share_read(piece))
@@ -91,7 +94,7 @@ def _write_signals(kept: OverTime, diagnosis: Diagnosis, monitor: str, path: str
 
 
 def _kept(run: Run, path: str | Path, known: Baseline | None, diagnosis: Diagnosis) -> str:
-    """Outcome for the file of the baseline, in a sentence; the first fault-free recording writes it."""
+    """Write the baseline file after the first fault-free recording; what became of it, in a sentence."""
     if known is not None:
         return f"judged against {path}, learnt {known.learnt or 'at a time unknown'}; the file stays as it is"
     if run.learnt is not None:
@@ -111,25 +114,28 @@ def _stored(path: str | Path | None) -> Baseline | None:
 
 
 def usual_monitor(vehicle: Vehicle) -> str:
-    """The monitor that judges a vehicle's recordings where none is named.
+    """Name of the monitor for a vehicle's recordings where the user names none.
 
     Args:
-        vehicle: whose file may name it
+        vehicle: vehicle whose file may name a monitor; friction where it does not
     """
     return vehicle.monitor or "friction"
 
 
 def find(monitor: str | Monitor | Variant, variant: str | Variant | None = None) -> tuple[Monitor, Variant]:
-    """The monitor and variant of these names, or the objects themselves.
+    """Find a monitor and its variant by name; objects are checked and passed through.
 
     Args:
         monitor: name, a monitor, or a variant of a registered monitor
-        variant: name, or a variant, which need not be one of those that the monitor lists; the monitor's default where
-            None
+        variant: name, or a variant, which need not be one of those that the monitor lists; None takes the default of
+            the monitor
+
+    Returns:
+        the monitor with the required signals of the variant, and the variant
 
     Raises:
-        ParameterError: there is none, and the message names the nearest; none is given where the user must choose; or
-            an object lacks a part
+        ParameterError: no such name, and the message gives the nearest; no variant given where there is no default; or
+            an object lacks an attribute
     """
     if isinstance(monitor, Variant):
         variant = variant or monitor
@@ -155,7 +161,7 @@ def _variant_of(monitor: Monitor, name: str | None) -> Variant:
 
 
 def _monitor_of(variant: Variant) -> Monitor:
-    """The registered monitor that a variant belongs to."""
+    """Registered monitor that lists this variant."""
     for monitor in MONITORS.values():
         if monitor.variants.get(variant.name) is variant:
             return monitor

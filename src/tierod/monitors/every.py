@@ -1,4 +1,4 @@
-"""Every monitor that can run on a recording, by the check that an inspection makes; the others say why not."""
+"""Run every monitor that can judge a recording; the others report the reason why they cannot."""
 
 from __future__ import annotations
 
@@ -16,27 +16,27 @@ from tierod.vehicles import Vehicle
 
 
 def read_by_any() -> tuple[str, ...]:
-    """The channels that any monitor reads."""
+    """Channels that at least one monitor reads."""
     names = (name for each in MONITORS.values() for name in _signals(each))
     return ingredients(dict.fromkeys(names))
 
 
 class Look(NamedTuple):
-    """Beginning of a recording, and whether that is all of it."""
+    """First piece of a recording, and whether it is the whole recording."""
 
     recording: Recording
     whole: bool
 
 
 class Every:
-    """Every monitor that can run; those that must be chosen only find out whether they could.
+    """Every monitor that can run; a monitor without a default variant only determines whether it could run.
 
     Args:
-        car: as which the recording is judged
-        look: at its beginning; None where it can be read only once, so that nothing is known of it
+        car: vehicle whose parameters are used
+        look: first piece of the recording; None for a pipe, which can be read only once
         spread: whether the spread of the parameters is carried into bands and verdict
 
-    `refused` says why the others do not run, by monitor.
+    `refused` holds the reason for every monitor that does not run, by name.
     """
 
     def __init__(self, car: Vehicle, look: Look | None, spread: bool):
@@ -48,7 +48,7 @@ class Every:
         self._tried = {each.name: self._trials(each) for each in MONITORS.values() if not each.default}
 
     def _decide(self, name: str) -> None:
-        """Leave a monitor out that cannot run, or take another of its variants."""
+        """Refuse a monitor that cannot run, or select the first of its variants that can."""
         monitor = MONITORS[name]
         if self._look is None or not (name in self._usual.refused or self._refuses(monitor, *self._look)):
             return
@@ -62,12 +62,12 @@ class Every:
         """Whether the default variant, which opens at the usual rate, refuses this recording."""
         default = replace(monitor, variants={str(monitor.default): monitor.variants[str(monitor.default)]})
         there = complete(recording, [*monitor.required, *monitor.optional])
-        # At the usual rate it is open already, and opening it again takes time.
+        # `Together` has opened it at the usual rate already; opening it again would take time.
         at_usual_rate = default.suited_to(there).rate == monitor.rate
         return any(refusals(default, None if at_usual_rate else self._car, recording, whole).values())
 
     def _trials(self, monitor: Monitor) -> dict[str, Together]:
-        """Runs of a monitor that must be chosen, by variant; none where it is known already that it cannot run."""
+        """Trial runs of a monitor without a default variant, by variant; empty where the first piece rules it out."""
         variants = tuple(monitor.variants)
         if self._look is not None:
             ready = Readiness(monitor, refusals(monitor, self._car, self._look.recording, whole=False))
@@ -82,11 +82,11 @@ class Every:
 
     @property
     def needs(self) -> tuple[str, ...]:
-        """The channels that any of them reads."""
+        """Channels that at least one of the monitors reads."""
         return tuple(dict.fromkeys(name for each in self._all() for name in each.needs))
 
     def add(self, piece: Recording) -> None:
-        """The next piece of the recording.
+        """Feed the next piece of the recording to all monitors.
 
         Raises:
             InputError: the piece holds no samples
@@ -95,17 +95,17 @@ class Every:
             each.add(piece)
 
     def refuse_all(self, reason: str) -> None:
-        """Leave all out that are still at work."""
+        """Refuse all monitors that are still running, for one reason."""
         for name in MONITORS:
             if name not in self.refused and name not in self._usual.refused:
                 self._usual.refuse(name, reason)
         self._tried = {}
 
     def concluded(self, command: str = "") -> Iterator[tuple[str, Concluded]]:
-        """(monitor, finding) of those that could judge; afterwards `refused` holds why the others could not.
+        """Names and conclusions of the monitors that could judge; afterwards `refused` is complete.
 
         Args:
-            command: that asked for it, for the report
+            command: command line as typed by the user, for the report
         """
         for name, found in self._usual.concluded(command):
             finding = found.diagnosis.findings[0]
@@ -119,14 +119,15 @@ class Every:
                 self.refused[name] = self._of_trials(MONITORS[name], trials)
 
     def _of_trials(self, monitor: Monitor, trials: dict[str, Together]) -> str:
-        """Why a monitor that must be chosen did not run: it cannot, or how to choose it."""
+        """Reason for a monitor without a default variant: it cannot run, or which variants the user can choose."""
         for each in trials.values():
+            # Some refusals come only with the conclusion: that a signal is constant throughout shows at the end.
             list(each.concluded())
         ready = Readiness(monitor, {name: each.refused.get(monitor.name, "") for name, each in trials.items()})
         return ready.reason or f"can run{ready.choice}, with --monitor {monitor.name}"
 
 
 def _signals(monitor: Monitor) -> tuple[str, ...]:
-    """What any of its variants reads."""
+    """Signals that at least one variant of a monitor reads."""
     own = (monitor.needing(each).required for each in monitor.variants.values())
     return tuple(dict.fromkeys((*monitor.required, *(name for each in own for name in each), *monitor.optional)))

@@ -1,4 +1,4 @@
-"""Inspection of a recording, and the monitors that could judge it."""
+"""Inspection of a recording: its channels, their quality, and the monitors that could judge it."""
 
 from __future__ import annotations
 
@@ -28,14 +28,15 @@ from tierod.vehicles.reading import read_by
 
 @dataclass(frozen=True)
 class Inspection:
-    """Content of a recording.
+    """Result of the inspection of a recording.
 
     Args:
-        recording: with the signals that can be derived
-        vehicle: as which it would be judged; None where none is given or named, so that only signals were looked at
-        quality: one per channel
-        warnings: of the reader, on signs and on turns that contradict each other
-        monitors: whether each could judge it
+        recording: the recording with all signals that can be derived
+        vehicle: vehicle whose parameters would be used; None where none is given or named, so that only the signals
+            were checked
+        quality: quality of each channel
+        warnings: warnings of the reader, and on signs and turns that contradict each other
+        monitors: for each monitor, whether it could judge the recording
     """
 
     recording: Recording
@@ -45,7 +46,7 @@ class Inspection:
     monitors: tuple[Readiness, ...]
 
     def document(self) -> dict[str, Any]:
-        """The same as data for JSON."""
+        """Content as data for JSON."""
         return {
             "schema": "tierod.inspection/2",
             "metadata": plain(self.recording.metadata),
@@ -76,11 +77,11 @@ def inspect(
     channel_map: str | Path | ChannelMap | None = None,
     progress: Callable[[float], None] = lambda share: None,
 ) -> Inspection:
-    """The channels of a recording with their quality, and for each monitor the missing requirements.
+    """Inspect a recording: its channels with their quality, and the missing requirements of each monitor.
 
     Args:
         source: a recording, or the path of one
-        vehicle: parameter set, its name, or the path of its file; the one that the recording names where not given
+        vehicle: parameter set, its name, or the path of its file; None takes the one that the recording names
         dbc: path(s) of CAN databases; the vehicle's own where not given
         channel_map: path of a channel map; the vehicle's own where not given
         progress: called with 1 once the recording is read
@@ -105,24 +106,24 @@ def inspect(
 
 
 def _reasons(monitor: Monitor, car: Vehicle | None, whole: Recording) -> Mapping[str, str]:
-    """Why a diagnosis would refuse the recording; without a vehicle, why it would with a typical car."""
+    """Reason, by variant, why a diagnosis would refuse the recording; without a vehicle, with a typical car."""
     if car is not None:
         return refusals(monitor, car, whole)
     without = refusals(monitor, None, whole)
     if monitor.condition:
         return without
     typically = refusals(monitor, _typical_car(whole), whole)
-    # Where no variant fits the typical car, that is no statement on the recording.
+    # If no variant can run with the typical car, its reasons say nothing about the recording.
     said = not all(LACKING in reason for reason in typically.values())
     return {name: reason or (typically[name] if said else "") for name, reason in without.items()}
 
 
 LACKING = "cannot run as"
-"""In the refusal of a vehicle, not of a recording."""
+"""Part of a message that refuses a vehicle, not a recording."""
 
 
 def _typical_car(whole: Recording) -> Vehicle:
-    """A car with every parameter that a class or a bench gives; its torques are counts where the recording's are."""
+    """Car with all parameters of a class of cars and of a motor bench; torques in counts if the recording has any."""
     counts = any(channel.unit == COUNT for channel in whole.channels.values())
     bench = load("motor-bench").parameters
     return dataclasses.replace(

@@ -1,6 +1,6 @@
-"""Parameters of a vehicle that a monitor needs, those that it can use, and those that a car lacks.
+"""Parameters of a vehicle that a monitor requires, those that it can use, and those that a vehicle file lacks.
 
-They are found by opening every variant with every shipped vehicle and recording what it reads.
+They are found by opening every variant with every shipped vehicle and recording which parameters it reads.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from tierod.vehicles.uncertain import is_guess, may_move
 from tierod.vehicles.vehicle import Parameters
 
 GUESSED = 0.03
-"""Relative standard deviation from which a parameter is a guess: a tape and a scale are better []."""
+"""Relative standard deviation from which a parameter counts as a guess []: a tape measure and a scale do better."""
 
 
 @dataclass
@@ -29,9 +29,9 @@ class Reading:
     """Parameters of a vehicle that a session reads.
 
     Args:
-        needed: parameters without which it cannot be opened
-        optional: parameters that it uses where the vehicle file gives them
-        unclear: parameters that it requests without a default, but may do without
+        needed: parameters without which the session cannot be opened
+        optional: parameters that it uses if the vehicle file gives them
+        unclear: parameters that it requests without a default, but may not require
     """
 
     needed: set[str] = field(default_factory=set)
@@ -40,7 +40,7 @@ class Reading:
 
 
 class _Parameters(Mapping[str, Parameter]):
-    """The parameters of a vehicle; names that are looked up are recorded as optional."""
+    """Parameters of a vehicle that record every lookup as optional."""
 
     def __init__(self, known: Mapping[str, Parameter], reading: Reading):
         self.known, self.reading = known, reading
@@ -58,17 +58,17 @@ class _Parameters(Mapping[str, Parameter]):
 
 @dataclass(frozen=True)
 class _ReadVehicle(Vehicle):
-    """A vehicle that records which parameters are read, and which of them have no default."""
+    """Vehicle that records which parameters are read, and which of these have no default."""
 
     reading: Reading = field(default_factory=Reading)
 
     def __getitem__(self, name: str) -> float:
-        """The value of a parameter."""
+        """Value of a parameter."""
         self.reading.unclear.add(name)
         return super().__getitem__(name)
 
     def parameters_for(self, wanted: type[Parameters]) -> Parameters:
-        """A dataclass of parameters; see `Vehicle.parameters_for`."""
+        """Dataclass of parameters; see `Vehicle.parameters_for`."""
         fields = [each for each in dataclasses.fields(wanted) if each.init]  # type: ignore[arg-type]
         missing = dataclasses.MISSING
         self._asked({each.name for each in fields if each.default is missing and each.default_factory is missing})
@@ -83,10 +83,10 @@ class _ReadVehicle(Vehicle):
 
 @functools.cache
 def readings(monitor: str) -> dict[str, dict[str, Reading]]:
-    """Variant -> shipped vehicle with which it opens -> parameters that it reads.
+    """Parameters that a monitor reads: variant -> shipped vehicle with which it opens -> parameters.
 
     Args:
-        monitor: name
+        monitor: name of the monitor
     """
     found: dict[str, dict[str, Reading]] = {}
     for variant in MONITORS[monitor].variants.values():
@@ -102,10 +102,11 @@ def _reading(variant: Variant, vehicle: Vehicle, rate: float) -> Reading:
     fields = {each.name: getattr(vehicle, each.name) for each in dataclasses.fields(Vehicle)}
     fields["parameters"] = _Parameters(vehicle.parameters, reading)
     session = variant.open(_ReadVehicle(**fields, reading=reading), rate, None)
-    # Some parameters are read for the conclusion alone, and a session without a recording may have none.
+    # Some parameters are read only in the conclusion, which may fail in a session without a recording.
     with contextlib.suppress(Exception):
         session.conclude()
     reading.needed &= vehicle.parameters.keys()
+    # A lookup does not show whether the session has a fallback: open it once without each of these parameters.
     for name in (reading.unclear & vehicle.parameters.keys()) - reading.needed:
         without = {key: value for key, value in vehicle.parameters.items() if key != name}
         try:
@@ -118,14 +119,15 @@ def _reading(variant: Variant, vehicle: Vehicle, rate: float) -> Reading:
 
 @dataclass(frozen=True)
 class Lacking:
-    """Requirements that a variant of a monitor lacks with a vehicle.
+    """Requirements of a variant that a vehicle does not fulfil.
 
     Args:
-        obstacle: why the variant cannot run with this vehicle; "" where it can
-        needed, optional: parameters that the vehicle file does not give, by use
-        guessed: parameters of the file that the variant reads and that are known to no better than `GUESSED`, the
-            least known one first
-        needed_signals, optional_signals: that its channel map does not name; None where the vehicle names no map
+        obstacle: reason why the variant cannot run with this vehicle; "" if it can
+        needed, optional: required and optional parameters that the vehicle file does not give
+        guessed: parameters of the file that the variant reads and whose relative standard deviation is `GUESSED` or
+            more, the least certain first
+        needed_signals, optional_signals: required and optional signals that the channel map of the vehicle does not
+            name; None if the vehicle names no map
     """
 
     obstacle: str
@@ -137,12 +139,12 @@ class Lacking:
 
 
 def lacking(monitor: Monitor, variant: Variant, car: Vehicle) -> Lacking:
-    """Requirements that a variant lacks with a vehicle.
+    """Requirements of a variant that a vehicle does not fulfil.
 
     Args:
-        monitor: of the variant
-        variant: that is asked for
-        car: its vehicle
+        monitor: monitor of the variant
+        variant: variant to be checked
+        car: vehicle to be checked
     """
     cars = readings(monitor.name).get(variant.name, {}) if monitor.name in MONITORS.own else {}
     needed = set.intersection(*(each.needed for each in cars.values())) if cars else set()
@@ -167,7 +169,7 @@ def lacking(monitor: Monitor, variant: Variant, car: Vehicle) -> Lacking:
 
 
 def _guessed(car: Vehicle, read: set[str]) -> tuple[str, ...]:
-    """The parameters among those that are read which the file of a car gives as guesses, the least known one first."""
+    """Parameters that are read and that the vehicle file gives as guesses, the least certain first."""
     known = [each for name, each in car.parameters.items() if name in read and may_move(name)]
     guessed = [each for each in known if is_guess(each, GUESSED)]
     ordered = sorted(guessed, key=lambda each: -(each.standard_deviation or 0.0) / max(abs(each.value), 1e-9))
@@ -175,7 +177,7 @@ def _guessed(car: Vehicle, read: set[str]) -> tuple[str, ...]:
 
 
 def _unmapped(names: tuple[str, ...], car: Vehicle) -> tuple[str, ...] | None:
-    """The signals for which the channel map of a car names neither a column nor the signals to make them from."""
+    """Signals for which the channel map names neither a column nor the ingredients of a derivation."""
     if car.channel_map is None:
         return None
     mapped = load_channel_map(car.channel_map).entries

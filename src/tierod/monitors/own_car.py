@@ -1,4 +1,4 @@
-"""All that ordinary drives identify of a car: its motion, and the torques at its column."""
+"""Identification of a car from ordinary drives: parameters of its motion, and the ratio of its motor's torque."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ CURE = (
 )
 TORQUES = ("driver_torque", "motor_torque")
 _MOTION = 0.8
-"""Share of the work for the motion."""
+"""Share of the progress that the identification of the motion takes []."""
 
 
 def identify_own_car(
@@ -31,18 +31,18 @@ def identify_own_car(
     free: tuple[str, ...] = (),
     progress: Callable[[float], None] = lambda share: None,
 ) -> VehicleIdentification:
-    """The most probable parameters of a car, given its file and drives.
+    """Most probable parameters of a car, given its vehicle file and its drives.
 
     Args:
         recordings: ordinary drives of one car, by name
         vehicle: prior knowledge, see `identify_vehicle`
-        free: parameters of its motion that may change; all that drives may show, and the ratio of its motor's torque,
-            where none is given
-        progress: called with the share that is done
+        free: parameters of the motion to be estimated; if none is given, all that drives can identify, and the ratio of
+            the motor's torque
+        progress: called with the completed share, 0 to 1
 
     Raises:
-        InputError: a recording without what is needed
-        ParameterError: the vehicle lacks a parameter, or one is free that drives do not show
+        InputError: a recording lacks a signal that is needed
+        ParameterError: the vehicle lacks a parameter, or a free parameter is not identifiable from drives
     """
     found = identify_vehicle(recordings, vehicle, free, lambda share: progress(_MOTION * share))
     if free or found.doubt or NAME not in vehicle or not spread_of(NAME, vehicle)[0]:
@@ -60,7 +60,7 @@ def identify_own_car(
 
 
 def _defects_of_torques(recordings: Mapping[str, Recording]) -> list[str]:
-    """Sentences on torques that are late or clipped: the balance of torques would give a wrong ratio."""
+    """Sentences on torques that are late or clipped, since these bias the ratio from the balance of torques."""
     found = []
     for name, recording in recordings.items():
         if any(torque not in recording for torque in TORQUES):
@@ -72,7 +72,7 @@ def _defects_of_torques(recordings: Mapping[str, Recording]) -> list[str]:
 
 
 def _with(vehicle: Vehicle, found: VehicleIdentification) -> Vehicle:
-    """The car as far as its motion has shown it."""
+    """Vehicle with the parameters that the motion has identified."""
     learnt = {each.name: each.value for each in found.found if each.name in vehicle}
     parameters = {
         name: dataclasses.replace(each, value=learnt[name]) if name in learnt else each
@@ -82,7 +82,7 @@ def _with(vehicle: Vehicle, found: VehicleIdentification) -> Vehicle:
 
 
 def _judged(vehicle: Vehicle, seen: DriveRatio | None) -> Judged:
-    """File and drives together, both taken as normal."""
+    """Combination of the values of file and drives, weighted by their inverse variances."""
     before: Parameter = vehicle.parameters[NAME]
     spread = spread_of(NAME, vehicle)[0]
     kept = Judged(NAME, NOT_SEEN, before.value, spread, before.value, spread, f"not seen in these drives; {CURE}")

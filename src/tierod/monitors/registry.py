@@ -1,4 +1,4 @@
-"""Every monitor by name: tierod's own, and those of installed packages."""
+"""Registry of the monitors by name: tierod's own, and those of installed packages."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ _OWN = {
 
 
 def obstacle(monitor: Any) -> str:
-    """Why an object cannot be run as a monitor, as a half-sentence; "" where it can.
+    """Reason why an object cannot be run as a monitor, as a half-sentence; "" if it can.
 
     Args:
-        monitor: anything that was given as one
+        monitor: object that was given as a monitor
     """
     if not isinstance(monitor, Monitor):
         kind = getattr(type(monitor), "__name__", "")
@@ -41,11 +41,11 @@ def obstacle(monitor: Any) -> str:
 
 
 def _registered_obstacle(name: str, monitor: Any) -> str:
-    """The same for an object that a package registers under a name."""
+    """Reason why an object cannot be registered as a monitor under a name; "" if it can."""
     if not (why := obstacle(monitor)) and monitor.name != name:
         return f"calls itself '{monitor.name}'; register it under that name"
     return why
 
 
 MONITORS: Registry[Monitor] = Registry("tierod.monitors", "monitor", _OWN, _registered_obstacle)
-"""By name, as given on the command line; a monitor that is not run is not imported."""
+"""Monitors by name, as given on the command line; a monitor is imported only when it is used."""

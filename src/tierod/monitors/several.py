@@ -1,4 +1,4 @@
-"""Every monitor that can run, over one recording or a stretch of it."""
+"""Findings of several monitors, or of all that can run, in one recording or a stretch of it."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from tierod.vehicles import Vehicle
 from tierod.vehicles.reading import read_by
 
 ALL = "all"
-"""Name that stands for every monitor that can run."""
+"""Name that stands for all monitors that can run."""
 
 SLICE = 600.0
-"""Seconds of a recording that are read at a time where a stretch is sought."""
+"""Duration of a recording that is read at once while a stretch is being located [s]."""
 
 
 class NotRun(NamedTuple):
@@ -37,10 +37,10 @@ class Judged:
     """Findings of the monitors in one recording.
 
     Args:
-        path: of the recording
-        vehicle: as which it was judged
-        diagnoses: by the name of the monitor
-        not_run: the other monitors
+        path: path of the recording
+        vehicle: name of the vehicle whose parameters were used
+        diagnoses: diagnoses by the name of the monitor
+        not_run: monitors that did not judge the recording
     """
 
     path: Path
@@ -62,17 +62,17 @@ def judge(
     command: str = "",
     progress: Callable[[float], None] = lambda share: None,
 ) -> Judged:
-    """Findings in a recording of every monitor that can run.
+    """Judge a recording with several monitors, or with all that can run.
 
     Args:
-        path: of the recording
-        car: as which it is judged
-        monitors: names; where None every one that can run and needs no choice of a variant
-        dbc, channel_map: as of `diagnose`
-        start, stop: of the stretch that is judged, in the time of the recording [s]; all of it where not given
-        spread: as of `diagnose`
-        command: as the user typed it, for the report
-        progress: called with the share done, 0 to 1
+        path: path of the recording
+        car: vehicle whose parameters are used
+        monitors: names of monitors; None takes all that can run and have a default variant
+        dbc, channel_map: see `diagnose`
+        start, stop: bounds of the stretch to be judged, in the time of the recording [s]; None is no bound
+        spread: see `diagnose`
+        command: command line as typed by the user, for the report
+        progress: called with the completed share, 0 to 1
 
     Raises:
         InputError: the recording cannot be read, or the stretch is empty
@@ -100,13 +100,13 @@ def judge(
 
 
 def not_judged(path: Path, car: Vehicle, monitors: Sequence[str] | None, reason: str) -> Judged:
-    """What stands for a recording that no monitor could look at.
+    """Result for a recording that no monitor could judge.
 
     Args:
-        path: of the recording
-        car: as which it was to be judged
-        monitors: names; all of them where None
-        reason: why
+        path: path of the recording
+        car: vehicle whose parameters were to be used
+        monitors: names of the monitors; None stands for all
+        reason: reason, the same for all monitors
     """
     names = tuple(MONITORS) if monitors is None else tuple(monitors)
     return Judged(path, car.name, {}, tuple(NotRun(name, reason) for name in names))
@@ -121,14 +121,14 @@ def source_of(
     stop: float | None,
     names: Iterable[str] | None = None,
 ) -> Path | Recording:
-    """The path itself, or the stretch of the recording where one is given.
+    """Path of a recording, or the stretch of it between `start` and `stop`, read into memory.
 
     Args:
-        path, car, dbc, channel_map, start, stop: as of `judge`
-        names: of the signals wanted; all where not given
+        path, car, dbc, channel_map, start, stop: see `judge`
+        names: signals to be read; None reads all
 
     Raises:
-        InputError: nothing is recorded there
+        InputError: the stretch is empty
     """
     if start is None and stop is None:
         return path
@@ -151,20 +151,20 @@ def source_of(
 
 
 def require_readable(source: Path | Recording, car: Vehicle, dbc: Any, channel_map: Any) -> None:
-    """Raise the errors of the file itself, once and not for every monitor.
+    """Raise the errors of a file once, before every monitor would repeat them.
 
     Raises:
-        InputError: it cannot be read, or its channel map or database does not fit
+        InputError: the file cannot be read, or its channel map or database does not fit
     """
     if isinstance(source, Path) and not source.is_fifo():
         next(iter(_pieces(source, car, dbc, channel_map, 1.0)))
 
 
 def look_at(source: Path | Recording, car: Vehicle, dbc: Any, channel_map: Any) -> Look | None:
-    """The beginning of a recording, by which it is decided which monitors can run; None of a pipe.
+    """First piece of a recording, from which it is decided which monitors can run; None for a pipe.
 
     Raises:
-        InputError: it cannot be read
+        InputError: the recording cannot be read
     """
     if isinstance(source, Recording):
         return Look(source, whole=True)
@@ -175,23 +175,23 @@ def look_at(source: Path | Recording, car: Vehicle, dbc: Any, channel_map: Any) 
 
 
 def able(source: Path | Recording, car: Vehicle, dbc: Any, channel_map: Any) -> tuple[str, ...]:
-    """The monitors that would take a recording, judged by its beginning.
+    """Names of the monitors that would accept a recording, determined from its first piece.
 
     Raises:
-        InputError: it cannot be read
+        InputError: the recording cannot be read
     """
     return tuple(_able(source, car, dbc, channel_map))
 
 
 def can_be_judged(source: Path | Recording, car: Vehicle, dbc: Any = None, channel_map: Any = None) -> bool:
-    """Whether any monitor would take a recording, as of `able`."""
+    """Whether at least one monitor would accept a recording; see `able`."""
     return any(_able(source, car, dbc, channel_map))
 
 
 def _able(source: Path | Recording, car: Vehicle, dbc: Any, channel_map: Any) -> Iterator[str]:
     look = look_at(source, car, dbc, channel_map)
     usual = [each for each in MONITORS.values() if each.default is not None and not each.condition]
-    # One without required signals is tried, which takes its time.
+    # A monitor without required signals has to be run on a sample of the recording: check the fast ones first.
     for each in sorted(usual, key=lambda each: not each.required):
         if look and taken(each, refusals(each, car, look.recording)):
             yield each.name

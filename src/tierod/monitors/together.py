@@ -1,4 +1,4 @@
-"""Several monitors over one recording, which is read once, as fleets and services run them."""
+"""Several monitors over one recording that is read only once."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from tierod.vehicles import Vehicle
 
 @dataclass(frozen=True)
 class Chosen:
-    """A monitor that is to judge.
+    """Choice of a monitor and its variant.
 
     Args:
-        monitor: its name
-        variant: its variant; the default, or what the recording has signals for, where empty
+        monitor: name of the monitor
+        variant: name of the variant; "" takes the default, or the first variant whose signals the recording has
     """
 
     monitor: str
@@ -32,7 +32,7 @@ class Chosen:
 
     @classmethod
     def parse(cls, text: str) -> Chosen:
-        """A choice as typed: "friction", or "hysteresis:hoist" with its variant.
+        """Choice as typed by the user: "friction", or with a variant "hysteresis:hoist".
 
         Raises:
             ParameterError: no such monitor or variant, or no variant where there is no default
@@ -43,18 +43,18 @@ class Chosen:
 
 
 def usual() -> tuple[Chosen, ...]:
-    """Every monitor that judges any recording without an explicit request."""
+    """Monitors that run without an explicit request: with a default variant, and without a required condition."""
     return tuple(Chosen(name) for name, each in MONITORS.items() if each.default is not None and not each.condition)
 
 
 @dataclass(frozen=True)
 class Concluded:
-    """Conclusion of a monitor up to some time of a recording.
+    """Conclusion of a monitor on the part of a recording that it has received.
 
     Args:
-        diagnosis: as `diagnose` gives it
-        variant: that judged
-        estimates: names of the traces that the monitor made, beside the signals that it read
+        diagnosis: result as of `diagnose`
+        variant: name of the variant
+        estimates: names of the traces that the monitor computes, in contrast to the signals that it reads
     """
 
     diagnosis: Diagnosis
@@ -63,15 +63,16 @@ class Concluded:
 
 
 class Together:
-    """Monitors that are fed the same pieces; one that cannot run leaves the others as they are.
+    """Several monitors that receive the same pieces; a monitor that cannot run does not affect the others.
 
     Args:
-        car: as which the recording is judged
-        chosen: the monitors
+        car: vehicle whose parameters are used
+        chosen: monitors and their variants
         spread: whether the spread of the parameters is carried into bands and verdict
-        signals_shown: as of `Run`
+        signals_shown: see `Run`
 
-    `refused` gives the reason for each monitor not run; `span` is the fed time [s]; `metadata` is of the recording.
+    `refused` holds the reason for each monitor that does not run, `span` the time span received so far [s], and
+    `metadata` the metadata of the recording.
     """
 
     def __init__(self, car: Vehicle, chosen: Sequence[Chosen], spread: bool = True, signals_shown: bool = True):
@@ -87,10 +88,10 @@ class Together:
             self.begin(each)
 
     def begin(self, chosen: Chosen) -> None:
-        """Let a monitor judge too, before the first piece; it may have been refused as another variant.
+        """Add a monitor before the first piece; this lifts the refusal of another of its variants.
 
         Args:
-            chosen: the monitor
+            chosen: monitor and variant
         """
         self.refused.pop(chosen.monitor, None)
         self._asked[chosen.monitor] = chosen.variant
@@ -102,22 +103,22 @@ class Together:
 
     @property
     def needs(self) -> tuple[str, ...]:
-        """The channels that any of them reads."""
+        """Channels that at least one of the monitors reads."""
         return tuple(dict.fromkeys(name for run in self._runs.values() for name in run.needs))
 
     @property
     def blocks(self) -> tuple[Block, ...]:
-        """The blocks of the monitors that run one, whose kernels are compiled before workers share them."""
+        """Blocks of the monitors that have one, so that their kernels can be compiled before workers start."""
         found = (getattr(run.session, "block", None) for run in self._runs.values())
         return tuple(block for block in found if block is not None)
 
     @property
     def running(self) -> bool:
-        """Whether any monitor is still at work."""
+        """Whether at least one monitor is still running."""
         return bool(self._runs)
 
     def add(self, piece: Recording) -> None:
-        """The next piece of the recording.
+        """Feed the next piece of the recording to all monitors.
 
         Raises:
             InputError: the piece holds no samples
@@ -134,10 +135,10 @@ class Together:
                 self._runs[name].add(piece, shared)
 
     def concluded(self, command: str = "") -> Iterator[tuple[str, Concluded]]:
-        """(monitor, finding) up to now; a monitor that finds that it cannot judge is refused.
+        """Names and conclusions of the monitors up to now; one that cannot conclude is refused.
 
         Args:
-            command: that asked for it, for the report
+            command: command line as typed by the user, for the report
         """
         for name in list(self._runs):
             with self._refusing(name):
@@ -148,18 +149,18 @@ class Together:
         return _Refusing(self, name)
 
     def refuse(self, name: str, reason: str) -> None:
-        """Leave a monitor out from now on."""
+        """Stop a monitor and keep the reason."""
         self._runs.pop(name, None)
         self.refused[name] = reason
 
     def refuse_all(self, reason: str) -> None:
-        """Leave all out that are still at work."""
+        """Refuse all monitors that are still running, for one reason."""
         for name in list(self._runs):
             self.refuse(name, reason)
 
 
 class _Refusing:
-    """A context in which a monitor may refuse to judge the recording."""
+    """Context manager that turns the errors of one monitor into its refusal."""
 
     def __init__(self, together: Together, name: str):
         self._together, self._name = together, name

@@ -1,1 +1,1 @@
-"""Condition of the sensors and actuators of a whole vehicle, judged together."""
+"""Condition monitor: faults of all sensors and actuators of a vehicle, judged together."""

@@ -1,4 +1,4 @@
-"""Episodes of faults and courses of trouble codes, from statements sample by sample, piece by piece."""
+"""Episodes of faults and courses of trouble codes, accumulated from the statements at every sample."""
 
 from __future__ import annotations
 
@@ -20,20 +20,21 @@ from tierod.monitors.condition.statements import (
 from tierod.monitors.harness.session import StatusChange
 
 TOGETHER = 0.3
-"""Two episodes of one element with less between them are one [s]."""
+"""Shortest gap between two episodes of one element [s]; with a shorter gap they are one episode."""
 SHARE = 0.5
-"""Of an episode, over which another element must be a candidate beside it to be named with it."""
+"""Least share of an episode over which another element must be a candidate as well to be named with it []."""
 
 
 @dataclass
 class Stretch:
-    """A run of samples in which an element is declared, or a candidate.
+    """Run of samples in which an element is declared, or is a candidate.
 
     Args:
-        start, end: [s]
-        count: of samples
-        others: at how many of them each element was a candidate
-        kinds: at how many of them each kind was identified, 0 for none, with its last magnitude and standard deviation
+        start, end: begin and end of the run [s]
+        count: number of samples
+        others: for each element, the number of these samples at which it was a candidate
+        kinds: for each kind, 0 for none, the number of samples at which it was identified, with its last magnitude and
+            standard deviation
     """
 
     start: float
@@ -44,25 +45,25 @@ class Stretch:
 
     @property
     def kind(self) -> tuple[float, float, float]:
-        """The kind that was identified for longest, with magnitude and standard deviation; 0 where none was for longer.
+        """Kind that was identified for the longest time, or 0 for none, with magnitude and standard deviation.
 
-        The first samples are too few to identify one, the last ones belong to the return of the sensor.
+        The first samples are too few to identify a kind, and the last ones belong to the recovery of the sensor.
         """
         kind = max(self.kinds, key=lambda each: (self.kinds[each][0], each > 0.5, -each), default=0.0)
         return (kind, *self.kinds[kind][1:]) if self.kinds else (0.0, np.nan, np.nan)
 
     def add(self, kind: float, count: int, magnitude: float, deviation: float) -> None:
-        """Count a kind that was identified at some further samples."""
+        """Count further samples at which a kind was identified."""
         self.kinds[kind] = (self.kinds.get(kind, (0,))[0] + count, magnitude, deviation)
 
 
 @dataclass
 class ElementCourse:
-    """One element over a recording.
+    """Course of one element over a recording.
 
     Args:
-        element: its name
-        period: of the samples [s]
+        element: name of the element
+        period: sampling interval [s]
         observed: time of the last sample at which a fault would have shown [s]
     """
 
@@ -82,16 +83,16 @@ class ElementCourse:
 
     @property
     def available(self) -> float:
-        """Time for which there was something to judge [s]."""
+        """Time for which the sensor was read, or the target of the actuator was known [s]."""
         return self.available_samples * self.period
 
     def add(self, time: np.ndarray, stated: StatementCourse, available: np.ndarray) -> None:
-        """The next piece.
+        """Add the next piece.
 
         Args:
-            time: [s], (n,)
-            stated: about all elements
-            available: whether this one is read, or what is asked of it is known, (n,)
+            time: time stamps [s], (n,)
+            stated: statements about all elements
+            available: whether this sensor is read, or the target of this actuator is known, (n,)
         """
         place = ELEMENTS.index(self.element)
         status, testable = stated.status[:, place], stated.testable[:, place]
@@ -129,7 +130,7 @@ class ElementCourse:
                 stretches.append(new)
 
     def episodes(self, end: float) -> tuple[Episode, ...]:
-        """Faults and lasting doubts in the order of time; `end`: of the recording [s]."""
+        """Episodes of faults and of lasting doubts, in the order of time; `end` is the end of the recording [s]."""
         last = end - 1.5 * self.period
         found = [self._episode(each, last) for each in self.faults]
         found += [
@@ -140,13 +141,13 @@ class ElementCourse:
         return tuple(sorted(found, key=lambda episode: episode.start))
 
     def declare(self, start: float, found: float, end: float, kind: float, magnitude: tuple[float, float]) -> None:
-        """Add a fault that lasts to the end of the drive, found by a check beside the block.
+        """Add a fault that lasts until the end of the drive, detected by a check beside the bank.
 
         Args:
-            start, found: when it began, and was detected [s]
-            end: of the recording [s]
+            start, found: begin and detection of the fault [s]
+            end: end of the recording [s]
             kind: number of the kind
-            magnitude: with its standard deviation, in the unit that `described` expects
+            magnitude: magnitude and its standard deviation, in the unit that `described` expects
         """
         fault = Stretch(start, end, 1, np.zeros(len(ELEMENTS)))
         fault.add(kind, 1, *magnitude)
@@ -154,10 +155,10 @@ class ElementCourse:
         self.course[:] = [*(each for each in self.course if each.time < found), StatusChange(found, Status.FAULT)]
 
     def forget(self, start: float, end: float) -> None:
-        """Take back declared faults and doubts of a time in which something else was wrong.
+        """Withdraw faults and doubts that began in a time in which an input of the filters was faulty.
 
         Args:
-            start, end: between which it began [s]
+            start, end: bounds of that time [s]
         """
         for stretches in (self.faults, self.doubts):
             stretches[:] = [each for each in stretches if not start <= each.start <= end]

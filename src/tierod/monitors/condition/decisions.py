@@ -1,4 +1,4 @@
-"""The rules by which the condition monitor decides, as reports print them."""
+"""Decision rules of the condition monitor, as shown in reports."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ PAPER = (
 )
 
 BANK_DECIDES = "fault of a sensor or actuator"
-"""Name of the decision by which faults are declared."""
+"""Name of the decision that declares faults."""
 
 WIRING = Decision(
     name="wrong wiring, scale or time",

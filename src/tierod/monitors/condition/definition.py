@@ -1,4 +1,4 @@
-"""The monitor of sensors and actuators of an automated vehicle, as users see it."""
+"""Definition of the condition monitor: sensors and actuators of an automated vehicle, or sensors of a car."""
 
 from __future__ import annotations
 
@@ -36,12 +36,12 @@ CONDITION = Monitor(
     title="Sensors and actuators of the vehicle",
     summary="Finds which of six sensors and four actuators is at fault, of what kind and size, and replaces its value.",
     source=PAPER,
-    # Whatever is missing has a state of its own; with nothing at all, "not available" is the verdict.
+    # A missing signal gets a state of its own; without any signal the verdict is "not available".
     required=(),
     optional=ConditionSample._fields,
     rate=100.0,
     minimum_rate=10.0,
-    # A held reading would be one that stands still; the filter goes on without.
+    # A held reading would look like a stuck sensor; the filters predict without one instead.
     maximum_age=MAXIMUM_AGE,
     variants={
         "bank": Variant(
@@ -54,6 +54,6 @@ CONDITION = Monitor(
         **further_variants(),
     },
     default="bank",
-    # A sensor that stands still is a fault of its own here.
+    # Stuck sensors are faults that this monitor declares itself.
     subjects=ConditionSample._fields,
 )

@@ -1,4 +1,4 @@
-"""Figures over the pieces of a drive, beside the statements about sensors and actuators."""
+"""Figures of a drive beside the statements about sensors and actuators: judged time, losses, sources of substitutes."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from tierod.monitors.condition.recording_checks.coverage import (
 from tierod.monitors.condition.signals import ACTUATORS, ALL_WHEELS, ELEMENTS, SENSORS, TARGETS, ConditionSample
 
 STANDING = 0.5
-"""Speed below which the vehicle stands [m/s]."""
+"""Speed below which the vehicle counts as standing [m/s]."""
 NO_READING = "no sensor gives a reading"
 ALL_ZERO = "all sensors read exactly zero"
 ALL_HELD = "all sensors repeat what they read before"
@@ -37,18 +37,18 @@ _JUDGED, _ENOUGH = "judged", "enough sensors"
 
 @dataclass
 class Driven:
-    """Figures over the pieces of a recording.
+    """Figures of a recording, accumulated piece by piece.
 
     Args:
-        period: of the samples [s]
-        end: of the last one [s]
-        samples: all of them
-        judged, forward, backward: samples that were judged, and in which the vehicle drove forward and backward
-        unjudged: samples that were not, by their cause
-        sources: samples in which each sensor was supplied by each source
-        absences: of every element's readings or target, of what the whole judgement needs, and of enough sensors
-        now: why the last sample was not judged; "" where it was
-        asked: whether judging needs the targets
+        period: sampling interval [s]
+        end: end of the last sample [s]
+        samples: number of samples
+        judged, forward, backward: number of samples that were judged, and with motion forward and backward
+        unjudged: number of samples that were not judged, by cause
+        sources: number of samples for which each source supplied the signal, by sensor
+        absences: presence of every element's reading or target, of a possible judgement, and of enough sensors
+        now: cause why the last sample was not judged; "" if it was
+        asked: whether the judgement needs the targets
     """
 
     period: float
@@ -73,11 +73,11 @@ class Driven:
 
     @property
     def not_judged(self) -> str:
-        """Reason for most of what could not be judged; "" where all could."""
+        """Most frequent cause of unjudged samples; "" if all were judged."""
         return max(self.unjudged, key=lambda cause: self.unjudged[cause]) if self.unjudged else ""
 
     def add(self, time: np.ndarray, values: np.ndarray, covered: Covered) -> None:
-        """Add the next piece: time [s], columns of `ConditionSample`, and their presence."""
+        """Add the next piece: time [s], columns of `ConditionSample`, and their coverage."""
         self.end = float(time[-1]) + self.period
         self.samples += len(time)
         self.judged += int(np.count_nonzero(covered.judged))
@@ -101,11 +101,12 @@ class Driven:
         for place, name in enumerate(ELEMENTS):
             self._follow(name, time, covered.available[:, place], covered.parked)
         self._follow(_JUDGED, time, covered.judged, covered.parked)
+        # The tolerated gap is that of the missing signals: sensors may be slower than targets.
         self.absences[_JUDGED].borne = LOST if self.now in ALL_GONE else UNASKED
         self._follow(_ENOUGH, time, reading.sum(axis=1) >= ALL, covered.parked)
 
     def _last_read(self, wheels: np.ndarray, time: np.ndarray) -> np.ndarray:
-        """Every wheel as it was last read, for `LOST` at most: slow buses do not bring it with every sample."""
+        """Last reading of every wheel, held for `LOST` at most, since slow buses do not bring it with every sample."""
         values, times = np.vstack([self._wheels, wheels]), np.concatenate([[np.nan], time])
         there, place = np.isfinite(values), np.arange(len(values))[:, None]
         last = np.maximum.accumulate(np.where(there, place, 0), axis=0)
@@ -116,19 +117,19 @@ class Driven:
 
     @property
     def slid(self) -> float:
-        """Time in which the tyres slid, so that nothing was judged [s]."""
+        """Time in which the tyres slid, so that no fault was declared [s]."""
         return self.unjudged.get(SLID, 0) * self.period
 
     def add_low_grip(self, time: np.ndarray, slid: np.ndarray, values: np.ndarray) -> None:
-        """Whether the tyres slid over the next piece.
+        """Add the slides of the next piece.
 
         Args:
-            time: [s], (n,)
-            slid: (n,)
-            values: columns of `ConditionSample`, (n, signals); NaN where missing
+            time: time stamps [s], (n,)
+            slid: whether the tyres slid, (n,)
+            values: columns of `ConditionSample`, (n, signals); NaN if missing
         """
         self._count(SLID, slid)
-        # An acceleration that is wrong looks like a slide, but the car does not turn.
+        # A faulty acceleration looks like a slide, but the car does not turn.
         turning = np.abs(values[:, _YAW]) * np.abs(np.nan_to_num(values[:, _WHEELS])).max(axis=1)
         for first, last in _runs(slid & (turning > SLIPPERIEST)):
             if self._slides and time[first] - self._slides[-1][1] < 2.0 * self.period:
@@ -137,7 +138,7 @@ class Driven:
                 self._slides.append((float(time[first]), float(time[last])))
 
     def slid_within(self, start: float, end: float) -> bool:
-        """Whether the tyres slid in a turn anywhere between two times [s]."""
+        """Whether the tyres slid in a turn at any time between two times [s]."""
         return any(first <= end and last >= start for first, last in self._slides)
 
     def _count(self, cause: str, there: np.ndarray) -> None:
@@ -150,12 +151,12 @@ class Driven:
         self.absences.setdefault(name, Absence(self.period, borne)).add(time, there, parked)
 
     def loss(self, element: str, observed: float) -> Loss | None:
-        """Loss of a signal that an element cannot be judged without: its own signal, then that of others.
+        """Loss of a signal without which an element cannot be judged: of its own, or else of others; None without one.
 
         Args:
             element: sensor or actuator
-            observed: when a fault of it would have shown for the last time [s]; an element that is testable with few
-                sensors lacks none
+            observed: time at which a fault of it would last have shown [s]; an element that remained testable with few
+                sensors has lost none
         """
         sensor = element in SENSORS
         gone = self.now if sensor and self.now in ALL_GONE else "no reading" if sensor else "no target"
@@ -170,11 +171,11 @@ class Driven:
 
     @property
     def enough(self) -> bool:
-        """Whether there were ever enough sensors to judge any of them."""
+        """Whether there were ever enough sensors for a judgement."""
         return self.absences[_ENOUGH].came
 
     def add_sources(self, result: Result, graph: SubstitutionGraph) -> None:
-        """Add the sources of each sensor's signal over the next piece."""
+        """Count the sources of each sensor's supplied signal over the next piece."""
         for sensor, ways in graph.substitutes.items():
             source = result[f"supplied.{sensor}.source"]
             counts = self.sources.setdefault(sensor, {})
@@ -183,6 +184,6 @@ class Driven:
 
 
 def _runs(there: np.ndarray) -> list[tuple[int, int]]:
-    """First and last sample of every stretch in which something holds."""
+    """First and last sample of every run of true values."""
     edges = np.diff(np.concatenate(([0], np.asarray(there, np.int8), [0])))
     return list(zip(np.flatnonzero(edges > 0).tolist(), (np.flatnonzero(edges < 0) - 1).tolist(), strict=True))

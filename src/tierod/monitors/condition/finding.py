@@ -1,4 +1,4 @@
-"""Finding of a drive about all sensors and actuators together."""
+"""Finding of the condition monitor on a drive, about all sensors and actuators together."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ from tierod.monitors.condition.states import LACKING, LEAST_TOLD
 
 
 class OtherCauses(NamedTuple):
-    """Inputs of the filters that nothing replaces and whose faults may explain a declared one.
+    """Inconsistent inputs of the filters, which have no substitute and may explain a declared fault.
 
     Args:
-        disagreeing: accelerations that do not go with the motion
-        asked: targets that do not go with what is done, the two of a pair together
+        disagreeing: accelerations that are inconsistent with the motion
+        asked: targets that are inconsistent with the response of the actuators, each pair together
     """
 
     disagreeing: tuple[Disagreement, ...]
@@ -38,14 +38,14 @@ class OtherCauses(NamedTuple):
 
 
 COMPARED = ("wheel_speed_rear_left", "wheel_speed_rear_right", "yaw_rate")
-"""Sensors of the motion that the accelerations are compared with."""
+"""Sensors of the motion with which the accelerations are compared."""
 
 LONG_BEFORE = 5.0
-"""By which one of them fails earlier than an acceleration that it explains [s]; a faulty acceleration is found within
-this time, and filters that it misleads not earlier than that."""
+"""Least time by which a fault of one of them must precede an inconsistent acceleration to explain it [s]; a faulty
+acceleration is detected within this time, so that the faults which it causes in the filters are not so early."""
 
 HARDLY = 0.3
-"""Share of the driving not judged because tyres slid, above which nothing is called fault-free [-]."""
+"""Largest share of the driving that may be unjudged because tyres slid, for a fault-free verdict [-]."""
 
 
 def judge(
@@ -59,17 +59,17 @@ def judge(
     notes: Sequence[str] = (),
     causes: OtherCauses | None = None,
 ) -> Finding:
-    """The finding over all elements.
+    """Finding over all elements.
 
     Args:
-        name: of monitor and variant
-        states: of all elements
-        drive: figures over it
+        name: name of monitor and variant
+        states: states of all elements
+        drive: figures of the drive
         problems: wiring errors
-        lost: losses on the way, by element
-        interruptions: times that nothing could be judged any more
-        calibrated: whether the limits were designed on this very vehicle
-        notes: further notices
+        lost: losses of signals during the drive, by element
+        interruptions: number of times that the judgement was interrupted
+        calibrated: whether the limits were designed on this individual vehicle
+        notes: further warnings
         causes: other explanations of the declared faults
     """
     evidence = _evidence(states, drive, interruptions)
@@ -106,7 +106,7 @@ def judge(
 def _hardly_judged(
     name: str, fault_free: Sequence[Element], drive: Driven, evidence: dict[str, float], warnings: tuple[str, ...]
 ) -> Finding:
-    """The finding where nothing was found in the judged part, which was too little of the drive."""
+    """Finding without a fault in the judged part, which was too small a share of the drive."""
     moving = drive.forward * drive.period
     cause = f"{drive.slid:.0f} of {moving:.0f} s of driving were not judged: {SLID}"
     headline = (
@@ -120,9 +120,9 @@ def _hardly_judged(
 
 
 def _and_other_causes(finding: Finding, declared: Sequence[Element], causes: OtherCauses | None) -> Finding:
-    """The finding with inconsistent inputs of the filters among its causes.
+    """Finding with inconsistent inputs of the filters among its causes.
 
-    A faulty shaft torque sensor alone is inconsistent with the targets as well; that needs no other cause.
+    A faulty shaft torque sensor is itself inconsistent with the targets, which are then not named.
     """
     if causes is None:
         return finding
@@ -142,18 +142,18 @@ def _and_other_causes(finding: Finding, declared: Sequence[Element], causes: Oth
 
 
 def _off(targets: Sequence[str]) -> str:
-    """Contradiction of the targets of a pair of actuators, in words."""
+    """Inconsistency of the targets of a pair of actuators, in words."""
     shown_by = "the torque in the shaft" if targets == TARGETS[:2] else "the acceleration"
     return f"what is asked does not go with {shown_by}"
 
 
 def _judged(states: Sequence[Element]) -> int:
-    """Number of judged elements; accelerations are not judged."""
+    """Number of elements without the accelerations, which are not judged."""
     return sum(each.name not in ACCELERATIONS for each in states)
 
 
 def _by_cause(open_: Sequence[Element]) -> str:
-    """Elements that were not judged, those with the same cause together; those absent from the recording come last."""
+    """Elements that were not judged, grouped by cause; those absent from the recording come last."""
     lacking = [each.name for each in open_ if each.status is Status.NOT_AVAILABLE and each.cause.startswith(LACKING)]
     causes: dict[str, list[str]] = {}
     for each in open_:
@@ -171,7 +171,7 @@ def _lost(
     evidence: dict[str, float],
     warnings: tuple[str, ...],
 ) -> Finding:
-    """The finding where something was there at first and was lost on the way: no fault, and not healthy either."""
+    """Finding with a signal that was lost during the drive: no fault, and not healthy either."""
     first = min(lost.values(), key=_order)
     alike = [name for name, loss in lost.items() if loss.cause == first.cause]
     who = "" if len(alike) >= sum(each.role == "sensor" for each in states) else f"{listed(alike)}: "
@@ -185,14 +185,14 @@ def _lost(
 
 
 def _order(loss: Loss) -> tuple[float, bool]:
-    """Sort key: by time, and an absent signal before one that cannot be judged for its absence."""
+    """Sort key: by time, and a lost signal before the elements that cannot be judged without it."""
     return math.inf if loss.since is None else loss.since, loss.status is not Status.NOT_AVAILABLE
 
 
 def _nothing_judged(
     name: str, open_: Sequence[Element], evidence: dict[str, float], warnings: tuple[str, ...]
 ) -> Finding:
-    """The finding where no element was judged: the hindrances of those present, else the absent ones."""
+    """Finding without any judged element: the cause of a present one, or else that of the absent ones."""
     there = [each for each in open_ if each.status is not Status.NOT_AVAILABLE]
     status, cause = (there or open_)[0].status, (there or open_)[0].cause
     if not there:
@@ -203,7 +203,7 @@ def _nothing_judged(
 
 
 def _not_judged(drive: Driven) -> tuple[str, ...]:
-    """Warnings of longer times that could not be judged; too few sensors show no slide."""
+    """Warnings of longer unjudged times; with too few sensors a slide is not credible and is omitted."""
     seconds = {cause: count * drive.period for cause, count in drive.unjudged.items() if cause != SLID or drive.enough}
     return tuple(f"{time:.0f} s were not judged: {cause}" for cause, time in seconds.items() if time > LEAST_TOLD)
 
@@ -233,7 +233,7 @@ def _fault(
         cause = "several explain the readings as well, and nothing in the drive isolates one of them"
         if targets := _targets(sorted(named)):
             cause += f"; so does a wrong recording of what is asked ({listed(targets)})"
-        # A small force of the tie rods that is read as half of it is within its own limit, and shows in the others.
+        # A tie-rod force with a gain of one half may, while small, stay below its own limit and exceed that of others.
         if named <= {*STEERING_TORQUES} and (rest := [each for each in STEERING_TORQUES if each in quiet]):
             cause += f"; so may a wrong {listed(rest)}, of the same balance of torques"
         action = "check them one by one, or drive with more steering and braking"
@@ -261,8 +261,8 @@ def _fault(
 def _likeliest_first(found: Sequence[tuple[Episode, Element]]) -> list[tuple[Episode, Element]]:
     """Faults in the order in which they are named: those that explain others first, then by time.
 
-    An acceleration misleads the filters, and is named first. What it is compared with comes of wheel speeds and yaw
-    rate: where one of these was faulty long before, that one explains the acceleration.
+    A faulty acceleration disturbs the filters and is therefore named first. Its reference comes from wheel speeds and
+    yaw rate: if one of these was faulty long before, it explains the inconsistent acceleration instead.
     """
     compared = [episode.start for episode, each in found if each.name in COMPARED]
 
@@ -275,7 +275,7 @@ def _likeliest_first(found: Sequence[tuple[Episode, Element]]) -> list[tuple[Epi
 
 
 def _why(names: Sequence[str]) -> str:
-    """Reason why sensors and actuators are faulty, in words."""
+    """Cause of the declared faults, in words."""
     off = [f"{name.replace('_', ' ')} does not go with {MOTION[name]}" for name in names if name in ACCELERATIONS]
     if any(name not in ACCELERATIONS for name in names):
         off.append("residuals of readings and torques exceed the fault-free limits")
@@ -287,7 +287,7 @@ def _why(names: Sequence[str]) -> str:
 
 
 def _targets(names: Sequence[str]) -> list[str]:
-    """Targets of the actuators among them, and of those that act together: only their joint effect shows."""
+    """Targets of the actuators among these, in pairs, since only the joint effect of a pair is observable."""
     together = [name for pair in (MOTORS, DRIVES) if {*pair} & {*names} for name in pair]
     return [target for actuator, target in zip(ACTUATORS, TARGETS, strict=True) if actuator in together]
 

@@ -1,4 +1,4 @@
-"""Variants of the monitor that other packages define, found by name: the product runs without those packages."""
+"""Further variants of the monitor from optional packages, which are looked up by name."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from tierod.monitors.harness.session import Variant
 from tierod.vehicles import Vehicle
 
 Table: TypeAlias = Mapping[str, float | str | Mapping[str, float]]
-"""Thresholds as a vehicle file holds them."""
+"""Table of thresholds in a vehicle file."""
 
 _VARIANTS = "tierod.papers.condition.rules.definition:VARIANTS"
 _CALIBRATION = "tierod.papers.condition.rules.definition:calibrated_tables"
 
 
 def further_variants() -> Mapping[str, Variant]:
-    """Further variants by name: the rules of the paper."""
+    """Further variants by name: the rules of the paper; empty if the package is not installed."""
     return _found(_VARIANTS) or {}
 
 
 def further_calibration() -> Callable[[Vehicle, Sequence[Recording], Sequence[Recording], str], Mapping[str, Table]]:
-    """Calibration of the further variants: vehicle, drives to fit, drives for limits, source -> tables by name."""
+    """Calibration of the further variants: (vehicle, drives to fit, drives for limits, source) -> tables by name."""
     return _found(_CALIBRATION) or (lambda vehicle, fitted, healthy, source: {})
 
 
@@ -33,6 +33,7 @@ def _found(place: str) -> Any:
     try:
         return getattr(importlib.import_module(module), name)
     except ModuleNotFoundError as error:
+        # Only the absence of the package itself is expected; a missing import inside of it is an error.
         if error.name is not None and (module == error.name or module.startswith(f"{error.name}.")):
             return None
         raise

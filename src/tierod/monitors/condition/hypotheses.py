@@ -1,4 +1,4 @@
-"""The hypotheses that the condition monitor weighs: which sensors and actuators are at fault."""
+"""Fault hypotheses of the condition monitor: combinations of faulty sensors and actuators."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from tierod.monitors.condition.signals import (
 )
 
 HEALTHY = "healthy"
-"""Name of the hypothesis that nothing is at fault."""
+"""Name of the fault-free hypothesis."""
 
 
 @dataclass(frozen=True)
 class Hypothesis:
-    """One hypothesis: its faulty elements, all else being fault-free.
+    """Fault hypothesis: these elements are faulty, all others are fault-free.
 
     Args:
-        name: "healthy", or the names of what is at fault joined by " + "
-        sensors: at fault, names from `SENSORS`
-        actuators: at fault, names from `ACTUATORS`
+        name: "healthy", or the names of the faulty elements joined by " + "
+        sensors: faulty sensors, names from `SENSORS`
+        actuators: faulty actuators, names from `ACTUATORS`
     """
 
     name: str
@@ -35,11 +35,13 @@ class Hypothesis:
 
     @property
     def suspects(self) -> tuple[str, ...]:
-        """Everything at fault, sensors first."""
+        """All faulty elements, sensors first."""
         return self.sensors + self.actuators
 
     def agrees(self, other: Hypothesis) -> bool:
-        """Whether both name the same actuators, as far as both name any: the joint loss of two is another loss.
+        """Whether both suspect the same actuators, or one of them suspects none.
+
+        The lost torque is one state of a lane: the joint loss of two actuators is another quantity than that of one.
 
         Args:
             other: hypothesis
@@ -48,10 +50,10 @@ class Hypothesis:
 
 
 def hypotheses() -> tuple[Hypothesis, ...]:
-    """All hypotheses that are weighed, 52 in a fixed order.
+    """All 52 hypotheses for a whole vehicle, in a fixed order.
 
-    Healthy; one sensor (6); one actuator (4); two sensors (15); a sensor and an actuator (24); two actuators that share
-    a supply and lose the same share (2).
+    Fault-free; one sensor (6); one actuator (4); two sensors (15); a sensor and an actuator (24); two actuators that
+    share a supply and lose the same share (2).
     """
     singles = [((name,), ()) for name in OF_AUTOMATED]
     motors = [((), (name,)) for name in ACTUATORS]
@@ -65,10 +67,13 @@ def hypotheses() -> tuple[Hypothesis, ...]:
 
 
 def hypotheses_of_cars() -> tuple[Hypothesis, ...]:
-    """Healthy, and one or two of the sensors of a car; not both wheels of an axle, whose slip looks the same."""
+    """All hypotheses for a car: fault-free, and one or two faulty sensors.
+
+    Both wheels of an axle are excluded, since their fault looks like slip of the axle.
+    """
     pairs = [each for each in combinations(OF_CARS, 2) if each not in (WHEELS, FRONT_WHEELS)]
     return tuple(Hypothesis(" + ".join(each) or HEALTHY, each) for each in [(), *((name,) for name in OF_CARS), *pairs])
 
 
 SLIDING = Hypothesis("sliding tyres")
-"""That tyres slide, and nothing is at fault; no diagnosis, but a reason for none."""
+"""Hypothesis that the tyres slide without any fault; it is no diagnosis, but prevents one."""

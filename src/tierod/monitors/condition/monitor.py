@@ -1,7 +1,7 @@
-"""The condition monitor as one block: a filter for every hypothesis, the judge, substitutes and trouble codes.
+"""Condition monitor as one block: a filter for every hypothesis, the judge, substitutes and trouble codes.
 
 `diagnose`, the benchmarks, `Stream` and generated C all run this block. A car whose file describes no torques gets the
-bank of a rolling car: wheel speeds, yaw rate and steering angle, judged by its motion alone.
+bank of a rolling car, which judges wheel speeds, yaw rate and steering angle by the motion alone.
 """
 
 from __future__ import annotations
@@ -30,40 +30,39 @@ from tierod.monitors.condition.substitutes import FILTER, Reconfiguration, subst
 from tierod.vehicles import Vehicle
 
 WITH_WHEELS, WITHOUT_WHEELS, SLOW = 9.0, 2.15, 0.45
-"""Limits of hypotheses with and without wheels, over the short time, and of all over the long one [nat], for a rolling
-car.
+"""Limits for a rolling car [nat]: fast mean of hypotheses with wheels and of those without, slow mean of all.
 
-As `limits` designs them, 1.5 times what lies 2 (long: 1) nat above the largest healthy ratio and at least 0.5 (0.3):
-bumps reach 3.3 in the first half of a highway minute of a RAV4, all else -0.6 in 9 s of another car's tight bends, and
-the long time -1.7.
+By the rule of `limits` they are 1.5 times what lies 2 nat (slow mean: 1 nat) above the largest fault-free ratio, and at
+least 0.5 (0.3) nat: bumps reach 3.3 in the first half of a highway minute of a RAV4, hypotheses without wheels -0.6 in
+9 s of another car's tight bends, and the slow mean -1.7.
 """
 GAP, MARGIN = 2.0, 1.0
-"""As those of the bank of the whole vehicle."""
+"""Lead gap and margin of the decision, equal to those of the bank for a fully described vehicle [nat]."""
 ALIKE = 2.0 * Wander().steering
-"""Errors of predictions count once in so long a time [s]: those of the steering's ratio fade so slowly."""
+"""Correlation time of the prediction's errors [s], as slow as the error of the steering ratio."""
 
 
 def condition_monitor(vehicle: Vehicle, sample_time: float = 0.01, codes: TroubleCodes | None = None) -> Bank:
-    """The monitor of a vehicle, calibrated or not.
+    """Condition monitor of a vehicle, with or without a calibration.
 
     Args:
-        vehicle: with the parameters of `AutomatedVehicle`, or else of `RollingCar`
-        sample_time: [s]
-        codes: table of trouble codes; the shipped one if None
+        vehicle: vehicle with the parameters of `AutomatedVehicle`, or else of `RollingCar`
+        sample_time: sampling interval [s]
+        codes: table of trouble codes; None takes the shipped one
 
     Raises:
-        ParameterError: parameters that are missing
+        ParameterError: parameters are missing
     """
     return rolling_monitor(vehicle, None, sample_time, codes) if rolls(vehicle) else _whole(vehicle, sample_time, codes)
 
 
 def _whole(vehicle: Vehicle, sample_time: float, codes: TroubleCodes | None) -> Bank:
-    """Bank for a vehicle whose torques are known: lanes of all hypotheses, and one of sliding tyres."""
+    """Bank for a vehicle with known torques: lanes of all hypotheses, and one lane of sliding tyres."""
     base, explanations = LeaveOutFilter.of_vehicle(vehicle, sample_time), hypotheses()
     calibrated, limits = has_own_limits(vehicle), limits_of(vehicle)
     kinds = tuple(KindOfFault.of_sensor(name, sample_time) for name in OF_AUTOMATED)
     if not calibrated:
-        # Kinds and magnitudes reckon with the errors of predictions of vehicles that were not calibrated.
+        # Kinds and magnitudes must allow for the lasting prediction errors of a vehicle without calibration.
         ways = substitution_graph(calibrated=False).substitutes
         errors = [next(way.deviation for way in ways[name] if way.name == FILTER) for name in OF_AUTOMATED]
         kinds = tuple(replace(kind, unknown=error) for kind, error in zip(kinds, errors, strict=True))
@@ -74,7 +73,7 @@ def _whole(vehicle: Vehicle, sample_time: float, codes: TroubleCodes | None) -> 
 
 
 def rolling_limits() -> Limits:
-    """Limits of all hypotheses about a rolling car but healthy."""
+    """Limits of all hypotheses for a rolling car but the fault-free one, without limits of its own."""
     faults = hypotheses_of_cars()[1:]
     fast = tuple(WITHOUT_WHEELS if {*ALL_WHEELS}.isdisjoint(each.sensors) else WITH_WHEELS for each in faults)
     return Limits(fast, (SLOW,) * len(faults), GAP, MARGIN)
@@ -83,16 +82,17 @@ def rolling_limits() -> Limits:
 def rolling_monitor(
     vehicle: Vehicle, limits: Limits | None = None, sample_time: float = 0.01, codes: TroubleCodes | None = None
 ) -> Bank:
-    """The monitor of a car whose torques are not known: wheel speeds, yaw rate and steering angle by its motion.
+    """Condition monitor of a car without known torques: wheel speeds, yaw rate and steering angle by the motion alone.
 
     Args:
-        vehicle: with the parameters of `RollingCar`
-        limits: for all hypotheses but healthy; if None those of the vehicle file, or else of real cars
-        sample_time: [s]
-        codes: table of trouble codes; the shipped one if None
+        vehicle: vehicle with the parameters of `RollingCar`
+        limits: limits of all hypotheses but the fault-free one; None takes those of the vehicle file, or else those
+            from real cars
+        sample_time: sampling interval [s]
+        codes: table of trouble codes; None takes the shipped one
 
     Raises:
-        ParameterError: parameters that are missing
+        ParameterError: parameters are missing
     """
     base, explanations = RollingFilter.of_vehicle(vehicle, sample_time), hypotheses_of_cars()
     kinds = tuple(
@@ -112,24 +112,24 @@ def rolling_monitor(
 
 
 def rolling_lanes(base: RollingFilter) -> tuple[RollingFilter, ...]:
-    """A filter for every hypothesis about a rolling car, and those of sliding tyres.
+    """Filters of all hypotheses for a rolling car, and the two of sliding tyres at the end.
 
     Args:
-        base: the filter that suspects nothing
+        base: filter of the fault-free hypothesis
     """
     return (*(base.leaving_out(each) for each in hypotheses_of_cars()), ploughing(base), skidding(base))
 
 
 def rolling_decision(base: RollingFilter, limits: Limits, sample_time: float = 0.01) -> Decision:
-    """Decision between the filters of a rolling car.
+    """Decision between the hypotheses for a rolling car.
 
     Args:
-        base: the filter that suspects nothing
-        limits: of all hypotheses but healthy
-        sample_time: [s]
+        base: filter of the fault-free hypothesis
+        limits: limits of all hypotheses but the fault-free one
+        sample_time: sampling interval [s]
     """
     costs = prices(base.sensor_noise, base.plausible)
     weighing = Weighing(hypotheses_of_cars(), limits, sample_time, prices=costs)
-    # What is never there must not widen the limits that were found without it.
+    # A sensor that a car never has must not widen limits that were designed without it.
     testability = Testability(poorer=1.0, remaining=3.0, judged=OF_CARS)
     return Decision(weighing, low_grip=OF_SKIDDING, testability=testability, small_leads=SmallLeads())

@@ -1,4 +1,4 @@
-"""Reactions to the statements about sensors and actuators: substitutes of sensors, and debounced trouble codes."""
+"""Reaction to the statements about sensors and actuators: substitutes of sensors, and debounced trouble codes."""
 
 from __future__ import annotations
 
@@ -26,31 +26,31 @@ from tierod.monitors.condition.signals import (
 from tierod.monitors.condition.substitutes import Reconfiguration
 
 LEAST_DOUBT = 0.5
-"""Doubt between several elements that ends sooner is on the way to a verdict, and not reported [s]."""
+"""Shortest doubt between several elements that is reported [s]; a shorter one usually precedes a verdict."""
 
 NOT_ISOLABLE = "condition-not-isolable"
-"""Trouble code of a fault that shows and cannot be isolated."""
+"""Trouble code of a fault that is detected but not isolated."""
 
 CODES = (*(name.replace("_", "-") for name in ELEMENTS), NOT_ISOLABLE)
-"""Trouble codes that are counted, by name."""
+"""Names of the trouble codes with a debounce counter."""
 
 Codes: Any = named_tuple("Codes", [(name.replace("-", "_"), Annotated[float, ""]) for name in CODES])
-"""A verdict for each trouble code: 1 failed, -1 passed, 0 none yet."""
+"""Verdict on each trouble code: 1 failed, -1 passed, 0 none yet."""
 
 Supplies: Any = named_tuple("Supplies", [(name, Supplied) for name in SENSORS])
-"""Every sensor's signal as others may use it."""
+"""Signal of every sensor, or its substitute, for other functions."""
 
 
 class Judged(NamedTuple):
-    """Output of any variant of the monitor at one sample.
+    """Judgement of any variant of the monitor at one sample.
 
     Args:
-        statements: about every sensor and actuator
+        statements: statements about every sensor and actuator
         testable: whether a fault of each would show now
-        value: of every sensor, its own where it is trusted, otherwise the estimate from the others
-        gated: readings that are too far off to be used, declared or not
-        lead: what a fault is declared by: of filters the lead of the likeliest hypothesis over all others [nat per
-            sample], of rules the share of what the best one asks that holds
+        value: value of every sensor: its reading where it is trusted, otherwise the estimate from the others
+        gated: flags of outlying readings that must not be used
+        lead: evidence for a fault: for filters the lead of the most likely hypothesis over all others [nat per sample],
+            for rules the fulfilled share of the best rule's conditions
         low_grip: whether tyres slide, so that no fault is declared
     """
 
@@ -63,11 +63,11 @@ class Judged(NamedTuple):
 
 
 class ConditionOutput(NamedTuple):
-    """Output of every variant of the monitor: all of `Judged`, and the reaction to it.
+    """Output of every variant of the monitor: the judgement, and the reaction to it.
 
     Args:
         statements, testable, value, gated, lead, low_grip: see `Judged`
-        supplied: every sensor's signal as others may use it
+        supplied: signal of every sensor, or its substitute
         codes: debounced verdicts for a fault memory
     """
 
@@ -82,12 +82,12 @@ class ConditionOutput(NamedTuple):
 
 
 class Since(NamedTuple):
-    """The status of every element at the sample before, and the time from which on it holds.
+    """Status of every element at the previous sample, and since when it holds.
 
     Args:
-        time: since the start of the run [s]
-        status: codes; -1 before the first sample
-        began: time from which on each holds; negative where it holds since the start [s]
+        time: time since the start of the run [s]
+        status: codes of the statuses; -1 before the first sample
+        began: time at which each status began [s]; negative if it holds since the start
     """
 
     time: Scalar
@@ -96,16 +96,16 @@ class Since(NamedTuple):
 
     @classmethod
     def initial(cls) -> Since:
-        """Before the first sample."""
+        """State before the first sample."""
         unknown = Elements(*(-1.0,) * len(ELEMENTS))
         return cls(0.0, unknown, unknown)
 
     def followed_by(self, statements: Statements, sample_time: Scalar) -> tuple[Since, Statements]:
-        """One sample on: the next memory, and the statements with the time from which on each holds.
+        """State after one sample, and the statements with the time at which each status began.
 
         Args:
-            statements: without that time
-            sample_time: [s]
+            statements: statements without that time
+            sample_time: sampling interval [s]
         """
         began = Elements(
             *(
@@ -118,7 +118,7 @@ class Since(NamedTuple):
 
 
 class ReactionState(NamedTuple):
-    """State of substitutes and counters, and the number of samples in a row with several elements in doubt."""
+    """State of substitutes and counters, and the number of consecutive samples with several elements in doubt."""
 
     supply: tuple[SupplyState, ...]
     counters: tuple[DebounceCounter.State, ...]
@@ -127,13 +127,13 @@ class ReactionState(NamedTuple):
 
 @dataclass(frozen=True)
 class FaultReaction:
-    """Supply every sensor's signal, and count the trouble codes.
+    """Supply every sensor's signal or its substitute, and debounce the trouble codes.
 
     Args:
-        reconfiguration: of the sensors; a gated reading is supplied to nothing
-        counters: of `CODES`, in their order
-        sample_time: [s]
-        least_doubt: for which several must be in doubt before that counts as a fault of one of them
+        reconfiguration: substitutes of the sensors; they do not use gated readings
+        counters: debounce counters of `CODES`, in their order
+        sample_time: sampling interval [s]
+        least_doubt: time for which several elements must be in doubt before `NOT_ISOLABLE` fails
     """
 
     reconfiguration: Reconfiguration
@@ -148,9 +148,9 @@ class FaultReaction:
         """Reaction with the debouncing of a table of trouble codes.
 
         Args:
-            reconfiguration: of the sensors
-            sample_time: [s]
-            codes: the table; the shipped one if None
+            reconfiguration: substitutes of the sensors
+            sample_time: sampling interval [s]
+            codes: table of trouble codes; None takes the shipped one
         """
         table = codes or load_trouble_codes()
         causes = tuple(
@@ -160,18 +160,18 @@ class FaultReaction:
         return cls(reconfiguration, counters, sample_time)
 
     def init(self) -> ReactionState:
-        """Nothing supplied, nothing counted."""
+        """State before the first sample: nothing supplied, nothing counted."""
         return ReactionState(self.reconfiguration.init(), self.counters.init(), 0.0)
 
     def step(
         self, state: ReactionState, sample: ConditionSample, judged: Judged
     ) -> tuple[ReactionState, ConditionOutput]:
-        """One sample on.
+        """Process one sample.
 
         Args:
-            state: after the sample before
-            sample: of the vehicle
-            judged: by the variant, of this sample
+            state: state after the previous sample
+            sample: sample of the vehicle
+            judged: judgement of the variant on this sample
         """
         supply, supplied = self._supplied(state.supply, sample, judged)
         suspected = [each.status == code_of(Status.SUSPECT) for each in judged.statements]
@@ -186,6 +186,7 @@ class FaultReaction:
         self, state: tuple[SupplyState, ...], sample: ConditionSample, judged: Judged
     ) -> tuple[tuple[SupplyState, ...], Supplies]:
         readings = readings_of(sample)
+        # An infinite reading counts as missing: no substitute must use it either.
         trusted = [where(far > 0.5, math.inf, reading) for far, reading in zip(judged.gated, readings, strict=True)]
         faulty = [each.status == code_of(Status.FAULT) for each in judged.statements[: len(SENSORS)]]
         readings = sample._replace(**dict(zip(SENSORS, trusted, strict=True)))
@@ -194,7 +195,7 @@ class FaultReaction:
         return after, Supplies(*(getattr(supplied, name, Supplied(0.0, 0.0, NOTHING)) for name in SENSORS))
 
     def _results(self, sample: ConditionSample, judged: Judged, doubted: Scalar) -> Sequence[Scalar]:
-        """Result of every code: 1 failed, -1 passed, 0 none; a code that could not have shown a fault does not pass."""
+        """Test result of every code: 1 failed, -1 passed, 0 none; without testability a code does not pass."""
         results, readings = [], readings_of(sample)
         for place, each in enumerate(judged.statements):
             healthy = each.status == code_of(Status.HEALTHY)

@@ -1,4 +1,4 @@
-"""The condition monitor over one recording: runs its block, collects its statements, and concludes from them."""
+"""Session of the condition monitor: runs its block over a recording, collects its statements, and concludes."""
 
 from __future__ import annotations
 
@@ -47,29 +47,30 @@ from tierod.monitors.harness.session import Conclusion
 from tierod.vehicles import Vehicle
 
 WHEEL_PLACES = [ConditionSample._fields.index(name) for name in ALL_WHEELS]
-"""Of the wheel speeds in a sample."""
+"""Column indices of the wheel speeds in a sample."""
 EVIDENCE = "evidence_for_a_fault"
-"""Trace of what a fault is declared by."""
+"""Name of the trace with the evidence by which a fault is declared."""
 SLICE = 60_000
-"""Samples that are judged at once, so that not all outputs of a long piece lie in memory together."""
+"""Most samples that are judged at once, so that the outputs of a long piece need not all fit into memory."""
 BEFORE = 1.0
-"""Of the first sign of an acceleration that fails, from when on it may have moved the filters [s]."""
+"""Time before the first sign of a failing acceleration in which it may already have disturbed the filters [s]."""
 SHIFTED = (
     "the mean of the angle in gentle driving has moved away from that of the drive's beginning, while yaw rate and "
     "wheel speeds fit each other"
 )
 """Cause of a finding where the zero of the steering angle has shifted."""
 TRACED = {FAULT: 1.0, SUSPECT: 0.5, HEALTHY: 0.0}
-"""Values of the states over time; a quarter for those that are not testable, none where nothing is judged."""
+"""Values of the traces of states, by status; NaN where nothing is judged."""
 NOT_TESTABLE = 0.25
+"""Value of the traces of states for all other statuses, such as not testable."""
 
 
 class Car(NamedTuple):
-    """Car whose torques are not known.
+    """Car without known torques.
 
     Args:
-        parameters: of `RollingCar`
-        notes: notices for a user of the judgement
+        parameters: parameters of `RollingCar`
+        notes: warnings about the limits of its judgement
     """
 
     parameters: RollingCar.Parameters
@@ -80,14 +81,14 @@ class ConditionSession:
     """Runs a variant over a recording, piece by piece.
 
     Args:
-        name: of monitor and variant
-        block: of the variant; its output is a `ConditionOutput`
-        graph: of the substitutes that the block supplies
-        vehicle: that is judged
-        rate: of the samples [Hz]
-        calibrated: whether its limits were designed on this very vehicle
-        decision: by which it declares a fault
-        car: description of a car whose torques are not known; None where the file describes everything
+        name: name of monitor and variant
+        block: block of the variant, whose output is a `ConditionOutput`
+        graph: graph of the substitutes that the block supplies
+        vehicle: vehicle that is judged
+        rate: sampling rate [Hz]
+        calibrated: whether the limits were designed on this individual vehicle
+        decision: name of the decision that declares a fault
+        car: car without known torques; None if the vehicle file describes the whole vehicle
     """
 
     def __init__(
@@ -128,7 +129,7 @@ class ConditionSession:
         self._whole = whole is not None
         self._pace = TargetPace(rate) if whole is not None else None
         self._asked = TargetCheck(whole, rate) if whole is not None else None
-        # A bank that knows the forces finds slow offsets itself.
+        # The bank of a whole vehicle detects slow offsets itself; that of a car absorbs them as a state.
         self._zero = SteeringZero(car.parameters, rate) if car is not None else None
         self._impossible, self._accelerations = ImpossibleValues(), AccelerationCheck(parameters, rate)
         self._read = np.zeros(len(self._measured), bool)
@@ -141,10 +142,11 @@ class ConditionSession:
         """Refuse nothing: the finding states what cannot be judged."""
 
     def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
-        """Take in one more piece and give the traces over it, (n,) each."""
+        """Process one more piece and return its traces, (n,) each."""
         read = [self.signals.index(name) for name in self._measured]
         self._read |= np.isfinite(aligned.values[:, read]).any(axis=0)
         values = aligned.values.copy()
+        # Sensors that the model of this vehicle does not have must not count for the coverage.
         values[:, [self.signals.index(name) for name in SENSORS if name not in self._measured]] = np.nan
         values, covered = self._coverage.add(self._impossible.add(values))
         self._wiring.add(dict(zip(aligned.names, values.T, strict=True)))
@@ -156,10 +158,10 @@ class ConditionSession:
         for check in (self._asked, self._zero):
             if check is not None:
                 check.add(aligned.time, columns)
-        # Too few sensors for any fault need no filters, which take seconds to compile.
+        # With too few sensors for any declaration the filters are not run: they take seconds to compile.
         watched = covered.judged & covered.enough
         changes = (np.flatnonzero(np.diff(watched)) + 1).tolist()
-        # One that fails with the last sample lets the monitor begin anew with the next piece.
+        # An acceleration that fails with the last sample restarts the filters with the next piece.
         begins, self._anew = failures | ({0} if self._anew else set()), len(values) in failures
         starts = sorted({0, *changes, *(begins - {len(values)}), *range(0, len(values), SLICE)})
         parts = [
@@ -177,13 +179,13 @@ class ConditionSession:
         return {name: np.concatenate([part[name] for part in parts]) for name in self.traces}
 
     def _not_done(self) -> tuple[tuple[str, ...], ...]:
-        """Inconsistent targets; those of the drives are not checked once the longitudinal acceleration has failed."""
+        """Inconsistent pairs of targets, without those of the drives if their reference acceleration has failed."""
         blind = self._accelerations.gone("longitudinal_acceleration")
         found = () if self._asked is None else tuple(self._asked.found)
         return tuple(each for each in found if not (blind and each == TARGETS[2:]))
 
     def _without_failed_accelerations(self, time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, set[int]]:
-        """The samples without accelerations that have failed, and at which of them one fails."""
+        """Samples without failed accelerations, and the samples from which one is left out."""
         gone = [name for name in ACCELERATIONS if self._accelerations.gone(name)]
         failed = self._accelerations.add(time, dict(zip(self.signals, values.T, strict=True)))
         if not gone and not failed:
@@ -194,17 +196,17 @@ class ConditionSession:
         return values, {*failed.values()}
 
     def _part(self, aligned: Aligned, available: np.ndarray, judged: bool, anew: bool) -> dict[str, np.ndarray]:
-        """Samples that are all judged, or all not; after those that are not, the monitor begins anew.
+        """Traces of samples that are either all judged or all not; without a judgement the filters restart afterwards.
 
-        The same where an acceleration fails, which the filters have used until then. While nothing is judged no reading
-        is known to be right, and nothing is supplied.
+        They also restart when an acceleration fails, which they have used until then. While nothing is judged no
+        reading is trusted, and no signal is supplied.
         """
         if anew or not judged:
             self._memory = None
         count = len(aligned.time)
         stated, states = StatementCourse.unjudged(count), np.full((count, len(ELEMENTS)), np.nan)
         supplied = {name: states[:, 0] for name in self.traces if "supplied_" in name}
-        # Missing wheel speeds do not show that the vehicle stands.
+        # Missing wheel speeds are no evidence of a standstill.
         wheels = aligned.values[:, WHEEL_PLACES]
         moving = ~((np.abs(wheels) < STANDING) | np.isnan(wheels)).all(axis=1) | np.isnan(wheels).all(axis=1)
         if judged:
@@ -233,7 +235,7 @@ class ConditionSession:
         }
 
     def _shift_of_zero(self) -> bool:
-        """Declare the steering angle whose zero has shifted, unless the filters have declared anything by then."""
+        """Declare the steering angle if its zero has shifted and the filters had declared nothing by then."""
         shift, end = self._zero.found if self._zero is not None else None, self._driven.end
         declared = [each for course in self._courses.values() for each in course.episodes(end)]
         if shift is None or any(each.start <= shift.found for each in declared):
@@ -243,8 +245,8 @@ class ConditionSession:
         return True
 
     def conclude(self) -> Conclusion:
-        """The state of every element, and the finding."""
-        # A car that slides sideways has another acceleration than that of its turn.
+        """State of every element, and the finding."""
+        # In a slide the lateral acceleration is not that of the turn, so that a disagreement is no fault.
         disagreeing = tuple(
             each
             for each in self._accelerations.found.values()
@@ -263,7 +265,7 @@ class ConditionSession:
         states = elements(self._courses, self._driven, problems, self.graph)
         lost = losses(self._courses, self._driven)
         missing = [name for name, read in zip(self._measured, self._read, strict=True) if not read]
-        # Without any reading, or with all of them, there is nothing to state about isolability.
+        # Without any reading, or with all sensors, isolability needs no note.
         notes = limitations(self.vehicle, missing) if missing and self._read.any() else ()
         designed = self.calibrated or bool(self._notes)
         notes = (*self._notes, *notes, *self._impossible.notes())
@@ -278,6 +280,6 @@ class ConditionSession:
             finding = replace(finding, decided_by=(self.decision,))
         own = {each.name for each in states if each.name in self.graph.sensors and not each.substitute}
         withheld = tuple(f"{what}{name}" for name in sorted(own) for what in ("supplied_", "deviation_of_supplied_"))
-        # Wrong wiring is no fault of an element, and must fill no fault memory.
+        # Wrong wiring is no fault of an element and must not enter a fault memory.
         courses = {} if problems else code_courses(self._courses, self._driven.end)
         return Conclusion(finding, elements=states, code_courses=courses, withheld=withheld)

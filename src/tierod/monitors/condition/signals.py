@@ -1,7 +1,7 @@
-"""Signals of the condition monitor: one table of sensors, one of actuators, and the types made from them.
+"""Signals of the condition monitor: a table of sensors, a table of actuators, and the types made from them.
 
-A further sensor is one more row of `SENSOR_TABLE`, an output of the vehicle's model, and a trouble code; what
-substitutes and checks of recordings can make of it stands in their own tables.
+A further sensor needs a row of `SENSOR_TABLE`, an output of the vehicle's model, and a trouble code; substitutes and
+checks of recordings have tables of their own.
 """
 
 from __future__ import annotations
@@ -16,23 +16,23 @@ from tierod.models.automated_vehicle import AutomatedVehicle
 from tierod.models.rolling_car import RollingCar
 
 CarParameters: TypeAlias = AutomatedVehicle.Parameters | RollingCar.Parameters
-"""Of a vehicle whose torques are known, or of one that is judged by its motion alone."""
+"""Parameters of a vehicle with known torques, or of a car that is judged by its motion alone."""
 
 
 class Sensor(NamedTuple):
-    """A sensor that is judged; every number in the unit of its signal unless another is named.
+    """Sensor that is judged; every number is in the unit of its signal unless another one is given.
 
     Args:
-        name: of its signal
+        name: name of its signal
         noise: standard deviation of one reading; data sheets of production sensors, rounding included
-        plausible: width of the range in which a failed sensor may read anything
-        growth: by which a held value may be off after a second, from usual rates of change [unit per s]
-        error_on_cars: root-mean-square error of the filter that leaves it out, the larger of two real cars; of sensors
-            that cars do not have, which are never supplied, what they may change in a second
-        lasting: errors of its prediction stay alike for so long [s]; by the variance of their means over two or ten
-            seconds, on fault-free drives of three virtual demonstrators: 0.2 to 0.7 s for the yaw rate, 0.6 to 2.0 s
-            for the angle, 0.05 s at most for all others. In a hard bend they last longer
-        jumps: whether its signal jumps, as the torque does with what is asked of the motors
+        plausible: width of the range in which a failed sensor may read
+        growth: growth of the error of a held value, from usual rates of change [unit per s]
+        error_on_cars: root mean square error of the filter without the sensor, the larger of two real cars; for sensors
+            that cars do not have, which are never supplied, the usual change in one second
+        lasting: correlation time of the errors of its prediction [s]; from the variance of means over two or ten
+            seconds, on fault-free drives of three virtual demonstrators, it is 0.2 to 0.7 s for the yaw rate, 0.6 to
+            2.0 s for the angle, and 0.05 s at most for all others. In a hard bend it is longer
+        jumps: whether its signal has jumps, as the torque has with the requested torque of the motors
     """
 
     name: str
@@ -45,49 +45,49 @@ class Sensor(NamedTuple):
 
 
 SENSOR_TABLE = (
-    # A wheel's noise holds the unevenness of the road; an angle's the rounding to 0.1 degrees, and where in the sample
-    # it is read; torque and force come from strain gauges.
+    # The noise of a wheel includes the unevenness of the road, that of the angle its rounding to 0.1 degrees and the
+    # unknown time of the reading within the sample; torque and force come from strain gauges.
     Sensor("wheel_speed_rear_left", 0.022, 30.0, 1.0, 0.051),
     Sensor("wheel_speed_rear_right", 0.022, 30.0, 1.0, 0.065),
     Sensor("yaw_rate", 0.0032, 4.0, 0.3, 0.015, lasting=1.0),
     Sensor("steering_wheel_angle", 6e-4, 16.0, 1.5, 0.21, lasting=2.0),
     Sensor("steering_shaft_torque", 0.11, 60.0, 3.0, 3.0, jumps=True),
     Sensor("tie_rod_force", 20.5, 4000.0, 200.0, 200.0),
-    # Of production cars alone: the model of the automated vehicle does not predict its front wheels.
+    # Judged in production cars only: the model of the automated vehicle does not predict its front wheels.
     Sensor("wheel_speed_front_left", 0.022, 30.0, 1.0, 0.041),
     Sensor("wheel_speed_front_right", 0.022, 30.0, 1.0, 0.060),
 )
-"""The sensors that are judged, in the order of all outputs."""
+"""Sensors that are judged, in the order of all outputs."""
 
 SENSORS = tuple(each.name for each in SENSOR_TABLE)
-"""Their names."""
+"""Names of the sensors."""
 
 OF_AUTOMATED = tuple(name for name in SENSORS if name in AutomatedVehicle.Output._fields)
 OF_CARS = tuple(name for name in RollingCar.Output._fields if name in SENSORS)
-"""Those of an automated vehicle whose torques are known, and those of a car that is judged by its motion."""
+"""Sensors of an automated vehicle with known torques, and sensors of a car that is judged by its motion."""
 
 WHEELS = SENSORS[:2]
 FRONT_WHEELS = tuple(name for name in SENSORS if name.startswith("wheel_speed_front"))
 ALL_WHEELS = WHEELS + FRONT_WHEELS
-"""The sensors of the speed: of the rear axle, of the front axle, of both."""
+"""Wheel speed sensors: of the rear axle, of the front axle, of both."""
 
 SHAFT_TORQUE = "steering_shaft_torque"
-"""The sensor that observes what both steering motors give together."""
+"""Sensor of the joint torque of both steering motors."""
 
 ACCELERATIONS = ("longitudinal_acceleration", "lateral_acceleration")
-"""Sensors that help and are replaced by nothing; the other sensors show whether they are right."""
+"""Auxiliary sensors without a hypothesis and without a substitute; the motion by the other sensors checks them."""
 
 ACCELERATION_NOISE = 0.12
-"""Standard deviation of one reading of either [m/s**2]."""
+"""Standard deviation of one reading of an acceleration [m/s**2]."""
 
 
 class Actuator(NamedTuple):
-    """An actuator that is judged.
+    """Actuator that is judged.
 
     Args:
-        name: of the actuator
-        target: signal of the torque that is asked of it
-        needs: sensor without which no drive shows whether it gives what is asked; "" where there is none
+        name: name of the actuator
+        target: signal of its requested torque
+        needs: sensor without which its torque is not observable; "" without such a sensor
     """
 
     name: str
@@ -101,26 +101,26 @@ ACTUATOR_TABLE = (
     Actuator("drive_left", "target_drive_torque_left"),
     Actuator("drive_right", "target_drive_torque_right"),
 )
-"""The actuators that are judged, in the order of all outputs."""
+"""Actuators that are judged, in the order of all outputs."""
 
 ACTUATORS = tuple(each.name for each in ACTUATOR_TABLE)
-"""Their names."""
+"""Names of the actuators."""
 
 TARGETS = tuple(each.target for each in ACTUATOR_TABLE)
-"""What is asked of them, in their order."""
+"""Signals of their requested torques, in the same order."""
 
 MOTORS, DRIVES = ACTUATORS[:2], ACTUATORS[2:]
-"""Actuators that turn the column together, and that push the vehicle together. Where what feeds or enables them fails,
-both lose the same share."""
+"""Pair of actuators that turns the column, and pair that drives the vehicle. If a shared supply or enabling fails, both
+lose the same share of torque."""
 
 STEERING_TORQUES = ("steering_shaft_torque", "tie_rod_force", *MOTORS)
-"""What stands in the balance of torques about the steering axis."""
+"""Elements in the balance of torques about the steering axis."""
 
 ELEMENTS = SENSORS + ACTUATORS
-"""Everything that is judged, in the order of all outputs."""
+"""All elements that are judged, in the order of all outputs."""
 
 NEEDED = {each.name: each.needs for each in ACTUATOR_TABLE if each.needs}
-"""Sensor without which an actuator is not observable."""
+"""Actuator -> sensor without which it is not observable."""
 
 
 def _of_signals(name: str, signals: tuple[str, ...]) -> Any:
@@ -137,7 +137,7 @@ Elements: Any = named_tuple("Elements", [(name, Annotated[float, ""]) for name i
 """One number per sensor and actuator; mostly whether (1) or not (0)."""
 
 Statements: Any = named_tuple("Statements", [(name, Statement) for name in ELEMENTS])
-"""What is stated about every sensor and actuator."""
+"""One statement per sensor and actuator."""
 
 ConditionSample: Any = _of_signals(
     "ConditionSample",
@@ -148,21 +148,21 @@ ConditionSample: Any = _of_signals(
 )
 """One sample of the vehicle; NaN where a signal is missing.
 
-Wheel speeds are circumferential, the angle is that of the column, the shaft's torque lies below both steering motors,
-the tie-rod force is the sum of both sides, positive where it opposes a turn to the left; accelerations are specific
-forces at the sensor. Targets: torques asked of the motors, at their shafts, and of the drives, at the wheels; the last
-two of them are what the control wants. Then come the sensors that only production cars have.
+Wheel speeds are circumferential speeds. The angle is that of the column; the shaft torque acts below both steering
+motors; the tie-rod force is the sum of both sides, positive if it opposes a turn to the left. Accelerations are
+specific forces at the sensor. Targets are the requested torques of the motors, at their shafts, and of the drives, at
+the wheels, followed by the set points of the control for angle and speed. The last sensors exist in cars only.
 """
 
 PLACES = [ConditionSample._fields.index(name) for name in SENSORS]
-"""Where the sensors stand in the sample."""
+"""Column indices of the sensors in a sample."""
 
 
 def readings_of(sample: ConditionSample) -> Readings:
-    """The readings of all sensors.
+    """Readings of all sensors.
 
     Args:
-        sample: of the vehicle
+        sample: sample of the vehicle
     """
     return Readings(*(getattr(sample, name) for name in SENSORS))
 
@@ -171,7 +171,7 @@ def readings_by(values: Mapping[str, Scalar], other: Scalar = 0.0) -> Readings:
     """One number per sensor.
 
     Args:
-        values: by name
-        other: of sensors that a vehicle does not have
+        values: numbers by name of the sensor
+        other: number for sensors that the vehicle does not have
     """
     return Readings(*(values.get(name, other) for name in SENSORS))

@@ -1,4 +1,4 @@
-"""Statements about all sensors and actuators over the samples of a recording, and faults in words."""
+"""Statements about all sensors and actuators over the samples of a recording, and kinds of faults in words."""
 
 from __future__ import annotations
 
@@ -29,20 +29,19 @@ FAULT, SUSPECT, HEALTHY, NOT_TESTABLE, NOT_AVAILABLE = (
     STATUSES.index(each)
     for each in (Status.FAULT, Status.SUSPECT, Status.HEALTHY, Status.NOT_TESTABLE, Status.NOT_AVAILABLE)
 )
-"""Codes of the statuses that the monitor states."""
+"""Codes of the statuses that the monitor uses."""
 
 
 class StatementCourse(NamedTuple):
     """Statements over n samples, one column for each of `ELEMENTS`.
 
     Args:
-        status: codes in `STATUSES`
+        status: indices in `STATUSES`
         testable: whether a fault would show
         kind: number of the kind; 0 where none is identified
-        magnitude, deviation: of the fault, see `described`
+        magnitude, deviation: magnitude of the fault, see `described`, and its standard deviation
         low_grip: whether the tyres slid, so that no fault was declared, (n,)
-        lead: what a fault is declared by, (n,): of filters the lead of the likeliest hypothesis over the others
-            [nat per sample], of rules the share of what the best one asks that holds; NaN where nothing is judged
+        lead: evidence for a fault, see `Judged.lead`, (n,) [nat per sample, or a share]; NaN where nothing is judged
     """
 
     status: np.ndarray
@@ -55,7 +54,7 @@ class StatementCourse(NamedTuple):
 
     @classmethod
     def of(cls, result: Result) -> StatementCourse:
-        """Course of the statements of a block whose output is a `ConditionOutput`."""
+        """Statements in the result of a block whose output is a `ConditionOutput`."""
         status, kind, magnitude, deviation = (
             np.column_stack([result[f"statements.{name}.{each}"] for name in ELEMENTS])
             for each in ("status", "kind", "magnitude", "deviation")
@@ -66,21 +65,21 @@ class StatementCourse(NamedTuple):
 
     @classmethod
     def unjudged(cls, count: int) -> StatementCourse:
-        """Over samples that are not judged.
+        """Statements over samples that are not judged: not testable.
 
         Args:
-            count: of them
+            count: number of samples
         """
         no, unknown = np.zeros((count, len(ELEMENTS)), bool), np.full((count, len(ELEMENTS)), np.nan)
         status = np.full(no.shape, NOT_TESTABLE)
         return cls(status, no, np.zeros(no.shape), unknown, unknown, no[:, 0], unknown[:, 0])
 
     def where_available(self, available: np.ndarray, moving: np.ndarray) -> StatementCourse:
-        """Statements with "not available" where nothing can be judged; a fault that was declared before stays.
+        """Statements with "not available" where an element has no signal; a declared fault is kept.
 
         Args:
-            available: whether each element is read, or its target is known, (n, elements)
-            moving: whether the vehicle drives at all, (n,)
+            available: whether each sensor is read, or each actuator's target is known, (n, elements)
+            moving: whether the vehicle moves, (n,)
         """
         testable = self.testable & available & moving[:, None]
         quiet = np.where(testable, HEALTHY, NOT_TESTABLE)
@@ -91,13 +90,13 @@ class StatementCourse(NamedTuple):
 
 
 class Description(NamedTuple):
-    """A kind of fault with its magnitude, as people read it.
+    """Description of a kind of fault and of its magnitude.
 
     Args:
-        kind: in words
-        quantity: of the magnitude; "" where the kind has none
-        unit: of the magnitude
-        factor: from the magnitude to that unit
+        kind: kind in words
+        quantity: name of the magnitude; "" for a kind without magnitude
+        unit: unit of the magnitude
+        factor: conversion factor from the magnitude to that unit
     """
 
     kind: str
@@ -107,13 +106,13 @@ class Description(NamedTuple):
 
 
 def described(element: str, kind: float, magnitude: float) -> Description:
-    """A kind of fault in words; empty words where none is identified.
+    """Description of a kind of fault; empty if none is identified.
 
     Args:
-        element: at fault
-        kind: its number
-        magnitude: of an offset, a drift, noise in the unit of the signal (a drift: per second), of a gain or an outlier
-            the factor, of a delay [s], of a loss of torque the share
+        element: faulty element
+        kind: number of the kind
+        magnitude: offset or noise in the unit of the signal, drift in that unit per second, factor of a gain or an
+            outlier, delay [s], share of a loss of torque
     """
     if kind == LOST_TORQUE:
         return Description("loss of torque", "lost share of the torque", "percent", 100.0)
@@ -132,11 +131,11 @@ def described(element: str, kind: float, magnitude: float) -> Description:
 
 
 def shown(value: float, unit: str) -> str:
-    """A value in the unit that people use: angles in degrees, speeds in km/h.
+    """Value in a customary unit as text: angles in degrees, speeds in km/h.
 
     Args:
-        value: in the unit
-        unit: as in a `Description`
+        value: value in the unit
+        unit: unit as in a `Description`
     """
     return in_words(value, unit)
 

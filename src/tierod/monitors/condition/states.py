@@ -1,4 +1,4 @@
-"""The state of every sensor and actuator over a drive, and the course of every trouble code."""
+"""State of every sensor and actuator over a drive, and course of every trouble code."""
 
 from __future__ import annotations
 
@@ -19,25 +19,25 @@ from tierod.monitors.condition.statements import shown
 from tierod.monitors.harness.session import StatusChange
 
 LEAST_TESTABLE = 5.0
-"""Time for which a fault of an element must have been able to show before the element is called healthy [s]."""
+"""Least time with testability of an element for the verdict healthy [s]."""
 LACKING = "the recording has no"
-"""How the cause of what is not there begins."""
+"""Beginning of the cause of an element that is not in the recording."""
 LEAST_TOLD = 1.0
-"""Of a drive that was not judged, from which on it is reported [s]."""
+"""Shortest unjudged time of a drive that is reported [s]."""
 _NEVER = 0.05
-"""Less than this is no time in which a fault could have shown [s]."""
+"""Time with testability below which the element counts as never testable [s]."""
 
 
 def elements(
     courses: Mapping[str, ElementCourse], drive: Driven, problems: Sequence[Problem], graph: SubstitutionGraph
 ) -> tuple[Element, ...]:
-    """The state of every sensor and actuator.
+    """State of every sensor and actuator.
 
     Args:
-        courses: of all elements
-        drive: figures over it
+        courses: courses of all elements
+        drive: figures of the drive
         problems: wiring errors
-        graph: of the substitutes
+        graph: graph of the substitutes
     """
     codes = load_trouble_codes().codes
     found, open_, lost = [], unresolved(courses, drive.end), losses(courses, drive)
@@ -55,10 +55,10 @@ def elements(
 
 
 def acceleration_elements(disagreeing: Sequence[Disagreement]) -> tuple[Element, ...]:
-    """The accelerations that have failed: named, and replaced by nothing.
+    """States of the accelerations that have failed, without substitutes.
 
     Args:
-        disagreeing: with the motion; those that surely do count
+        disagreeing: accelerations that are inconsistent with the motion; only the sure ones count
     """
     return tuple(
         Element(
@@ -74,22 +74,22 @@ def acceleration_elements(disagreeing: Sequence[Disagreement]) -> tuple[Element,
 
 
 def losses(courses: Mapping[str, ElementCourse], drive: Driven) -> dict[str, Loss]:
-    """Losses of signals on the way, by the elements that were judged no more.
+    """Losses of signals during the drive, by the elements that could no longer be judged.
 
     Args:
-        courses: of all elements
-        drive: figures over it
+        courses: courses of all elements
+        drive: figures of the drive
     """
     found = {name: drive.loss(name, course.observed) for name, course in courses.items() if course.available > 0.0}
     return {name: loss for name, loss in found.items() if loss is not None}
 
 
 def unresolved(courses: Mapping[str, ElementCourse], end: float) -> dict[str, tuple[Episode, ...]]:
-    """Faults of every element, and doubts that no verdict on one of those in doubt has ended.
+    """Faults of every element, and doubts that no declaration of one of the candidates has ended.
 
     Args:
-        courses: of all elements
-        end: of the recording [s]
+        courses: courses of all elements
+        end: end of the recording [s]
     """
     all_ = {name: course.episodes(end) for name, course in courses.items()}
     verdicts = {name: [each.start for each in found if not each.candidates] for name, found in all_.items()}
@@ -117,6 +117,7 @@ def _status(
             return Status.NOT_AVAILABLE, dead
         missing = name if name in SENSORS else f"target torque of {name}"
         return Status.NOT_AVAILABLE, f"{LACKING} {missing.replace('_', ' ')}"
+    # Wrong wiring explains apparent faults and losses, and must come before them.
     if problems:
         concerned = [problem for problem in problems if name in problem.elements]
         return Status.NOT_TESTABLE, (concerned or list(problems))[0].cause
@@ -138,13 +139,13 @@ def _status(
 
 
 def _dead(drive: Driven) -> str:
-    """Common reading of all sensors that showed nothing almost throughout; "" where they showed something."""
+    """Cause of a shared failure of all sensors almost throughout the drive; "" without one."""
     little = drive.judged * drive.period < LEAST_TESTABLE
     return drive.not_judged if little and drive.not_judged in (ALL_ZERO, ALL_HELD) else ""
 
 
 def _not_testable(name: str, course: ElementCourse, drive: Driven) -> str:
-    """Why a fault of an element would not have shown for long enough."""
+    """Cause why an element was not testable for long enough, with the time for which it was."""
     why = _hindrance(name, drive)
     if course.testable < _NEVER:
         return why
@@ -152,7 +153,7 @@ def _not_testable(name: str, course: ElementCourse, drive: Driven) -> str:
 
 
 def _hindrance(name: str, drive: Driven) -> str:
-    """Hindrance that kept a fault of an element from showing."""
+    """Cause why a fault of an element was not observable."""
     if dead := _dead(drive):
         return dead
     if not drive.enough:
@@ -172,7 +173,7 @@ def _hindrance(name: str, drive: Driven) -> str:
 
 
 def _substitute(name: str, status: Status, drive: Driven, graph: SubstitutionGraph) -> str:
-    """Substitute that stood in for a sensor for the longest time, with its measured error."""
+    """Substitute that was used for a faulty sensor for the longest time, with its measured error."""
     samples = drive.sources.get(name, {})
     if status is not Status.FAULT or not any(samples.values()):
         return ""
@@ -182,11 +183,11 @@ def _substitute(name: str, status: Status, drive: Driven, graph: SubstitutionGra
 
 
 def code_courses(courses: Mapping[str, ElementCourse], end: float) -> dict[str, tuple[StatusChange, ...]]:
-    """The running verdict of every trouble code.
+    """Changes of the verdict on every trouble code.
 
     Args:
-        courses: of all elements
-        end: of the recording [s]
+        courses: courses of all elements
+        end: end of the recording [s]
     """
     found = {name.replace("_", "-"): tuple(course.course) for name, course in courses.items()}
     begun = min(course[0].time for course in found.values())
@@ -195,7 +196,7 @@ def code_courses(courses: Mapping[str, ElementCourse], end: float) -> dict[str, 
 
 
 def _doubts(episodes: Iterable[Episode], start: float, end: float) -> tuple[StatusChange, ...]:
-    """Times in which several might be at fault for longer than a verdict takes."""
+    """Changes between healthy and suspect by lasting doubts between several elements; overlapping ones are joined."""
     times = sorted(
         (episode.start, end if episode.end is None else episode.end) for episode in episodes if episode.candidates
     )

@@ -1,4 +1,4 @@
-"""Incidence of sensors and actuators in the equations of the vehicle, and the faults that leaves undetectable."""
+"""Structural model of the vehicle with its sensors and actuators, and the faults that are not isolable in it."""
 
 from __future__ import annotations
 
@@ -15,24 +15,24 @@ from tierod.monitors.condition.statements import listed
 from tierod.vehicles import Vehicle
 
 ERRORS = ("front_force_error", "rear_force_error", "tie_rod_force_error")
-"""States that stand for forces beside the model's."""
+"""States for errors of the model's forces."""
 OFFSETS = (
     *("yaw_rate_offset", "angle_offset", "wheel_speed_difference", "wheel_speed_scale", "drive_excess"),
     *("grade_acceleration", "bank_acceleration"),
 )
-"""States that creep: sensors' offsets, wheels' radii, the road's slopes."""
+"""Slowly varying states: offsets of sensors, radii of wheels, slopes of the road."""
 
 
 class _Actuated:
-    """The model of the vehicle with the torques that really act as its inputs.
+    """Model of the vehicle with the acting torques as inputs.
 
-    The steering motors work on one shaft: only their sum acts on the vehicle.
+    The steering motors work on one shaft, so that only their sum acts on the vehicle.
     """
 
     State, Output = AutomatedVehicle.State, AutomatedVehicle.Output
 
     class Input(NamedTuple):
-        """Torques that act [N*m]."""
+        """Acting torques [N*m]."""
 
         steering_torque: Annotated[float, "N*m"]
         drive_left: Annotated[float, "N*m"]
@@ -40,12 +40,12 @@ class _Actuated:
 
     @staticmethod
     def transition(x: AutomatedVehicle.State, u: Input, p: AutomatedVehicle.Parameters) -> AutomatedVehicle.State:
-        """The state one sample on, nothing suspected."""
+        """State after one sample, without a lost torque."""
         return AutomatedVehicle.transition(x._replace(torque_loss=0.0), _asked(u), p)
 
     @staticmethod
     def output(x: AutomatedVehicle.State, u: Input, p: AutomatedVehicle.Parameters) -> AutomatedVehicle.Output:
-        """Measurements."""
+        """Measurements, without a lost torque."""
         return AutomatedVehicle.output(x._replace(torque_loss=0.0), _asked(u), p)
 
 
@@ -55,10 +55,10 @@ def _asked(u: _Actuated.Input) -> AutomatedVehicle.Input:
 
 
 def rolls(vehicle: Vehicle) -> bool:
-    """Whether a vehicle is judged by its motion: its file lacks more of the whole vehicle than of a rolling car.
+    """Whether a vehicle is judged by its motion: its file lacks more parameters of the whole vehicle than of the car.
 
     Args:
-        vehicle: its file
+        vehicle: vehicle to be judged
     """
     return len(_lacking(vehicle, RollingCar.Parameters)) < len(_lacking(vehicle, AutomatedVehicle.Parameters))
 
@@ -69,15 +69,15 @@ def _lacking(vehicle: Vehicle, wanted: type[Any]) -> list[str]:
 
 
 def rolling_structure(vehicle: Vehicle, without: Collection[str] = (), steering_known: bool = True) -> StructuralModel:
-    """Equations of a car whose torques are not known: speed and yaw rate may change to any value at any time.
+    """Structural model of a car without known torques: speed and yaw rate may change arbitrarily at any time.
 
     Args:
-        vehicle: with the parameters of `RollingCar`
+        vehicle: vehicle with the parameters of `RollingCar`
         without: sensors that the car or the recording does not have, accelerations included
         steering_known: whether the car turns as it is steered; if not, the angle does not give the yaw rate
 
     Raises:
-        ParameterError: parameters that are missing
+        ParameterError: parameters are missing
     """
     motion = ("speed", "acceleration", "yaw_rate", "yaw_acceleration", *(() if steering_known else ("steering_error",)))
     model = structure_of(
@@ -91,16 +91,16 @@ def rolling_structure(vehicle: Vehicle, without: Collection[str] = (), steering_
 
 
 def vehicle_structure(vehicle: Vehicle, without: Collection[str] = (), forces_known: bool = True) -> StructuralModel:
-    """Equations of a vehicle with its sensors and actuators; a fault bears the name of whatever has it.
+    """Structural model of a vehicle with its sensors and actuators; every fault has the name of its element.
 
     Args:
-        vehicle: with the parameters of `AutomatedVehicle`, or else those of `RollingCar`
+        vehicle: vehicle with the parameters of `AutomatedVehicle`, or else of `RollingCar`
         without: sensors that the car or the recording does not have, accelerations included
-        forces_known: whether the forces of tyres and tie rods are those of the model; if not, they may be anything,
-            and what is left is kinematics and the steering's own balance
+        forces_known: whether the forces of tyres and tie rods follow from the model; if not, they are unknown inputs,
+            and only kinematics and the balance of the steering remain
 
     Raises:
-        ParameterError: parameters that are missing, or no such sensor
+        ParameterError: parameters are missing, or there is no such sensor
     """
     for name in without:
         if name not in (*SENSORS, *ACCELERATIONS):
@@ -120,7 +120,7 @@ def vehicle_structure(vehicle: Vehicle, without: Collection[str] = (), forces_kn
 
 
 def further_sensors(model: StructuralModel) -> tuple[Equation, ...]:
-    """Sensors that a car could have beside those of the model, each with a fault of its own."""
+    """Equations of sensors that a car could have in addition to those of the model, each with a fault of its own."""
     of_one = {
         "speed over ground": "speed",
         "optical sideslip sensor": "lateral_speed",
@@ -140,14 +140,14 @@ def further_sensors(model: StructuralModel) -> tuple[Equation, ...]:
 
 
 SHOWN = 3
-"""Pairs that are named; 'tierod isolability' shows all."""
+"""Largest number of pairs of faults that are named; 'tierod isolability' shows all."""
 
 
 def limitations(vehicle: Vehicle, missing: Collection[str]) -> tuple[str, ...]:
-    """Faults that are not detectable or not isolable without some sensors, in sentences.
+    """Sentences on faults that are not detectable or not isolable without some sensors.
 
     Args:
-        vehicle: that is judged
+        vehicle: vehicle to be judged
         missing: sensors that the recording lacks, accelerations included
     """
     model = vehicle_structure(vehicle, missing)
@@ -162,7 +162,7 @@ def limitations(vehicle: Vehicle, missing: Collection[str]) -> tuple[str, ...]:
 
 
 def _double(pairs: Isolability) -> tuple[str, ...]:
-    """Pairs of faults that another hypothesis explains as well."""
+    """Sentence on pairs of faults that are not isolable from others; empty without such pairs."""
     both = [name for name in pairs.faults if " + " in name]
     mixed = [name for name in both if name not in pairs.isolable]
     if not mixed:

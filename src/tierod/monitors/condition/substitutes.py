@@ -1,4 +1,4 @@
-"""Substitutes of every sensor: the filter of all others, and plain relations for when that is gone."""
+"""Substitutes of every sensor: the filter of the other sensors, and algebraic relations in its absence."""
 
 from __future__ import annotations
 
@@ -26,24 +26,24 @@ from tierod.physics.central_axis import rolling_yaw_rate
 from tierod.vehicles import Vehicle
 
 FILTER = "filter-of-the-others"
-"""Substitute that the bank gives: the filter that leaves out all that is at fault."""
+"""Name of the substitute by the bank: the filter that leaves out all faulty elements."""
 LEAST_SPEED = 1.0
-"""Taken for slower ones where something is divided by the speed [m/s]."""
+"""Lower bound of the speed as a divisor [m/s]."""
 GROWTH = {each.name: each.growth for each in SENSOR_TABLE}
-"""By which a held value may be off after a second [unit of the signal per s]: usual rates of change."""
+"""Growth of the error of a held value, from usual rates of change [unit of the signal per s]."""
 FADE = 0.2
-"""Time constant of a switch between two fault-free sources [s]: far longer than a sample, far shorter than a turn."""
+"""Time constant of the transition between two fault-free sources [s]: far longer than a sample, shorter than a turn."""
 
 _OF_CARS = {"name": FILTER, "needs": [], "source": "fault-free beginnings of the recordings of two real cars"}
 
 
 @lru_cache(maxsize=4)
 def substitution_graph(calibrated: bool = True, filters: bool = True) -> SubstitutionGraph:
-    """The substitutes of every sensor, the best first, with their measured errors.
+    """Substitutes of every sensor, the best first, with their measured errors.
 
     Args:
-        calibrated: whether the errors are those of calibrated vehicles, or of one that was not calibrated
-        filters: whether there is a bank that leaves out all that is at fault; rules have none
+        calibrated: whether the errors are those of calibrated vehicles, or of a vehicle without calibration
+        filters: whether there is a bank with the filter of the other sensors; rules have none
     """
     from tierod.core.toml import Document
 
@@ -59,26 +59,26 @@ def substitution_graph(calibrated: bool = True, filters: bool = True) -> Substit
 
 @lru_cache(maxsize=1)
 def graph_of_cars() -> SubstitutionGraph:
-    """The filter of the others in place of every sensor that cars have, with its error on two real cars."""
+    """Substitutes of the sensors of a car: the filter of the others alone, with its error on two real cars."""
     return graph_from(
         {each.name: [{**_OF_CARS, "deviation": each.error_on_cars}] for each in SENSOR_TABLE if each.name in OF_CARS}
     )
 
 
 def _way(row: Mapping[str, Any], calibrated: bool) -> dict[str, Any]:
-    """A substitute with one of its two errors."""
+    """Row of a substitute with the error that applies."""
     kept = {key: value for key, value in row.items() if key != "uncalibrated"}
     return kept if calibrated else {**kept, "deviation": row["uncalibrated"]}
 
 
 def plain_relations(readings: ConditionSample, vehicle: CarParameters) -> dict[str, dict[str, Scalar]]:
-    """Every substitute but the filter: sensor -> name -> value, in the unit of the sensor.
+    """Substitutes by algebraic relations: sensor -> name of the substitute -> value [unit of the sensor].
 
     Args:
         readings: a `ConditionSample`
-        vehicle: parameters of `AutomatedVehicle`
+        vehicle: parameters of `AutomatedVehicle` or `RollingCar`
 
-    Validity: rear tyres that roll, gentle turns; each holds for a sensor as far as those that it uses are fault-free.
+    Validity: rolling rear tyres, gentle turns, and fault-free sensors on the right-hand side of the relation.
     Source: Li, Frey, Gauterin, eqs (7), (9), (30) to (33), (46), simplified and corrected.
     """
     left, right, yaw_rate, angle, torque, force = (getattr(readings, name) for name in OF_AUTOMATED)
@@ -133,18 +133,18 @@ def _switchover(graph: SubstitutionGraph, sample_time: float) -> Switchover:
 
 @dataclass(frozen=True)
 class Reconfiguration:
-    """Give every sensor's signal to those who need it: its own reading, or the best substitute that is left.
+    """Supply every sensor's signal: its own reading, or the best substitute that is available.
 
     Args:
-        switchover: with the graph of substitutes
-        vehicle: parameters of `AutomatedVehicle`
+        switchover: switchover with the graph of substitutes
+        vehicle: parameters of `AutomatedVehicle` or `RollingCar`
     """
 
     switchover: Switchover
     vehicle: CarParameters
 
     class Sample(NamedTuple):
-        """Readings and targets, whether each sensor is declared faulty, and its value by the filters."""
+        """Readings and targets, flags of declared sensors, and the values of all sensors by the filters."""
 
         readings: ConditionSample
         faulty: Readings
@@ -152,11 +152,11 @@ class Reconfiguration:
 
     @classmethod
     def of_car(cls, parameters: RollingCar.Parameters, sample_time: float = 0.01) -> Reconfiguration:
-        """Substitutes by the filter of the other sensors alone, with its errors on two real cars.
+        """Reconfiguration of a car: the filter of the other sensors alone, with its errors on two real cars.
 
         Args:
-            parameters: of `RollingCar`
-            sample_time: [s]
+            parameters: parameters of `RollingCar`
+            sample_time: sampling interval [s]
         """
         return cls(_switchover(graph_of_cars(), sample_time), parameters)
 
@@ -164,22 +164,22 @@ class Reconfiguration:
     def of_vehicle(
         cls, vehicle: Vehicle, sample_time: float = 0.01, calibrated: bool = True, filters: bool = True
     ) -> Reconfiguration:
-        """Substitutes by the shipped graph.
+        """Reconfiguration of a whole vehicle by the shipped graph of substitutes.
 
         Args:
-            vehicle: with the parameters of `AutomatedVehicle`
-            sample_time: [s]
+            vehicle: vehicle with the parameters of `AutomatedVehicle`
+            sample_time: sampling interval [s]
             calibrated, filters: see `substitution_graph`
 
         Raises:
-            ParameterError: parameters that are missing
+            ParameterError: parameters are missing
         """
         switchover = _switchover(substitution_graph(calibrated, filters), sample_time)
         return cls(switchover, vehicle.parameters_for(AutomatedVehicle.Parameters))
 
     @property
     def Output(self) -> type:
-        """Supplied signal per sensor."""
+        """Supplied signal of every sensor."""
         return self.switchover.Output
 
     def init(self) -> tuple[SupplyState, ...]:
@@ -187,7 +187,7 @@ class Reconfiguration:
         return self.switchover.init()
 
     def step(self, state: tuple[SupplyState, ...], sample: Sample) -> tuple[tuple[SupplyState, ...], Tree]:
-        """One sample on."""
+        """Process one sample."""
         relations = plain_relations(sample.readings, self.vehicle)
         graph = self.switchover.graph
         offered = []

@@ -1,1 +1,1 @@
-"""Common parts of all monitors: running over a recording, checks of inputs, judged time, contradictions, baseline."""
+"""Common parts of all monitors: run over a recording, checks of the inputs, judged time, decisions, baseline."""

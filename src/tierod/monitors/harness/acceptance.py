@@ -1,4 +1,4 @@
-"""Acceptance of a recording by a monitor: grounds of refusal, before it runs and with its first piece."""
+"""Acceptance of a recording by a monitor: reasons for refusal before the run and at its first piece."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ from tierod.vehicles import Vehicle
 
 
 def refuse_unsuitable(monitor: Monitor, vehicle: Vehicle | None, piece: Recording) -> None:
-    """Refuse a recording without a signal that the monitor needs, or with one in counts where a torque is needed.
+    """Refuse a recording that lacks a required signal, or has one in raw counts instead of its unit.
 
     Args:
-        monitor: the judging monitor
-        vehicle: whose torques may be counts; None where none is given
-        piece: the first one of the recording, with all derived signals
+        monitor: monitor that is to judge
+        vehicle: vehicle whose file may allow torques in counts; None if none is given
+        piece: first piece of the recording, with all derived signals
 
     Raises:
-        InputError: the signal is named, and what to do
+        InputError: a required signal is missing or in counts; the message names the signal and the remedy
     """
     missing = [name for name in monitor.required if name not in piece]
     if missing:
@@ -53,7 +53,7 @@ def refuse_unsuitable(monitor: Monitor, vehicle: Vehicle | None, piece: Recordin
 
 
 def _refuse_counts(monitor: Monitor, vehicle: Vehicle, piece: Recording) -> None:
-    """Raw counts are judged only as torques of a vehicle whose file allows it: taken as N*m, any verdict is wrong."""
+    """Refuse raw counts, which would give a wrong verdict, except as torques of a vehicle whose file allows them."""
     for name in monitor.required:
         torque = SIGNALS[name].unit == "N*m"
         if piece[name].unit == COUNT and (vehicle.calibrated or not torque):
@@ -65,13 +65,13 @@ def _refuse_counts(monitor: Monitor, vehicle: Vehicle, piece: Recording) -> None
 
 
 def _named_in_vain(missing: list[str], piece: Recording) -> str:
-    """Which columns the channel map names for the missing signals that the file lacks, as sentences."""
+    """Sentences on missing signals for which the channel map names a column that the file does not have."""
     absent = piece.metadata.get(LACKING, {})
     return " ".join(absent[name] for name in ingredients(missing) if name in absent)
 
 
 def _in_their_place(monitor: Monitor, missing: list[str]) -> str:
-    """Signals that other variants take in place of the missing ones, as sentences."""
+    """Sentences on the signals that other variants use in place of the missing ones."""
     sentences = ""
     for variant in monitor.variants.values():
         needed = monitor.needing(variant).required
@@ -82,19 +82,19 @@ def _in_their_place(monitor: Monitor, missing: list[str]) -> str:
 
 
 def _with_ingredients(name: str) -> str:
-    """The signal, and those that it could be made from."""
+    """Name of a signal, with the signals that it could be derived from."""
     made_from = RECIPES[name].needs if name in RECIPES else ()
     return f"{name} (or {' and '.join(made_from)})" if made_from else name
 
 
 SEEN = 1.0
-"""Seconds of a recording that a session sees before it refuses it."""
+"""Duration of the beginning of a recording that a session receives to decide on its refusal [s]."""
 
 TRIED = 30.0
-"""Seconds that a monitor judges before it is known whether it has enough of the signals that it can do without."""
+"""Duration of a trial run that determines whether a monitor has enough of its optional signals [s]."""
 
 TOO_FEW = "fewer than"
-"""How the cause of a monitor without required signals begins that has too few."""
+"""Beginning of the cause that a monitor without required signals states when it has too few signals."""
 
 
 @dataclass(frozen=True)
@@ -102,8 +102,8 @@ class Readiness:
     """Whether a monitor could judge a recording.
 
     Args:
-        monitor: that is asked for
-        reasons: by the name of every variant, why it would refuse the recording; "" where it would run
+        monitor: monitor in question
+        reasons: reason for refusal by name of the variant; "" if the variant would run
     """
 
     monitor: Monitor
@@ -111,12 +111,12 @@ class Readiness:
 
     @property
     def variants(self) -> tuple[str, ...]:
-        """The variants that would run: the default first, where the monitor has one."""
+        """Names of the variants that would run, the default first."""
         return taken(self.monitor, self.reasons)
 
     @property
     def obstacles(self) -> tuple[str, ...]:
-        """Why no variant runs, the default's reason first and each reason once; empty where one would."""
+        """Reasons why no variant runs, each once, that of the default first; empty if a variant would run."""
         if self.variants:
             return ()
         ordered = sorted(self.reasons, key=lambda name: name != self.monitor.default)
@@ -124,25 +124,25 @@ class Readiness:
 
     @property
     def reason(self) -> str:
-        """Why no variant runs; "" where one would. Other variants than the first lack as much, or they would run."""
+        """First reason why no variant runs; "" if a variant would run."""
         return next(iter(self.obstacles), "")
 
     @property
     def choice(self) -> str:
-        """On what condition it can run, and what must be chosen, as a half-sentence behind "can run"."""
+        """Condition under which it can run, and the variants to choose from, as a half-sentence after "can run"."""
         monitor = self.monitor
         condition = f" if {monitor.condition}" if monitor.condition else ""
         return condition if monitor.default else f"{condition}; choose --variant {' or '.join(self.variants)}"
 
 
 def refusals(monitor: Monitor, vehicle: Vehicle | None, recording: Recording, whole: bool = True) -> Mapping[str, str]:
-    """Reason why a diagnosis would refuse the recording, by variant; "" where it would run.
+    """Reason why a diagnosis would refuse the recording, by variant; "" if the variant would run.
 
     Args:
-        monitor: that is asked for
-        vehicle: as which it would be judged; None where none is given, so that only the signals are checked
-        recording: the whole, or its beginning
-        whole: whether it is the whole; what shows only over the whole is not asked of a beginning
+        monitor: monitor in question
+        vehicle: vehicle whose parameters would be used; None checks the signals only
+        recording: the whole recording, or its beginning
+        whole: whether it is the whole recording; a beginning is not checked for what only the whole can show
     """
     complete_one = complete(recording, [*monitor.required, *monitor.optional])
     return {
@@ -151,23 +151,23 @@ def refusals(monitor: Monitor, vehicle: Vehicle | None, recording: Recording, wh
 
 
 def taken(monitor: Monitor, reasons: Mapping[str, str]) -> tuple[str, ...]:
-    """The variants that would run: the default first, where the monitor has one.
+    """Names of the variants that would run, the default first.
 
     Args:
-        monitor: that is asked for
-        reasons: as of `refusals`
+        monitor: monitor in question
+        reasons: reasons for refusal, see `refusals`
     """
     free = [name for name, reason in reasons.items() if not reason]
     return tuple(sorted(free, key=lambda name: name != monitor.default))
 
 
 def unable(monitor: Monitor, finding: Finding, recording: Recording) -> str:
-    """Why a monitor could state nothing on a recording for the signals that this does not have; "" else.
+    """Cause of a finding that states nothing because the recording lacks signals; "" for any other finding.
 
     Args:
-        monitor: that judged
-        finding: of the whole, or of a stretch
-        recording: the whole, or its beginning
+        monitor: monitor that judged
+        finding: finding on the whole recording, or on a stretch of it
+        recording: the whole recording, or its beginning
     """
     too_few = not monitor.required and finding.cause.startswith(TOO_FEW)
     without = finding.status is Status.NOT_AVAILABLE and finding.since is None and _may_lack(monitor, recording)
@@ -175,7 +175,7 @@ def unable(monitor: Monitor, finding: Finding, recording: Recording) -> str:
 
 
 def _may_lack(monitor: Monitor, recording: Recording) -> bool:
-    """Whether more than one of the signals is absent on which the result rests: for one alone another may stand."""
+    """Whether two or more signals that the result rests on are absent; a single one may have a substitute."""
     return sum(name not in recording for name in monitor.rests_on) > 1
 
 
@@ -196,11 +196,11 @@ def _refusal(monitor: Monitor, variant: Variant, vehicle: Vehicle | None, record
 
 
 def _refusal_of_session(suited: Monitor, variant: Variant, vehicle: Vehicle, recording: Recording, whole: bool) -> str:
-    """Why its session refuses, or would state nothing.
+    """Reason why the session of a variant would state nothing; "" if it states a result.
 
     Raises:
-        InputError: it refuses
-        ParameterError: it cannot run with this vehicle
+        InputError: the session refuses the recording
+        ParameterError: the variant cannot run with this vehicle
     """
     session, (start, end), age = opened(suited, variant, vehicle), recording.span, suited.maximum_age
     session.refuse(recording.align(session.signals, suited.rate, maximum_age=age, start=start, stop=start + SEEN))
@@ -211,6 +211,7 @@ def _refusal_of_session(suited: Monitor, variant: Variant, vehicle: Vehicle, rec
         session.absorb(recording.align(session.signals, suited.rate, maximum_age=age))
         session.conclude()
     elif not suited.required or _may_lack(suited, recording):
+        # Channels may start late: the trial begins when all are there, unless too little would be left.
         begun = max((recording[name].time[0] for name in session.signals if _is_there(name, recording)), default=start)
         start = max(start, min(float(begun), end - TRIED))
         stop = min(start + TRIED, end)

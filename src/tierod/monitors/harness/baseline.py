@@ -1,4 +1,4 @@
-"""Baseline of one individual vehicle that a monitor learnt, kept from recording to recording."""
+"""Baseline: a quantity of one individual vehicle in fault-free condition, stored between recordings."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ SCHEMA = "tierod.baseline/1"
 
 @dataclass(frozen=True)
 class Baseline:
-    """A quantity of this vehicle as it was when it was fault-free.
+    """Value of a quantity of one vehicle in its fault-free condition.
 
     Args:
         vehicle: name of the parameter set that was used
-        monitor: name of monitor and variant that learnt it; another one may measure with another bias
-        value: in the unit
-        deviation: its standard deviation in the unit
-        unit: in the notation of pint
-        seconds: enabled time that went into it [s]
-        learnt: when, ISO 8601
+        monitor: name of the monitor and variant that estimated it; another one may have another bias
+        value: value [unit]
+        deviation: standard deviation of the value [unit]
+        unit: unit in the notation of pint
+        seconds: time with the enabling condition fulfilled that the value is estimated from [s]
+        learnt: date and time of the estimation, ISO 8601
     """
 
     vehicle: str
@@ -40,10 +40,10 @@ class Baseline:
 
 
 def load_baseline(path: str | Path) -> Baseline:
-    """The level in a file.
+    """Read a baseline from a file.
 
     Raises:
-        InputError: the file cannot be read, or is not one that tierod wrote
+        InputError: the file cannot be read, or is no baseline that tierod wrote
     """
     try:
         level = _level(read_text(path, "the level"))
@@ -55,7 +55,7 @@ def load_baseline(path: str | Path) -> Baseline:
 
 
 def _level(text: str) -> Baseline:
-    """The level in the text of a file; ValueError states in words why there is none."""
+    """Parse a baseline; a ValueError states in words why the text holds none."""
     if not text.strip():
         raise ValueError("it is empty")
     document = json_document(text)
@@ -74,7 +74,7 @@ def _level(text: str) -> Baseline:
 
 
 def store_baseline(level: Baseline, path: str | Path) -> Path:
-    """Write the level to a file, whole or not at all.
+    """Write a baseline to a file, whole or not at all.
 
     Raises:
         OutputError: the file cannot be written
@@ -83,17 +83,19 @@ def store_baseline(level: Baseline, path: str | Path) -> Path:
 
 
 def keep_first(level: Baseline, path: str | Path) -> str:
-    """Write the level where no file is; one that is there is never changed, so that no slow fault becomes part of it.
+    """Write a baseline if its file does not exist yet.
+
+    An existing file is never changed, so that a slow fault cannot become part of the baseline.
 
     Args:
-        level: to be kept
-        path: of the file
+        level: baseline to be stored
+        path: path of the file
 
     Returns:
-        what became of it, in a sentence
+        outcome, in a sentence
 
     Raises:
-        OutputError: the file cannot be written, or another program holds its folder without end
+        OutputError: the file cannot be written, or another program does not release its folder
     """
     with holding(path) as place:
         if place.exists():
@@ -103,10 +105,10 @@ def keep_first(level: Baseline, path: str | Path) -> str:
 
 
 def refuse_foreign(level: Baseline, vehicle: str, monitor: str, path: str | Path = "the stored level") -> None:
-    """Stop where a level belongs to another vehicle or another way of measuring.
+    """Refuse a baseline of another vehicle or another monitor.
 
     Raises:
-        InputError: it does; the message names both
+        InputError: vehicle or monitor differ; the message names both
     """
     for what, stored, wanted in (("vehicle", level.vehicle, vehicle), ("monitor", level.monitor, monitor)):
         if stored != wanted:

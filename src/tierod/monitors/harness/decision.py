@@ -1,4 +1,4 @@
-"""Decisions of a monitor, and their false alarm rates: declared, shown to users, and checked against what runs."""
+"""Declared decision rules of a monitor with their false alarm rates, for reports and for checks of the running code."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ Unit = Literal["h", "recording", "car"]
 
 @dataclass(frozen=True)
 class Demonstrated:
-    """Observations on fault-free data that no threshold was tuned on.
+    """False alarms observed on fault-free data that no threshold was tuned on.
 
     Args:
-        observed: hours, recordings or cars
-        alarms: false ones
+        observed: amount of data: hours, recordings or cars
+        alarms: number of false alarms
     """
 
     observed: float
@@ -33,11 +33,11 @@ class Demonstrated:
 
     @property
     def most(self) -> float:
-        """Upper 95 % bound of the rate, false alarms per unit observed: three over the observed time without any."""
+        """Upper 95 % confidence bound of the false alarm rate, per unit observed; about 3 / observed without alarms."""
         return gamma_quantile(self.alarms + 1.0, 0.95) / self.observed
 
     def stated(self, unit: Unit) -> str:
-        """In words: the observed time and its bound."""
+        """Observed amount and bound of the rate, in words."""
         amount = f"{self.observed:.3g} h" if unit == "h" else f"{self.observed:.0f} {unit}s"
         seen = {0: "none", 1: "one"}.get(self.alarms, str(self.alarms))
         return f"{seen} in {amount}, so fewer than {self.most:.2g} per {unit} at 95 %"
@@ -45,11 +45,11 @@ class Demonstrated:
 
 @dataclass(frozen=True)
 class OwnRule:
-    """Numbers of a part that decides by its own rule: bounds of a fault-free part, or a count of such events.
+    """Numbers of a rule that is no block of `tierod.methods.detectors`, such as bounds or counts of events.
 
     Args:
-        stated: the rule in words, with these numbers
-        values: name of the part's attribute -> value
+        stated: the rule in words, with its numbers
+        values: numbers by name of the attribute that holds them
     """
 
     stated: str
@@ -58,22 +58,22 @@ class OwnRule:
 
 @dataclass(frozen=True)
 class Decision:
-    """One way in which a monitor turns a number into a statement: residual, distance, stopping rule.
+    """Decision of a monitor: a statistic, a stopping rule with its threshold, and the false alarm rate.
 
     Args:
-        name: of the decision
+        name: name of the decision
         distance: statistic of the rule, and its unit
-        rule: the block of `tierod.methods.detectors` that decides, with its threshold, or `OwnRule`
-        place: where it is in a session, attribute by attribute ("block.verdict.alarm"); "" for the session itself
-        mean_time_between_false_alarms: that it is designed for [unit]; None where only `demonstrated` is known
-        demonstrated: on fault-free data; None where nothing was observed
-        source: where the design was made and measured
-        unit: "h", or "recording" or "car" for a rule that looks once at each
-        design: from which the threshold follows; None where there is no statistic to design with
-        statistic: trace of the report that the rule compares; "" where there is none
-        levels: thresholds in the unit of that trace, or of the value that one look at a recording tests
-        level: where a session has the threshold, attribute by attribute, where the vehicle file gives it; "" elsewhere
-        below: whether the rule acts below its levels; else it acts above positive ones and below negative ones
+        rule: block of `tierod.methods.detectors` that decides, with its threshold, or `OwnRule`
+        place: path of the rule in a session by attributes ("block.verdict.alarm"); "" for the session itself
+        mean_time_between_false_alarms: design value [unit]; None if only `demonstrated` is known
+        demonstrated: observations on fault-free data; None without observations
+        source: where the design and its measurement are documented
+        unit: "h", or "recording" or "car" for a rule that tests each of them once
+        design: design of the threshold; None if there is no statistic to design with
+        statistic: trace of the report that the rule compares with its thresholds; "" without a trace
+        levels: thresholds in the unit of that trace, or of the value that a single test of a recording compares
+        level: path of the threshold in a session by attributes if the vehicle file gives it; "" otherwise
+        below: whether the rule acts below its levels; otherwise above positive and below negative ones
     """
 
     name: str
@@ -91,23 +91,23 @@ class Decision:
     below: bool = False
 
     def levels_in(self, session: Any) -> tuple[float, ...]:
-        """The thresholds in effect in a session."""
+        """Thresholds in effect in a session."""
         if self.level:
             return (float(attrgetter(self.level)(session)),)
         if self.statistic or isinstance(self.rule, OwnRule) or self.levels:
             return self.levels
-        # One look at a recording: the threshold of the rule itself.
+        # A single test of a recording: the threshold of the rule itself.
         sides = {"upper": (1.0,), "lower": (-1.0,)}.get(self.rule.sides, (1.0, -1.0))
         return tuple(side * self.rule.threshold for side in sides)
 
     @property
     def rule_in_words(self) -> str:
-        """The rule in words, with its threshold."""
+        """Rule in words, with its threshold."""
         return rule_in_words(self.rule)
 
     @property
     def false_alarms_in_words(self) -> str:
-        """In words: the designed rate, and the demonstrated one."""
+        """Designed and demonstrated false alarm rate, in words."""
         shown = self.demonstrated.stated(self.unit) if self.demonstrated else "nothing observed"
         if self.mean_time_between_false_alarms is None:
             return f"demonstrated: {shown}" if self.demonstrated else shown
@@ -117,15 +117,15 @@ class Decision:
         return f"designed: one in {wanted} {unit}; demonstrated: {shown}"
 
     def part_of(self, session: Any) -> Any:
-        """The part of a session that decides; None where the vehicle does not have it.
+        """Part of a session that decides; None if the vehicle does not have that part.
 
         Raises:
-            AttributeError: no session has such a part
+            AttributeError: the session has no such attribute
         """
         return attrgetter(self.place)(session) if self.place else session
 
     def departures(self, session: Any) -> tuple[str, ...]:
-        """Departures of a session from the rule as declared; empty where there are none."""
+        """Sentences on differences between the rule in a session and the declared one; empty if they agree."""
         try:
             part = self.part_of(session)
         except AttributeError:
@@ -150,7 +150,7 @@ def _reached(part: Any, name: str) -> Any:
 
 
 def _alike(part: Any, rule: Any) -> bool:
-    """Whether two blocks are the same but for rounding."""
+    """Whether two blocks are equal within rounding errors."""
     if type(part) is not type(rule):
         return False
     pairs = [(getattr(part, name), getattr(rule, name)) for name in rule.__dataclass_fields__]
@@ -158,7 +158,7 @@ def _alike(part: Any, rule: Any) -> bool:
 
 
 def rule_in_words(rule: Any) -> str:
-    """A block of `tierod.methods.detectors` in words, with its numbers."""
+    """Rule of a decision in words, with its numbers."""
     sides = {"both": ", either side", "upper": ", above", "lower": ", below"}.get(getattr(rule, "sides", ""), "")
     if isinstance(rule, OwnRule):
         return rule.stated

@@ -1,4 +1,4 @@
-"""Decisions of a session for a report: their statistics, when each passed its threshold, and its trade-off."""
+"""Decisions of a session for a report: statistics, times of passing the threshold, and trade-off curves."""
 
 from __future__ import annotations
 
@@ -15,11 +15,13 @@ from tierod.monitors.harness.decision import Decision
 
 
 class Passing:
-    """Follows the statistics of every decision of a session, piece by piece.
+    """Follows the statistic of every decision of a session: its extreme value, and when it passes its threshold.
 
     Args:
-        decisions: those without a statistic are left out
-        session: that takes them
+        decisions: decisions of the variant; those without a statistic are ignored
+        session: session that makes the decisions
+
+    `reached` holds the extreme values, `passed` the times of the first passage [s], both by name of the decision.
     """
 
     def __init__(self, decisions: Iterable[Decision], session: Any):
@@ -30,10 +32,10 @@ class Passing:
         self.passed: dict[str, float] = {}
 
     def add(self, time: np.ndarray, shown: Mapping[str, np.ndarray]) -> None:
-        """The next piece.
+        """Add the next piece.
 
         Args:
-            time: [s], (n,)
+            time: time stamps [s], (n,)
             shown: traces by name, (n,) each
         """
         for name, decision in self._decisions.items():
@@ -54,15 +56,15 @@ class Passing:
 
 
 def _sides(levels: tuple[float, ...], below: bool) -> list[tuple[bool, float]]:
-    """(whether the rule acts below it, level) of every level; those of a rule without one are never passed."""
+    """(whether the rule acts below the level, level) of every level; a rule without a level is never passed."""
     return [(below or level < 0.0, level) for level in levels] or [(False, np.inf)]
 
 
 SHARES = (0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3)
-"""Thresholds of a curve, over the one that is designed."""
+"""Thresholds of a trade-off curve, as shares of the designed threshold []."""
 
 SIZES = 25
-"""Points of a curve of chances."""
+"""Intervals of a curve of detection probability over the size of the change."""
 
 
 def decided(
@@ -71,13 +73,13 @@ def decided(
     reached: Mapping[str, float] = MappingProxyType({}),
     passed: Mapping[str, float] = MappingProxyType({}),
 ) -> tuple[Decided, ...]:
-    """Decisions of a session for its report; those of parts that the vehicle lacks are left out.
+    """Decisions of a session for its report, without those of parts that the vehicle lacks.
 
     Args:
-        decisions: of the variant
-        session: that takes them
-        reached: furthest statistic of each, by name
-        passed: when each was first beyond its threshold [s], by name
+        decisions: decisions of the variant
+        session: session that makes the decisions
+        reached: extreme value of each statistic, by name of the decision
+        passed: time at which each statistic first passed its threshold [s], by name of the decision
     """
     return tuple(
         Decided(
@@ -99,7 +101,10 @@ def decided(
 
 
 def curve_of(decision: Decision) -> Curve | None:
-    """Trade-off in the design of a rule: delay against false alarms, or chances to find over the size for one look."""
+    """Trade-off curve of a rule: detection delay over mean time between false alarms.
+
+    For a single test per recording it is the probability of detection over the size of the change instead.
+    """
     design = decision.design
     if design is None:
         return None

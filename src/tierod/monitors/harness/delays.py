@@ -1,4 +1,4 @@
-"""Delay and gain between signals that follow each other, over a whole drive: cross-correlation block by block."""
+"""Delay and gain between two signals that follow each other, by cross-correlation block by block over a drive."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from typing import Annotated
 import numpy as np
 
 RATE = 50.0
-"""Samples per second that are compared [Hz]: steering moves below 5 Hz, and the peak is interpolated."""
+"""Sampling rate of the comparison [Hz]: steering moves below 5 Hz, and the peak of the correlation is interpolated."""
 
 BLOCK = 1024
-"""Samples of one comparison, 20 s: many turns of the wheel, and a missing sample costs no more than that."""
+"""Samples of one block, 20 s: many turns of the wheel, while a missing sample discards no more than one block."""
 
 LONGEST = 50
-"""Largest delay that is looked for, in samples: one second."""
+"""Largest delay that is searched, in samples: one second."""
 
 
 SPAN = 20
-"""Samples of the change that is compared, 0.4 s: emphasises 0.4 to 2 Hz, where drivers steer and cars follow."""
+"""Span of the differences that are compared, in samples (0.4 s): emphasises 0.4 to 2 Hz, where drivers steer."""
 
 
 @dataclass(frozen=True)
@@ -27,12 +27,12 @@ class Lag:
     """Lag of one signal behind another.
 
     Args:
-        delay: of the second against the first; negative where the first is late [s]
-        deviation: its standard deviation, from block to block [s]
-        correlation: of their changes at that delay
-        gain: of the second over the first, slow turns included
-        gain_correlation: of the two without regard to the delay
-        seconds: compared [s]
+        delay: delay of the second signal against the first; negative if the first is late [s]
+        deviation: standard deviation of the delay, from its scatter between blocks [s]
+        correlation: correlation coefficient of the differences at that delay []
+        gain: regression of the second signal on the first, slow turns included
+        gain_correlation: correlation coefficient of the signals themselves, at zero delay []
+        seconds: duration of the compared blocks [s]
     """
 
     delay: Annotated[float, "s"]
@@ -45,11 +45,11 @@ class Lag:
 
 @dataclass
 class LagOverDrive:
-    """Sums over the blocks of a drive; the result does not depend on how the recording is cut.
+    """Accumulates the correlations of all blocks of a drive.
 
     Args:
-        smallest: root mean square of the first signal's change over SPAN that a block needs [its unit]: below it noise
-            is compared
+        smallest: least root mean square of the first signal's differences in a block [unit of the signal]; below it
+            the block would compare noise
     """
 
     smallest: float
@@ -59,7 +59,7 @@ class LagOverDrive:
     _delays: list[tuple[float, float]] = field(default_factory=list)
 
     def add(self, first: np.ndarray, second: np.ndarray) -> None:
-        """One block of both signals, (BLOCK,) each; a block with missing samples is left out."""
+        """Add one block of both signals, (BLOCK,) each; a block with missing samples is discarded."""
         both = np.array([first, second])
         if not np.isfinite(both).all():
             return
@@ -75,13 +75,13 @@ class LagOverDrive:
         self._delays.append((_peak(cross)[0], power))
 
     def found(self) -> Lag | None:
-        """Lag over the drive; None where it was too short or the signals do not follow each other."""
+        """Lag over the drive; None with fewer than two blocks, or if the second signal did not change."""
         norm, slow = math.sqrt(self._powers.prod()), self._slow
         if len(self._delays) < 2 or not norm > 0.0:
             return None
         lag, height = _peak(self._cross)
         delays, weights = np.array(self._delays).T
-        # From block to block, weighed as the sums weigh them; no better than a tenth of a sample.
+        # Scatter between blocks with the weights of the sums; the interpolation is no better than a tenth of a sample.
         share = weights / weights.sum()
         spread = math.sqrt(float(share @ (delays - lag) ** 2) * float(share @ share))
         return Lag(
@@ -95,7 +95,7 @@ class LagOverDrive:
 
 
 def _change(values: np.ndarray) -> np.ndarray:
-    """Change over SPAN samples, (..., n): a steady turn holds no information on a delay, and offsets vanish."""
+    """Differences over SPAN samples, (..., n): they remove offsets, and steady turns, which contain no delay."""
     change: np.ndarray = values[..., SPAN:] - values[..., :-SPAN]
     return change
 
@@ -108,7 +108,7 @@ def _cross_correlation(first: np.ndarray, second: np.ndarray) -> np.ndarray:
 
 
 def _peak(cross: np.ndarray) -> tuple[float, float]:
-    """Place [samples] and height of the largest magnitude, by a parabola through it and its neighbours."""
+    """Lag [samples] and value of the peak of largest magnitude, interpolated by a parabola through its neighbours."""
     at = int(np.argmax(np.abs(cross)))
     height = float(cross[at])
     if not 0 < at < len(cross) - 1:

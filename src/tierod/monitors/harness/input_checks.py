@@ -1,4 +1,4 @@
-"""The input signals of a monitor over a recording: quality, stuck values, defects, and until when all were there."""
+"""Checks of a monitor's input signals over a recording: quality, stuck values, defects, missing stretches."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from tierod.monitors.harness.stuck_over_drive import StuckOverDrive
 
 
 class InputChecks:
-    """Checks the signals piece by piece, before and beside the monitor, and changes its conclusion accordingly.
+    """Checks the input signals piece by piece beside the monitor, and limits its conclusion accordingly.
 
     Args:
-        monitor: on the grid of the recording
-        signals: that its session takes
+        monitor: monitor on the grid of the recording
+        signals: input signals of its session
 
-    `needs` are the channels that are read.
+    `needs` holds the names of the channels to be read.
     """
 
     def __init__(self, monitor: Monitor, signals: Sequence[str]):
@@ -41,21 +41,21 @@ class InputChecks:
         self._paced = False
 
     def refuse_slow(self) -> None:
-        """Refuse required signals that come too slowly, until the rate of each is known.
+        """Refuse required signals with a low sampling rate; checks with every piece until all rates are known.
 
         Raises:
-            InputError: one comes at less than the minimum rate of the monitor
+            InputError: a signal comes at less than the minimum rate of the monitor
         """
         if not self._paced:
             self._paced = self.quality.refuse_slow(self.monitor.required, self.monitor.minimum_rate)
 
     def add(self, whole: Recording, start: float, usable: Aligned) -> None:
-        """The next samples.
+        """Add the next samples.
 
         Args:
-            whole: the piece that they were taken from
-            start: of the recording [s]
-            usable: input of the monitor, without stuck signals
+            whole: piece that the samples come from
+            start: start of the recording [s]
+            usable: input of the monitor, NaN where a signal is stuck
         """
         self._there.update(name for name in usable.names if name in whole)
         self.judged.add(usable, self._there)
@@ -63,11 +63,11 @@ class InputChecks:
         self.defects.add(whole, start, float(usable.time[-1]), self.stuck.spans())
 
     def limited(self, conclusion: Conclusion, contradictions: Sequence[str]) -> Conclusion:
-        """The conclusion, with the defects of its signals, and with the judged part of the recording.
+        """Conclusion limited by the defects of the input signals and by the judged part of the recording.
 
         Args:
-            conclusion: of the session
-            contradictions: of the signals over the drive, as sentences
+            conclusion: conclusion of the session
+            contradictions: contradictions between signals over the drive, as sentences
         """
         defects = (*self.defects.found(self.quality.units), *conclusion.defects)
         named = contradicted(with_defects(conclusion.finding, defects, self.monitor), contradictions, self.monitor)
@@ -85,12 +85,12 @@ class InputChecks:
     def warned(
         self, finding: Finding, contradictions: Sequence[str], metadata: Mapping[str, Any], judged_as: str
     ) -> Finding:
-        """The finding with the notices that a reader needs on vehicle and recording besides.
+        """Finding with the warnings about vehicle, input signals and recording.
 
         Args:
-            finding: of the monitor
-            contradictions: of the signals over the drive, as sentences
-            metadata: of the recording
+            finding: finding of the monitor
+            contradictions: contradictions between signals over the drive, as sentences
+            metadata: metadata of the recording
             judged_as: name of the vehicle whose parameters are used
         """
         other = other_vehicle(metadata, judged_as)

@@ -1,4 +1,4 @@
-"""Defects of the signals that show over a whole drive: late against others, of another scale, clipped."""
+"""Defects of input signals that show over a whole drive: a delay, a wrong scale, clipping."""
 
 from __future__ import annotations
 
@@ -24,20 +24,20 @@ if TYPE_CHECKING:
 
 
 AT_ONCE = 30 * BLOCK
-"""Samples that are compared at once, ten minutes: a pause of many hours need not fit into memory."""
+"""Samples that are aligned at once, ten minutes, so that a pause of many hours need not fit into memory."""
 
 
 @dataclass(frozen=True)
 class Relation:
-    """Two quantities that follow each other, and by how much they may part.
+    """Two quantities of which the second follows the first, with their fault-free limits.
 
     Args:
-        first, second: signals that make them; the first of each is blamed for a delay
-        smallest: root mean square of the first quantity's change in 0.4 s that is needed [its unit]
-        earliest, latest: delay of the second that fault-free cars and slow messages explain [s]
-        gain: factor by which second over first may be off 1; infinite where cars differ too much for a limit
-        words: the second quantity and the first, for messages
-        quantities: both, from the signals by name, (n,) each
+        first, second: signals from which each quantity is computed; a delay is attributed to the first one of them
+        smallest: least root mean square of the first quantity's change in 0.4 s [unit of the quantity]
+        earliest, latest: bounds of the second quantity's delay in fault-free cars with slow messages [s]
+        gain: factor by which the ratio of second to first may differ from 1; infinite if cars differ too much
+        words: second and first quantity in words, for messages
+        quantities: function that computes both from the signals by name, (n,) each
     """
 
     first: tuple[str, ...]
@@ -51,28 +51,28 @@ class Relation:
 
     @property
     def usual(self) -> float:
-        """Delay of a fault-free car [s]: the middle of what is explained."""
+        """Delay of a usual fault-free car [s]: the middle of the bounds."""
         return 0.5 * (self.earliest + self.latest)
 
     @property
     def usual_deviation(self) -> float:
-        """Its standard deviation from car to car [s]; the limits are two of them away."""
+        """Standard deviation of that delay between cars [s]: the bounds are taken as two of them away."""
         return 0.25 * (self.latest - self.earliest)
 
 
 CHARACTERISTIC_SPEED = 22.0
-"""At which a usual car turns half as much as its steering says [m/s]; makes yaw rate of angle and speed."""
+"""Characteristic speed of a usual car [m/s], at which understeer halves the yaw rate of the neutral-steer car."""
 
 
 def _turned(block: Mapping[str, np.ndarray], angle: str) -> np.ndarray:
-    """Quantity that the yaw rate of a usual car is proportional to, by the name of a steering angle."""
+    """Steering angle times speed over the understeer factor: proportional to the steady yaw rate of a usual car."""
     speed = block["vehicle_speed"]
     turned: np.ndarray = block[angle] * speed / (1.0 + (speed / CHARACTERISTIC_SPEED) ** 2)
     return turned
 
 
 RELATIONS = {
-    # A derived rate is 25 ms late, a held one of 20 Hz as much again.
+    # A derived rate lags by 25 ms, and one that is held at 20 Hz by another 25 ms.
     "steering": Relation(
         ("steering_wheel_angle",),
         ("steering_wheel_rate",),
@@ -83,7 +83,7 @@ RELATIONS = {
         ("steering_wheel_rate", "the change of steering_wheel_angle"),
         lambda block: (np.gradient(block["steering_wheel_angle"]) * RATE, block["steering_wheel_rate"]),
     ),
-    # Virtual cars -79 to 92 ms, a real racing car 119 ms; gain 0.91 to 0.99 with roll and bank.
+    # Delays are -79 to 92 ms in virtual cars and 119 ms in a real racing car; gains 0.91 to 0.99 with roll and bank.
     "turn": Relation(
         ("yaw_rate", "vehicle_speed"),
         ("lateral_acceleration",),
@@ -94,7 +94,8 @@ RELATIONS = {
         ("lateral_acceleration", "yaw_rate times vehicle_speed"),
         lambda block: (block["vehicle_speed"] * block["yaw_rate"], block["lateral_acceleration"]),
     ),
-    # 6 to 115 ms on 21 virtual cars and a racing car; a soft car on the motorway may need half as much again.
+    # Delays are 6 to 115 ms in 21 virtual cars and a racing car; a soft car on the motorway may need half as much
+    # again.
     "car": Relation(
         ("steering_wheel_angle", "vehicle_speed"),
         ("yaw_rate",),
@@ -115,7 +116,7 @@ RELATIONS = {
         ("yaw_rate", "road_wheel_angle"),
         lambda block: (_turned(block, "road_wheel_angle"), block["yaw_rate"]),
     ),
-    # -30 to 0 ms, as active return and damping act on the motor alone; messages come within a period of 20 ms.
+    # Delays are -30 to 0 ms, as active return and damping act on the motor alone; messages add up to 20 ms, a period.
     "assist": Relation(
         ("driver_torque",),
         ("motor_torque",),
@@ -127,36 +128,38 @@ RELATIONS = {
         lambda block: (block["driver_torque"], block["motor_torque"]),
     ),
 }
-"""By what they are about. Limits are about twice what 18 fault-free virtual drives and the real recordings show."""
+"""Relations by name. Limits are about twice what 18 fault-free virtual drives and the real recordings show."""
 
 CORRELATION = 0.8
-"""From which two quantities follow each other well enough for a scale [-]; fault-free drives 0.93 and more."""
+"""Correlation from which a gain is compared with its limit [-]; fault-free drives show 0.93 and more."""
 
 FOLLOWS = 0.5
-"""From which their changes follow each other well enough for a delay [-]; fault-free drives 0.66 and more."""
+"""Correlation of the changes from which a delay is compared with its limits [-]; fault-free drives show 0.66 and
+more."""
 
 CERTAIN = 3.0
-"""Standard deviations by which a delay must be beyond its limit [-]."""
+"""Standard deviations by which a delay must exceed its limit to count [-]."""
 
 CLIPPED = ("driver_torque", "motor_torque", "lateral_acceleration", "yaw_rate", "steering_wheel_rate")
-"""Signals of which a free motion has no preferred extreme; an angle has stops, a speed rests at zero."""
+"""Signals that are checked for clipping: their free motion has no preferred extreme, unlike an angle with stops or a
+speed that rests at zero."""
 
 SHORTEST_CLIPPED = 1.0
-"""Time at the extreme value, together, from which a signal is clipped [s] ..."""
+"""Total time at the extreme value from which a signal counts as clipped [s]."""
 
 SHARE_CLIPPED = 0.005
-"""... and as a share of the drive: a motor that gives all it has in one manoeuvre is not counted."""
+"""Least share of that time in the drive [-], so that a motor at its limit in a single manoeuvre does not count."""
 
 
 REPAIR = "repair the signal, or its entry in channel map or vehicle file, and record again"
-"""What to do about a signal that is not what it says."""
+"""Remedy for a defective signal."""
 
 
 class InputDefects:
-    """Compares signals over a drive; the result does not depend on how the recording is cut.
+    """Compares input signals over a drive; the result does not depend on how the recording is cut into pieces.
 
     Args:
-        names: that the monitor takes
+        names: input signals of the monitor
     """
 
     def __init__(self, names: Sequence[str]):
@@ -169,13 +172,13 @@ class InputDefects:
         self._pending = np.empty((0, len(self.names)))
 
     def add(self, recording: Recording, start: float, until: float, stuck: Iterable[Stuck] = ()) -> None:
-        """The next piece.
+        """Add the next piece.
 
         Args:
-            recording: that holds the signals
-            start: of the whole recording [s]
-            until: time up to which the piece reaches [s]
-            stuck: signals that do not count meanwhile, from when that was known
+            recording: piece with the signals
+            start: start of the whole recording [s]
+            until: end of the piece [s]
+            stuck: spans of stuck signals, which are ignored from their detection on
         """
         if not self.names:
             return
@@ -185,7 +188,7 @@ class InputDefects:
             self._compare(recording.align(self.names, RATE, maximum_age=MAXIMUM_AGE, start=first, stop=stop), spans)
 
     def _compare(self, aligned: Aligned, stuck: Sequence[Stuck]) -> None:
-        """The next samples, without those of stuck signals."""
+        """Add aligned samples, without those of stuck signals."""
         self._samples += len(aligned.time)
         for each in stuck:
             if each.name in self.names:
@@ -207,22 +210,22 @@ class InputDefects:
             _count(high, seen, max, slice(-LEVELS, None))
 
     def found(self, units: Mapping[str, str] | None = None) -> tuple[Defect, ...]:
-        """Defects of the inputs.
+        """Defects of the input signals.
 
         Args:
-            units: of the signals in the recording, for the sentences
+            units: units of the signals in the recording, for the sentences
         """
         lags = {key: lag for key, each in self._lags.items() if (lag := each.found()) and lag.correlation > FOLLOWS}
         known = {key: lag for key, lag in lags.items() if lag.gain_correlation > CORRELATION}
         found: dict[str, Defect] = {}
-        # Clipping looks like a wrong scale, and a delay may; each signal is named for its most likely defect only.
+        # Clipping looks like a wrong scale, and so may a delay: each signal is named for its most likely defect only.
         for defect in (*self._clipped(units or {}), *self._late(lags), *self._scaled(known)):
             if not any(name in found for name in defect.names):
                 found |= dict.fromkeys(defect.names, defect)
         return tuple(dict.fromkeys(found.values()))
 
     def _late(self, lags: Mapping[str, Lag]) -> list[Defect]:
-        """A signal ahead of another makes the other late: no sensor is early."""
+        """Delayed signals; where one seems early, the other one is late, since no sensor is early."""
         found: dict[str, Defect] = {}
         for key, lag in lags.items():
             relation, margin = RELATIONS[key], CERTAIN * lag.deviation
@@ -265,14 +268,15 @@ class InputDefects:
 
 
 def _count(end: Counter[float], seen: np.ndarray, outermost: Callable[..., float], kept: slice) -> None:
-    """Count the samples on the outermost levels; only these need be sorted once there are enough.
+    """Count the samples on the outermost levels of a signal.
 
     Args:
-        end: samples by level, brought up to date
+        end: number of samples by level, updated in place
         seen: samples (n,)
-        outermost: min where low levels are counted, else max
-        kept: which of the levels in order
+        outermost: min for the lowest levels, max for the highest
+        kept: slice of the ordered levels that are kept
     """
+    # Once all levels are occupied, samples inside them cannot matter: this leaves few to be sorted.
     if len(end) == LEVELS:
         inner = (max if outermost is min else min)(end)
         seen = seen[seen <= inner] if outermost is min else seen[seen >= inner]
@@ -286,17 +290,18 @@ def _count(end: Counter[float], seen: np.ndarray, outermost: Callable[..., float
 
 
 def with_defects(finding: Finding, defects: Sequence[Defect], monitor: Monitor) -> Finding:
-    """The finding with the defects of its signals; suspect where one of a signal that is needed may have made it.
+    """Finding with the defects of its input signals; suspect if a needed signal is defective.
 
-    Where one withholds the estimate, none is left in the finding.
+    A defect that withholds the estimate removes it from the finding.
 
     Args:
-        finding: of a monitor
-        defects: of its signals
-        monitor: that judges nothing without its required signals
+        finding: finding of a monitor
+        defects: defects of its input signals
+        monitor: monitor, with the signals that it requires and that its result rests on
     """
     named: set[str] = set()
     kept = []
+    # Defects that withhold the estimate come first, so that they are kept where a signal has two defects.
     for defect in sorted(defects, key=lambda each: not each.withholds):
         if not named & set(defect.names):
             kept.append(defect)
@@ -320,7 +325,7 @@ def with_defects(finding: Finding, defects: Sequence[Defect], monitor: Monitor) 
 
 
 def _withheld(finding: Finding, why: Sequence[str], monitor: Monitor) -> Finding:
-    """The finding without its estimate, which may be wrong by more than any band."""
+    """Finding without its estimate, whose error may exceed any band."""
     status = replace(finding, status=Status.SUSPECT)
     return replace(
         status,
@@ -333,19 +338,19 @@ def _withheld(finding: Finding, why: Sequence[str], monitor: Monitor) -> Finding
 
 
 def contradicted(finding: Finding, contradictions: Sequence[str], monitor: Monitor) -> Finding:
-    """The finding; where nothing could be identified, signs and units of needed signals that contradict others first.
+    """Finding; if it identified nothing, contradictions of required signals become its first cause.
 
     Args:
-        finding: of a monitor
-        contradictions: of the signals over the drive, as sentences
-        monitor: that judges nothing without its required signals
+        finding: finding of a monitor
+        contradictions: contradictions between signals over the drive, as sentences
+        monitor: monitor with its required signals
     """
     needed = [each for each in contradictions if any(name in each for name in monitor.required)]
     return _named_first(finding, needed, monitor) if finding.status is Status.NOT_IDENTIFIABLE else finding
 
 
 def _named_first(finding: Finding, why: Sequence[str], monitor: Monitor) -> Finding:
-    """The finding that identified nothing, with the defects of its signals before those that followed from them."""
+    """Finding that identified nothing, with the defects of its signals before the causes that follow from them."""
     new = [each for each in why if each not in finding.cause]
     if not new:
         return finding

@@ -17,19 +17,19 @@ from tierod.diagnosis.trouble_codes import load_trouble_codes
 from tierod.monitors.harness.session import StatusChange
 
 RATE = 10.0
-"""Results per second that go into the memory [Hz]: a monitor's own stopping rule has decided already."""
+"""Rate of the test results in the memory [Hz]; low, since the stopping rule of the monitor has decided already."""
 
 
 class MemoryFeed:
-    """Collects a run's entries for a fault memory; the memory is read again and written at the end.
+    """Collects the results of a run for a fault memory, which is read again and written at the end.
 
     Args:
-        path: of the memory's file; it need not exist
-        vehicle: whose memory it is
+        path: path of the memory; the file need not exist
+        vehicle: name of the vehicle of the memory
         monitor: name of the monitor
 
     Raises:
-        InputError: the file is damaged, or another vehicle's
+        InputError: the file is damaged, or belongs to another vehicle
         OutputError: its folder is missing or cannot be written
     """
 
@@ -38,14 +38,14 @@ class MemoryFeed:
         require_folder(path)
         self.path, self.vehicle, self.monitor = path, vehicle, monitor
         self.codes, self.identifiers = memory.codes.of_monitor(monitor), memory.codes.identifiers
-        # Traces and compiles what the transaction at the end needs, which would hold up all others.
+        # Compile the counters now: during the transaction at the end, compiling would block all other writers.
         Counting(memory.codes).add(np.zeros(1), {})
         self._names: tuple[str, ...] = ()
         self._rows: Rows | None = None
         self._stride: Stride | None = None
 
     def add(self, aligned: Aligned, rate: float) -> None:
-        """Signals of one more piece, at the rate of its grid [Hz]."""
+        """Add the signals of one more piece, with the rate of its grid [Hz]."""
         self._stride = self._stride or Stride(max(round(rate / RATE), 1))
         kept = self._stride.over(len(aligned.time))
         if self._rows is None:
@@ -61,20 +61,20 @@ class MemoryFeed:
         code_courses: Mapping[str, Sequence[StatusChange]] | None = None,
         recording: str = "",
     ) -> str:
-        """One operation cycle of the memory: every status of the run as a result, and the verdict as the last one.
+        """Write the run as one operation cycle: every status as a test result, and the verdict as the last one.
 
         Args:
-            diagnosis: of the run
-            course: its running verdict
-            code_courses: running verdicts of single codes by name, in place of it
-            recording: its fingerprint
+            diagnosis: diagnosis of the run
+            course: changes of the running verdict
+            code_courses: changes of the verdicts of single trouble codes by name, used in place of `course`
+            recording: fingerprint of the recording
 
         Returns:
-            what became of it, in a sentence
+            outcome, in a sentence
 
         Raises:
-            InputError: the memory has taken the recording already, or its file was damaged meanwhile
-            OutputError: it cannot be written
+            InputError: the memory contains the recording already, or its file was damaged meanwhile
+            OutputError: the memory cannot be written
         """
         time, results, signals = self.collected(diagnosis, course, code_courses)
         # Opened here, not kept since the beginning: other recordings of the vehicle may have been judged meanwhile.
@@ -90,14 +90,14 @@ class MemoryFeed:
         course: Sequence[StatusChange],
         code_courses: Mapping[str, Sequence[StatusChange]] | None = None,
     ) -> tuple[np.ndarray, dict[str, np.ndarray], dict[str, np.ndarray]]:
-        """(time [s], results by code, signals by name) of the run; arguments as of `finish`."""
+        """Time [s], results by trouble code and signals by name of the run; arguments as of `finish`."""
         assert self._rows is not None
         time, *columns = self._rows.values.T
         signals = dict(zip(self._names, columns, strict=True))
         last = diagnosis.findings[0].status
         results = {}
         for name, code in self.codes.items():
-            # A monitor with courses of single codes has none for a part that this vehicle lacks: that was not tested.
+            # Without a course the vehicle lacks that part: its code was not tested, which is not the same as passed.
             own = code_courses.get(name, [StatusChange(0.0, Status.NOT_READY)]) if code_courses else None
             status = _statuses(time, course, last) if own is None else _statuses(time, own, own[-1].status)
             results[name] = np.select(
@@ -109,5 +109,6 @@ class MemoryFeed:
 def _statuses(time: np.ndarray, course: Sequence[StatusChange], last: Status) -> np.ndarray:
     names = np.array([Status.NOT_READY, *(change.status for change in course)], dtype=object)
     found = names[np.searchsorted([change.time for change in course], time, "right")]
+    # The verdict may differ from the running one, which does not include defects of the inputs.
     found[-1] = last
     return found.astype(str)

@@ -1,4 +1,4 @@
-"""Judged part of a recording: a verdict does not cover the time after its signals were lost."""
+"""Judged part of a recording: a verdict does not cover the time after the loss of a required signal."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from tierod.monitors.harness.stuck_over_drive import Stuck
 
 
 class JudgedTime:
-    """Counts the samples in which a monitor had all signals that it needs.
+    """Counts the samples in which a monitor had all required signals.
 
     Args:
-        required: signals without which it judges nothing
-        rate: of its grid [Hz]
+        required: signals without which the monitor judges nothing
+        rate: rate of its grid [Hz]
 
-    `last` is the time of the last sample in which all of them were there, `end` that of the last sample [s].
+    `last` is the time of the last sample with all of them, `end` the time of the last sample [s].
     """
 
     def __init__(self, required: Sequence[str], rate: float):
@@ -32,11 +32,11 @@ class JudgedTime:
         self._last: dict[str, float] = {}
 
     def add(self, aligned: Aligned, used: Collection[str] = ()) -> None:
-        """The next samples, as the monitor takes them.
+        """Add the next samples.
 
         Args:
-            aligned: follows on the ones before
-            used: signals that the monitor takes where the recording has them, as this one does
+            aligned: samples as the monitor receives them
+            used: optional signals that this recording has
         """
         if not len(aligned.time):
             return
@@ -62,11 +62,11 @@ class JudgedTime:
 
     @property
     def rest(self) -> float:
-        """Time at the end of which nothing was judged [s]."""
+        """Time at the end of the recording in which nothing was judged [s]."""
         return 0.0 if self.last is None or self.end is None else self.end - self.last
 
     def evidence(self) -> dict[str, float]:
-        """Figures for a finding."""
+        """Shares and times of complete signals, as evidence of a finding."""
         count = max(self._count, 1)
         shares = {"signals_complete_share": self._whole / count}
         if self._complete != self._whole:
@@ -74,13 +74,15 @@ class JudgedTime:
         return shares | ({} if self._whole_last is None else {"signals_complete_until_s": self._whole_last})
 
     def limited(self, finding: Finding, title: str, reaction: float, stuck: Mapping[str, Stuck]) -> Finding:
-        """The finding; no longer healthy, and a doubt second, where the end was not judged for the reaction time.
+        """Finding, limited if the end of the recording was not judged for longer than the reaction time.
+
+        A healthy verdict becomes "not identifiable"; suspect and rising verdicts keep their status and get the cause.
 
         Args:
-            finding: of the monitor
-            title: of what it watches
-            reaction: time that it needs to find a fault [s]
-            stuck: signals that are stuck to the end
+            finding: finding of the monitor
+            title: title of the monitored element
+            reaction: time that the monitor needs to find a fault [s]
+            stuck: signals that are stuck until the end, by name
         """
         if (
             not self.rest > reaction

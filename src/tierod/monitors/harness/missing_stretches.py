@@ -1,4 +1,4 @@
-"""Stretches in which a signal of a monitor is missing while others go on, over consecutive pieces of one recording."""
+"""Stretches of a recording in which an input signal of a monitor is missing while others continue."""
 
 from __future__ import annotations
 
@@ -12,24 +12,24 @@ from tierod.core.recording import Aligned
 from tierod.core.series import last_true
 
 LEAST: Annotated[float, "s"] = 1.0
-"""Time from which on a missing signal is named."""
+"""Shortest missing stretch that is reported [s]."""
 
 STEPS = 5.0
-"""A signal that comes slowly is missing only where so many of its own samples are."""
+"""Shortest missing stretch of a slow signal, in its own sampling intervals []."""
 
 NAMED = 3
-"""Stretches of one signal that a sentence lists; the others are counted."""
+"""Most stretches of one signal that a sentence lists; further ones are counted."""
 
 MOST = 1000
-"""Stretches of one signal that are kept."""
+"""Most stretches of one signal that are stored."""
 
 
 class MissingStretches:
-    """Notes when each signal comes, pauses and ends.
+    """Records when each input signal of a monitor begins, pauses and ends.
 
     Args:
-        names: that a monitor takes
-        rate: of its grid [Hz]
+        names: input signals
+        rate: rate of the monitor's grid [Hz]
     """
 
     def __init__(self, names: Collection[str], rate: float):
@@ -41,7 +41,7 @@ class MissingStretches:
         self._begin = self._end = math.nan
 
     def add(self, aligned: Aligned) -> None:
-        """The next samples, as the monitor takes them."""
+        """Add the next samples, as the monitor receives them."""
         if not len(aligned.time):
             return
         if not math.isfinite(self._begin):
@@ -52,6 +52,7 @@ class MissingStretches:
                 self._follow(name, aligned.time, aligned.there[name])
 
     def _follow(self, name: str, time: np.ndarray, there: np.ndarray) -> None:
+        # The first edge compares with the end of the previous piece.
         edges = np.flatnonzero(np.concatenate([[(name not in self._open) != there[0]], there[1:] != there[:-1]]))
         before = 0
         for place in edges.tolist():
@@ -68,16 +69,16 @@ class MissingStretches:
             self._seen[name] = float(time[last])
 
     def _keep(self, name: str, start: float, end: float, count: int) -> None:
-        """Note a stretch; its length is counted in samples, for time in which no signal was recorded is skipped."""
+        """Store a stretch; its length is counted in samples, since time without any recorded signal is skipped."""
         if count / self.rate > LEAST and len(self._kept[name]) < MOST:
             self._kept[name].append((start, end, count / self.rate))
 
     def warnings(self, rates: Mapping[str, float], others: Collection[str] = ()) -> tuple[str, ...]:
-        """Warnings about signals that were missing: when, and what that means for the verdict.
+        """Warnings about missing signals: the stretches, and the consequence for the verdict.
 
         Args:
-            rates: at which the signals come [Hz]
-            others: signals that are named elsewhere
+            rates: sampling rates of the signals [Hz]
+            others: signals that another warning names
         """
         return tuple(
             self._sentence(name, found)

@@ -1,4 +1,4 @@
-"""Shipped vehicle that a recording names as its own."""
+"""Shipped vehicle that the metadata of a recording name."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from tierod.core.recording import Recording
 from tierod.vehicles import shipped
 
 KEYS = ("vehicle_file", "virtual_car", "vehicle")
-"""Entries of a recording's metadata that may name a vehicle; many virtual cars are named as the vehicle they are."""
+"""Entries of a recording's metadata that may name a vehicle; many virtual cars have the name of their vehicle file."""
 
 SHORT = 1.0
-"""Seconds of a recording that are read for its metadata."""
+"""Duration of a recording that is read to obtain its metadata [s]."""
 
 
 def vehicle_named_in(source: Recording | str | Path, dbc: Any = None, channel_map: Any = None) -> str:
-    """The name of the shipped vehicle that a recording names.
+    """Name of the shipped vehicle that the metadata of a recording name.
 
     Args:
         source: a recording, or the path of one
@@ -27,8 +27,9 @@ def vehicle_named_in(source: Recording | str | Path, dbc: Any = None, channel_ma
         channel_map: path of a channel map
 
     Raises:
-        InputError: it cannot be read, as it is or without the databases of a vehicle; or only once, through a pipe
-        ParameterError: it names none that is shipped, so that the user must
+        InputError: the recording cannot be read, or only with the databases of a vehicle; or it is a pipe, which can be
+            read only once
+        ParameterError: the recording names no shipped vehicle, so that the user has to
     """
     metadata = source.metadata if isinstance(source, Recording) else _metadata(source, dbc, channel_map)
     named = [metadata[key] for key in KEYS if isinstance(metadata.get(key), str)]
@@ -43,10 +44,10 @@ def vehicle_named_in(source: Recording | str | Path, dbc: Any = None, channel_ma
 
 
 def other_vehicle(metadata: Mapping[str, Any], judged_as: str) -> str | None:
-    """A warning where a recording names a shipped vehicle other than the one it is judged as; None where it does not.
+    """Warning if a recording names another shipped vehicle than the one whose parameters are used; None if not.
 
     Args:
-        metadata: of the recording
+        metadata: metadata of the recording
         judged_as: name of the vehicle whose parameters are used
     """
     named = made_with(metadata, judged_as)
@@ -59,7 +60,7 @@ def other_vehicle(metadata: Mapping[str, Any], judged_as: str) -> str | None:
 
 
 def made_with(metadata: Mapping[str, Any], judged_as: str) -> str | None:
-    """The shipped vehicle that a recording names, other than the one it is judged as; arguments as `other_vehicle`."""
+    """Name of another shipped vehicle that the recording names; None if there is none. Arguments: `other_vehicle`."""
     named = [metadata[key] for key in KEYS if isinstance(metadata.get(key), str)]
     return None if judged_as in named else next((name for name in named if name in shipped()), None)
 

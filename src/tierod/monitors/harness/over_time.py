@@ -1,4 +1,4 @@
-"""Inputs and estimates of a monitor, sample by sample, for further use: substitutes, estimates, states."""
+"""Inputs and estimates of a monitor, sample by sample, as a recording for further use."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from tierod.core.recording import Channel, Recording
 
 
 class OverTime:
-    """Collects signals piece by piece; an hour of 40 of them at 100 Hz takes 120 MB."""
+    """Collects signals piece by piece; one hour of 40 signals at 100 Hz takes 120 MB."""
 
     def __init__(self) -> None:
         self._times: list[np.ndarray] = []
         self._values: dict[str, list[np.ndarray]] = {}
 
     def add(self, time: np.ndarray, shown: Mapping[str, np.ndarray]) -> None:
-        """The next piece.
+        """Add the next piece.
 
         Args:
-            time: [s], (n,)
+            time: time stamps [s], (n,)
             shown: signals by name, the same in every piece, (n,) each
         """
         self._times.append(time)
@@ -31,8 +31,8 @@ class OverTime:
         """All pieces as one recording on the grid of the monitor.
 
         Args:
-            units: of the signals that it holds, by name
-            source: where they come from
+            units: units by name of the signals to be included
+            source: origin of the signals, in words
         """
         time = np.concatenate(self._times)
         return Recording(

@@ -1,4 +1,4 @@
-"""A recording piece by piece, and the joining of the pieces so that no cut has an effect."""
+"""Reading a recording in pieces, and joining the pieces so that the cuts do not affect any result."""
 
 from __future__ import annotations
 
@@ -16,24 +16,24 @@ from tierod.vehicles import Vehicle
 from tierod.vehicles.reading import read_by
 
 CHUNK = 120.0
-"""Seconds of recording in memory at a time: what a monitor gives over ten minutes takes 120 MB more."""
+"""Duration of one piece in memory [s]; the outputs of a monitor over ten minutes would take 120 MB more."""
 
 LEAP = 86400.0
-"""Seconds that a recording may be silent, a night between two drives; a clock that leaps further was set."""
+"""Longest pause of a recording [s], a night between two drives; a longer leap means that the clock was set."""
 
 OVERLAP = 1.0
-"""Seconds kept of the piece before: longer than any sample may be old and any derived signal looks back."""
+"""Duration of the previous piece that is kept [s]: longer than any maximum age and any memory of a derived signal."""
 
 
 def pieces_of(
     source: Recording | str | Path, needs: Iterable[str], vehicle: Vehicle, dbc: Any, channel_map: Any
 ) -> Iterator[Recording]:
-    """The pieces of a file, one after the other; a recording in memory is a single one.
+    """Pieces of a recording in the order of time; a recording in memory is a single piece.
 
     Args:
         source: a recording, or the path of one
-        needs: channels that are read
-        vehicle: whose CAN databases and channel map are taken where none are given
+        needs: channels to be read
+        vehicle: vehicle whose CAN databases and channel map are used if none are given
         dbc: path(s) of CAN databases
         channel_map: path of a channel map
 
@@ -50,14 +50,14 @@ def pieces_of(
 
 
 def refuse_leap(last: float, following: float) -> None:
-    """Refuse a pause in which a clock was set.
+    """Refuse a pause in which the clock was set.
 
     Args:
         last: time of the last sample before the pause [s]
         following: time of the first sample after it [s]
 
     Raises:
-        InputError: more than `LEAP` lies between
+        InputError: the pause is longer than `LEAP`
     """
     if following - last > LEAP:
         raise InputError(
@@ -67,12 +67,12 @@ def refuse_leap(last: float, following: float) -> None:
 
 
 def share_read(piece: Recording) -> float:
-    """Share of the recording up to the end of a piece, 0 to 1."""
+    """Share of the recording that has been read at the end of a piece, 0 to 1."""
     return float(piece.metadata.get(SHARE_READ, 1.0))
 
 
 def joined(before: Recording | None, piece: Recording) -> Recording:
-    """The piece with the end of the one before in front of it."""
+    """Piece with the end of the previous one in front of it."""
     if before is None:
         return piece
     channels = dict(piece.channels)
@@ -83,17 +83,17 @@ def joined(before: Recording | None, piece: Recording) -> Recording:
             channels[name] = old
         else:
             key = id(old.time), id(new.time)
-            if key not in clocks:  # stamps that channels share stay shared, so that they are searched once
+            if key not in clocks:  # channels of one message go on sharing one array, so that it is searched only once
                 clocks[key] = np.concatenate([old.time, new.time])
             channels[name] = dataclasses.replace(new, time=clocks[key], values=np.concatenate([old.values, new.values]))
     return Recording(channels, piece.metadata)
 
 
 def together(parts: Sequence[Aligned]) -> Aligned:
-    """Consecutive parts of one grid as one.
+    """Join consecutive parts of one grid.
 
     Args:
-        parts: at least one
+        parts: parts in the order of time, at least one
     """
     if len(parts) == 1:
         return parts[0]
@@ -102,25 +102,26 @@ def together(parts: Sequence[Aligned]) -> Aligned:
 
 
 PAUSE = 2.0
-"""Time without a sample from which on a stretch is a pause [s]; every held value has expired by then."""
+"""Time without a sample from which a stretch counts as a pause [s]; all held values have expired by then."""
 
 LONGEST = 600.0
-"""Time of a pause that is judged as missing [s]: uncertainty grows, verdicts lapse; later nothing changes any more."""
+"""Longest part of a pause that a monitor receives as missing samples [s]: variances grow and verdicts lapse in that
+time, and nothing changes afterwards."""
 
 MOST = 3600.0
-"""Time of pauses beyond the time with samples that is judged at `LONGEST` [s]; of further ones `PAUSE` each, so that
-work grows with the samples, not with their stamps."""
+"""Total time of pauses, beyond the time with samples, that is judged with up to `LONGEST` each [s]; further pauses get
+`PAUSE` each, so that the work grows with the samples and not with their time stamps."""
 
 
 class Stretch(NamedTuple):
-    """A stretch of time to be judged [s]: from the end of the last one, or from `skip_to`, until `stop`."""
+    """Stretch of time to be judged [s]: from `skip_to`, or the end of the previous stretch if later, until `stop`."""
 
     skip_to: float
     stop: float
 
 
 class Silence:
-    """Follows the pauses of the signals of a monitor from piece to piece."""
+    """Follows the pauses in the signals of a monitor from piece to piece."""
 
     def __init__(self) -> None:
         self._first: float | None = None
@@ -129,15 +130,15 @@ class Silence:
         self._judged = 0.0
 
     def stretches(self, stamps: Iterable[np.ndarray], begin: float, stop: float) -> Iterator[Stretch]:
-        """Stretches of a piece to judge, in the order of time; the result does not depend on how the recording is cut.
+        """Stretches of a piece to be judged, in the order of time.
 
         Args:
-            stamps: of every signal of the piece [s]
-            begin: of the piece [s]
-            stop: of the piece [s]
+            stamps: time stamps of every signal of the piece [s]
+            begin: begin of the piece [s]
+            stop: end of the piece [s]
 
         Raises:
-            InputError: a pause is so long that a clock was set
+            InputError: a pause is longer than `LEAP`
         """
         if self._first is None or self._last_sample is None:
             self._first = self._last_sample = begin
@@ -153,19 +154,20 @@ class Silence:
         yield Stretch(resume, min(stop, self._last_sample + self._allowed(self._last_sample)))
 
     def _allowed(self, pause: float) -> float:
-        """Time of a pause that is judged [s]."""
+        """Time after the begin of a pause that is still judged [s]."""
         assert self._first is not None
         sampled = pause - self._first - self._paused
         return LONGEST if self._judged + LONGEST <= MOST + sampled else PAUSE
 
     def _pauses(self, stamps: list[np.ndarray], begin: float) -> Iterator[tuple[float, float]]:
-        """(last sample before, first sample after) of every pause that ends in a piece."""
+        """Last sample before and first sample after every pause that ends in a piece [s]."""
         assert self._last_sample is not None
         parts = [each[np.searchsorted(each, begin) :] for each in stamps]
         parts = [each for each in parts if len(each)]
         if not parts:
             return
         last = max(float(each[-1]) for each in parts)
+        # Shortcut: a single signal without a gap rules out any pause, and spares the merging of all time stamps.
         gapless = (each for each in parts if each[0] - self._last_sample <= PAUSE and last - each[-1] <= PAUSE)
         if not any(float(np.diff(each).max(initial=0.0)) <= PAUSE for each in gapless):
             together = np.unique(np.concatenate([[self._last_sample], *parts]))

@@ -25,22 +25,22 @@ from tierod.io.signs import COMPARED, sign_warnings, turn_warnings
 from tierod.monitors.harness.pieces import joined
 
 REDUCED_RATE = 10.0
-"""Rate [Hz] at which signals are kept to compare their signs."""
+"""Rate at which signals are stored for the comparison of their signs [Hz]."""
 
 FEWEST = 3
-"""Samples from which on a channel may be called constant."""
+"""Fewest samples of a channel that can be called constant."""
 
 
 class Qualities:
-    """Qualities of the channels of one piece, which several monitors look at, each worked out once."""
+    """Cache of the qualities of one piece's channels, which several monitors share."""
 
     def __init__(self) -> None:
-        # With the objects themselves: what is gone leaves its identity to another one.
+        # The objects are stored with their id: a deleted object could leave its id to a new one.
         self._paces: dict[int, tuple[np.ndarray, Pace]] = {}
         self._found: dict[int, tuple[Channel, ChannelQuality]] = {}
 
     def of(self, channel: Channel) -> ChannelQuality:
-        """Quality of a channel, its note left out."""
+        """Quality of a channel without its note."""
         if id(channel) not in self._found:
             time = channel.time
             _, pace = self._paces.get(id(time)) or self._paces.setdefault(id(time), (time, Pace.of(time)))
@@ -49,20 +49,20 @@ class Qualities:
 
 
 class Shared:
-    """A piece as several monitors take it, and the qualities of its channels.
+    """A piece that several monitors share, and the qualities of its channels.
 
     Args:
-        before: end of the piece before; None for the first
-        piece: of the recording
+        before: end of the previous piece; None for the first piece
+        piece: piece of the recording
 
-    `whole` has the end of the piece before in front.
+    `whole` is the piece with the end of the previous one in front.
     """
 
     def __init__(self, before: Recording | None, piece: Recording):
         self._piece, self.whole, self.qualities = piece, joined(before, piece), Qualities()
 
     def with_channels_of_piece(self, cut: Recording) -> Recording:
-        """A recording cut out of `whole`, whose channels are those of the piece where they hold the same samples."""
+        """Recording cut out of `whole`, with the channel objects of the piece if they hold the same samples."""
         same = {
             name: each
             for name, each in self._piece.channels.items()
@@ -72,7 +72,7 @@ class Shared:
 
 
 class QualityOverChunks:
-    """Collects the quality of the named channels over consecutive pieces of one recording."""
+    """Accumulates the quality of the named channels over consecutive pieces of one recording."""
 
     def __init__(self, names: Iterable[str]):
         self.names = tuple(names)
@@ -84,11 +84,11 @@ class QualityOverChunks:
         self._reduced = Rows(1 + len(self.names))
 
     def add(self, piece: Recording, qualities: Qualities | None = None) -> None:
-        """The next piece.
+        """Add the next piece.
 
         Args:
-            piece: follows on the one before
-            qualities: of its channels, where others look at them too
+            piece: next piece of the recording
+            qualities: cache of the qualities of its channels, if other monitors use them too
         """
         qualities = qualities or Qualities()
         for name in self.names:
@@ -96,24 +96,24 @@ class QualityOverChunks:
                 self._merge(piece[name], qualities.of(piece[name]))
         kept = len(self._reduced) / REDUCED_RATE
         if kept < COMPARED and any(name in piece for name in self.names):
-            # No more than is compared: a piece may be a whole recording with a pause of days in it.
+            # A piece may be a whole recording with a pause of days in it: align only the part that is compared.
             first = piece.slice(stop=piece.span[0] + COMPARED + 1.0)
             aligned = first.align(self.names, REDUCED_RATE, maximum_age=2.0 / REDUCED_RATE)
             self._reduced.add(np.column_stack([aligned.time, aligned.values]))
 
     def rows(self) -> tuple[ChannelQuality, ...]:
-        """One row per channel that the recording has; notes on a channel are those of the last piece."""
+        """One row per channel of the recording; its note is that of the last piece."""
         return tuple(
             dataclasses.replace(row, remarks=(*row.remarks, *filter(None, [self._notes[name]])))
             for name, row in self._rows.items()
         )
 
     def rates(self) -> dict[str, float]:
-        """At which rate each channel comes [Hz]; NaN where a single sample came."""
+        """Sampling rate of each channel [Hz]; NaN for a single sample."""
         return {name: row.rate for name, row in self._rows.items()}
 
     def contradictions(self) -> tuple[str, ...]:
-        """Signals that have probably the wrong sign, or the wrong unit, beside the others."""
+        """Sentences on signals that probably have the wrong sign or the wrong unit, compared with the others."""
         if not len(self._reduced):
             return ()
         table = self._reduced.values
@@ -126,7 +126,7 @@ class QualityOverChunks:
         return (*sign_warnings(together), *turn_warnings(together))
 
     def range_warnings(self) -> tuple[str, ...]:
-        """Signals that leave their plausible range: with a wrong unit no verdict is worth anything."""
+        """Warnings of signals that leave their plausible range, as with a wrong unit, which invalidates any verdict."""
         return tuple(
             f"{name}: {remark}"
             for name, row in self._rows.items()
@@ -135,17 +135,17 @@ class QualityOverChunks:
         )
 
     def refuse_slow(self, required: Iterable[str], minimum_rate: float) -> bool:
-        """Stop where a signal comes too slowly.
+        """Refuse a required signal with a low sampling rate.
 
         Args:
-            required: names of signals
-            minimum_rate: of each [Hz]
+            required: names of the required signals
+            minimum_rate: minimum sampling rate of each [Hz]
 
         Returns:
-            whether the rate of every required signal is known; of no sample or a single one there is none
+            whether the rate of every required signal is known, which takes two samples of each
 
         Raises:
-            InputError: a required signal comes at less than the minimum rate [Hz]
+            InputError: a required signal comes at less than the minimum rate
         """
         names = tuple(required)
         for name in (name for name in names if name in self._rows):
@@ -159,10 +159,10 @@ class QualityOverChunks:
         return all(name in self._rows and np.isfinite(self._rows[name].rate) for name in names)
 
     def refuse_unusable(self, required: Iterable[str]) -> None:
-        """Stop where a signal has no valid value in the whole recording.
+        """Refuse a required signal that holds no information over the whole recording.
 
         Raises:
-            InputError: a required signal is missing or constant throughout
+            InputError: a required signal is missing or constant throughout, or has fewer than `FEWEST` samples
         """
         for name in required:
             row = self._rows.get(name)
@@ -199,7 +199,7 @@ def _merged(old: ChannelQuality, new: ChannelQuality, old_span: float, new_span:
     samples = old.samples + new.samples
     weight = new_span / (old_span + new_span) if old_span + new_span > 0.0 else 0.5
     rates = [rate for rate in (old.rate, new.rate) if np.isfinite(rate)]
-    # Of single samples so far apart that each is a piece of its own, the pause between them is the step.
+    # Single samples so far apart that each is a piece of its own: the pause between them is the sampling interval.
     between = 1.0 / pause if pause > 0.0 else np.nan
     missing = (old.samples * old.missing_share + new.samples * new.missing_share) / samples
     gap = float(np.fmax(np.fmax(old.longest_gap, new.longest_gap), pause))
@@ -219,7 +219,7 @@ def _merged(old: ChannelQuality, new: ChannelQuality, old_span: float, new_span:
 
 
 def _remarks(old: ChannelQuality, new: ChannelQuality) -> tuple[str, ...]:
-    """Every kind of remark once; that a channel is constant or missing only where it holds throughout."""
+    """Every kind of remark once; "constant" and "missing" only if they hold throughout."""
     constant = old.minimum == old.maximum == new.minimum == new.maximum
     missing = old.missing_share == new.missing_share == 1.0
     kept: dict[str, str] = {}

@@ -1,4 +1,4 @@
-"""Related signals of a car, which move together, so that one of them shows that another is stuck."""
+"""Related signals of a car, which move together, so that one of them reveals that another is stuck."""
 
 from __future__ import annotations
 
@@ -11,27 +11,27 @@ SPEEDS = (
     "wheel_speed_rear_left",
     "wheel_speed_rear_right",
 )
-"""Signals that say whether the car moves."""
+"""Signals that show whether the car moves."""
 
 RATES = (
     ("steering_wheel_rate", "steering_wheel_angle"),
     ("pinion_rate", "pinion_angle"),
     ("motor_speed", "motor_angle_mechanical"),
 )
-"""(rate, angle) pairs: one is the derivative of the other."""
+"""(rate, angle) pairs: the rate is the derivative of the angle."""
 
 TURN = ("lateral_acceleration", "yaw_rate", "vehicle_speed")
-"""In a turn the first is about the product of the other two."""
+"""Signals of a turn: the first is approximately the product of the other two."""
 
 STEERED = ("steering_wheel_angle", "road_wheel_angle")
-"""Signals that cannot rest while the car turns to one side and then to the other."""
+"""Steering angles, which cannot rest while the car turns to one side and then to the other."""
 
 SAME_SPEED = (
     ("vehicle_speed", SPEEDS[1:]),
     *((f"wheel_speed_{end}_left", ("vehicle_speed", f"wheel_speed_{end}_right")) for end in ("front", "rear")),
     *((f"wheel_speed_{end}_right", ("vehicle_speed", f"wheel_speed_{end}_left")) for end in ("front", "rear")),
 )
-"""(signal, others): speeds that differ by slip and the radius of the turn only. One of the others may slip, so the
+"""(signal, others): speeds that differ only by slip and the radius of the turn. One of the others may slip, so that the
 nearest one is compared."""
 
 FOLLOWS = (
@@ -45,24 +45,24 @@ FOLLOWS = (
     ("steering_shaft_torque", "tie_rod_force", 0.4),
     ("tie_rod_force", "steering_shaft_torque", 0.4),
 )
-"""(signal, other, share): the signal cannot rest while the other passes over this share of all that it has shown. The
-torques need a large share: assist has a dead band, and a lane keeping motor turns a wheel that no hand holds."""
+"""(signal, other, share): the signal cannot rest while the other changes by this share of the range that it has shown
+so far. The torques need a large share: assist has a dead band, and a lane keeping motor turns a wheel without hands."""
 
 WRONG_SIGN_SHARE = 0.9
-"""Share of opposed torques of driver and motor above which a wrong sign of one is likelier than lane keeping."""
+"""Share of opposed driver and motor torques above which a wrong sign is more likely than lane keeping []."""
 
 ORDERED = ("target", "truth", "lane_keeping", "duty_cycle")
-"""Parts of the names of signals that rest on request, or that no sensor measures."""
+"""Parts of the names of requested quantities, which may rest, and of quantities that no sensor measures."""
 
 TURNED = ("angle", "rate", "position", "speed", "twist")
-"""Parts of the names of signals of motion: where no speed is recorded, these may rest however much forces jitter."""
+"""Parts of the names of signals of motion: without a recorded speed these may rest however much forces fluctuate."""
 
 
 def witnesses(names: Iterable[str]) -> tuple[str, ...]:
-    """Further signals that show whether one of these is stuck.
+    """Further signals that can reveal that one of these is stuck.
 
     Args:
-        names: canonical signals that are watched
+        names: canonical signals that are monitored
     """
     known = tuple(names)
     found: dict[str, None] = {}
@@ -76,12 +76,12 @@ def witnesses(names: Iterable[str]) -> tuple[str, ...]:
 
 
 def is_ordered(name: str) -> bool:
-    """Whether a signal may rest at will: a request, or a quantity that no sensor measures."""
+    """Whether a signal may rest without a fault: a request, or a quantity that no sensor measures."""
     return any(part in name for part in ORDERED)
 
 
 def is_turned(name: str) -> bool:
-    """Whether a signal is one of motion."""
+    """Whether a signal is one of motion, other than a speed of the car."""
     return any(part in name for part in TURNED) and name not in SPEEDS
 
 
@@ -89,11 +89,11 @@ Pair = tuple[str, str]
 
 
 def odd_ones_out(names: Sequence[str], agreement: Mapping[Pair, bool]) -> tuple[str, ...]:
-    """The signal that contradicts the others; several where they cannot be distinguished.
+    """Signal that contradicts the others; several if they are not isolable from each other, none if all agree.
 
     Args:
-        names: of all signals
-        agreement: whether a pair agrees; pairs of which nothing is known are left out
+        names: names of all signals
+        agreement: whether a pair agrees; pairs without enough information are left out
     """
     against = [pair for pair, agrees in agreement.items() if not agrees]
     with_ = [pair for pair, agrees in agreement.items() if agrees]

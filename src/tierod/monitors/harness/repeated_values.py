@@ -1,4 +1,4 @@
-"""Runs of equal values of a signal, and related signals that contradict them, sample by sample."""
+"""Runs of equal values of a signal, and the tests by which related signals contradict them, sample by sample."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from tierod.core.graph.maths import absolute, all_of, both, maximum, minimum, ne
 
 
 class EqualValues(NamedTuple):
-    """Memory of one signal and its run of equal values.
+    """State of one signal and its current run of equal values.
 
     Args:
-        value: its last, the one that it repeats [its unit]
-        seconds: for which it has repeated that [s]
-        moving_seconds: ... of them while the car moved [s]
-        longest: such time that ended with a change [s]
-        seen: time for which it was present and not stuck [s]
-        driven: ... of that while the car moved [s]
-        low, high: least and greatest value [its unit]
-        step: smallest change [its unit]
-        rests_at_zero: whether it was zero before
-        stuck: whether it is stuck
+        value: value of the run [unit of the signal]
+        seconds: duration of the run [s]
+        moving_seconds: part of the run in which the car moved [s]
+        longest: longest such part of a run that ended with a change [s]
+        seen: time for which the signal was present and not stuck [s]
+        driven: part of that time in which the car moved [s]
+        low, high: least and greatest value so far [unit of the signal]
+        step: smallest change so far [unit of the signal]
+        rests_at_zero: whether a run at zero has ended with a change
+        stuck: whether the signal is stuck
     """
 
     value: Scalar
@@ -39,18 +39,18 @@ class EqualValues(NamedTuple):
 
 
 NEW = EqualValues(math.inf, 0.0, 0.0, 0.0, 0.0, 0.0, math.inf, -math.inf, math.inf, 0.0, 0.0)
-"""A signal that has not been seen yet."""
+"""State of a signal before its first sample."""
 
 
 def repeated(run: EqualValues, value: Scalar, moves: Scalar, sample_time: float, residue: float = 0.0) -> EqualValues:
-    """The run of a signal one sample on; a missing sample changes nothing.
+    """State of a signal after one sample; a missing sample changes nothing.
 
     Args:
-        run: before the sample
-        value: of the signal; not finite where missing
+        run: state before the sample
+        value: value of the signal; not finite if missing
         moves: whether the car moves
-        sample_time: since the last sample [s]
-        residue: difference up to which values are equal [its unit], see `residue_of`
+        sample_time: sampling interval [s]
+        residue: difference up to which values count as equal [unit of the signal], see `residue_of`
     """
     there = present(value)
     size = absolute(value - run.value)
@@ -74,30 +74,32 @@ def repeated(run: EqualValues, value: Scalar, moves: Scalar, sample_time: float,
 
 
 def is_changing(run: EqualValues, value: Scalar, jitter: Scalar) -> Scalar:
-    """Whether a signal is present and changes with every sample.
+    """Whether a signal is present and changes with practically every sample.
 
     Args:
-        run: before the sample
-        value: of the signal; not finite where missing
+        run: state before the sample
+        value: value of the signal; not finite if missing
         jitter: longest run of equal values of such a signal [s]
     """
     return both(present(value), run.seconds < jitter)
 
 
 STEPS = 1.5
-"""Steps of quantisation by which a difference of two readings may be off [-]: half a step each, and half in reserve."""
+"""Error of a difference of two readings in steps of quantisation [-]: half a step each, and half in reserve."""
 
 AGREED = 0.5
-"""Share of a limit within which two signals were before a run of equal values [-]: a standing offset is no such run."""
+"""Share of a limit within which two signals must have agreed before a run of equal values [-], so that a constant
+offset between them is not taken for a stuck signal."""
 
 
 class Contradiction(NamedTuple):
-    """Memory of one signal compared with another one since its run of equal values began.
+    """State of the comparison of one signal with another one since its run of equal values began.
 
     Args:
-        start: least value of the other, its value at the start of the run, or the residual before it
-        far: greatest value of the other, the way that it integrates to, or the residual
-        seconds: for which the two have contradicted each other [s]
+        start: by kind of comparison, least value of the other, its value at the start of the run, or the residual
+            before the run
+        far: by kind of comparison, greatest value of the other, its integral since the start, or the residual
+        seconds: time for which the two have contradicted each other without interruption [s]
     """
 
     start: Scalar
@@ -106,7 +108,7 @@ class Contradiction(NamedTuple):
 
 
 class PairLimits(NamedTuple):
-    """The parameters of `StuckSignals` by which two signals may differ; units and reasons stand there."""
+    """Parameters of `StuckSignals` by which two signals may differ; see there for units and reasons."""
 
     sample_time: Any
     learning: Scalar
@@ -127,7 +129,7 @@ def rate_beside_angle(
     angle: str,
     offset: Scalar,
 ) -> tuple[Contradiction, Scalar]:
-    """A rate that stays while its angle moves by another way than the rate integrates to."""
+    """Test of a constant rate: its angle changes by something else than the integral of the rate."""
     run, there = runs[rate], present(now[angle])
     since = run.seconds - limits.delay
     start = where(both(there, since < 0.0), now[angle], old.start)
@@ -144,7 +146,7 @@ def angle_beside_rate(
     angle: str,
     offset: Scalar,
 ) -> tuple[Contradiction, Scalar]:
-    """An angle that stays while its rate integrates to a way."""
+    """Test of a constant angle: the integral of its rate departs from zero."""
     since = runs[angle].seconds - limits.delay
     moved = where(both(present(now[rate]), present(now[angle])), limits.sample_time * (now[rate] - offset), 0.0)
     way = where(since < 0.0, 0.0, old.far + moved)
@@ -164,7 +166,7 @@ def _beyond(limits: PairLimits, apart: Scalar, since: Scalar, run: EqualValues, 
 def beside_turn(
     limits: PairLimits, old: Contradiction, run: EqualValues, turn: Scalar, shows: Any
 ) -> tuple[Contradiction, Scalar]:
-    """A signal of a turn that stays while the others turn."""
+    """Test of a constant signal of a turn: it disagrees with the two others."""
     memory = _agreed(old, run, turn)
     apart = both(absolute(turn) > limits.turn, memory.start < AGREED * limits.turn)
     return memory, all_of(run.seconds > limits.delay, apart, shows)
@@ -173,7 +175,7 @@ def beside_turn(
 def angle_beside_bends(
     limits: PairLimits, old: Contradiction, run: EqualValues, bend: Scalar
 ) -> tuple[Contradiction, Scalar]:
-    """A steering angle that stays while the car turns to one side and then to the other [m/s^2]."""
+    """Test of a constant steering angle: the car turns to one side and then to the other; `bend` [m/s^2]."""
     early = run.seconds < limits.delay
     least = where(early, bend, minimum(old.start, bend))
     most = where(early, bend, maximum(old.far, bend))
@@ -182,9 +184,9 @@ def angle_beside_bends(
 
 
 def bend_of(acceleration: Scalar, yaw: Scalar, speed: Scalar) -> Scalar:
-    """Lateral acceleration that both signals of a turn show; 0 where they part or one is missing [m/s^2].
+    """Lateral acceleration on which both signals of a turn agree; 0 if they disagree or one is missing [m/s^2].
 
-    A car that rolls back keeps its sign, and a spike of one signal shows nothing.
+    It keeps its sign when the car rolls backwards, and ignores a spike of one signal.
     """
     turned = yaw * speed
     agree = all_of(present(acceleration), present(turned), acceleration * turned > 0.0)
@@ -200,7 +202,7 @@ def speed_beside_others(
     name: str,
     others: tuple[str, ...],
 ) -> tuple[Contradiction, Scalar]:
-    """A speed that stays while all others change; a wheel at rest may be locked."""
+    """Test of a constant speed: all others differ from it; a wheel at zero is excluded, since it may be locked."""
     run, nearest = runs[name], math.inf
     for other in others:
         apart = where(runs[other].stuck < 0.5, run.value - now[other], math.inf)
@@ -216,7 +218,7 @@ def speed_beside_others(
 def beside_followed(
     limits: PairLimits, old: Contradiction, other: Scalar, run: EqualValues, beside: EqualValues, share: float
 ) -> tuple[Contradiction, Scalar]:
-    """A signal that stays while one that it follows passes over much of its range."""
+    """Test of a constant signal: a signal that it follows passes over a large share of its own range."""
     early, there = run.seconds < limits.delay, present(other)
     least = where(there, where(early, other, minimum(old.start, other)), old.start)
     most = where(there, where(early, other, maximum(old.far, other)), old.far)
@@ -230,5 +232,5 @@ def beside_followed(
 
 
 def _agreed(old: Contradiction, run: EqualValues, residual: Scalar) -> Contradiction:
-    """Contradiction with the residual before the run: signals that disagreed then have another defect."""
+    """State with the residual before the run: signals that disagreed then have another defect."""
     return Contradiction(where(run.seconds > 0.0, old.start, absolute(old.far)), residual, old.seconds)

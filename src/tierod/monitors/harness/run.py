@@ -1,4 +1,4 @@
-"""Run of one monitor over one recording, piece by piece; its results are put together at the end."""
+"""Run of one monitor over one recording, piece by piece, with its diagnosis at the end."""
 
 from __future__ import annotations
 
@@ -36,13 +36,13 @@ if TYPE_CHECKING:
 
 
 def fitting(monitor: Monitor, variant: Variant, piece: Recording, asked: bool) -> tuple[Monitor, Variant]:
-    """The monitor on the grid of a recording, and the variant that this has signals for.
+    """Monitor on the grid that suits a recording, and the variant whose signals the recording has.
 
     Args:
-        monitor: with the needs of the variant
-        variant: the default, or what the user chose
-        piece: the first of the recording
-        asked: whether the user chose the variant, which stays then
+        monitor: monitor with the required signals of the variant
+        variant: default variant, or the choice of the user
+        piece: first piece of the recording
+        asked: whether the user chose the variant, which is then kept
     """
     picked = None if asked else monitor.variant_for(complete(piece, [*monitor.required, *monitor.optional]))
     if picked is None or picked.name == monitor.default:
@@ -51,30 +51,30 @@ def fitting(monitor: Monitor, variant: Variant, piece: Recording, asked: bool) -
 
 
 ROUNDING = 1e-6
-"""Behind a step of the grid a sample still belongs to it, as where a recording is aligned [s]."""
+"""Time after a step of the grid within which a sample still belongs to it, as in the alignment of recordings [s]."""
 
 
 EXACT = "all parameters of the vehicle are assumed to be exact: bands and verdict do not hold their spread"
-"""Remark of a diagnosis without spread."""
+"""Remark of a diagnosis without the spread of the parameters."""
 
 
 class Run:
-    """One monitor over one recording, piece by piece; the result does not depend on how the recording is cut.
+    """Run of one monitor over one recording; the result does not depend on how the recording is cut into pieces.
 
     Args:
-        monitor: of the run
-        variant: of the monitor
-        vehicle: that the recording is judged as
-        baseline: of this car; the monitor learns one where not given
+        monitor: monitor to be run
+        variant: variant of the monitor
+        vehicle: vehicle whose parameters are used
+        baseline: baseline of this vehicle; None lets the monitor learn one
         memory: path of the fault memory that takes the recording as one operation cycle
-        kept: takes what is read and estimated over time
+        kept: collects inputs and estimates over time
         uncertain: whether the spread of the vehicle's parameters is carried into bands and verdict
-        bins: of every trace at the least, for which memory is taken at once; as many as memory allows where None
-        signals_shown: whether the diagnosis holds what only a report shows: histograms, loops and the signals over
-            time, beside what the monitor estimates
+        bins: least number of bins of every trace, allocated at once; None takes as many as memory allows
+        signals_shown: whether the diagnosis includes what only a report shows, beside the estimates: histograms, loops
+            and the input signals over time
 
     Raises:
-        InputError: the baseline is of another vehicle or variant
+        InputError: the baseline belongs to another vehicle or variant
         ParameterError: the variant cannot run with this vehicle
     """
 
@@ -123,7 +123,7 @@ class Run:
 
     @property
     def begun(self) -> bool:
-        """Whether something was judged."""
+        """Whether at least one step of the grid was judged."""
         return self._steps > 0
 
     @property
@@ -133,21 +133,21 @@ class Run:
 
     @property
     def steps(self) -> int:
-        """Steps of the grid that were judged or skipped."""
+        """Number of steps of the grid that were judged or skipped."""
         return self._steps
 
     @property
     def removed(self) -> frozenset[str]:
-        """Signals that the monitor does not see now, since they are stuck."""
+        """Signals that are stuck now and therefore removed from the input of the monitor."""
         stuck = self._inputs.stuck
         return frozenset(stuck.lasting()) - stuck.passed_on
 
     def fitted(self, piece: Recording, asked: bool) -> Run:
-        """The run on the grid of a recording, and as the variant that it has signals for.
+        """Run on the grid and with the variant that suit a recording; see `fitting`.
 
         Args:
-            piece: the first of the recording
-            asked: whether the user chose the variant, which stays then
+            piece: first piece of the recording
+            asked: whether the user chose the variant, which is then kept
         """
         suited, picked = fitting(self.monitor, self.variant, piece, asked)
         if (suited, picked) == (self.monitor, self.variant):
@@ -155,17 +155,19 @@ class Run:
         return Run(suited, picked, self.vehicle, *self._given)
 
     def add(self, piece: Recording, shared: Shared | None = None) -> None:
-        """The next piece of the recording.
+        """Add the next piece of the recording.
 
         Args:
-            piece: follows on the one before
-            shared: of the piece, with other monitors that have taken all pieces that this one has
+            piece: next piece
+            shared: piece with cached qualities, shared with monitors that have received the same pieces
 
         Raises:
-            InputError: the piece lacks a signal that the monitor needs, or brings it too slowly
+            InputError: a required signal is missing, or its sampling rate is too low
         """
         begin, last = piece.span
         shared = shared or Shared(self._before, piece)
+        # Signals are derived over the end of the previous piece too, so that no cut affects them; the quality counts
+        # each sample once.
         whole = complete(shared.whole, [*self.monitor.required, *self.monitor.optional])
         complete_piece = shared.with_channels_of_piece(whole.slice(begin)) if self._before else whole
         self._inputs.quality.add(complete_piece, shared.qualities)
@@ -178,20 +180,20 @@ class Run:
             self.open_spread()
         self._inputs.refuse_slow()
         self._before = piece.slice(last - OVERLAP)
-        # The step at the last sample and those behind it wait: the next piece may hold samples that belong to them.
+        # Later steps have to wait, since the next piece may hold samples that belong to them.
         self._judge(whole, begin, last - ROUNDING)
 
     def open_spread(self) -> None:
-        """Open the vehicles that are moved within the spread; with the first piece, or for a checkpoint."""
+        """Open the sessions for perturbed parameters; called with the first piece, or for a checkpoint."""
         if self._uncertain is not None:
             self._spread = self._uncertain.spread()
 
     def _judge(self, whole: Recording, begin: float, stop: float) -> None:
-        """Judge the samples after those judged already, up to a time."""
+        """Judge the samples that follow those judged already, up to a time."""
         waiting: list[tuple[Aligned, Aligned]] = []
         count = 0
         for aligned in self._grid(whole, begin, stop):
-            # Every piece that a session takes in costs some milliseconds: what lies between pauses goes together.
+            # Every call of a session costs some milliseconds: the stretches between pauses are absorbed together.
             count += len(aligned.time)
             if count > CHUNK * self.monitor.rate:
                 self._absorb(waiting, whole)
@@ -200,7 +202,7 @@ class Run:
         self._absorb(waiting, whole)
 
     def _grid(self, whole: Recording, begin: float, stop: float) -> Iterator[Aligned]:
-        """Samples of a piece to judge, on the grid of the monitor, in the order of time."""
+        """Samples of a piece to be judged, on the grid of the monitor, in the order of time."""
         assert self._start is not None
         stamps = [whole[name].time for name in self.session.signals if name in whole]
         for skip_to, end in self._silence.stretches(stamps, begin, stop):
@@ -212,7 +214,7 @@ class Run:
                 yield aligned
 
     def _aligned(self, whole: Recording, stop: float) -> Aligned:
-        """Samples after those judged already, no more than CHUNK of them: a long piece must fit into memory."""
+        """Samples that follow those judged already, CHUNK seconds at most, so that a long piece fits into memory."""
         assert self._start is not None
         start = self._start + self._steps / self.monitor.rate
         return whole.align(
@@ -224,13 +226,13 @@ class Run:
         )
 
     def _absorb(self, parts: Sequence[tuple[Aligned, Aligned]], whole: Recording) -> None:
-        """Absorb the samples after those judged already, as they were recorded and without those that are stuck."""
+        """Absorb (recorded, usable) samples; in the usable ones stuck signals are NaN."""
         if not parts:
             return
         aligned, usable = (together(each) for each in zip(*parts, strict=True))
         assert self._start is not None
         self._inputs.add(whole, self._start, usable)
-        # What is stuck is shown as it was recorded; only the monitor does not see it.
+        # Reports show stuck signals as recorded; only the input of the monitor is without them.
         traces = self.session.absorb(usable)
         if self._spread is not None:
             traces = self._spread.absorb(usable, traces)
@@ -247,18 +249,19 @@ class Run:
             places = trace.add(aligned.time, shown[name], places)
 
     def finish(self, command: str = "") -> Diagnosis:
-        """The diagnosis over all pieces.
+        """Diagnosis over all pieces.
 
         Args:
-            command: that asked for it, for the report
+            command: command line as typed by the user, for the report
 
         Raises:
-            InputError: there was no sample, or a signal that the monitor needs was constant or missing throughout
+            InputError: there was no sample, or a required signal was constant or missing throughout
         """
         if self._before is None or not self._steps:
             raise InputError("the recording holds no samples; check that the file is whole and the channel map fits it")
         last = self._before.span[1]
         whole = complete(self._before, [*self.monitor.required, *self.monitor.optional])
+        # The last steps, which `add` has held back for a next piece.
         self._judge(whole, last, last + 0.5 / self.monitor.rate)
         self._inputs.quality.refuse_unusable(self.monitor.required)
         contradictions = self._inputs.quality.contradictions()
@@ -275,7 +278,7 @@ class Run:
         return diagnosis
 
     def _concluded(self) -> tuple[Conclusion, tuple[ParameterEffect, ...]]:
-        """Conclusion of the session, with the spread of the parameters, and their effects on it."""
+        """Conclusion of the session including the spread of the parameters, and the effects of the parameters on it."""
         conclusion = self.session.conclude()
         if self._uncertain is None:
             return conclusion, ()
@@ -316,7 +319,7 @@ class Run:
         )
 
     def _shown(self, withheld: Collection[str]) -> dict[str, Trace]:
-        """The traces, those of signals in the units of the recording."""
+        """Traces for the report, those of input signals in the units of the recording."""
         traces = {name: each.trace() for name, each in self._traces.items() if name not in withheld}
         units = self._inputs.quality.units
         for name in self.session.signals:
@@ -326,12 +329,12 @@ class Run:
 
 
 def _feed(memory: str | Path, vehicle: Vehicle, monitor: Monitor) -> MemoryFeed:
-    from tierod.monitors.harness.into_memory import MemoryFeed  # few runs have a memory, and it takes its time to load
+    from tierod.monitors.harness.into_memory import MemoryFeed  # slow to import, and few runs have a fault memory
 
     return MemoryFeed(memory, vehicle.name, monitor.name)
 
 
 def _common(monitor: Monitor) -> set[str]:
-    """Channels that every variant reads: judged by another one, a recording has the same fingerprint."""
+    """Channels that all variants read, so that the fingerprint of a recording does not depend on the variant."""
     own = [monitor, *(monitor.needing(variant) for variant in monitor.variants.values())]
     return set.intersection(*(set(ingredients([*each.required, *each.optional])) for each in own))

@@ -1,4 +1,4 @@
-"""A fingerprint of the samples of a recording, by which it is recognised in another file or under another name."""
+"""Fingerprint of the samples of a recording, which identifies it in another file or under another name."""
 
 from __future__ import annotations
 
@@ -11,23 +11,23 @@ from tierod.core.recording import Recording
 
 
 class SampleDigest:
-    """The SHA-256 of time stamps and values, fed piece by piece; it does not depend on how the recording is cut.
+    """SHA-256 over time stamps and values; it does not depend on how the recording is cut into pieces.
 
     Args:
-        names: channels that count, where the recording has them
+        names: channels to be included, if the recording has them
     """
 
     def __init__(self, names: Iterable[str]):
         self._digests = {name: hashlib.sha256(name.encode()) for name in sorted(names)}
 
     def add(self, piece: Recording) -> None:
-        """The next piece of the recording."""
+        """Add the next piece of the recording."""
         for name, digest in self._digests.items():
             if name in piece:
                 channel = piece[name]
                 digest.update(np.column_stack([channel.time, channel.values]).astype("<f8").tobytes())
 
     def result(self) -> str:
-        """In hexadecimal, over all pieces."""
+        """First 32 hexadecimal digits of the digest over all pieces."""
         whole = hashlib.sha256(b"".join(digest.digest() for digest in self._digests.values()))
         return whole.hexdigest()[:32]

@@ -1,4 +1,4 @@
-"""Session of a monitor, which runs over recordings of any length."""
+"""Monitor, variant and session: what a monitor is, and how it runs over a recording of any length."""
 
 from __future__ import annotations
 
@@ -38,16 +38,16 @@ class Conclusion:
         finding: the verdict
         histograms: name -> (edges, counts)
         loops: name -> (angle [rad], torque)
-        consistency: figures of the innovations by name
+        consistency: statistics of the innovations by name
         parameters: rows (name, value, unit, standard deviation, source) of the monitor's own tuning
-        baseline: learnt parameters of this vehicle that may be kept as its fault-free state; None where there are none
-        remarks: hints for parts of the report: "estimate" or "consistency" -> a sentence or two
-        withheld: traces that a report must not show, since their value was withheld
-        course: the running verdict from change to change; empty for a monitor that judges a recording as a whole
-        code_courses: the same for single trouble codes by name, of a monitor that distinguishes several faults
+        baseline: estimates that may be stored as the fault-free baseline of this vehicle; None without any
+        remarks: notes on parts of the report: "estimate" or "consistency" -> a sentence or two
+        withheld: names of traces that a report must not show, since their value was withheld
+        course: changes of the running verdict; empty for a monitor that judges a recording as a whole
+        code_courses: changes of the verdict on single trouble codes by name, of a monitor that isolates several faults
         elements: state of every sensor and actuator, of a monitor that judges several
-        defects: of its input signals, over the whole drive
-        distances: by the name of a decision that looks once at a recording, its statistic
+        defects: defects of the input signals over the whole drive
+        distances: statistic of each decision that tests a recording once, by name of the decision
     """
 
     finding: Finding
@@ -69,32 +69,32 @@ class Session(Protocol):
     """One monitor over one recording, fed piece by piece."""
 
     signals: tuple[str, ...]
-    """Canonical signals, in the order in which it wants them."""
+    """Canonical names of its input signals, in the order of the columns it expects."""
 
     traces: Mapping[str, str]
-    """What a report shows over time beside the signals: name -> unit."""
+    """Outputs that a report shows over time beside the input signals: name -> unit."""
 
     def refuse(self, aligned: Aligned) -> None:
-        """Refuse a recording that it cannot judge, from its first piece; called before the first `absorb`.
+        """Refuse a recording that the session cannot judge; called with its first piece, before `absorb`.
 
         Raises:
-            InputError: signals come too slowly together, or one that only this vehicle or variant needs is missing
+            InputError: signals come too slowly together, or a signal is missing that this vehicle or variant needs
         """
 
     def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
-        """Take in one more piece and give the traces over it, (n,) each."""
+        """Process one more piece and return its traces, (n,) each."""
 
     def conclude(self) -> Conclusion:
-        """The verdict over all pieces."""
+        """Conclusion over all pieces."""
 
 
 class BlockSession(ABC):
-    """A session whose monitor is a block: the block runs over each piece and is carried on to the next.
+    """Session whose monitor is a block: the block runs over each piece and keeps its state for the next.
 
     Args:
-        block: its sample is a flat NamedTuple of canonical signals
-        traces: outputs shown over time: output -> (name in the report, unit)
-        running: output that holds the code of the running verdict, and the status of each code; None without one
+        block: block whose sample is a flat NamedTuple of canonical signals
+        traces: outputs to be shown over time: output -> (name in the report, unit)
+        running: output with the code of the running verdict, and the status of each code; None without such an output
     """
 
     def __init__(
@@ -110,50 +110,50 @@ class BlockSession(ABC):
         self._outputs = {name: output for output, (name, _) in traces.items()}
         self._running = running
         self.fitted: object = None
-        """To what of a recording its block was fitted; None where it follows from the vehicle alone."""
+        """Data of the recording that the block was fitted to; None if the block follows from the vehicle alone."""
         self.pictured = True
-        """Whether the conclusion holds what only a report shows: histograms, loops and figures of the innovations."""
+        """Whether the conclusion includes what only a report shows: histograms, loops, statistics of innovations."""
         self.moved = False
-        """Whether it runs for a vehicle within the spread of another one, whose own session names defective signals."""
+        """Whether it runs for perturbed parameters; defective signals are then named by the session of the vehicle."""
         self.memory: Memory | None = None
-        """The state of the block after the last piece, to be stored or to go on from; None before the first."""
+        """State of the block after the last piece, for the next piece or a checkpoint; None before the first."""
         self._scanner: Scanner[Any, Any, Any] | None = None
 
     @property
     def running(self) -> tuple[str, Sequence[Status]] | None:
-        """Output that holds the code of the running verdict, and the status of each code; None without one."""
+        """Output with the code of the running verdict, and the status of each code; None without such an output."""
         return self._running
 
     @property
     def shown_outputs(self) -> Mapping[str, str]:
-        """Output of the block by the name under which a report shows it."""
+        """Outputs of the block by their names in a report."""
         return self._outputs
 
     @property
     def stepped(self) -> Interface | None:
-        """Graph of its block where all that it does with a piece is to step that; None before the first piece."""
+        """Graph of the block if `absorb` only steps it; None for an own `absorb`, and before the first piece."""
         ordinary = type(self).absorb is BlockSession.absorb
         return self._scanner.graph if ordinary and self._scanner is not None else None
 
     def refit(self, fitted: Any) -> None:  # noqa: B027  # the blocks of most follow from the vehicle alone
-        """Fit the block as an earlier session did, of which `fitted` is kept."""
+        """Fit the block to the data that an earlier session stored in `fitted`."""
 
     def refuse(self, aligned: Aligned) -> None:  # noqa: B027  # most blocks judge whatever has their signals
-        """Refuse a recording that it cannot judge, from its first piece."""
+        """Refuse a recording that the session cannot judge, from its first piece."""
 
     def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
-        """Take in one more piece and give the traces over it, (n,) each."""
+        """Process one more piece and return its traces, (n,) each."""
         ready = self.prepared(aligned)
         if self._scanner is None or self._scanner.block is not self.block:
             self._scanner = Scanner(self.block)
         return self.taken(ready, self._scanner.scan(ready, self.memory))
 
     def prepared(self, aligned: Aligned) -> Aligned:
-        """The next piece as the block takes it in; a block that is fitted to a recording is fitted to the first one."""
+        """Next piece in the form that the block needs; a block that is fitted to a recording is fitted here, once."""
         return aligned
 
     def taken(self, aligned: Aligned, result: Result) -> Mapping[str, np.ndarray]:
-        """Keep what the block gave over a piece, and give the traces over it, (n,) each."""
+        """Store the result of the block over a piece and return its traces, (n,) each."""
         self.memory = result.state
         if self._running is not None:
             self._follow(aligned.time, result[self._running[0]], self._running[1])
@@ -161,6 +161,7 @@ class BlockSession(ABC):
         return {name: result[output] for name, output in self._outputs.items()}
 
     def _follow(self, time: np.ndarray, code: np.ndarray, statuses: Sequence[Status]) -> None:
+        # NaN marks the first sample as a change, since it may continue or end the status of the previous piece.
         changed = np.flatnonzero(np.diff(code, prepend=np.nan) != 0.0)
         for at in changed.tolist():
             status = statuses[round(code[at])]
@@ -168,22 +169,25 @@ class BlockSession(ABC):
                 self.course.append(StatusChange(float(time[at]), status))
 
     def observe(self, traces: Mapping[str, np.ndarray]) -> None:  # noqa: B027  # most need no more than their own band
-        """The traces of the last piece as they are shown: their bands hold the spread of the parameters."""
+        """Receive the traces of the last piece as shown, with bands that include the spread of the parameters."""
 
     @abstractmethod
     def collect(self, time: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
-        """Keep the part of one piece that the conclusion needs: time [s], signals by name, outputs, (n,) each."""
+        """Store what the conclusion needs of one piece: time [s], signals by name and outputs, (n,) each."""
 
     @abstractmethod
     def conclude(self) -> Conclusion:
-        """The verdict over all pieces."""
+        """Conclusion over all pieces."""
 
 
 def tuning_rows(block: Block) -> list[tuple[str, float, str, float | None, str]]:
-    """Every float of a monitor's own tuning: rows (name, value, unit, deviation, source); not those of its vehicle.
+    """Floats of a monitor's own tuning, without the parameters of the vehicle.
 
     Args:
-        block: of a monitor
+        block: block of a monitor
+
+    Returns:
+        rows (name, value, unit, standard deviation, source)
     """
     rows: list[tuple[str, float, str, float | None, str]] = []
     for path, value in tuning(block):
@@ -193,7 +197,7 @@ def tuning_rows(block: Block) -> list[tuple[str, float, str, float | None, str]]
 
 
 def _unit_of(block: Any, path: str) -> str:
-    """The unit of a float field, from the annotation of its dataclass or NamedTuple."""
+    """Unit of a float field, from the annotation of its dataclass or NamedTuple."""
     *way, name = path.split(".")
     holder = block
     for step in way:
@@ -206,23 +210,22 @@ def _unit_of(block: Any, path: str) -> str:
 
 @cache
 def _units(kind: Any) -> Mapping[str, str]:
-    """The units of the annotated fields of a class; to read annotations takes longer than to judge a minute."""
+    """Units of the annotated fields of a class; cached, since reading annotations is slower than judging a minute."""
     hints = get_type_hints(kind, include_extras=True).items()
     return {name: str(get_args(hint)[1]) for name, hint in hints if get_origin(hint) is Annotated}
 
 
 @dataclass(frozen=True)
 class Variant:
-    """One way of doing a monitor's job.
+    """One method by which a monitor can work.
 
     Args:
-        name: as given on the command line
-        summary: one sentence
+        name: name as given on the command line
+        summary: summary in one sentence
         source: paper and equations
-        open: builds the session for a vehicle, a rate [Hz], and the vehicle's baseline from earlier recordings
-        decisions: every way in which its sessions turn a number into a statement; at the monitor's own rate their rules
-            are those in effect
-        required: canonical signals without which it cannot run; those of the monitor where None
+        open: function that opens the session for a vehicle, a rate [Hz], and a baseline from earlier recordings
+        decisions: all decision rules of its sessions, with the numbers in effect at the monitor's own rate
+        required: canonical signals without which it cannot run; None takes those of the monitor
     """
 
     name: str
@@ -235,29 +238,29 @@ class Variant:
 
 @dataclass(frozen=True)
 class Monitor:
-    """One thing that tierod watches.
+    """Monitor of one element or property of the vehicle.
 
     Args:
-        name: as given on the command line
-        title: for people
-        summary: one sentence
+        name: name as given on the command line
+        title: title in reports
+        summary: summary in one sentence
         source: paper
         required: canonical signals without which it cannot run
-        optional: signals that make it better
-        rests_on: those of them on which the result rests where they are there: a defect of one makes it suspect
-        rate: of the grid it runs on [Hz]
-        minimum_rate: slowest channel that it accepts [Hz]
-        maximum_age: a sample older than this is missing [s]
-        variants: by name
-        default: the variant taken where none is given; None where a wrong guess would give a wrong verdict, so that the
-            user must choose
+        optional: signals that improve its result
+        rests_on: optional signals that its result rests on if they are present; a defect of one makes it suspect
+        rate: rate of the grid it runs on [Hz]
+        minimum_rate: lowest sampling rate of a required channel that it accepts [Hz]
+        maximum_age: age from which a sample counts as missing [s]
+        variants: variants by name
+        default: name of the variant that runs if none is given; None if the user must choose, since a wrong guess would
+            give a wrong verdict
         slower: rates for recordings whose required channels come slower than `rate` [Hz], the fastest first; empty
-            where held values do no harm
-        subjects: signals whose faults it judges itself, so that it must see them stuck as well
-        reaction: time that it needs to find a fault [s]; where required signals are lost for longer at the end of a
-            recording, that is not healthy
-        condition: requirement that no channel shows, as a half-sentence after "if"; "" where any will do
-        learns: whether it learns a baseline of the vehicle, which later recordings are judged against
+            if held values do no harm
+        subjects: signals whose faults it judges itself, so that stuck values must not be removed from them
+        reaction: time that it needs to find a fault [s]; if required signals are lost for longer at the end of a
+            recording, the verdict is not healthy
+        condition: requirement on the recording that no channel shows, as a half-sentence after "if"; "" without one
+        learns: whether it learns a baseline of the vehicle, with which later recordings are compared
     """
 
     name: str
@@ -279,14 +282,17 @@ class Monitor:
     reaction: Annotated[float, "s"] = 10.0
 
     def needing(self, variant: Variant) -> Monitor:
-        """The monitor with the needs of one of its variants."""
+        """Monitor with the required signals of one of its variants."""
         return self if variant.required is None else replace(self, required=variant.required)
 
     def variant_for(self, recording: Recording) -> Variant | None:
-        """The default where the recording fits it, else the first variant that it fits, or None.
+        """First variant whose required signals the recording has, the default before the others; None without one.
 
         Args:
-            recording: the whole, or the first piece of it, with its derived signals
+            recording: whole recording, or its first piece, with all derived signals
+
+        Returns:
+            the variant; None also for a monitor without a default
         """
         if self.default is None:
             return None
@@ -294,10 +300,10 @@ class Monitor:
         return next((each for each in ordered if all(name in recording for name in self.needing(each).required)), None)
 
     def suited_to(self, recording: Recording) -> Monitor:
-        """The monitor on the grid that suits a recording: as fast as its slowest required channel, within 5 %.
+        """Monitor at the highest rate that the slowest required channel of a recording reaches, within 5 %.
 
         Args:
-            recording: the whole, or the first piece of it
+            recording: whole recording, or its first piece
         """
         channels = [recording[name].time for name in self.required if name in recording]
         rates = [(len(time) - 1) / (time[-1] - time[0]) for time in channels if len(time) > 1 and time[-1] > time[0]]
@@ -307,13 +313,13 @@ class Monitor:
 
 
 def opened(monitor: Monitor, variant: Variant, vehicle: Vehicle, baseline: Baseline | None = None) -> Session:
-    """The session of a variant for a vehicle.
+    """Open the session of a variant for a vehicle.
 
     Args:
-        monitor: on the grid of the recording
-        variant: of the monitor
-        vehicle: that is judged
-        baseline: baseline of earlier drives; None where there is none
+        monitor: monitor on the grid of the recording
+        variant: variant of the monitor
+        vehicle: vehicle whose parameters are used
+        baseline: baseline from earlier recordings; None without one
 
     Raises:
         ParameterError: the variant cannot run with this vehicle

@@ -1,4 +1,4 @@
-"""Stuck signals, over consecutive pieces of one recording: removed from a monitor's input, and named."""
+"""Stuck signals over a recording: removed from the input of a monitor, and named in warnings."""
 
 from __future__ import annotations
 
@@ -16,26 +16,26 @@ from tierod.monitors.harness.related_signals import witnesses
 from tierod.monitors.harness.stuck_signals import StuckSignals
 
 RATE = 20.0
-"""Rate at which signals are watched [Hz]: a stuck signal repeats its value in every sample, and a monitor at 10 kHz
-gets hardly slower."""
+"""Rate at which signals are checked [Hz]: enough, since a stuck signal repeats its value in every sample, and cheap
+even beside a monitor at 10 kHz."""
 
 MAXIMUM_AGE = 0.1
-"""A sample older than this is missing [s]; as of most monitors."""
+"""Age from which a sample counts as missing [s], as in most monitors."""
 
 NAMED = 3
-"""Spans of one signal that a warning lists; the others are counted."""
+"""Most spans of one signal that a warning lists; further ones are counted."""
 
 
 @dataclass(frozen=True)
 class Stuck:
-    """A time over which a signal was stuck.
+    """Span of time over which a signal was stuck.
 
     Args:
-        name: of the signal
-        start: of its equal values [s] in the recording
-        found: when it was known [s]
-        end: when it changed again [s]; None where it did not
-        value: at which it stayed [unit of the signal]
+        name: name of the signal
+        start: start of the equal values, in the time of the recording [s]
+        found: time of the detection [s]
+        end: time of the next change [s]; None if there is none
+        value: value of the stuck signal [unit of the signal]
     """
 
     name: str
@@ -46,12 +46,12 @@ class Stuck:
 
 
 class StuckOverDrive:
-    """Watches the signals of a monitor; the result does not depend on how the recording is cut.
+    """Checks the input signals of a monitor; the result does not depend on how the recording is cut into pieces.
 
     Args:
-        names: that the monitor takes; others than canonical signals are not watched
-        rate: of the monitor's grid [Hz]
-        passed_on: signals whose faults the monitor judges itself: named where stuck, and not removed
+        names: input signals of the monitor; only canonical signals are checked
+        rate: rate of the monitor's grid [Hz]
+        passed_on: signals whose faults the monitor judges itself: named if stuck, but not removed
     """
 
     def __init__(self, names: Collection[str], rate: float, passed_on: Collection[str] = ()):
@@ -68,16 +68,17 @@ class StuckOverDrive:
         self._closed: list[Stuck] = []
 
     def without(self, aligned: Aligned, recording: Recording) -> Aligned:
-        """The next samples of the monitor, NaN where a signal is stuck.
+        """Next samples of the monitor with NaN where a signal is stuck.
 
         Args:
-            aligned: follows on the ones before
-            recording: that they were taken from, with the signals that serve as evidence
+            aligned: next samples
+            recording: piece that they come from, with the signals that serve as evidence
         """
         watched = self._stride.over(len(aligned.time))
         if self._block is None:
             return aligned
         kept = aligned.time[watched]
+        # Row 0 is the state at the end of the previous piece, for samples before the first one that is checked here.
         flags = np.empty((len(kept) + 1, len(self.names)), bool)
         flags[0] = self._flags
         if len(kept):
@@ -93,18 +94,18 @@ class StuckOverDrive:
         return replace(aligned, values=values)
 
     def spans(self) -> tuple[Stuck, ...]:
-        """Times in which signals were stuck, in the order of time."""
+        """Spans in which signals were stuck, in the order of time."""
         return tuple(sorted((*self._closed, *self._open.values()), key=lambda each: (each.start, each.name)))
 
     def lasting(self) -> Mapping[str, Stuck]:
-        """Signals that are still stuck."""
+        """Signals that are still stuck, by name."""
         return dict(self._open)
 
     def warnings(self, units: Mapping[str, str]) -> tuple[str, ...]:
-        """Warnings for a reader: which signal is stuck, from when to when, at which value.
+        """Warnings about stuck signals with their spans and values.
 
         Args:
-            units: of the signals in the recording
+            units: units of the signals in the recording
         """
         sentences = []
         for name in dict.fromkeys(each.name for each in self.spans()):
@@ -117,7 +118,7 @@ class StuckOverDrive:
         return tuple(sentences)
 
     def _watch(self, kept: np.ndarray, recording: Recording) -> np.ndarray:
-        """Whether each signal is stuck at the times kept, and the spans brought up to date."""
+        """Whether each signal is stuck at the given times, (times, signals); also updates the spans."""
         assert self._block is not None
         stop = float(kept[-1]) + 0.5 / self._rate
         seen = recording.align(

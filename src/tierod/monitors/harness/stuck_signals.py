@@ -1,4 +1,4 @@
-"""Signals that repeat one value while others show that they should have moved."""
+"""Detection of stuck signals: they repeat one value while related signals show that they should have changed."""
 
 from __future__ import annotations
 
@@ -50,38 +50,38 @@ from tierod.physics.lag import share_reached
 
 @dataclass(frozen=True)
 class StuckSignals:
-    """Find signals that are stuck; runs before a monitor, which must not use them.
+    """Detect stuck signals, which a monitor must not use; runs before the monitor.
 
-    A signal that changed with every sample and repeats one value for a second while the car moves is stuck. A coarse
-    signal rests by itself, so another one must contradict it: the angle moves while its rate stays, speeds part, the
-    lateral acceleration of a turn comes without yaw rate, the car turns left and right and the wheel rests, one torque
-    moves without the other.
+    A signal that used to change with every sample and repeats one value for a second while the car moves is stuck. A
+    signal with coarse quantisation rests without a fault, so that another one must contradict it: the angle changes
+    while its rate is constant, speeds differ, a lateral acceleration comes without yaw rate, the car turns left and
+    right while the steering wheel rests, or one torque changes without the other.
 
     Args:
-        names: canonical signals that are watched
+        names: canonical signals that are checked
         beside: further signals that serve as evidence
-        sample_time: time between two samples [s]
-        shortest: equal values that may be evidence [s]; ten samples of the slowest channel that a monitor takes, twice
-            over
+        sample_time: sampling interval [s]
+        shortest: shortest run of equal values that counts [s]; twice ten samples of the slowest channel that a monitor
+            accepts
         jitter: longest run of equal values of a signal that changes with every sample [s]; three samples at 20 Hz. A
-            wheel at rest under a sensor of 0.1 degrees repeats itself for longer in every half minute of driving
-        longer: multiple of the longest run so far that may be evidence [-]; lost frames repeat a value, too
-        learning: driving from which a signal is known to change with every sample [s]
+            wheel at rest under a sensor of 0.1 degrees has longer runs in every half minute of driving
+        longer: multiple of the longest run so far from which a run counts [-]; lost frames also repeat a value
+        learning: driving time after which a signal is known to change with every sample [s]
         moving: speed from which the car counts as moving [m/s]; below it sensors may rest with the car
-        delay: signals delayed by more against each other are taken for stuck [s]; half a second is the largest delay
-            that is looked for elsewhere (`delays`), and a tenth
-        angle: that rate and angle may differ by over a run [rad]; six degrees, above any sensor's step
-        drift: ... and per second [rad/s]; rates have offsets, which are followed, and noise
-        offset_time: over which the offset of a rate is followed [s]; far above a turn
-        turn: by which lateral acceleration and speed times yaw rate may differ [m/s^2]; a bank of 9 degrees. Beyond it
-            to both sides a car was steered
-        yaw_rate: from which a speed shows in a turn [rad/s]; at 20 m/s and more an offset of the lateral acceleration
-            does not reach it
-        misfit: share of the time in which turns may not fit while all their signals change [-]: where they do more
-            often, a unit, a sign or a delay is wrong, and a turn contradicts nothing
-        smoothing: of that difference [s]; above it a car follows without delay
-        speed: by which two speeds may differ [m/s] ...
-        slip: ... and as a share of the speed [-]; radius of the turn, wear of tyres and slip in braking
+        delay: largest delay between signals that is not taken for a stuck signal [s]; half a second for a late channel,
+            and a tenth in reserve
+        angle: bound of the difference between rate and angle over a run [rad]; six degrees, above any sensor's step
+        drift: growth of that bound per second of the run [rad/s]; rates have noise, and offsets, which are estimated
+        offset_time: time constant of the estimated offset of a rate [s]; far longer than a turn
+        turn: bound of the difference between lateral acceleration and speed times yaw rate [m/s^2]; a road bank of 9
+            degrees. A car that exceeds it to both sides was steered
+        yaw_rate: yaw rate from which a turn shows the speed [rad/s]; an offset of the lateral acceleration does not
+            produce it at 20 m/s and more
+        misfit: largest share of time with an inconsistent turn while all its signals change [-]; above it a unit, a
+            sign or a delay is wrong, and turns are no evidence
+        smoothing: time constant of the filter for the inconsistency of turns [s]; longer than the lags of a car
+        speed: bound of the difference of two speeds [m/s]
+        slip: growth of that bound with the speed [-]; radius of the turn, wear of tyres and slip in braking
     """
 
     names: tuple[str, ...]
@@ -104,8 +104,7 @@ class StuckSignals:
     slip: Annotated[float, ""] = 0.15
 
     class State(NamedTuple):
-        """Runs of every signal, contradictions in the order of the pairs, offsets of the rates, residual of turns, and
-        for how long turns did not fit while all their signals changed [s]."""
+        """Runs of signals, contradictions of pairs, offsets of rates, residual of turns, and their misfit time [s]."""
 
         runs: tuple[EqualValues, ...]
         contradictions: tuple[Contradiction, ...]
@@ -121,22 +120,22 @@ class StuckSignals:
 
     @property
     def Sample(self) -> type:
-        """The signals by name."""
+        """All signals by name, those checked before those that serve as evidence."""
         return _sample(self.all_names)
 
     @property
     def Output(self) -> type:
-        """For how long each signal has been stuck: 0 where it is not [s]."""
+        """Time for which each signal has been stuck [s]; 0 if it is not stuck."""
         return _sample(self.names)
 
     @property
     def all_names(self) -> tuple[str, ...]:
-        """Signals watched, then those beside."""
+        """Signals that are checked, then those that serve as evidence."""
         return (*self.names, *self.beside)
 
     @property
     def rates(self) -> tuple[tuple[str, str], ...]:
-        """(rate, angle) pairs that are there."""
+        """(rate, angle) pairs that are present."""
         return tuple(pair for pair in RATES if self._has(pair))
 
     @property
@@ -151,13 +150,13 @@ class StuckSignals:
 
     @property
     def speeds(self) -> tuple[tuple[str, tuple[str, ...]], ...]:
-        """(speed, others) that are there."""
+        """(speed, others) that are present."""
         there = ((name, tuple(each for each in others if each in self.all_names)) for name, others in SAME_SPEED)
         return tuple((name, others) for name, others in there if name in self.names and others)
 
     @property
     def followers(self) -> tuple[tuple[str, str, float], ...]:
-        """(signal, other, share) that are there."""
+        """(signal, other, share) that are present."""
         return tuple(entry for entry in FOLLOWS if entry[0] in self.names and self._has(entry[:2]))
 
     def _has(self, names: tuple[str, ...]) -> bool:
@@ -170,7 +169,7 @@ class StuckSignals:
         return self.State((NEW,) * len(self.all_names), none, (0.0,) * len(self.rates), 0.0, 0.0)
 
     def step(self, state: State, sample: Any) -> tuple[State, Any]:
-        """One sample on."""
+        """Process one sample."""
         now = dict(zip(self.all_names, sample, strict=True))
         before = dict(zip(self.all_names, state.runs, strict=True))
         moves = self._moves(now, before)
@@ -195,7 +194,7 @@ class StuckSignals:
         return self.State(tuple(runs.values()), contradictions, offsets, turn, misfit), self.Output(*seconds)
 
     def _moves(self, now: dict[str, Scalar], before: dict[str, EqualValues]) -> dict[str, Scalar]:
-        """Whether the car moves, for each signal: by its speeds; where there are none, whether most forces change."""
+        """Whether the car moves, for each signal: by the speeds, or without any by changes of most force signals."""
         speeds = [name for name in SPEEDS if name in now]
         known = any_of(0.0, *(present(now[name]) for name in speeds))
         fast = any_of(0.0, *(both(absolute(now[name]) > self.moving, before[name].stuck < 0.5) for name in speeds))
@@ -206,13 +205,13 @@ class StuckSignals:
         moves = {}
         for name in self.all_names:
             others = sum((changing[other] for other in forces if other != name), 0.0)
-            # Half of the present ones, and at least two: one alone may be faulty.
+            # At least two and half of those present must change, since a single one may be faulty.
             most = both(others > 1.5, others > 0.5 * (there - 1.0)) if name in forces else 0.0
             moves[name] = where(known, fast, most)
         return moves
 
     def _rests_alone(self, run: EqualValues, moves: Scalar, name: str) -> Scalar:
-        """Whether a signal that changed with every sample rests at a value without reason."""
+        """Whether a signal that changes with every sample repeats one value inside its range for too long."""
         if is_ordered(name):
             return 0.0
         residue = residue_of(name)
@@ -228,14 +227,14 @@ class StuckSignals:
         )
 
     def _offset(self, offset: Scalar, rate: Scalar, angle: Scalar, angle_before: Scalar) -> Scalar:
-        """Mean of a rate less the change of its angle, followed slowly."""
+        """Offset of a rate: low-pass filtered difference between the rate and the derivative of its angle."""
         known = all_of(present(rate), present(angle), present(angle_before))
         error = rate - (angle - where(known, angle_before, 0.0)) / self.sample_time - offset
         share = share_reached(self.sample_time / self.offset_time)
         return where(known, offset + share * where(known, error, 0.0), offset)
 
     def _turn(self, residual: Scalar, now: dict[str, Scalar]) -> Scalar:
-        """Lateral acceleration less speed times yaw rate, smoothed."""
+        """Inconsistency of a turn: low-pass filtered lateral acceleration less speed times yaw rate [m/s^2]."""
         if not self.turns:
             return 0.0
         acceleration, yaw, speed = (now[name] for name in TURN)
@@ -245,7 +244,7 @@ class StuckSignals:
         return residual + where(known, share * where(known, error, 0.0), 0.0)
 
     def _misfit(self, turn: Scalar, runs: dict[str, EqualValues]) -> Scalar:
-        """Time of this sample in which a turn does not fit though nothing rests: wrong units, signs or delays [s]."""
+        """Sampling interval if a turn is inconsistent though all its signals change, else 0 [s]."""
         if not self.turns:
             return 0.0
         alive = all_of(*(runs[name].seconds < self.delay for name in TURN))
@@ -254,7 +253,7 @@ class StuckSignals:
     def _contradicted(
         self, state: State, now: dict[str, Scalar], runs: dict[str, EqualValues], offsets: tuple[Scalar, ...], turn: Any
     ) -> tuple[tuple[Contradiction, ...], dict[str, Scalar]]:
-        """Every pair one sample on, and whether each signal is contradicted."""
+        """States of all comparisons after one sample, and whether each signal is contradicted."""
         limits = PairLimits(*(getattr(self, each) for each in PairLimits._fields))
         pairs: list[tuple[str, Contradiction, Scalar, Scalar]] = []
         old = iter(state.contradictions)

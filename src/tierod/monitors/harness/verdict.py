@@ -1,4 +1,4 @@
-"""Findings in the form that all monitors share: withheld for a reason, or doubted for defects of the inputs."""
+"""Parts of findings that all monitors share: a withheld verdict, and the statistics of innovations."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ class Obstacle(NamedTuple):
     """A reason to withhold a verdict.
 
     Args:
-        status: that it gives
-        cause: half a sentence
-        action: the remedy
+        status: status of the finding
+        cause: cause, as half a sentence
+        action: remedy
     """
 
     status: Status
@@ -31,15 +31,15 @@ def withheld(
     warnings: tuple[str, ...] = (),
     estimate: Estimate | None = None,
 ) -> Finding:
-    """The finding without a verdict, with every reason.
+    """Finding without a verdict, with all reasons.
 
     Args:
         monitor: name of monitor and variant
-        subject: watched element, with a capital letter: begins the headline
-        obstacles: at least one, the decisive one first
-        evidence: figures that are known all the same
-        warnings: beside it
-        estimate: that is shown all the same; None where it means nothing
+        subject: monitored element, with a capital letter, as the beginning of the headline
+        obstacles: reasons, at least one, the decisive one first
+        evidence: figures that are known nevertheless
+        warnings: warnings of the finding
+        estimate: estimate to be shown nevertheless; None if it means nothing
     """
     decisive = obstacles[0]
     return Finding(
@@ -55,11 +55,11 @@ def withheld(
 
 
 def nis_figures(found: Consistency, wide: bool = False) -> dict[str, float]:
-    """Figures of the innovations for a report.
+    """Statistics of the innovations for a report: mean NIS, and its band for a consistent filter.
 
     Args:
-        found: over the enabled samples of a drive
-        wide: whether the filter sets its variance wide on purpose, so that the band of a consistent filter is left out
+        found: consistency over the enabled samples of a drive
+        wide: whether the filter uses a larger variance on purpose, so that the band does not apply
     """
     figures = {"enabled_samples": float(found.samples), "nis_mean": found.nis}
     if wide:

@@ -1,1 +1,1 @@
-"""The bank of filters: one filter for every hypothesis, their weights, and the outputs of the judge."""
+"""Bank of filters: one filter per fault hypothesis, and the decision between the hypotheses."""

@@ -1,4 +1,4 @@
-"""Adoption of lanes: the lane of the bank to use in a sample, and the lanes that go on from the state of another."""
+"""Adoption of states between lanes: the lane used in a sample, and the lanes that continue from another one's state."""
 
 from __future__ import annotations
 
@@ -18,18 +18,21 @@ def selected_lane(
     impossible: Scalar,
     slides: Scalar = 0.0,
 ) -> tuple[Scalar, Sequence[Scalar]]:
-    """The lane that is used in a sample, and which lanes find the sample all but impossible.
+    """Lane that is used in a sample, and the lanes for which the sample is practically impossible.
 
-    The active one is used; where the sample is all but impossible to it, the likeliest of those that suspect all
-    that it does. A lane of actuators alone counts from where it is declared on: the loss of a fault-free one follows
-    any disturbance.
+    Normally this is the active lane. If the sample is practically impossible for it, the most likely lane is used that
+    suspects at least the same elements. Lanes that suspect only actuators are excluded unless active, since the
+    estimated loss of a fault-free actuator follows any disturbance.
 
     Args:
-        hypotheses: in the order of the lanes
-        likelihoods: logarithm of each hypothesis' density of this sample
-        active: the number of the hypothesis that holds
-        impossible: log-likelihood ratio against the best from which on a sample is all but impossible
-        slides: whether tyres slide, so that the lane of sliding tyres, which then comes last, may be used
+        hypotheses: hypotheses in the order of the lanes
+        likelihoods: log-likelihood of this sample for each hypothesis [nat]
+        active: number of the active hypothesis
+        impossible: log-likelihood ratio to the best lane from which a sample is practically impossible [nat]
+        slides: whether tyres slide, so that the lanes of sliding tyres, which come last, may be used
+
+    Returns:
+        number of the lane, and for each lane whether the sample is practically impossible
     """
     best, top = active, chosen(likelihoods, active)
     own = top
@@ -46,15 +49,15 @@ def selected_lane(
 def best_pair_containing(
     hypotheses: Sequence[Hypothesis], likelihoods: Sequence[Scalar], impossible: Scalar
 ) -> list[Scalar]:
-    """Likeliest two-fault hypothesis that contains each single fault; 0 where it finds the sample impossible.
+    """Most likely two-fault hypothesis that contains each single fault; 0 where the sample is impossible for it.
 
-    Where two sensors disagree, either may be wrong; a lane that went on from one that uses the other sensor would
-    count for the wrong one from then on.
+    If two sensors disagree, either may be faulty. A lane that continued from a lane which uses the other sensor would
+    support the wrong hypothesis from then on; the pair uses neither.
 
     Args:
-        hypotheses: in the order of the lanes
-        likelihoods: logarithm of each hypothesis' density of this sample
-        impossible: log-likelihood ratio against the best from which on a sample is all but impossible
+        hypotheses: hypotheses in the order of the lanes
+        likelihoods: log-likelihood of this sample for each hypothesis [nat]
+        impossible: log-likelihood ratio to the best lane from which a sample is practically impossible [nat]
     """
     top = greatest_of(*likelihoods)
     nearest = []
@@ -77,18 +80,21 @@ def adopted(
     changed: Scalar,
     active: Scalar,
 ) -> tuple[Scalar, ...]:
-    """State that each lane continues from; no lane takes over another actuator's lost share of torque.
+    """Lane from whose state each lane continues; no lane adopts the lost torque of another actuator.
 
-    A lane of actuators alone goes on by itself until something is declared: it finds the loss within some samples, from
-    which the state of a lane that leaves sensors out instead would lead it away.
+    A lane that suspects only actuators adopts no state until a fault is declared: it estimates the loss within some
+    samples, and the state of a lane that leaves out sensors instead would lead it away from that estimate.
 
     Args:
-        hypotheses: in the order of the lanes
-        source: the lane whose state is taken over
-        nearest: of each lane another one that it rather takes over, see `best_pair_containing`; 0 if there is none
-        far_off: which lanes find the sample all but impossible
-        changed: whether another hypothesis holds from now on, and all take over the source
-        active: the number of the hypothesis that holds from now on
+        hypotheses: hypotheses in the order of the lanes
+        source: number of the lane whose state is adopted
+        nearest: for each lane, the lane that it adopts in preference, see `best_pair_containing`; 0 for none
+        far_off: for each lane, whether the sample is practically impossible
+        changed: whether the active hypothesis has changed, in which case all lanes adopt the source
+        active: number of the active hypothesis from now on
+
+    Returns:
+        for each lane, the number of the adopted lane, or `KEEP`
     """
     adopting = []
     for number, own in enumerate(hypotheses):
@@ -101,12 +107,12 @@ def adopted(
 
 
 def _keeps_to_itself(hypothesis: Hypothesis) -> bool:
-    """Whether the lane of a hypothesis shares its state with no other before anything is declared."""
+    """Whether a hypothesis suspects only actuators, so that its lane adopts no state before a declaration."""
     return bool(hypothesis.actuators) and not hypothesis.sensors
 
 
 def _contains(hypotheses: Sequence[Hypothesis], number: int, active: Scalar) -> Scalar:
-    """Whether a hypothesis suspects all that the active one does."""
+    """Whether a hypothesis suspects at least the elements of the active one."""
     own = set(hypotheses[number].suspects)
     parts = [k for k, each in enumerate(hypotheses) if set(each.suspects) <= own]
     return any_of(0.0, *(active == part for part in parts))

@@ -1,4 +1,4 @@
-"""Motor torques from the torques that a control requests, as the mean over a sample and at its end."""
+"""Actuator torques from the torques that the control requests: mean over a sampling interval, and value at its end."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tierod.physics.lag import lagged_ramp
 
 
 class AskedTorques(NamedTuple):
-    """Requested torques, torques of the motors, and the last changes of both steering torques [N*m]."""
+    """Requested torques, actuator torques, and the last changes of both requested steering torques [N*m]."""
 
     asked: Torques
     given: Torques
@@ -23,7 +23,7 @@ class AskedTorques(NamedTuple):
 
 
 def no_torques() -> AskedTorques:
-    """Before the first sample."""
+    """Torques before the first sample: all zero."""
     return AskedTorques(Torques(0.0, 0.0, 0.0, 0.0), Torques(0.0, 0.0, 0.0, 0.0), 0.0, 0.0)
 
 
@@ -36,15 +36,15 @@ def torques_of(
 ) -> tuple[AskedTorques, AutomatedVehicle.Input, Scalar]:
     """Next memory, inputs of the model, and square of the jump of the steering torque [N**2*m**2].
 
-    Targets change on a straight line from sample to sample, actuators follow with their lag: exact for that. A target
-    that is missing is held, one beyond what a motor can give is cut.
+    The targets are interpolated linearly between samples, and the first-order lag of the actuators is integrated
+    exactly for that. A missing target is held, and a target beyond the greatest torque of a motor is limited.
 
     Args:
         sample: a `ConditionSample`
-        memory: of the sample before
+        memory: torques of the previous sample
         vehicle: parameters of `AutomatedVehicle`
         suspected: 1 for an actuator that may have lost torque, else 0, in the order of `ACTUATORS`
-        started: whether there was a sample before; else torques have been for long what they are asked to be
+        started: whether there was a previous sample; if not, the actuators are in steady state at their targets
     """
     targets = (
         sample.steering_motor_1_target_torque,
@@ -78,6 +78,7 @@ def torques_of(
 def _jump(change: Scalar, before: Scalar) -> Scalar:
     """Square of a torque's jump beyond its trend [N**2*m**2].
 
-    Product of change and change of the change: a ramp that goes on has none, nor has the sample after a jump.
+    It is the product of the change and the change of the change, which is zero on a ramp and in the sample after a
+    jump.
     """
     return absolute(change * (change - before))

@@ -1,4 +1,4 @@
-"""Judge over the bank of filters, which decides on the faulty sensors and actuators."""
+"""Decision on faulty sensors and actuators from the likelihoods of all filters of the bank."""
 
 from __future__ import annotations
 
@@ -34,15 +34,15 @@ class DecisionState(NamedTuple):
     """State of the decision.
 
     Args:
-        weights: of all hypotheses against the active one
+        weights: smoothed log-likelihood ratios of all hypotheses against the active one
         active: number of the active hypothesis
-        leading: number of the hypothesis that led at the sample before, 0 for none
-        led: for how many samples in a row, one with a small lead counted in part
-        exceeded: for how many samples in a row any hypothesis was beyond its limit
-        good: for how many samples each suspect has been as it should
-        unread: for how many samples each sensor has had no reading
-        slipping: whether tyres slide
-        cornered: for how many samples they may, by the acceleration across the vehicle
+        leading: number of the hypothesis that led in the previous sample; 0 for none
+        led: number of consecutive samples of its lead; a sample with a small lead counts in part
+        exceeded: number of consecutive samples in which any hypothesis exceeded its limit
+        good: number of samples for which each declared element has been consistent
+        unread: number of consecutive samples without a reading of each sensor
+        slipping: state of the check for sliding tyres
+        cornered: number of samples for which tyres may still slide after hard cornering
     """
 
     weights: Weights
@@ -60,9 +60,9 @@ class Grip(NamedTuple):
     """Grip of the tyres after a sample.
 
     Args:
-        slipping, cornered: as in `DecisionState`, with this sample
-        slides: whether they slide, by the lane of sliding tyres
-        low: whether they do, or may
+        slipping, cornered: see `DecisionState`, after this sample
+        slides: whether tyres slide, according to the lanes of sliding tyres
+        low: whether tyres slide, or may slide after hard cornering
     """
 
     slipping: LowGripState
@@ -73,19 +73,21 @@ class Grip(NamedTuple):
 
 @dataclass(frozen=True)
 class SmallLeads:
-    """Leads of one wheel speed below the gap, which add up while every sensor is read and nothing is declared.
+    """Accumulation of leads below the gap for a fault of one wheel speed.
 
-    A slow error bends the slip of its axle in the filter of the other wheel, so that it costs little per sample. The
-    other axle, yaw rate and steering angle show it all the same; with fewer of them a small lead says nothing.
+    In the filter that leaves out the other wheel of the axle, the estimated slip partly absorbs a slowly growing error,
+    which then costs little likelihood per sample. The other axle, yaw rate and steering angle reveal it nevertheless;
+    with fewer sensors a small lead is no evidence. Small leads count only while all sensors are read and no fault is
+    declared.
 
     Chosen on faults of CommonRoad's multi-body car (seeds 1 to 3) and of a virtual compact car (seeds 1 to 4), of which
     none is named wrongly with 30 to 100 nat either, and on tests at the limit of grip (seeds 41 and 777).
 
     Args:
-        least: lead from which a sample counts [nat]
-        enough: sum of leads in a row that declares as `Decision.samples` leads by the gap do [nat]
-        over_sliding: lead over the filters of sliding tyres from which a sample counts [nat]: wheels that slide turn
-            unevenly; without such a filter none counts
+        least: least lead of a sample to count [nat]
+        enough: sum of consecutive leads that declares a fault, as `Decision.samples` leads by the gap do [nat]
+        over_sliding: least lead over the filters of sliding tyres for a sample to count [nat]; sliding wheels turn
+            unevenly. Without such a filter no sample counts
     """
 
     least: Annotated[float, ""] = 0.3
@@ -95,30 +97,30 @@ class SmallLeads:
 
 @dataclass(frozen=True)
 class Decision:
-    """Declare faulty elements from the likelihoods of all hypotheses, and take back those that have recovered.
+    """Declare faulty elements from the likelihoods of all hypotheses, and withdraw those that have recovered.
 
-    A hypothesis is declared when its smoothed log-likelihood ratio against the active one is beyond its limit and it
-    leads all others by a gap, for some samples in a row; without the gap, all that come close are candidates. All
-    lanes then go on from the state of the one that is declared. Until then a lane to which a sample is all but
-    impossible goes on from the state of the lane that explains it best: a reading far off is gated at once, and a
-    faulty one does not pull the lanes that use it.
+    A hypothesis is declared when its smoothed log-likelihood ratio against the active one exceeds its limit and it
+    leads all others by a gap, for some consecutive samples; without the gap, all hypotheses close to the best are
+    candidates. All lanes then continue from the state of the declared one. Before that, a lane for which a sample is
+    practically impossible continues from the state of the lane that explains the sample best: an outlying reading is
+    gated at once, and a faulty sensor does not disturb the lanes that use it.
 
     Args:
-        weighing: of the hypotheses, with the limits
-        samples: in a row that a hypothesis must lead
-        samples_of_actuators: likewise, of one that suspects an actuator; motors are isolated by a changing split of
-            their torque, which takes some 0.1 s to change
-        samples_of_both_motors: likewise, of both steering motors; one alone looks like both until the split of their
-            torque has changed, every 0.12 s
-        impossible: log-likelihood ratio of one sample against the best hypothesis at which a lane is corrected; twice
-            the price of leaving out a sensor
+        weighing: weighing of the hypotheses, with their limits
+        samples: number of consecutive samples for which a hypothesis must lead
+        samples_of_actuators: the same for a hypothesis with an actuator; motors are isolated by a changing split of
+            their torque, and such a change takes some 0.1 s
+        samples_of_both_motors: the same for both steering motors; a loss of one alone looks like a loss of both until
+            the split of their torque has changed, every 0.12 s
+        impossible: log-likelihood ratio of one sample to the best hypothesis at which a lane is corrected [nat]; twice
+            the cost of leaving out a sensor
         gate: number of standard deviations beyond which a single reading is gated
-        low_grip: decides whether the tyres slide, by the lane of sliding tyres where there is one, after all others
-        testability: decides what may be declared now
-        returning: decides what has recovered
-        small_leads: count as well; leads by the gap alone where None
+        low_grip: decides whether the tyres slide, from the lanes of sliding tyres, which come last, if there are any
+        testability: decides which faults may be declared now
+        returning: decides which elements have recovered
+        small_leads: accumulation of leads below the gap; None counts leads by the gap only
 
-    Source: Li, Frey, Gauterin, sections 3 and 4, replaced: their rules name no sensor for most faults.
+    Source: Li, Frey, Gauterin, sections 3 and 4, replaced: their rules isolate no sensor for most faults.
     """
 
     weighing: Weighing
@@ -133,21 +135,21 @@ class Decision:
     small_leads: SmallLeads | None = None
 
     def feedback(self) -> Tree:
-        """Lanes get no feedback; they take over the states of others."""
+        """No feedback to the lanes; they adopt states of other lanes instead."""
         return ()
 
     def init(self) -> DecisionState:
-        """Healthy."""
+        """State before the first sample: fault-free."""
         none = Elements(*(0.0,) * len(ELEMENTS)), Readings(*(0.0,) * len(SENSORS))
         return DecisionState(self.weighing.init(), 0.0, 0.0, 0.0, 0.0, *none, self.low_grip.init(), 0.0)
 
     def step(self, state: DecisionState, sample: JudgeSample, effects: Tree = None) -> tuple[DecisionState, Verdict]:
-        """One sample on.
+        """Process one sample.
 
         Args:
-            state: after the sample before
-            sample: of the bank, and the outputs of all lanes
-            effects: additions of the declared sensor faults to their readings; a loss if None
+            state: state after the previous sample
+            sample: sample of the bank, and the outputs of all lanes
+            effects: change that the fault of each sensor adds to its reading; None assumes a total loss
         """
         lanes, readings = sample.lanes, readings_of(sample.sample)
         likelihoods = [lane.log_likelihood for lane in lanes]
@@ -165,6 +167,7 @@ class Decision:
         kept = self.returning.after(self.weighing, state.active, suspected, good)
 
         small = self._small_lead_counts(state, ranking, likelihoods, both(follows, seen.driven), unread, grip)
+        # While tyres slide all lanes with gripping tyres are wrong, so that their leads must not add up.
         led, exceeded = (where(grip.slides, 0.0, count) for count in self._counted(state, ranking, small))
         active = where(self._declares(ranking, led), ranking.best, kept)
         changed = negated(active == state.active)
@@ -203,9 +206,10 @@ class Decision:
         return after, Verdict(output, adopted(everyone, taken, nearest, far_off, changed, active))
 
     def _grip(self, state: DecisionState, sample: JudgeSample, likelihoods: Sequence[Scalar]) -> Grip:
-        """Whether the tyres slide, and whether they may, by the acceleration across the vehicle."""
+        """Whether the tyres slide, and whether they may slide by the lateral acceleration."""
         slipping, slides, lacks = self._slides(state, sample.lanes, likelihoods)
         across = sample.sample.lateral_acceleration
+        # A car may lack this sensor: its filter then gives speed times yaw rate, that of the whole vehicle gives 0.
         across = where(present(across), across, sample.lanes[-1].turning)
         cornered = self.testability.cornered(state.cornered, across, lacks, self.weighing.sample_time)
         return Grip(slipping, cornered, slides, either(slides, cornered > 0.5))
@@ -213,9 +217,9 @@ class Decision:
     def _slides(
         self, state: DecisionState, lanes: Sequence[LeaveOutFilter.Output], likelihoods: Sequence[Scalar]
     ) -> tuple[LowGripState, Scalar, Scalar]:
-        """Whether the tyres slide, and whether an axle lacks force, by the lane of sliding tyres, where there is one.
+        """Whether the tyres slide, and whether an axle lacks lateral force, from the lanes of sliding tyres, if any.
 
-        Sliding is not decided while something is declared that this lane still uses.
+        While a fault is declared, no sliding is reported, since these lanes still use the faulty element.
         """
         count = len(self.weighing.hypotheses)
         if len(lanes) == count:
@@ -242,7 +246,7 @@ class Decision:
         follows: Scalar,
         open_: Open,
     ) -> tuple[Weights, Ranking]:
-        """Weights of the hypotheses with this sample, and their ranks."""
+        """Weights of the hypotheses after this sample, and their ranking."""
         counting = [
             both(*each)
             for each in zip(self.testability.counting(self.weighing, seen, follows), open_.hypotheses, strict=True)
@@ -252,7 +256,7 @@ class Decision:
         return weights, self.weighing.ranking(weights, state.active, open_.widening, open_.hypotheses)
 
     def _counted(self, state: DecisionState, ranking: Ranking, small: Scalar) -> tuple[Scalar, Scalar]:
-        """For how many samples in a row the best hypothesis has led, and any has been beyond its limit.
+        """Number of consecutive samples of the best hypothesis' lead, and of any hypothesis beyond its limit.
 
         Args:
             small: whether a small lead counts in this sample
@@ -275,11 +279,11 @@ class Decision:
         unread: Sequence[Scalar],
         grip: Grip,
     ) -> Scalar:
-        """Whether a small lead counts in this sample: it shows something, and by itself speaks for the best hypothesis.
+        """Whether a small lead counts in this sample, which must itself support the best hypothesis.
 
         Args:
-            likelihoods: of this sample, by hypothesis
-            shows: whether the vehicle moves as the filters do, on its drives
+            likelihoods: log-likelihoods of this sample, by hypothesis
+            shows: whether the filters describe the motion, without braking
             unread: see `DecisionState`
         """
         if self.small_leads is None:
@@ -296,7 +300,7 @@ class Decision:
         )
 
     def _declares(self, ranking: Ranking, led: Scalar) -> Scalar:
-        """Whether the best hypothesis has led for long enough."""
+        """Whether the best hypothesis has led for the required number of samples."""
         patient = any_of(0.0, *(ranking.best == k for k, each in enumerate(self.weighing.hypotheses) if each.actuators))
         needed = where(patient, self.samples_of_actuators, self.samples)
         motors = self.weighing.number(*MOTORS)
@@ -305,7 +309,7 @@ class Decision:
         return led >= needed
 
     def _elements_of(self, number: Scalar) -> Elements:
-        """Elements that a hypothesis suspects."""
+        """Elements that a hypothesis suspects, by a number that is known at run time only."""
         return Elements(*(any_of(0.0, *(number == k for k in self.weighing.naming(name))) for name in ELEMENTS))
 
     def _candidates(self, rivals: Sequence[Scalar], unsure: Scalar, faulty: Elements) -> Elements:
@@ -318,7 +322,7 @@ class Decision:
 
 
 def _selected(lanes: Sequence[LeaveOutFilter.Output], number: Scalar) -> LeaveOutFilter.Output:
-    """The output of one lane, by a number that is known at run time only."""
+    """Output of one lane, by a number that is known at run time only."""
     columns = zip(*([leaf for _, leaf in leaves_of(lane)] for lane in lanes), strict=True)
     picked: LeaveOutFilter.Output = rebuild(
         skeleton(LeaveOutFilter.Output), [chosen(column, number) for column in columns]

@@ -15,19 +15,20 @@ class Diagnosis(NamedTuple):
     """Diagnosis at one sample.
 
     Args:
-        hypothesis: the number of the active hypothesis, 0 for fault-free
+        hypothesis: number of the active hypothesis, 0 for fault-free
         faulty: declared elements
-        candidates: elements that may be faulty, where several hypotheses explain the samples about as well
-        testable: whether a total loss would show now
-        recovering: declared, but as it should be for the last samples
-        gated: readings that are far off in this sample alone, or not declared yet
-        value: of every sensor, its own where it is trusted, otherwise the estimate from the other sensors
-        prediction, deviation: of the reading of every sensor from all before and its standard deviation; of those at
-            fault without their own readings
-        torque_loss, loss_deviation: lost share of the torque of the actuators that are declared, the same of two
-        speed, lateral_speed: of the centre of gravity
-        best: the number of the hypothesis that explains the last samples best, the active one included
-        lead: its mean log-likelihood ratio per sample less that of its best rival
+        candidates: elements that may be faulty, if several hypotheses explain the samples almost equally well
+        testable: whether a total loss of each element would be detectable now
+        recovering: declared elements that have been consistent for the last samples
+        gated: readings of undeclared sensors that are outliers in this sample
+        value: value of every sensor: its reading where it is trusted, otherwise the estimate from the other sensors
+        prediction, deviation: prediction of the reading of every sensor before this sample, and the standard deviation
+            of reading less prediction; for declared sensors without their own readings
+        torque_loss, loss_deviation: lost share of the declared actuators' torque, the same for two, and its standard
+            deviation
+        speed, lateral_speed: speed components of the centre of gravity
+        best: number of the hypothesis that explains the last samples best, the active one included
+        lead: its mean log-likelihood ratio per sample less that of its best rival [nat]
         low_grip: whether tyres slide, so that no fault is declared
     """
 
@@ -52,14 +53,15 @@ class Diagnosis(NamedTuple):
 def gated(
     readings: Sequence[Scalar], estimate: LeaveOutFilter.Output, faulty: Elements, deviations: Scalar
 ) -> Readings:
-    """Readings far off of sensors that are not declared.
+    """Flags of outlying readings of sensors that are not declared.
 
     Args:
-        readings: of all sensors
-        estimate: of the selected lane
+        readings: readings of all sensors
+        estimate: output of the selected lane
         faulty: declared elements
-        deviations: number of standard deviations beyond which a reading is far off
+        deviations: number of standard deviations beyond which a reading is an outlier
     """
+    # Sensors come first in `faulty`: the shorter lists end before its actuators.
     known = zip(readings, estimate.prediction, estimate.deviation, faulty, strict=False)
     return Readings(
         *(
@@ -74,13 +76,13 @@ def gated(
 
 
 def values_of(readings: Sequence[Scalar], estimate: LeaveOutFilter.Output, faulty: Elements, off: Readings) -> Readings:
-    """The value of every sensor: its own reading where it is trusted, else the estimate of the selected lane.
+    """Value of every sensor: its reading if it is trusted, else the estimate of the selected lane.
 
     Args:
-        readings: of all sensors
-        estimate: of the selected lane
+        readings: readings of all sensors
+        estimate: output of the selected lane
         faulty: declared elements
-        off: readings that are far off, see `gated`
+        off: flags of outlying readings, see `gated`
     """
     known = zip(readings, estimate.estimate, faulty, off, strict=False)
     return Readings(

@@ -1,4 +1,4 @@
-"""The judge over the bank: faulty elements, the kind and magnitude of their faults, and the reaction."""
+"""Judge of the bank: declares faulty elements, estimates kind and magnitude of their faults, and reacts to them."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from tierod.monitors.condition.reaction import FaultReaction, Judged, ReactionSt
 from tierod.monitors.condition.signals import ACTUATORS, ELEMENTS, OF_AUTOMATED, SENSORS, Statements
 
 LARGEST_LEAD = 20.0
-"""By how much one sample may count for one hypothesis against another [nat]; without a rival a lead has no end."""
+"""Upper bound of the reported lead [nat], which is unbounded while there is no rival."""
 
 
 class LostTorque(NamedTuple):
-    """Lost share of the torque of the actuators that are declared, the same of both where two are.
+    """Lost share of the torque of the declared actuators, the same for both if there are two.
 
     Args:
-        share: mean over the last samples at which they had something to do; 0 while none is declared
+        share: mean over recent samples, weighted by their information; 0 while no actuator is declared
         deviation: standard deviation of the share
     """
 
@@ -36,14 +36,14 @@ class LostTorque(NamedTuple):
 
 
 class LossState(NamedTuple):
-    """Weighted sums over the declared past [1/share^2]."""
+    """Sums of the information on the lost share, and of the share weighted by it, since the declaration [1/share^2]."""
 
     information: Scalar
     weighted: Scalar
 
 
 class JudgeState(NamedTuple):
-    """State of the parts, and the amount that the fault of each sensor adds to its reading."""
+    """States of the parts of the judge, and the change that the fault of each sensor adds to its reading."""
 
     decision: DecisionState
     kinds: tuple[KindState, ...]
@@ -58,11 +58,11 @@ class ConditionJudge:
     """Decision between the hypotheses, kind and magnitude of declared faults, and the reaction to them.
 
     Args:
-        decision: between the hypotheses
-        kinds: one for each of `judged`
+        decision: decision between the hypotheses
+        kinds: classifiers of faults, one for each of `judged`
         judged: sensors that the vehicle has
-        reaction: substitutes of sensors and trouble codes
-        loss_time: over which a lost share of torque is averaged
+        reaction: substitutes of sensors, and trouble codes
+        loss_time: time constant of the mean of a lost share of torque
     """
 
     decision: Decision
@@ -72,11 +72,11 @@ class ConditionJudge:
     loss_time: Annotated[float, "s"] = 2.0
 
     def feedback(self) -> Tree:
-        """Lanes get no feedback."""
+        """No feedback to the lanes."""
         return ()
 
     def init(self) -> JudgeState:
-        """Healthy."""
+        """State before the first sample: fault-free."""
         return JudgeState(
             self.decision.init(),
             tuple(kind.init() for kind in self.kinds),
@@ -87,7 +87,7 @@ class ConditionJudge:
         )
 
     def step(self, state: JudgeState, sample: JudgeSample) -> tuple[JudgeState, Verdict]:
-        """One sample on."""
+        """Process one sample."""
         decided, verdict = self.decision.step(state.decision, sample, state.effects)
         diagnosis: Diagnosis = verdict.output
         parts = zip(self.kinds, self.judged, state.kinds, strict=True)
@@ -113,7 +113,7 @@ class ConditionJudge:
         return after, verdict._replace(output=output)
 
     def _statements(self, diagnosis: Diagnosis, kinds: Sequence[Kind], loss: LostTorque) -> Statements:
-        """Status, kind, magnitude and evidence of every element; since when is still open."""
+        """Status, kind, magnitude and evidence of every element; the start time is added by `Since`."""
         weighing, place = self.decision.weighing, len(SENSORS)
         # A filter with too little information on the motor may estimate a loss of more than all torque.
         lost = Kind(LOST_TORQUE, minimum(loss.share, 1.0), loss.deviation, 0.0)
@@ -126,6 +126,7 @@ class ConditionJudge:
                 0.0, *(diagnosis.best == k for k, each in enumerate(weighing.hypotheses) if name in each.suspects)
             )
             lead = where(best, minimum(diagnosis.lead, LARGEST_LEAD) / weighing.limits.gap, 0.0)
+            # After its declaration a hypothesis is the reference of all ratios and has no lead, hence the 1 below.
             quiet = where(testable, code_of(Status.HEALTHY), code_of(Status.NOT_TESTABLE))
             made.append(
                 Statement(
@@ -142,7 +143,7 @@ class ConditionJudge:
     def _kind(
         self, kind: KindOfFault, name: str, memory: KindState, sample: JudgeSample, diagnosis: Diagnosis
     ) -> tuple[KindState, Kind]:
-        """Kind of the fault of one sensor."""
+        """Classification of the fault of one sensor."""
         place = SENSORS.index(name)
         reading = getattr(sample.sample, name)
         prediction, deviation = self._predicted(sample.lanes, diagnosis, place)
@@ -155,7 +156,7 @@ class ConditionJudge:
     def _predicted(
         self, lanes: Sequence[LeaveOutFilter.Output], diagnosis: Diagnosis, place: int
     ) -> tuple[Scalar, Scalar]:
-        """Predicted reading and its deviation, by the lane that leaves the sensor out beside all that is declared."""
+        """Prediction of a reading and its standard deviation, by the lane without the sensor and all declared ones."""
         weighing = self.decision.weighing
         prediction, deviation = diagnosis.prediction[place], diagnosis.deviation[place]
         beside: dict[int, list[int]] = {}
@@ -170,7 +171,7 @@ class ConditionJudge:
         return prediction, deviation
 
     def _loss(self, state: LossState, diagnosis: Diagnosis) -> tuple[LossState, LostTorque]:
-        """Mean of the lost share, weighted by information; samples alike for a while count as one."""
+        """Mean of the lost share, weighted by information; autocorrelated samples count as one."""
         declared = any_of(0.0, *(getattr(diagnosis.faulty, name) for name in ACTUATORS))
         step = self.decision.weighing.sample_time
         kept = exp(-step / self.loss_time)

@@ -1,7 +1,7 @@
-"""The filter behind every hypothesis: all sensors and actuators, or all but the suspected ones.
+"""Filter of a fault hypothesis: it uses all sensors and actuators but the suspected ones.
 
-All hypotheses are one compiled structure with different floats: a sensor that is left out has an infinite variance, an
-actuator that is suspected may have lost any share of its torque.
+All hypotheses are one compiled structure with different floats: a sensor that is left out has an infinite variance, and
+a suspected actuator may have lost any share of its torque.
 """
 
 from __future__ import annotations
@@ -44,14 +44,14 @@ from tierod.physics.single_track import front_axle_load
 from tierod.vehicles import Vehicle
 
 TRUSTED = Elements(*(1.0,) * len(ELEMENTS))
-"""Every sensor and actuator."""
+"""Flags that trust every sensor and actuator."""
 
 COMMON_LOSS_TIME = 20.0
-"""Over which a share that two actuators lose together changes [s]; one that follows the split of the torque within
-0.1 s would explain the loss of either alone."""
+"""Time constant of a share of torque that two actuators lose together [s]; one that could follow the split of the
+torque, which changes within 0.1 s, would also explain the loss of either alone."""
 
 SCALED = (*WHEELS, "yaw_rate")
-"""Sensors that show together how far the wheels' readings are off the vehicle's speed."""
+"""Sensors that together make the common scale of the wheel speeds observable."""
 
 
 @dataclass(frozen=True)
@@ -63,16 +63,16 @@ class LeaveOutFilter:
 
     Args:
         vehicle: parameters of the model
-        sensor_noise, model_error: standard deviations
-        plausible: ranges of failed sensors
-        torque_jump: share of a jump of the steering torque that is not known, since it happens between two samples
-        influence: standard deviations beyond which a reading neither moves the state further nor counts more against
-            the hypothesis: far more than fault-free readings reach; a fault does not disturb the filter
-        settling: after the start, while the state is found and readings do not count for hypotheses
-        slowest: speed from which the vehicle counts as moving; wheel speed sensors detect no motion much slower
-        largest_force_error: of an axle, beyond which none goes; see `process.LIMITS` for all else
-        bending: acceleration across the vehicle from which it is in a bend
-        braking: deceleration beyond what the drives give from which something else must brake; steep slopes give less
+        sensor_noise, model_error: standard deviations of the readings, and of the model
+        plausible: widths of the ranges in which failed sensors may read
+        torque_jump: unknown share of a jump of the steering torque, since the jump occurs between two samples
+        influence: bound of a normalised innovation, in standard deviations, for the correction and for the likelihood,
+            so that a fault does not disturb the filter; far more than fault-free readings reach
+        settling: duration of the transient after the start, in which readings do not count for hypotheses
+        slowest: speed from which the vehicle counts as moving; wheel speed sensors detect hardly any slower motion
+        largest_force_error: bound of the error of an axle force; for all other states see `process.LIMITS`
+        bending: lateral acceleration from which the vehicle is in a bend
+        braking: deceleration beyond that of the drives from which the vehicle is braked otherwise; slopes give less
         trusted: 1, or 0 for a sensor that is left out and for an actuator that may have lost torque; all such actuators
             share one loss
     """
@@ -93,7 +93,7 @@ class LeaveOutFilter:
     Sample = ConditionSample
 
     class State(NamedTuple):
-        """The estimate, the samples before, and the time since the filter started, `settling` at most [s]."""
+        """Mean, packed covariance, torques of the previous sample, and time since the start, `settling` at most [s]."""
 
         mean: AutomatedVehicle.State
         covariance: tuple[Scalar, ...]
@@ -104,21 +104,22 @@ class LeaveOutFilter:
         """Output of the filter of one hypothesis for one sample.
 
         Args:
-            log_likelihood: of all readings of this sample, given the past; a failed sensor's reading has the density of
-                its plausible range, so that all hypotheses speak of the same readings; 0 while settling
-            prediction: of every sensor, used or not, before any reading of the sample
+            log_likelihood: log-likelihood of all readings of this sample, given the past [nat]; readings that are left
+                out have the density of their plausible range, so that all hypotheses explain the same readings; 0 while
+                settling
+            prediction: prediction of every sensor, used or not, before any reading of the sample
             deviation: standard deviation of reading less prediction
-            estimate: of every sensor's reading without its noise, after the readings that are used: what replaces a
-                sensor that is left out
-            torque_loss, loss_deviation: lost share of the torque of what is suspected, the same of two; a large
-                deviation means that it has had nothing to do
-            speed, lateral_speed: of the centre of gravity
-            moving: 1 where the vehicle moves forward, else 0: wheels that stand or roll back show nothing
-            driven: 1 where the deceleration is what drives and slopes give, else 0: brakes may lock the wheels
-            lack: force that an axle lacks in a bend, over its load: the larger one; 0 where it hardly needs any; for
-                a car of unknown torques see `skidding.lacking`
+            estimate: estimate of every sensor's reading without noise, after the correction; the substitute of a sensor
+                that is left out
+            torque_loss, loss_deviation: lost share of the suspected actuators' torque, the same for two, and its
+                standard deviation, which is large while little torque is requested
+            speed, lateral_speed: speed components of the centre of gravity
+            moving: 1 if the vehicle moves forward, else 0: wheels that stand or roll backwards are no evidence
+            driven: 1 if drives and slopes explain the deceleration, else 0: brakes may lock the wheels
+            lack: lateral force that an axle lacks in a bend over its load, the larger of both; 0 outside bends; for a
+                car without known torques see `skidding.lacking`
             lack_along, given_along: force of the suspected drives that the front axle lacks, and has, over its load
-            turning: acceleration across the vehicle by its speed and yaw rate, where no sensor gives it
+            turning: lateral acceleration as speed times yaw rate, if the filter gives it, else 0
         """
 
         log_likelihood: Annotated[float, ""]
@@ -138,28 +139,29 @@ class LeaveOutFilter:
 
     @classmethod
     def of_vehicle(cls, vehicle: Vehicle, sample_time: float = 0.01) -> LeaveOutFilter:
-        """The filter without a suspect; the less certain the vehicle, the wider are its noises.
+        """Filter of the fault-free hypothesis; the spread of the vehicle's parameters widens its noises.
 
         Args:
-            vehicle: with the parameters of `AutomatedVehicle`
-            sample_time: [s]
+            vehicle: vehicle with the parameters of `AutomatedVehicle`
+            sample_time: sampling interval [s]
         """
         parameters = replace(vehicle.parameters_for(AutomatedVehicle.Parameters), sample_time=sample_time)
         return cls(parameters, *widened(vehicle))
 
     def init(self) -> State:
-        """Anywhere at any speed, wheels about straight ahead."""
+        """State before the first sample: unknown speed, wheels approximately straight ahead."""
         deviations = start_deviations(self.model_error)
         covariance = from_diagonal([value * value for value in deviations])
         mean = skeleton(AutomatedVehicle.State)
         return self.State(mean, tuple(value + 0.0 for value in covariance), no_torques(), 0.0)
 
     def step(self, state: State, sample: ConditionSample) -> tuple[State, Output]:
-        """One sample on."""
+        """Process one sample."""
         after, seen = self.corrected(state, sample)
+        # The first innovation after the judged sensors is that of the longitudinal acceleration; NaN is not braking.
         judged, mean = len(OF_AUTOMATED), after.mean
         loss = AutomatedVehicle.State._fields.index("torque_loss")
-        # Accelerations are always used, and their range is left out of all hypotheses alike.
+        # All hypotheses use the accelerations, so that the width of their range does not matter.
         likelihood = seen.log_likelihood(
             (*(getattr(self.plausible, name) for name in OF_AUTOMATED), *(1.0,) * len(ACCELERATIONS)), self.influence
         )
@@ -177,7 +179,7 @@ class LeaveOutFilter:
         )
 
     def corrected(self, state: State, sample: ConditionSample) -> tuple[State, Seen]:
-        """The estimate after a sample, and the sample's innovations."""
+        """State after a sample, and the innovations of the sample."""
         suspected = [1.0 - each for each in self.trusted[len(SENSORS) :]]
         torques, inputs, jumped = torques_of(sample, state.torques, self.vehicle, suspected, state.age > 0.0)
         jump = self.torque_jump * self.torque_jump * jumped
@@ -195,11 +197,11 @@ class LeaveOutFilter:
 
     @property
     def _coarse(self) -> AutomatedVehicle.Parameters:
-        """The vehicle for the derivatives: small terms would fill them with entries, to no gain."""
+        """Vehicle for the Jacobians, without small terms that would make them denser without any gain."""
         return replace(self.vehicle, turn_slip_stiffness=0.0, steering_motor_inertia=0.0)
 
     def _lack(self, mean: AutomatedVehicle.State) -> Scalar:
-        """Force that an axle lacks in a bend, over its load: the larger one."""
+        """Lateral force that an axle lacks in a bend over its load, the larger of both."""
         car, across = self.vehicle, mean.speed * mean.yaw_rate
         side = where(absolute(across) > self.bending, where(across > 0.0, -1.0, 1.0), 0.0)
         front = mean.front_force_error / front_axle_load(car.mass, car.front_distance, car.rear_distance)
@@ -215,7 +217,7 @@ class LeaveOutFilter:
         return mean.torque_loss * asked, (1.0 - mean.torque_loss) * asked
 
     def _noise(self, jump: Scalar) -> tuple[Scalar, ...]:
-        """Variance of each reading; of the torque more where it has jumped between two samples."""
+        """Variance of each reading; a jump of the requested torque between two samples adds to that of the torque."""
         variances = [value * value for value in self.sensor_noise]
         torque = Measured._fields.index(SHAFT_TORQUE)
         variances[torque] = plus(variances[torque], jump)
@@ -229,17 +231,17 @@ class LeaveOutFilter:
         rolling = jacobian(lambda at: AutomatedVehicle.deflected(at, self._coarse), state.mean)
         rows = jacobian(lambda at: AutomatedVehicle.moved(at, inputs, self._coarse), deflected)
         process = process_noise(self.model_error, self.vehicle, state.mean, inputs)
-        # One after the other both are sparse; their product is not.
+        # Applied one after the other both Jacobians are sparse; their product is not.
         covariance = predict_covariance(rows, congruence(rolling, state.covariance), process)
         torque = self.model_error.steering_torque * self.model_error.steering_torque + jump
         mean = AutomatedVehicle.moved(deflected, inputs, self.vehicle)
         return mean, with_torque_noise(covariance, self.vehicle, torque)
 
     def leaving_out(self, hypothesis: Hypothesis) -> LeaveOutFilter:
-        """The filter of a hypothesis, made from the one that suspects nothing.
+        """Filter of a hypothesis, derived from that of the fault-free hypothesis.
 
         Args:
-            hypothesis: with the elements to leave out
+            hypothesis: hypothesis with the suspected elements
         """
         error, vehicle = self.model_error, self.vehicle
         if not {*SCALED}.isdisjoint(hypothesis.sensors):

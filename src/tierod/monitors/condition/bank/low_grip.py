@@ -1,4 +1,4 @@
-"""Tyres that slide: a filter that hardly trusts the forces of the axles, and whether it explains most."""
+"""Detection of sliding tyres: a filter with large errors of the axle forces, and the test of its likelihood."""
 
 from __future__ import annotations
 
@@ -13,26 +13,26 @@ from tierod.monitors.condition.signals import DRIVES
 from tierod.physics.lag import share_reached
 
 FORCE, FORCE_SHARE, TIE_ROD_SHARE = 60.0, 0.6, 0.3
-"""Lasting error of an axle's force where its tyres may slide, at small force [N], and its growth with the force; growth
-of that of the tie rod. Ice takes most of the force that the tyres have on a dry road, and most of their trail."""
+"""Lasting error of an axle force in the filter of sliding tyres: at small force [N], and its growth with the force [];
+growth of the error of the tie-rod force []. On ice, most of the force of a dry road and of the trail is lost."""
 ACCELERATION = 1.0
-"""Error of the acceleration along the road there, white, per sample [m/s**2]: wheels that have spun push the vehicle on
-when they grip again, whatever is asked of them by then."""
+"""White error of the longitudinal acceleration per sample in that filter [m/s**2]; spinning wheels that regain grip
+push the vehicle whatever torque is requested by then."""
 LARGEST_FORCE_ERROR = 4000.0
-"""Beyond which no error of an axle's force goes there: more than an axle gives on a dry road [N]."""
+"""Bound of the error of an axle force in that filter [N]; more than an axle transmits on a dry road."""
 
 
 class LowGripState(NamedTuple):
     """State of the check for low grip.
 
     Args:
-        lead: mean log-likelihood ratio of the filter of sliding tyres against the best other one
-        lead_along: likewise, against the best of those that explain a lack of force along the vehicle, over a while
-        gain: likewise, against the filter that suspects nothing
-        symmetric: for how many samples in a row force along the vehicle has been lacking on both sides alike
-        held: greatest force that both drives gave since then, over the load of their axle
-        broken: for how many samples in a row they have given less than that, and less than was asked for
-        left: samples for which tyres still count as sliding
+        lead: mean log-likelihood ratio of the filter of sliding tyres to the best other one [nat]
+        lead_along: the same to the best filter that can explain a lack of longitudinal force, over a longer time [nat]
+        gain: the same to the filter of the fault-free hypothesis [nat]
+        symmetric: number of consecutive samples in which both sides lacked longitudinal force alike
+        held: greatest force that both drives transmitted while tyres slid, over the load of their axle
+        broken: number of samples in which the drives gave less than that and less than requested
+        left: number of samples for which tyres still count as sliding
     """
 
     lead: Scalar
@@ -45,12 +45,12 @@ class LowGripState(NamedTuple):
 
 
 class Lack(NamedTuple):
-    """Force that an axle lacks over its load, see `LeaveOutFilter.Output`.
+    """Force that an axle lacks, over its load; see `LeaveOutFilter.Output`.
 
     Args:
-        across: in a bend
-        along: of what is asked of the drives
-        given: that the drives give
+        across: lacking lateral force in a bend
+        along: lacking part of the requested drive force
+        given: drive force that is transmitted
     """
 
     across: Scalar
@@ -60,45 +60,49 @@ class Lack(NamedTuple):
 
 @dataclass(frozen=True)
 class LowGrip:
-    """Whether tyres slide now, by the filter of `sliding`.
+    """Test whether the tyres slide now, with the likelihood of the filter of `sliding`.
 
-    Across the vehicle they do where it explains the readings of all sensors better than any filter that leaves one out,
-    and an axle has far less force in a bend than its tyres' slip would give it on a dry road. A fault of a sensor lets
-    sensors contradict each other, which weak tyres do not explain; a lost drive takes no force from an axle.
+    Across the vehicle the tyres slide if that filter explains the readings of all sensors better than any filter that
+    leaves one out, and an axle has far less force in a bend than the slip of its tyres gives on a dry road. With a
+    faulty sensor the readings contradict each other, which weak tyres do not explain; a lost drive takes no lateral
+    force from an axle.
 
-    Along the vehicle they do where the driven axle has not the force that is asked of it, while nothing turns the
-    vehicle: one lost drive would, and its own filter then explains the readings better by more than that of sliding
-    tyres loses where they grip. They go on sliding while force is lacking, and for a while: filters have to find back.
-    Both drives without a share of their torque look the same, until less is asked for than ice has held: it would give
-    all of that, they still give a share.
+    Along the vehicle the tyres slide if the driven axle does not transmit the requested force while nothing turns the
+    vehicle. The loss of one drive would turn it, and the filter of that drive would then lead by more than it does
+    when both wheels slide. Sliding lasts while force is lacking, and for a time afterwards in which the filters
+    recover. A loss of the same share of both drives looks alike until less force is requested than the ice has
+    transmitted: ice would transmit all of it, faulty drives still give a share.
 
-    All of it was chosen on braking, driving off and bends on ice of three virtual demonstrators (adhesion .15 to .4)
-    and on their lost drives, in samples of 10 ms, and held against 81 other drives on ice: one of these, declared
-    faulty at first, showed that no time passes while the vehicle stands.
+    All numbers were chosen on braking, driving off and bends on ice of three virtual demonstrators (adhesion .15 to .4)
+    and on their lost drives, in samples of 10 ms, and checked on 81 other drives on ice: one of these, first declared
+    faulty, showed that the time to recover must not count down while the vehicle stands.
 
     Args:
-        leads: by how much it must explain the readings better [nat per sample]; to leave one reading out costs 4 to 9
-        time_across: constant of that mean
-        lacks: force that an axle must lack across, over its load
-        loses: by how much the filter of a drive may explain the readings better; that of a drive without 50 to 100 % of
-            its torque does by 0.9 and more, that of one that slides with the other one by 0.6 at most
-        time_along: constant of that mean
-        largest_along: ratio of a single sample that counts in it: a drive's filter takes a moment to see what it lost
-        samples: in a row that all of this must hold along the vehicle
-        gains: by how much the filter that suspects nothing must explain them worse
-        time_gain: constant of that mean
-        contradicts: by how much any filter may explain them better at once; that of a faulty sensor does by far more
-        lacks_along: force that the driven axle must lack, over its load
-        least: force that it must have, over its load: the smoothest ice holds more, drives without any torque give none
-        below: share of what they held, up to which tyres that slide would give all that is asked for
-        part: of what is asked for, below which it is not given; where less than the rest of it is, ice may hold no more
-        in_full: share of what is asked for up to which nothing is lacking
-        share: of a sample in the force that is held
-        proofs: samples in a row in which drives give too little of what ice has held, so that both have lost torque
-        stays: so long they slide after they did
-        impossible: ratio from which on the filter that suspects nothing has not found back
-        slower: so much slower time passes until it has
-        largest: ratio of a single sample that counts
+        leads: least mean lead of the filter of sliding tyres [nat per sample]; leaving out one reading costs 4 to 9
+        time_across: time constant of that mean
+        lacks: least lateral force that an axle lacks, over its load
+        loses: largest mean lead of the filter of a drive [nat per sample]; after a loss of 50 to 100 % of its torque it
+            leads by 0.9 and more, and by 0.6 at most if both wheels slide
+        time_along: time constant of that mean
+        largest_along: bound of the ratio of a single sample in that mean [nat]; the filter of a drive takes some time
+            to estimate the loss
+        samples: number of consecutive samples in which all conditions along the vehicle must hold
+        gains: least mean lead over the filter of the fault-free hypothesis [nat per sample]
+        time_gain: time constant of that mean
+        contradicts: largest lead of any other filter over `time_across` [nat]; that of a faulty sensor leads by more
+        lacks_along: least longitudinal force that the driven axle lacks, over its load
+        least: least force that it transmits, over its load; even smooth ice transmits more, failed drives give none
+        below: share of the force held before, below which sliding tyres would transmit all that is requested
+        part: share of the requested force below which it counts as not given; if less than 1 - `part` is given, the ice
+            may have become slippier instead
+        in_full: largest lacking share of the requested force that counts as none
+        share: weight of one sample in the force that is held
+        proofs: number of samples with too little of a force that the ice has held after which both drives have lost
+            torque
+        stays: time for which tyres count as sliding after they have slid
+        impossible: log-likelihood ratio from which the filter of the fault-free hypothesis has not recovered [nat]
+        slower: factor on the passage of that time until it has recovered
+        largest: bound of the ratio of a single sample in the other means [nat]
     """
 
     leads: Annotated[float, ""] = 3.0
@@ -124,7 +128,7 @@ class LowGrip:
     largest: Annotated[float, ""] = 20.0
 
     def init(self) -> LowGripState:
-        """The tyres grip."""
+        """State before the first sample: the tyres grip."""
         return LowGripState(*(0.0,) * len(LowGripState._fields))
 
     def after(
@@ -137,16 +141,16 @@ class LowGrip:
         moving: Scalar,
         sample_time: float,
     ) -> tuple[LowGripState, Scalar]:
-        """One sample on; whether tyres slide.
+        """State after one sample, and whether tyres slide.
 
         Args:
-            state: after the sample before
-            likelihood: logarithm of the density of this sample where tyres slide
-            others: likewise, of all hypotheses with tyres that hold, the fault-free one first
-            drives: likewise, of those that suspect one drive alone
-            lack: of force
-            moving: whether the vehicle goes forward; while it stands or goes back no time passes to find back in
-            sample_time: [s]
+            state: state after the previous sample
+            likelihood: log-likelihood of this sample with sliding tyres [nat]
+            others: log-likelihoods of all hypotheses with tyres that grip, the fault-free one first [nat]
+            drives: log-likelihoods of the hypotheses that suspect one drive alone [nat]
+            lack: forces that axles lack
+            moving: whether the vehicle moves forward; otherwise the filters cannot recover and no time counts
+            sample_time: sampling interval [s]
         """
         healthy, best = others[0], greatest_of(*others)
 
@@ -171,14 +175,14 @@ class LowGrip:
         return LowGripState(lead, lead_along, gain, symmetric, held, broken, left), left > 0.5
 
     def _steady(self, held: Scalar, lack: Lack) -> Scalar:
-        """A step towards the given force while some of the requested force is lacking."""
+        """Low-pass filtered force that is transmitted while a part of the requested force is lacking."""
         lacks = lack.given * lack.along > 0.0
         return held + self.share * (where(lacks, absolute(lack.given), held) - held)
 
     def _broken(self, before: Scalar, held: Scalar, lack: Lack) -> Scalar:
-        """Number of samples in a row with less than the requested force, where no more is requested than ice held.
+        """Number of samples with less force than requested, although the ice has held more than that before.
 
-        Kept while too little or too much is asked for to show it; none where all is given.
+        Once it has reached `proofs` it is kept until the requested force is given in full.
         """
         asked, given = absolute(lack.given + lack.along), absolute(lack.given)
         shows = both(asked > self.lacks_along, lack.given * lack.along > 0.0)
@@ -189,10 +193,10 @@ class LowGrip:
 
 
 def sliding(base: LeaveOutFilter) -> LeaveOutFilter:
-    """The filter that trusts all sensors, hardly the forces of the axles, and no drive: both lose the same share.
+    """Filter of sliding tyres: all sensors, large errors of the axle forces, and a common lost share of both drives.
 
     Args:
-        base: the filter that suspects nothing
+        base: filter of the fault-free hypothesis
     """
     error = replace(
         base.model_error,

@@ -1,4 +1,4 @@
-"""Limits of the state of the vehicle's filter, and its process noise from sample to sample."""
+"""Bounds, initial deviations and process noise of the state of the whole vehicle's filter."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ LIMITS = AutomatedVehicle.State(
     *(80.0, 30.0, 10.0, 1.0, 1.0, 20.0, 80.0, 1.0),
     *(600.0, 600.0, 500.0, 1.1, 0.03, 0.15, 1.7, 1.2, 0.03, 0.25, 0.25),
 )
-"""Beyond which no state goes, whatever a faulty sensor says. The filter stays finite; and a hypothesis that is wrong
-cannot explain readings by a bank of thirty degrees, tyres of another size or a motor that loses more torque than it has
-(and a tenth, which a calibration may miss), however long it is given."""
+"""Bounds of the state estimates; a faulty sensor then cannot drive a filter to infinity, and a wrong hypothesis cannot
+explain readings by a bank of thirty degrees, tyres of another size or a motor that loses more than its whole torque
+(plus a tenth for the error of a calibration), however much time it has."""
 
 
 def start_deviations(error: ModelError) -> AutomatedVehicle.State:
-    """Standard deviations of the state before the first sample: any speed, wheels about straight ahead.
+    """Standard deviations of the initial state: unknown speed, wheels approximately straight ahead.
 
     Args:
-        error: of the model
+        error: standard deviations of the model error
     """
     return AutomatedVehicle.State(
         *(20.0, 0.5, 0.5, 0.02, 0.02, 4.0, 2.0, 0.7, error.force, error.force, error.tie_rod + error.standing),
@@ -37,13 +37,13 @@ def process_noise(
     mean: AutomatedVehicle.State,
     inputs: AutomatedVehicle.Input,
 ) -> AutomatedVehicle.State:
-    """Variance that each state gains per sample; that of the forces grows with the forces.
+    """Process noise: variance that each state gains per sample; for the force errors it grows with the forces.
 
     Args:
-        error: of the model
+        error: standard deviations of the model error
         vehicle: parameters of `AutomatedVehicle`
         mean: state before the sample
-        inputs: of the sample
+        inputs: inputs of the sample
     """
     fading, step = vehicle.fading, vehicle.sample_time
     forces = AutomatedVehicle.forces(mean, inputs, vehicle)
@@ -80,14 +80,15 @@ def process_noise(
 
 
 def with_torque_noise(covariance: Vector, vehicle: AutomatedVehicle.Parameters, variance: Scalar) -> Vector:
-    """The packed covariance with an error of the steering torque in the mean of a sample, which moves angle and rate.
+    """Covariance with the effect of an error of the steering torque on column angle and rate.
 
     Args:
-        covariance: packed
+        covariance: packed covariance
         vehicle: parameters of `AutomatedVehicle`
-        variance: of that torque [N**2*m**2]
+        variance: variance of the mean torque over a sample [N**2*m**2]
     """
     full = unpack(covariance)
+    # The torque error is constant over a sample: its effects on angle and rate are fully correlated.
     turning = turning_column(vehicle)
     angle = AutomatedVehicle.State._fields.index("column_angle")
     gain = {angle: turning.angle_per_torque, angle + 1: turning.rate_per_torque}

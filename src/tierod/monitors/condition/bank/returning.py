@@ -1,4 +1,4 @@
-"""Return of suspects: fault-free behaviour for a while, in samples at which their fault would show."""
+"""Recovery of declared elements: consistent behaviour for some time, in samples in which their fault would show."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from tierod.monitors.condition.signals import ELEMENTS, SENSORS, Elements
 
 @dataclass(frozen=True)
 class Returning:
-    """Count for how long every suspect has been as it should, and let it go.
+    """Count for how long every declared element has been consistent, and withdraw the declaration.
 
     Args:
-        shows: number of standard deviations of its prediction by which a fault must change a reading to show in it
-        agrees: number of standard deviations within which a reading counts as it should
-        recovers: for how long it must, in samples at which its fault would show
-        doubtful: weight of a sample at which only a loss would show: a fault that went while it did not show may have
-            been learnt wrongly since
-        hopes: after which it is called recovering; single readings of a noisy sensor are right by chance
-        loss_recovered: share of lost torque below which an actuator counts as whole
+        shows: number of standard deviations of the prediction by which a fault must change a reading to show
+        agrees: number of standard deviations within which a reading is consistent with its prediction
+        recovers: time for which an element must be consistent, in samples in which its fault would show
+        doubtful: weight of a sample in which only a total loss would show; the estimated effect of a fault that has
+            ended without showing may be wrong by then
+        hopes: time after which an element is called recovering; single readings of a noisy sensor agree by chance
+        loss_recovered: lost share of torque below which an actuator counts as fault-free
     """
 
     shows: Annotated[float, ""] = 4.0
@@ -42,14 +42,16 @@ class Returning:
         seen: LeaveOutFilter.Output,
         effects: Tree,
     ) -> tuple[Scalar, ...]:
-        """For how many samples each suspect has been as it should; unbroken where its fault would not show, or unread.
+        """Number of samples for which each declared element has been consistent.
+
+        A sample without a reading, or in which the fault would not show, does not count; an inconsistent one resets.
 
         Args:
-            before: the same at the sample before
+            before: numbers after the previous sample
             suspected: declared elements
-            readings: of all sensors
+            readings: readings of all sensors
             seen: output of the selected lane
-            effects: additions of the declared sensor faults to their readings; a loss if None
+            effects: change that the fault of each sensor adds to its reading; None assumes a total loss
         """
         counts = []
         for place, (name, count) in enumerate(zip(ELEMENTS, before, strict=True)):
@@ -68,18 +70,18 @@ class Returning:
         return tuple(counts)
 
     def recovering(self, faulty: Elements, good: Sequence[Scalar], sample_time: float) -> Elements:
-        """Declared, but as it should for the last samples."""
+        """Flags of declared elements that have been consistent for the time `hopes`."""
         hoped = self.hopes / sample_time
         return Elements(*(both(each, count > hoped) for each, count in zip(faulty, good, strict=True)))
 
     def after(self, weighing: Weighing, active: Scalar, suspected: Elements, good: Sequence[Scalar]) -> Scalar:
-        """The active hypothesis without those that have recovered.
+        """Number of the active hypothesis without the elements that have recovered.
 
         Args:
-            weighing: of the hypotheses
-            active: the number of the hypothesis that holds
+            weighing: weighing of the hypotheses
+            active: number of the active hypothesis
             suspected: elements that it suspects
-            good: for how many samples each suspect has been as it should
+            good: number of samples for which each of them has been consistent
         """
         back = [
             both(each, count * weighing.sample_time >= self.recovers)

@@ -1,4 +1,4 @@
-"""The filter behind every hypothesis about a car whose torques are not known: it leaves out the suspects."""
+"""Filter of a fault hypothesis for a car without known torques: it leaves out the suspected sensors."""
 
 from __future__ import annotations
 
@@ -36,28 +36,29 @@ from tierod.vehicles import Vehicle
 from tierod.vehicles.uncertain import bound_distance, hold_spread, with_spread
 
 LIMITS = RollingCar.State(80.0, 15.0, 3.0, 10.0, 4.0, 0.1, 0.5, 0.04, 0.2, 0.04, 0.04, 0.5, 0.5, 3.0, 3.0, 0.5, 0.02)
-"""Beyond which no state goes, whatever a faulty sensor says."""
+"""Bounds of the state estimates; a faulty sensor then cannot drive a filter to infinity."""
 
 
 @dataclass(frozen=True)
 class RollingError:
-    """Standard deviation of the model's error.
+    """Standard deviations of the model error.
 
     Args:
-        jerk: change of the acceleration, brakes included
-        lateral_jerk: yaw acceleration times speed; what drivers and passengers bear, so that fast cars turn in slowly
-        steering, steering_share: of the angle, against that of a steady turn: at little angle, and its growth with it
-        yaw_rate_offset, angle_offset, wheel_speed_difference: of a car whose file does not give them
-        track_width: relative
-        front_wheel_speed_scale: of tyres on both axles
-        slip, slip_share: of an axle, without and per acceleration
-        slip_in_bends: likewise, per square of the wheelbase over the radius: front wheels do not quite roll where they
-            are pointed to
-        uneven_slip: of one wheel against the other of its axle, per acceleration
-        uneven: likewise, share of the speed
-        grade, bank: accelerations by slopes
-        steering_scale: relative, of ratio and wheelbase of the vehicle file
-        understeer: gradient by the vehicle file
+        jerk: random walk of the longitudinal acceleration, brakes included
+        lateral_jerk: yaw acceleration times speed; occupants accept only so much of it, so that fast cars turn in
+            slowly
+        steering, steering_share: error of the angle of a steady turn: at small angles, and its growth with the angle
+        yaw_rate_offset, angle_offset, wheel_speed_difference: offsets of a car whose file does not give them
+        track_width: relative error of the track width
+        front_wheel_speed_scale: relative difference of the tyre radii of both axles
+        slip, slip_share: slip of an axle at no acceleration, and its growth with it
+        slip_in_bends: growth of that slip with the square of wheelbase over radius; front wheels do not roll exactly in
+            the direction in which they point
+        uneven_slip: difference of slip between the wheels of an axle, per acceleration
+        uneven: difference of speed between them, as a share of the speed
+        grade, bank: accelerations by grade and bank of the road
+        steering_scale: relative error of steering ratio over wheelbase in the vehicle file
+        understeer: error of the understeer gradient of the vehicle file
     """
 
     jerk: Annotated[float, "m/s**2.5"] = 6.0
@@ -86,7 +87,7 @@ NOISE = RollingCar.Output(
     steering_wheel_angle=0.01,
     **dict.fromkeys(ACCELERATIONS, 0.3),
 )
-"""Of production cars: rough roads shake wheels and accelerometers more than data sheets say."""
+"""Standard deviation of one reading in production cars; rough roads add to the noise that data sheets give."""
 
 
 COARSEST = RollingCar.Output(
@@ -95,37 +96,39 @@ COARSEST = RollingCar.Output(
     steering_wheel_angle=0.05,
     **dict.fromkeys(ACCELERATIONS, 0.2),
 )
-"""Step between two readings of a coarse sensor, assumed until one has shown a smaller one."""
+"""Quantisation step of each sensor that is assumed until its readings have shown a smaller one."""
 
 GUESSED = 3.0
-"""Standard deviations by which a vehicle file may be wrong."""
+"""Bound of the states for errors of the vehicle file, in their standard deviations []."""
 
 OF_SCALE, OF_UNDERSTEER = 0.15, 0.3
-"""Shares of a file's spread that a filter's own states bear. A filter that leaves out the yaw rate has nothing else to
-find a scale by: with the whole spread it predicts the yaw rate of a passenger car in tight bends to 0.046 in place of
-0.015 rad/s. `steering_share` and the limits bear the rest."""
+"""Shares of the spread of a vehicle file that the states of the filter take []. Without the yaw rate a scale is hardly
+observable: with the whole spread, the filter that leaves it out predicts the yaw rate of a passenger car in tight bends
+with an error of 0.046 rad/s in place of 0.015 rad/s. `steering_share` and the limits cover the rest."""
 
 DISTANCES = ("front_distance", "rear_distance")
 HANDLING = ("mass", *DISTANCES, "front_cornering_stiffness", "rear_cornering_stiffness")
-"""Parameters by which a car understeers."""
+"""Parameters of the understeer gradient, in the order of its arguments."""
 
 OFFSETS = {
     "yaw_rate_offset": "yaw_rate_offset",
     "angle_offset": "steering_wheel_angle_offset",
     "wheel_speed_difference": "wheel_speed_difference",
 }
-"""Parameters of a vehicle file whose standard deviations say how far offsets are off it."""
+"""Field of `RollingError` -> parameter of the vehicle file whose standard deviation replaces its default."""
 LEAST = {"yaw_rate_offset": 0.002, "angle_offset": 0.01, "wheel_speed_difference": 0.001}
-"""By which they change from drive to drive with temperature, tyres and load, in the units of `RollingError`."""
+"""Least standard deviations of these offsets, which change between drives with temperature, tyres and load [units of
+`RollingError`]."""
 
 
 def model_error_of(vehicle: Vehicle) -> RollingError:
-    """Model errors by what a vehicle file leaves open: offsets, ratio, distances, understeer.
+    """Model errors from the uncertainty of a vehicle file: offsets, steering ratio, distances, understeer gradient.
 
     Args:
-        vehicle: with the parameters of `RollingCar`; a parameter without a standard deviation takes that of its class
+        vehicle: vehicle with the parameters of `RollingCar`; a parameter without a standard deviation gets that of its
+            class
     """
-    # Distances, ratio, stiffness and offsets are in the errors below; all else that is read moves less than the usual.
+    # The errors below contain distances, ratio, stiffness and offsets; other parameters matter less than the defaults.
     hold_spread(vehicle, vehicle.parameters)
     car = with_spread(vehicle)[0]
     known = car.parameters
@@ -152,17 +155,18 @@ def model_error_of(vehicle: Vehicle) -> RollingError:
 
 @dataclass(frozen=True)
 class RollingFilter:
-    """Extended Kalman filter of a rolling car that leaves out the suspects of a hypothesis; as `LeaveOutFilter` is.
+    """Extended Kalman filter of a rolling car that leaves out the suspects, interchangeable with `LeaveOutFilter`.
 
     Args:
         vehicle: parameters of `RollingCar`
-        sensor_noise, model_error: standard deviations
-        plausible: ranges of failed sensors
-        influence: standard deviations beyond which a reading neither moves the state further nor counts more
-        settling: after the start, while offsets are found and readings do not count for hypotheses
+        sensor_noise, model_error: standard deviations of the readings, and of the model
+        plausible: widths of the ranges in which failed sensors may read
+        influence: bound of a normalised innovation, in standard deviations, for the correction and for the likelihood
+        settling: duration of the transient after the start; offsets are estimated in it, and readings do not count for
+            hypotheses
         slowest: speed from which the car counts as moving
         braking: deceleration from which brakes may lock the wheels
-        trusted: 1, or 0 for a sensor that is left out; only those of `OF_CARS` are read
+        trusted: 1, or 0 for a sensor that is left out; only those of `OF_CARS` are used
     """
 
     vehicle: RollingCar.Parameters
@@ -179,7 +183,7 @@ class RollingFilter:
     Output = LeaveOutFilter.Output
 
     class State(NamedTuple):
-        """The estimate, the time since the start, `settling` at most [s], how coarse its sensors are, the hands."""
+        """Mean, packed covariance, time since the start [s], resolution of the sensors, and steering wheel motion."""
 
         mean: RollingCar.State
         covariance: tuple[Scalar, ...]
@@ -189,14 +193,14 @@ class RollingFilter:
 
     @classmethod
     def of_vehicle(cls, vehicle: Vehicle, sample_time: float = 0.01) -> RollingFilter:
-        """The filter that suspects nothing.
+        """Filter of the fault-free hypothesis.
 
         Args:
-            vehicle: with the parameters of `RollingCar`; `yaw_rate_resolution` where the sensor's steps are coarse
-            sample_time: [s]
+            vehicle: vehicle with the parameters of `RollingCar`; `yaw_rate_resolution` for a sensor with coarse steps
+            sample_time: sampling interval [s]
 
         Raises:
-            ParameterError: parameters that are missing
+            ParameterError: parameters are missing
         """
         parameters = replace(vehicle.parameters_for(RollingCar.Parameters), sample_time=sample_time)
         known = vehicle.parameters
@@ -205,7 +209,7 @@ class RollingFilter:
         return cls(parameters, noise, model_error_of(vehicle))
 
     def init(self) -> State:
-        """Anywhere at any speed, wheels about straight ahead."""
+        """State before the first sample: unknown speed, wheels approximately straight ahead."""
         error = self.model_error
         difference = error.wheel_speed_difference
         offsets = (error.yaw_rate_offset, error.angle_offset, difference, error.track_width)
@@ -218,7 +222,7 @@ class RollingFilter:
         return self.State(*at_rest, SmallestSteps.unseen(COARSEST), Hands(inf, 0.0, 0.0, 0.0))
 
     def step(self, state: State, sample: ConditionSample) -> tuple[State, LeaveOutFilter.Output]:
-        """One sample on."""
+        """Process one sample."""
         p = self.vehicle
         rows = jacobian(lambda at: RollingCar.transition(at, (), p), state.mean)
         covariance = predict_covariance(rows, state.covariance, self._process_noise(state.mean))
@@ -252,14 +256,14 @@ class RollingFilter:
 
     @property
     def _limits(self) -> RollingCar.State:
-        """Bounds of the state: a wrong angle must not pass for a car that no file would describe so."""
+        """Bounds of the state; those for errors of the vehicle file are too tight to absorb a faulty steering angle."""
         error = self.model_error
         return LIMITS._replace(
             steering_scale=GUESSED * error.steering_scale, understeer_error=GUESSED * error.understeer
         )
 
     def _noise(self, mean: RollingCar.State) -> tuple[Scalar, ...]:
-        """Variance of each reading; wheels that drive or brake do not slip quite alike."""
+        """Variance of each reading; driven and braked wheels of an axle do not slip equally."""
         uneven = self.model_error.uneven_slip * mean.acceleration * mean.speed
         share = self.model_error.uneven * mean.speed
         more = dict.fromkeys(ALL_WHEELS, uneven * uneven + share * share)
@@ -302,9 +306,9 @@ class RollingFilter:
         return self.vehicle.front_distance + self.vehicle.rear_distance
 
     def leaving_out(self, hypothesis: Hypothesis) -> RollingFilter:
-        """The filter of a hypothesis, made from the one that suspects nothing.
+        """Filter of a hypothesis, derived from that of the fault-free hypothesis.
 
         Args:
-            hypothesis: with the elements to leave out
+            hypothesis: hypothesis with the suspected elements
         """
         return replace(self, trusted=self.trusted._replace(**dict.fromkeys(hypothesis.suspects, 0.0)))

@@ -1,4 +1,4 @@
-"""Cars at the limit of grip: how far their motion is from that of tyres that hold, and how fast hands turn."""
+"""Cars at the limit of grip: deviation of their motion from that with gripping tyres, and steering wheel rate."""
 
 from __future__ import annotations
 
@@ -11,35 +11,36 @@ from tierod.physics.lag import share_reached
 from tierod.physics.single_track import understeer_gradient
 
 SLIPPERIEST = 2.0
-"""Acceleration across the vehicle that every road gives [m/s**2]: packed snow; what needs less does not slide."""
+"""Lateral acceleration that every road permits [m/s**2], even packed snow; a motion that needs less does not slide."""
 
 GUESSED_SHARE = 0.25
-"""Of what is needed: a guessed ratio and understeer are wrong by so much."""
+"""Error of the needed lateral acceleration by guessed steering ratio and understeer, as a share of it []."""
 ACROSS_SHARE, YAW_SHARE = 0.5, 0.3
-"""Of what the rear axle shows: banked roads, and the turn-in of slow cars."""
+"""Shares of the rear axle's deviation that count []; the rest may come from banked roads, and from the turn-in of slow
+cars."""
 LAG, FOLLOWS = 0.1, 12.0
-"""Time by which a car follows its steering wheel later [s], and speed up to which it is so short [m/s]: above, a slide
-that changes sides passes through little acceleration for longer."""
+"""Lag of a car behind its steering wheel [s], and speed up to which it applies [m/s]; at higher speed, a slide that
+changes sides passes through small accelerations for longer."""
 QUICK = 2.5
-"""Rate of the steering wheel [rad/s] from which a car has not followed it yet."""
+"""Steering wheel rate from which a car lags behind its steering wheel [rad/s]."""
 FASTEST = 25.0
-"""Rate that no hands reach [rad/s]: a reading that jumps so is wrong."""
+"""Steering wheel rate that no driver reaches [rad/s]; a reading that jumps faster is wrong."""
 SMOOTHING = 0.05
-"""Time over which that rate is smoothed [s]."""
+"""Time constant of the low-pass filter of that rate [s]."""
 
 
 FORGOTTEN = 5.0
-"""Time after which a jump of the reading is forgotten [s]: a sensor that went on so would be declared by then."""
+"""Time constant with which a jump of the reading is forgotten [s]; a persistent fault is declared by then."""
 
 
 class Hands(NamedTuple):
-    """Last reading of the steering angle, and its rate, smoothed.
+    """Steering angle and rate as the driver's hands produce them, without jumps of the reading.
 
     Args:
-        angle: last that was there; infinite before the first
-        rate: over `SMOOTHING`
-        jumped: by how much readings have jumped, faster than hands turn
-        waited: since the last reading
+        angle: last reading; infinite before the first
+        rate: low-pass filtered rate
+        jumped: sum of recent jumps of the reading, faster than a driver can steer
+        waited: time since the last reading
     """
 
     angle: Annotated[Scalar, "rad"]
@@ -48,12 +49,13 @@ class Hands(NamedTuple):
     waited: Annotated[Scalar, "s"]
 
     def after(self, reading: Scalar, sample_time: float) -> Hands:
-        """One sample on; a missing reading changes nothing.
+        """State after one sample; a missing reading leaves angle and rate as they are.
 
         Args:
-            reading: of the angle [rad]; NaN where missing
-            sample_time: [s]
+            reading: reading of the angle [rad]; NaN if missing
+            sample_time: sampling interval [s]
         """
+        # Before the first reading the angle is infinite, so that the change is not finite and no jump.
         change = reading - self.angle
         waited = self.waited + sample_time
         rate = where(present(change), change / waited, self.rate)
@@ -69,16 +71,16 @@ class Hands(NamedTuple):
 
 
 def lacking(state: RollingCar.State, p: RollingCar.Parameters, hands: Hands) -> Scalar:
-    """Acceleration across the vehicle by which the motion is off that of tyres that hold [m/s**2]; 0 where none slide.
+    """Lateral acceleration by which the motion deviates from that with gripping tyres [m/s**2]; 0 if none slides.
 
-    The front axle slides where the car turns less than it is steered, or against it. The rear axle slides where the
-    acceleration is not that of the turn, and where the car begins to turn or ceases to fast enough; a car that turns
-    more than it is steered, and steadily so, has a wrong steering angle; so has one whose angle has jumped.
+    The front axle slides if the car turns less than it is steered, or in the opposite direction. The rear axle slides
+    if the lateral acceleration is not that of the turn, or if the yaw rate changes fast. A car that steadily turns more
+    than it is steered has a wrong steering angle instead, and so has one whose angle has jumped.
 
     Args:
-        state: of a filter of sliding tyres, after a sample
-        p: the car
-        hands: their action on the wheel
+        state: state of a filter of sliding tyres after a sample
+        p: parameters of the car
+        hands: steering wheel angle and rate
     """
     wheelbase = p.front_distance + p.rear_distance
     gradient = understeer_gradient(
@@ -91,7 +93,7 @@ def lacking(state: RollingCar.State, p: RollingCar.Parameters, hands: Hands) -> 
     asked = has + more
     needs = maximum(absolute(asked), absolute(has))
     front = where(asked * more > 0.0, absolute(more) - GUESSED_SHARE * needs, 0.0)
-    # Sliding tyres give what every road gives; with less the car has not followed yet, or the angle is wrong.
+    # Sliding tyres still give what every road permits; with less the car lags its steering, or the angle is wrong.
     late = minimum(front, absolute(per_angle * hands.rate) * LAG)
     front = where(either(absolute(has) > 0.5 * SLIPPERIEST, speed > FOLLOWS), front, late)
     yaw = wheelbase * absolute(state.yaw_acceleration)

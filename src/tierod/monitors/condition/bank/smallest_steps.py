@@ -1,4 +1,4 @@
-"""Resolution of sensors, as their readings show it: the smallest step between two of them."""
+"""Resolution of sensors, estimated as the smallest step between two of their readings."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from tierod.core.block import Scalar
 from tierod.core.graph.maths import absolute, both, minimum, present, where
 
 UNIFORM = 1.0 / 12.0
-"""Variance of a rounded value over its step squared."""
+"""Variance of a rounding error, uniform over one step, over the square of the step."""
 
 
 class SmallestSteps(NamedTuple):
     """Last reading of every sensor, and its smallest change so far.
 
-    A sensor of a bus reads in steps that may be ten times its noise, and a vehicle file need not state it.
+    The steps of a sensor on a bus may be ten times its noise, and a vehicle file need not give them.
 
     Args:
-        last: readings; one that is missing keeps the one before
-        smallest: change that is no rounding residue, in the units of the readings
+        last: last readings; a missing reading keeps the previous one
+        smallest: smallest changes above the rounding residue [units of the readings]
     """
 
     last: tuple[Scalar, ...]
@@ -27,19 +27,19 @@ class SmallestSteps(NamedTuple):
 
     @classmethod
     def unseen(cls, coarsest: Sequence[float]) -> SmallestSteps:
-        """Before the first reading.
+        """State before the first reading.
 
         Args:
-            coarsest: step that is assumed of every sensor until it has shown a smaller one
+            coarsest: step of every sensor that is assumed until its readings have shown a smaller one
         """
         return cls((0.0,) * len(coarsest), tuple(coarsest))
 
     def after(self, readings: Sequence[Scalar], residues: Sequence[float]) -> SmallestSteps:
-        """Smallest steps after one more reading of every sensor.
+        """State after one more reading of every sensor.
 
         Args:
-            readings: NaN where missing
-            residues: changes up to which arithmetic makes them, see `residue_of`
+            readings: readings; NaN if missing
+            residues: changes that may be rounding residues of arithmetic, see `residue_of`
         """
         here = [present(each) for each in readings]
         changes = [
@@ -56,5 +56,5 @@ class SmallestSteps(NamedTuple):
 
     @property
     def variances(self) -> tuple[Scalar, ...]:
-        """Variances that rounding adds to every reading."""
+        """Variance that rounding adds to every reading."""
         return tuple(UNIFORM * each * each for each in self.smallest)

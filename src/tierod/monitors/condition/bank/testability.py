@@ -1,4 +1,4 @@
-"""Testability of faults in this sample: with the available sensors, in motion that the filters follow."""
+"""Testability of faults in a sample: with the available sensors, and in a motion that the filters describe."""
 
 from __future__ import annotations
 
@@ -13,14 +13,15 @@ from tierod.monitors.condition.bank.weighing import Weighing
 from tierod.monitors.condition.signals import ALL_WHEELS, ELEMENTS, OF_AUTOMATED, SENSORS, Elements
 
 TOLD_BY = {"steering_motor_1": "steering_shaft_torque", "steering_motor_2": "steering_shaft_torque"}
+"""Actuator -> sensor without which its faults are not observable."""
 
 
 class Open(NamedTuple):
-    """Observability with the sensors that are left.
+    """Hypotheses that are observable with the remaining sensors.
 
     Args:
-        hypotheses: whether each one may be declared
-        widening: factor of all limits
+        hypotheses: whether each hypothesis may be declared
+        widening: factor on all limits
     """
 
     hypotheses: list[Scalar]
@@ -29,21 +30,22 @@ class Open(NamedTuple):
 
 @dataclass(frozen=True)
 class Testability:
-    """Hypotheses that may be declared, and whether a fault would show.
+    """Decide which hypotheses may be declared, and which faults would show.
 
-    No fault is declared at standstill and in reverse, none of a wheel while the vehicle brakes harder than its drives,
-    none of a sensor that is missing, and none of a steering motor without the sensor of the torque that both give.
+    No fault is declared at standstill and in reverse, no fault of a wheel while the vehicle brakes harder than with its
+    drives, none of a missing sensor, and none of a steering motor without the sensor of the torque of both motors.
 
     Args:
-        shows: number of standard deviations of its prediction by which a fault must change a reading to show in it
-        missing: after which a sensor without a reading is missing: longer than the slowest channels take
-        poorer: factor of all limits while one is: what is left shows up to 1.7 times as much without any fault
-        fewest: sensors without which no fault is declared
-        remaining: sensors that a hypothesis must leave to be declared: two give speed and yaw rate, a third checks them
+        shows: number of standard deviations of the prediction by which a fault must change a reading to show
+        missing: time without a reading after which a sensor is missing; longer than the interval of the slowest channel
+        poorer: factor on all limits while a sensor is missing; fault-free ratios are up to 1.7 times as large then
+        fewest: least number of available sensors for any declaration
+        remaining: least number of sensors that a hypothesis leaves: two give speed and yaw rate, a third checks them
         judged: sensors that the vehicle has
-        cornering: acceleration across the vehicle from which no fault is declared: tyres slide, and no calibration
-            drive has shown how; those of the demonstrator reach 5.9 m/s**2
-        stays: so long none is, after that or after an axle lacked force in that bend: the filters have to find back
+        cornering: lateral acceleration from which no fault is declared, since tyres may slide as in no calibration
+            drive; those of the demonstrator reach 5.9 m/s**2
+        stays: time for which no fault is declared afterwards, and after an axle lacked force in that bend; the filters
+            recover in it
     """
 
     shows: Annotated[float, ""] = 4.0
@@ -56,28 +58,28 @@ class Testability:
     stays: Annotated[float, "s"] = 0.5
 
     def cornered(self, before: Scalar, acceleration: Scalar, lacks: Scalar, sample_time: float) -> Scalar:
-        """Number of samples for which the tyres may slide, with this one; without the acceleration no bend is detected.
+        """Number of samples for which tyres may still slide; without the acceleration no hard cornering is detected.
 
         Args:
-            before: the same at the sample before
-            acceleration: across the vehicle
-            lacks: whether an axle lacks force; tyres that slid then still do
-            sample_time: [s]
+            before: number after the previous sample
+            acceleration: lateral acceleration; NaN if missing
+            lacks: whether an axle lacks force, which prolongs a slide that has begun
+            sample_time: sampling interval [s]
         """
         hard = absolute(where(present(acceleration), acceleration, 0.0)) > self.cornering
         return where(either(hard, both(before > 0.5, lacks)), self.stays / sample_time, maximum(before - 1.0, 0.0))
 
     def counting(self, weighing: Weighing, seen: LeaveOutFilter.Output, follows: Scalar) -> list[Scalar]:
-        """Whether this sample may count for each hypothesis: nothing does unless `follows`, braked wheels may lock."""
+        """Whether a sample may count for each hypothesis: only if `follows`, for wheels only without braking."""
         braked = both(follows, seen.driven)
         return [braked if {*ALL_WHEELS} & {*each.sensors} else follows for each in weighing.hypotheses]
 
     def open(self, weighing: Weighing, unread: Sequence[Scalar], suspected: Elements) -> Open:
-        """Hypotheses that may be declared with the sensors that are left.
+        """Hypotheses that may be declared with the available sensors.
 
         Args:
-            weighing: of the hypotheses
-            unread: for how many samples each sensor has had no reading
+            weighing: weighing of the hypotheses
+            unread: number of samples without a reading of each sensor
             suspected: declared elements
         """
         most = self.missing / weighing.sample_time
@@ -100,17 +102,20 @@ class Testability:
         seen: LeaveOutFilter.Output,
         open_: Sequence[Scalar],
     ) -> Elements:
-        """Whether a loss would show: a reading far enough from zero, a share of torque known well; and may be declared.
+        """Whether a total loss of each element would show and may be declared.
+
+        It shows if the predicted reading is far enough from zero, or the lost share of torque is known well enough.
 
         Args:
-            weighing: of the hypotheses
-            lanes: outputs of all
+            weighing: weighing of the hypotheses
+            lanes: outputs of all lanes
             suspected: declared elements
             seen: output of the selected lane
             open_: whether each hypothesis may be declared
         """
         flags = []
         for place, name in enumerate(ELEMENTS):
+            # An element that the vehicle lacks takes lane 0, which predicts 0 for it: it never counts as testable.
             number = weighing.number(name) or 0
             own = lanes[number]
             if name in SENSORS:

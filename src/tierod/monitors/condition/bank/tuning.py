@@ -1,4 +1,4 @@
-"""Noises, ranges and limits of the filter behind every hypothesis."""
+"""Noises and ranges of the filter of every fault hypothesis for the whole vehicle."""
 
 from __future__ import annotations
 
@@ -23,34 +23,36 @@ from tierod.vehicles.uncertain import held_deviation
 SENSOR_NOISE = Measured(
     *(each.noise for each in SENSOR_TABLE if each.name in OF_AUTOMATED), *(ACCELERATION_NOISE,) * len(ACCELERATIONS)
 )
-"""Standard deviation of one reading of every sensor, in its unit."""
+"""Standard deviation of one reading of every sensor [unit of the sensor]."""
 PLAUSIBLE = Readings(*(each.plausible for each in SENSOR_TABLE))
-"""Width of the range in which a failed sensor may read anything: the density of its readings is one over it."""
+"""Width of the range in which a failed sensor may read [unit of the sensor], with the uniform density 1 / width."""
 TORQUE_JUMP = 0.45
-"""Share of a jump of the steering torque that is not known, since it happens between two samples: uniform over it."""
+"""Standard deviation of the effect of a jump of the requested steering torque, as a share of the jump []; its time
+between two samples is unknown."""
 
 
 @dataclass(frozen=True)
 class ModelError:
-    """Standard deviation of the model's error; the share of the force adapts every threshold.
+    """Standard deviations of the model error; since some grow with the forces, all thresholds adapt to the motion.
 
     Args:
-        acceleration: along the road, white, per sample
-        lateral_acceleration: white, per sample
-        yaw_acceleration: white, per sample
-        slip: of the tyres' deflection, white, per sample
-        steering_torque: of both motors, white, per sample
-        friction_share: of the column's friction, white, per sample
-        force, force_share: of an axle: lasting error at small force, and its growth with the force
-        tie_rod, tie_rod_share: likewise, of the tie rod's force
-        standing: added to the tie rod's error at standstill, where the tyres twist on the spot
-        loss: of the torque of a suspected actuator, as a share
+        acceleration: longitudinal acceleration, white, per sample
+        lateral_acceleration: lateral acceleration, white, per sample
+        yaw_acceleration: yaw acceleration, white, per sample
+        slip: deflection of the tyres as a slip, white, per sample
+        steering_torque: torque of both motors, white, per sample
+        friction_share: share of the column's friction, white, per sample
+        force, force_share: lasting error of an axle force: at small force, and its growth with the force
+        tie_rod, tie_rod_share: lasting error of the tie-rod force: at small force, and its growth with the force
+        standing: additional error of the tie-rod force at standstill, where the tyres twist on the spot
+        loss: lost share of a suspected actuator's torque
         yaw_rate_offset, angle_offset, wheel_speed_difference: deviations from a calibration
-        wheel_speed_scale, drive_excess: likewise, as shares: load and tyres change after a calibration
-        wheel_speed_scale_alone: likewise, where the yaw rate or a wheel is left out: nothing would show it but the
-            acceleration across, which the body's roll bends by some percent
-        drive_excess_alone: likewise, where a drive is suspected: half a torque lost on one side is a quarter on both
-        road: acceleration by grade or bank
+        wheel_speed_scale, drive_excess: the same as shares, since load and tyres change after a calibration
+        wheel_speed_scale_alone: the same without the yaw rate or a wheel: the scale is then observable only by the
+            lateral acceleration, which body roll changes by some percent
+        drive_excess_alone: the same with a suspected drive: half the torque lost on one side looks like a quarter on
+            both
+        road: acceleration by grade or bank of the road
     """
 
     acceleration: Annotated[float, "m/s**2"] = 0.12
@@ -76,30 +78,31 @@ class ModelError:
 
 
 def prices(noise: Measured | RollingCar.Output, plausible: Readings) -> tuple[float, ...]:
-    """Costs of leaving out each sensor, per sample while its readings are as expected [nat].
+    """Costs of leaving out each sensor, per sample with fault-free readings [nat].
 
-    The mean density of a reading about its expectation, in logarithms, over that of anything plausible.
+    A cost is the mean log density of a normal innovation less the log density of the plausible range.
 
     Args:
-        noise: of the sensors, which is most of what expectations miss
-        plausible: ranges of failed sensors
+        noise: standard deviations of the sensors, which make up most of the innovations
+        plausible: widths of the ranges in which failed sensors may read
 
     Returns:
-        in the order of `SENSORS`; 0 of those that the vehicle does not have
+        costs in the order of `SENSORS`; 0 for sensors that the vehicle does not have
     """
     pairs = ((width, getattr(noise, name, None)) for name, width in zip(SENSORS, plausible, strict=True))
     return tuple(0.0 if known is None else log(width / (known * sqrt(2.0 * pi * e))) for width, known in pairs)
 
 
 USUAL_RATE, USUAL_ANGLE, USUAL_ACCELERATION = 1.5, 1.5, 3.0
-"""Of the column [rad/s], [rad], and across the vehicle [m/s**2]: what wrong parameters are multiplied with."""
+"""Usual rate [rad/s] and angle [rad] of the column, and lateral acceleration [m/s**2], at which the errors of
+parameters are evaluated."""
 
 
 def widened(vehicle: Vehicle) -> tuple[Measured, ModelError]:
-    """Noises that hold for a vehicle: the standard deviations of its parameters come on top of the usual ones.
+    """Noises of sensors and model for a vehicle, widened by the standard deviations of its parameters.
 
     Args:
-        vehicle: calibrated, which adds next to nothing, or not
+        vehicle: vehicle; a calibrated one widens hardly anything
     """
 
     def spread(name: str, relative: bool = False) -> float:
@@ -115,7 +118,7 @@ def widened(vehicle: Vehicle) -> tuple[Measured, ModelError]:
         square * spread("rack_stiffness") * USUAL_ANGLE,
     )
     scale = spread("wheel_speed_scale") * USUAL_ACCELERATION
-    # What the filter learns itself, offsets of wheels, yaw rate and angle, counts as an error of the model.
+    # Offsets of wheels, yaw rate and angle are states of the filter: their spread belongs to the model error instead.
     offsets = [
         *((spread(f"{name}_offset"),) if name not in OF_CARS else () for name in OF_AUTOMATED),
         *((spread(f"{name}_offset"), scale) for name in ACCELERATIONS),

@@ -1,4 +1,4 @@
-"""Corrections by readings that may be left out, and how likely those readings were."""
+"""Kalman correction by readings that may be left out, and the log-likelihood of the readings."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ from tierod.methods.estimators.linear_algebra import (
 from tierod.monitors.condition.signals import Readings, readings_by
 
 _ROOTS = 6
-"""Square roots before the series of the logarithm: x^(1/64) of what spreads over twenty powers of ten is near one."""
+"""Number of square roots before the series of the logarithm: x^(1/64) is near one over twenty powers of ten."""
 
 
 class Correction(NamedTuple):
     """Correction by the readings of one sample.
 
     Args:
-        shift: of the mean, (n,)
-        covariance: packed, after all readings
-        whitened: every innovation, given the readings before it, over its standard deviation; 0 where it does not count
-        widening: variance of every such innovation over the usual noise; 1 where it does not count
+        shift: correction of the mean, (n,)
+        covariance: packed covariance after all readings
+        whitened: normalised innovations, each given the readings before it; 0 for readings that are left out
+        widening: variances of these innovations over the usual noise; 1 for readings that are left out
     """
 
     shift: tuple[Scalar, ...]
@@ -46,13 +46,13 @@ class Seen(NamedTuple):
     """Innovations and correction of one sample.
 
     Args:
-        expected: readings, before any of the sample
+        expected: expected readings before the sample
         rows: their derivatives by the state
-        innovations: readings less the expected ones
-        used: whether they count
-        spread: variance of every innovation
-        usual: variance of each reading that the widening is counted from
-        correction: by all that count
+        innovations: readings less expected readings
+        used: whether each reading is used
+        spread: variance of every innovation, before any correction
+        usual: nominal noise variance of each reading, the reference of `Correction.widening`
+        correction: correction by all readings that are used
     """
 
     expected: Vector
@@ -64,10 +64,10 @@ class Seen(NamedTuple):
     correction: Correction
 
     def of_sensors(self, names: Sequence[str]) -> tuple[Readings, Readings, Readings]:
-        """Predictions, standard deviations of reading less prediction, and estimates after all readings that count.
+        """Predictions, standard deviations of reading less prediction, and estimates after the correction.
 
         Args:
-            names: of the sensors, the first of what is read
+            names: names of the sensors, in the order of the first readings
         """
         rows = zip(names, self.expected, self.spread, self.rows, strict=False)
         known = [(name, value, sqrt(spread), row) for name, value, spread, row in rows]
@@ -78,11 +78,11 @@ class Seen(NamedTuple):
         )
 
     def moved(self, mean: Vector, most: Vector) -> list[Scalar]:
-        """The mean after the sample, within bounds.
+        """Mean after the correction, limited to its bounds.
 
         Args:
-            mean: before its readings, (n,)
-            most: magnitude that no state exceeds, (n,)
+            mean: mean before the correction, (n,)
+            most: largest magnitude of each state, (n,)
         """
         shifted = (value + shift for value, shift in zip(mean, self.correction.shift, strict=True))
         return [limit(value, -bound, bound) for value, bound in zip(shifted, most, strict=True)]
@@ -102,13 +102,13 @@ def observed(
     trusted: Vector,
     influence: Scalar,
 ) -> Seen:
-    """A sample taken in by a filter that may leave readings out.
+    """Innovations and correction of a sample by a filter that may leave readings out.
 
     Args:
-        covariance: P before its readings, packed
-        expected: readings, (m,)
+        covariance: covariance P before the correction, packed
+        expected: expected readings, (m,)
         rows: their derivatives by the state, m rows of n
-        readings: (m,); NaN where missing
+        readings: readings, (m,); NaN if missing
         noise, usual, influence: see `update`
         trusted: 1, or 0 for a reading that is left out, (m,)
     """
@@ -128,16 +128,16 @@ def update(
     used: Vector,
     influence: Scalar,
 ) -> Correction:
-    """Scalar updates in turn; the same as the joint update with a diagonal noise while no reading is bounded.
+    """Sequential scalar updates; equal to the joint update with diagonal noise while no innovation is bounded.
 
     Args:
-        covariance: P, packed
+        covariance: covariance P, packed
         rows: derivatives of the expected readings by the state, m rows of n
-        innovations: reading less expected reading, (m,); NaN where missing
-        noise: variance of each reading, (m,)
-        usual: variance of each reading that the widening is counted from, (m,)
-        used: whether a reading counts, (m,)
-        influence: standard deviations beyond which an innovation moves the mean no further
+        innovations: reading less expected reading, (m,); NaN if missing
+        noise: noise variance of each reading, (m,)
+        usual: nominal noise variance of each reading, the reference of `Correction.widening`, (m,)
+        used: whether each reading is used, (m,)
+        influence: bound of a normalised innovation in the correction of the mean, in standard deviations
     """
     after = unpack(covariance)
     n = len(after)
@@ -146,6 +146,7 @@ def update(
     for row, innovation, variance, nominal, counts in zip(rows, innovations, noise, usual, used, strict=True):
         cross = [dot(row, column) for column in after]
         spread = plus(dot(row, cross), variance)
+        # An infinite variance leaves a reading out without a branch, so that all lanes run the same code.
         inverse = 1.0 / where(counts, spread, math.inf)
         left = minus(where(counts, innovation, 0.0), dot(row, shift))
         root = sqrt(inverse)
@@ -161,20 +162,22 @@ def update(
 def log_likelihood(
     correction: Correction, innovations: Vector, used: Vector, usual: Vector, widths: Vector, influence: Scalar
 ) -> Scalar:
-    """Log-likelihood of the present readings: as innovations where used, as anything plausible where left out.
+    """Log-likelihood of the present readings: normal innovations if used, uniform over a range if left out [nat].
 
     Args:
-        correction: by the readings
-        innovations: reading less expected reading, (m,); NaN where missing
-        used: whether a reading counts, (m,)
-        usual: variance of each reading that the widening is counted from, (m,)
-        widths: of the range in which each reading may be that is left out, (m,)
-        influence: standard deviations beyond which an innovation counts no more
+        correction: correction by the readings
+        innovations: reading less expected reading, (m,); NaN if missing
+        used: whether each reading is used, (m,)
+        usual: nominal noise variance of each reading, (m,)
+        widths: width of the range of each reading that is left out, (m,)
+        influence: bound of a normalised innovation in the likelihood, in standard deviations
     """
     squares: Scalar = 0.0
     widening: Scalar = 1.0
     for over, wide in zip(correction.whitened, correction.widening, strict=True):
         squares = squares + minimum(over * over, influence * influence)
+        # One logarithm of the product in place of one per reading: relative to the usual noise it stays near one, where
+        # the series of `logarithm` is exact.
         widening = widening * wide
     total = -0.5 * (squares + logarithm(widening))
     for reading, counts, variance, width in zip(innovations, used, usual, widths, strict=True):
@@ -184,7 +187,7 @@ def log_likelihood(
 
 
 def spread_of(covariance: Vector, row: Vector) -> Scalar:
-    """row P row', P packed."""
+    """Variance row P row' of a linear function of the state, P packed."""
     full = unpack(covariance)
     return dot(
         row, [0.0 if is_structural(entry, 0.0) else dot(row, column) for entry, column in zip(row, full, strict=True)]
@@ -192,7 +195,7 @@ def spread_of(covariance: Vector, row: Vector) -> Scalar:
 
 
 def logarithm(value: Scalar) -> Scalar:
-    """Natural logarithm of a positive value, without a library function that would keep lanes from vectors.
+    """Natural logarithm of a positive value, without a library function, which would prevent vectorisation of lanes.
 
     Validity: to 1e-9 between 1e-6 and 1e6, to 1e-3 between 1e-20 and 1e20.
     Source: 64 log(x^(1/64)), log(y) = 2 artanh((y - 1) / (y + 1)) by its series.

@@ -1,4 +1,4 @@
-"""Hypotheses weighed against the active one: limited log-likelihood ratios, smoothed fast and slowly."""
+"""Log-likelihood ratios of all hypotheses against the active one, bounded and smoothed over two time constants."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from tierod.monitors.condition.signals import SENSORS
 from tierod.physics.lag import share_reached
 
 NEVER = -1e9
-"""Score of what cannot be chosen: far below any ratio."""
+"""Score of a hypothesis that cannot be chosen; far below any ratio."""
 
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits between hypotheses; all of them come from calibration on fault-free drives.
+    """Limits of the log-likelihood ratios, designed on fault-free drives.
 
     Args:
-        fast, slow: mean log-likelihood ratio against the active hypothesis, over the short and the long time, that only
-            a fault exceeds; per hypothesis but healthy, in their order, above 0, so that a missing reading never does
-        gap: by which the best hypothesis leads all that do not contain it, nor are contained
-        margin: by which two suspects must explain more than one
+        fast, slow: limit of the mean ratio against the active hypothesis over the short and the long time, for each
+            hypothesis but the fault-free one, in their order [nat]; above 0, so that missing readings exceed none
+        gap: least lead of the best hypothesis over all that neither contain it nor are contained in it [nat]
+        margin: least additional ratio of a hypothesis per suspect beyond the first [nat]
     """
 
     fast: tuple[Annotated[float, ""], ...]
@@ -35,20 +35,21 @@ class Limits:
 
 
 class Weights(NamedTuple):
-    """Smoothed log-likelihood ratios of all hypotheses against the active one, per sample."""
+    """Smoothed log-likelihood ratios of all hypotheses against the active one [nat per sample]."""
 
     fast: tuple[Scalar, ...]
     slow: tuple[Scalar, ...]
 
 
 class Ranking(NamedTuple):
-    """The outcome of one sample.
+    """Ranking of the hypotheses after one sample.
 
     Args:
-        exceeding: whether any other hypothesis is beyond its limit
-        best: the number of the best of those
-        lead: score of the best less that of the best rival; 0 while a rival would explain all other sensors better
-        rivals: per hypothesis, whether it might as well be the one
+        exceeding: whether any other hypothesis exceeds its limit
+        best: number of the best of these
+        lead: score of the best less that of the best rival [nat]; 0 while a rival scores higher without the costs of
+            leaving out sensors
+        rivals: for each hypothesis, whether it explains the samples about as well as the best, which is included
     """
 
     exceeding: Scalar
@@ -59,19 +60,20 @@ class Ranking(NamedTuple):
 
 @dataclass(frozen=True)
 class Weighing:
-    """Ratios and ranks of the hypotheses of a bank.
+    """Ratios and ranking of the hypotheses of a bank.
 
     Args:
-        hypotheses: in the order of the lanes, healthy first
-        limits: from calibration
-        sample_time: [s]
-        fast_time, slow_time: constants of both exponential means
-        largest: by which one sample may count for one hypothesis against another, so that a single reading far off
-            declares nothing; some three times the price of leaving out a sensor
-        prices: of every sensor, what leaving it out costs per sample where nothing is at fault; see `tuning.prices`
+        hypotheses: hypotheses in the order of the lanes, the fault-free one first
+        limits: limits of the ratios
+        sample_time: sampling interval [s]
+        fast_time, slow_time: time constants of both exponential means
+        largest: bound of the ratio of a single sample [nat], so that a single outlier declares nothing; some three
+            times the cost of leaving out a sensor
+        prices: cost of leaving out each sensor per fault-free sample [nat]; see `tuning.prices`
 
-    An error that grows slowly bends the estimates of everything else, at little cost per sample, while leaving out
-    the sensor that errs costs its whole price; a cheaper one then leads. Hence the best must lead without prices too.
+    A slowly growing error biases all other estimates at little cost in likelihood per sample, while leaving out the
+    faulty sensor costs its whole price; a hypothesis with a cheaper sensor then leads. Hence the best hypothesis must
+    also lead after the prices have been credited.
     """
 
     hypotheses: tuple[Hypothesis, ...]
@@ -92,20 +94,20 @@ class Weighing:
                 )
 
     def init(self) -> Weights:
-        """All alike."""
+        """Weights before the first sample: all ratios are zero."""
         zeros = (0.0,) * len(self.hypotheses)
         return Weights(zeros, zeros)
 
     def smoothed(
         self, weights: Weights, likelihoods: Sequence[Scalar], active: Scalar, counting: Sequence[Scalar] | None = None
     ) -> Weights:
-        """One sample on.
+        """Weights after one sample.
 
         Args:
-            weights: after the sample before
-            likelihoods: logarithm of each hypothesis' density of this sample
-            active: the number of the hypothesis that holds
-            counting: whether the sample may count for each hypothesis; for all if None
+            weights: weights after the previous sample
+            likelihoods: log-likelihood of this sample for each hypothesis [nat]
+            active: number of the active hypothesis
+            counting: whether the sample may count in favour of each hypothesis; None lets it count for all
         """
         best = greatest_of(*likelihoods)
         limited = [maximum(value, best - self.largest) for value in likelihoods]
@@ -117,15 +119,15 @@ class Weighing:
         return Weights(*(_on(mean, ratios, share) for mean, share in zip(weights, shares, strict=True)))
 
     def restarted(self, weights: Weights, active: Scalar, changed: Scalar) -> Weights:
-        """Weights where another hypothesis holds from now on: evidence for any other one is discarded.
+        """Weights after a change of the active hypothesis, which discards the evidence in favour of all others.
 
-        What was against one that leaves out a sensor stays, over the long time: its price is paid on. Without it a bump
-        that comes just then would do for a second fault.
+        In the long mean, evidence against hypotheses that leave out a sensor is kept, since their cost continues.
+        Without it, a bump of the road at that moment would suffice to declare a second fault.
 
         Args:
-            weights: after this sample, against the hypothesis that held
-            active: the number of the hypothesis that holds now
-            changed: whether it is another one
+            weights: weights after this sample, against the previously active hypothesis
+            active: number of the hypothesis that is active now
+            changed: whether the active hypothesis has changed
         """
         own = chosen(weights.slow, active)
         against = [
@@ -139,13 +141,13 @@ class Weighing:
     def ranking(
         self, weights: Weights, active: Scalar, widening: Scalar = 1.0, observable: Sequence[Scalar] | None = None
     ) -> Ranking:
-        """The hypothesis that explains the samples better than the active one, and the best one.
+        """Ranking of the hypotheses that may follow the active one.
 
         Args:
-            weights: after this sample
-            active: the number of the hypothesis that holds
-            widening: factor of all limits
-            observable: whether each hypothesis may be declared with the readings that there are; all may if None
+            weights: weights after this sample
+            active: number of the active hypothesis
+            widening: factor on all limits
+            observable: whether each hypothesis may be declared with the available readings; None allows all
         """
         holds = [active == number for number in range(len(self.hypotheses))]
         allowed = [self._is_new(number, holds) for number in range(len(self.hypotheses))]
@@ -166,6 +168,7 @@ class Weighing:
             for number in range(len(self.hypotheses))
         ]
         _, second = _highest(scores, rivals)
+        # A score is the sum of two means, each of which contains the cost of the left-out sensor.
         net = [
             score + 2.0 * self._exclusion_credit(each, holds)
             for score, each in zip(scores, self.hypotheses, strict=True)
@@ -184,21 +187,21 @@ class Weighing:
         return Ranking(exceeding, best, lead, tuple(both(exceeding, each) for each in close))
 
     def number(self, *suspects: str) -> int | None:
-        """The number of the hypothesis that suspects exactly these; None if there is none."""
+        """Number of the hypothesis that suspects exactly these elements; None if there is none."""
         for number, each in enumerate(self.hypotheses):
             if set(each.suspects) == set(suspects):
                 return number
         return None
 
     def naming(self, element: str) -> list[int]:
-        """The numbers of the hypotheses that suspect an element, alone or beside others."""
+        """Numbers of the hypotheses that suspect an element, alone or with others."""
         return [number for number, each in enumerate(self.hypotheses) if element in each.suspects]
 
     def _is_new(self, number: int, holds: Sequence[Scalar]) -> Scalar:
-        """Whether a hypothesis may follow the active one: it suspects all its sensors, and something else.
+        """Whether a hypothesis may follow the active one: it must suspect all sensors of it, and something else.
 
-        A lost sensor whose true value is near zero agrees with hypotheses that use it, which shows nothing; a wrong
-        one recovers once the right one is suspected beside it.
+        A declared sensor is kept, since a lost one agrees with its prediction while the true value is near zero. A
+        wrongly declared one recovers once the right one is suspected as well.
         """
         own = self.hypotheses[number]
         before = [
@@ -209,7 +212,7 @@ class Weighing:
         return any_of(0.0, *before)
 
     def _exclusion_credit(self, hypothesis: Hypothesis, holds: Sequence[Scalar]) -> Scalar:
-        """The price of the sensor that a hypothesis leaves out beside the active one; none for two at once."""
+        """Cost of the sensor that a hypothesis leaves out in addition to the active one; 0 for two at once."""
         prices = [self.prices[SENSORS.index(name)] if name in SENSORS else 0.0 for name in hypothesis.suspects]
         if len(prices) < 2:
             return prices[0] if prices else 0.0
@@ -221,7 +224,7 @@ class Weighing:
         return credit
 
     def _is_beyond(self, number: int, weights: Weights, holds: Sequence[Scalar], widening: Scalar) -> Scalar:
-        """Whether a hypothesis is beyond its limit: of two suspects, one active, that of the other alone."""
+        """Whether a hypothesis exceeds its limit; with one of two suspects active, that of the other one applies."""
         fast, slow = self._limits_of(number)
         suspects = self.hypotheses[number].suspects
         for known in suspects if len(suspects) > 1 else ():
@@ -235,10 +238,10 @@ class Weighing:
         return self.limits.fast[number - 1], self.limits.slow[number - 1]
 
     def _related(self, number: int) -> list[int]:
-        """Hypotheses that contain this one or are contained, healthy left out.
+        """Hypotheses that contain this one or are contained in it, without the fault-free one.
 
-        Of two actuators that lose the same share one alone is no part: it stays a rival of both. Both are none of one,
-        which explains all with less.
+        The loss of a single actuator does not count as contained in the joint loss of two: it remains a rival of that.
+        The joint loss is no rival of the single one, which explains the same with less.
         """
         own = self.hypotheses[number]
         return [
@@ -249,7 +252,7 @@ class Weighing:
 
 
 def chosen(values: Sequence[Scalar], number: Scalar) -> Scalar:
-    """One of several values, by a number that is known at run time only; the first where there is no such."""
+    """One of several values, by a number that is known at run time only; the first one if there is no such number."""
     result = values[0]
     for position, value in enumerate(values[1:], 1):
         result = where(number == position, value, result)
@@ -261,7 +264,7 @@ def _on(means: tuple[Scalar, ...], values: Sequence[Scalar], share: Scalar) -> t
 
 
 def _highest(scores: Sequence[Scalar], counts: Sequence[Scalar]) -> tuple[Scalar, Scalar]:
-    """Number and score of the highest among those that count; 0 and `NEVER` if none does."""
+    """Number and score of the highest score among those that count; 0 and `NEVER` if none counts."""
     best: Scalar = 0.0
     top: Scalar = NEVER
     for number, (score, count) in enumerate(zip(scores, counts, strict=True)):

@@ -1,1 +1,1 @@
-"""Calibration from fault-free drives: parameters of the vehicle, and limits between hypotheses."""
+"""Calibration from fault-free drives: parameters of the vehicle, and limits of the log-likelihood ratios."""

@@ -1,4 +1,4 @@
-"""The grid that calibrations look at drives on, and when the vehicle moves on it."""
+"""Time grid of calibrations, and detection of motion on it."""
 
 from __future__ import annotations
 
@@ -9,43 +9,45 @@ from tierod.core.recording import Aligned, Recording
 from tierod.monitors.condition.signals import WHEELS, ConditionSample
 
 RATE = 100.0
-"""Of the grid [Hz]; filters and limits are those of its steps."""
+"""Rate of the grid [Hz]; filters and limits are designed for its steps."""
 SLOWEST = 10.0
-"""Rate of wheel speeds below which a recording is refused, as the monitor does [Hz]."""
+"""Rate of wheel speeds below which a recording is refused, as by the monitor [Hz]."""
 MAXIMUM_AGE = 0.0099
-"""A reading older than this is missing: every one counts in one sample, also of buses that do not keep step [s]."""
+"""Age from which a reading counts as missing [s]; just below the step of the grid, so that every reading is used only
+once, whatever the clock of its bus."""
 HELD = 0.5
-"""For so long a wheel goes on as it was last read: its readings come more seldom than the grid's steps, or fail [s]."""
+"""Time for which a wheel speed is held after its last reading [s]; readings come less often than the grid's steps, or
+fail."""
 MOVING = 1.0
-"""Speed of a wheel from which on the vehicle moves [m/s]."""
+"""Speed of a wheel from which the vehicle counts as moving [m/s]."""
 
 
 def sampled(recording: Recording, rate: float = RATE) -> Aligned:
-    """The samples of a recording as the monitor takes them in.
+    """Samples of a recording as the monitor receives them.
 
     Args:
-        recording: with signals of `ConditionSample`; what is missing is NaN
-        rate: of the samples [Hz]
+        recording: recording with signals of `ConditionSample`; missing ones become NaN
+        rate: sampling rate [Hz]
     """
     return recording.align(ConditionSample._fields, rate, maximum_age=MAXIMUM_AGE)
 
 
 def aligned(recording: Recording, rate: float = RATE) -> np.ndarray:
-    """The samples of a recording, one row each.
+    """Values of a recording on the grid, (n, signals).
 
     Args:
-        recording: with the signals of `ConditionSample`; what is missing is NaN
-        rate: of the rows [Hz]
+        recording: recording with signals of `ConditionSample`; missing ones become NaN
+        rate: sampling rate [Hz]
     """
     return sampled(recording, rate).values
 
 
 def moving(rows: np.ndarray, rate: float = RATE) -> np.ndarray:
-    """Whether the vehicle moves, forwards or backwards, by the wheels that are read, (n,).
+    """Whether the vehicle moves, forwards or backwards, according to the available rear wheels, (n,).
 
     Args:
-        rows: wheel speeds in the first two columns; NaN where missing, (n, 2 or more)
-        rate: of the rows [Hz]
+        rows: wheel speeds in the first two columns; NaN if missing, (n, 2 or more)
+        rate: sampling rate [Hz]
     """
     place, found = np.arange(len(rows)), np.zeros(len(rows), bool)
     for speed in rows[:, : len(WHEELS)].T:
@@ -56,14 +58,14 @@ def moving(rows: np.ndarray, rate: float = RATE) -> np.ndarray:
 
 
 def wheel_of(name: str, recording: Recording) -> str:
-    """The rear wheel whose speed a recording holds, the left one if it holds both.
+    """Name of the wheel speed signal of a recording, that of the rear left wheel if it has both rear wheels.
 
     Args:
-        name: of the recording, for the message
-        recording: to be looked at
+        name: name of the recording, for the message
+        recording: recording to be searched
 
     Raises:
-        InputError: it holds neither, or brings it too slowly
+        InputError: the recording has neither signal, or its rate is too low
     """
     there = [each for each in WHEELS if each in recording and len(recording[each].time)]
     if not there:

@@ -1,4 +1,4 @@
-"""Fault-free drives made fit for a calibration: on one grid, without long gaps, each of them once."""
+"""Preparation of fault-free drives for a calibration: on one grid, without long gaps, and each only once."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from tierod.monitors.condition.recording_checks.coverage import TargetPace
 from tierod.monitors.condition.signals import WHEELS
 
 GAP = 5.0
-"""Without wheel speeds, from which on what follows is another drive [s]."""
+"""Gap in the wheel speeds from which the rest counts as another drive [s]."""
 
 
 class HealthyDrive(NamedTuple):
-    """A drive without long gaps.
+    """Fault-free drive without long gaps.
 
     Args:
-        name: of the recording that it comes from
-        recording: signals of `ConditionSample`, on one grid
-        driven: for how long the vehicle moves [s]
+        name: name of the recording that it comes from
+        recording: signals of `ConditionSample` on one grid
+        driven: time for which the vehicle moves [s]
     """
 
     name: str
@@ -34,14 +34,14 @@ class HealthyDrive(NamedTuple):
 
 
 def healthy_drives(recordings: Mapping[str, Recording]) -> list[HealthyDrive]:
-    """The drives of recordings, in their order.
+    """Split recordings into drives, in their order.
 
     Args:
-        recordings: by name
+        recordings: recordings by name
 
     Raises:
-        InputError: one without the speed of a rear wheel, or with too slow a one, or with slow targets of its
-            actuators; or two of the same drive
+        InputError: a recording lacks the speeds of the rear wheels, or their rate or that of the actuator targets is
+            too low; or two recordings hold the same drive
     """
     drives: list[HealthyDrive] = []
     seen: dict[bytes, str] = {}
@@ -68,11 +68,14 @@ def _refuse_slow_targets(name: str, drives: Sequence[HealthyDrive]) -> None:
 def parted(
     drives: Sequence[HealthyDrive], seconds: float
 ) -> tuple[list[HealthyDrive], list[HealthyDrive], Annotated[float, "s"]]:
-    """The first seconds of driving, all after them, and how long the first part drives.
+    """Split drives after a given time of driving.
 
     Args:
-        drives: in their order
-        seconds: of driving, standing left out [s]
+        drives: drives in their order
+        seconds: time of driving of the first part, standstill not counted [s]
+
+    Returns:
+        drives of the first part, drives of the rest, and the time of driving of the first part [s]
     """
     first: list[HealthyDrive] = []
     rest: list[HealthyDrive] = []
@@ -85,6 +88,7 @@ def parted(
             first.append(drive)
             driven += drive.driven
         else:
+            # Half a step of the grid keeps rounding errors from moving the cut by a whole step.
             driven_until = np.cumsum(_moving(drive.recording)) / RATE
             place = int(np.searchsorted(driven_until, left - 0.5 / RATE))
             cut = float(drive.recording[wheel_of(drive.name, drive.recording)].time[place]) + 0.5 / RATE
@@ -95,12 +99,12 @@ def parted(
 
 
 def _digest(recording: Recording) -> bytes:
-    """The same for the same speeds of the rear wheels."""
+    """Fingerprint of the rear wheel speeds."""
     return hashlib.sha256(b"".join(recording[each].values.tobytes() for each in WHEELS if each in recording)).digest()
 
 
 def _unbroken(time: np.ndarray, recording: Recording) -> Iterator[Recording]:
-    """The pieces between long gaps of a wheel's speed, on which no filter could be carried over."""
+    """Pieces of a recording between gaps that are too long for a filter to continue."""
     after = np.flatnonzero(np.diff(time) > GAP) + 1
     bounds = [0, *after.tolist(), len(time)]
     for begin, end in pairwise(bounds):
@@ -121,6 +125,6 @@ def _on_grid(name: str, recording: Recording) -> HealthyDrive:
 
 
 def _moving(recording: Recording) -> np.ndarray:
-    """Whether the vehicle moves at every step of the grid."""
+    """Whether the vehicle moves, for every step of the grid."""
     there = [recording[each].values for each in WHEELS if each in recording]
     return moving(np.column_stack(there))

@@ -1,4 +1,4 @@
-"""Ratios of all hypotheses on fault-free drives, the largest of every ten seconds, on which limits are designed."""
+"""Block maxima of the hypotheses' log-likelihood ratios on fault-free drives, as the basis of the limits."""
 
 from __future__ import annotations
 
@@ -19,34 +19,35 @@ from tierod.monitors.condition.hypotheses import Hypothesis, hypotheses
 from tierod.vehicles import Vehicle
 
 SETTLING = 2.0
-"""Not looked at, at the beginning of every drive [s]."""
+"""Warm-up at the beginning of every drive that is ignored [s]."""
 BLOCK = 10.0
-"""Ratios are correlated over some seconds; of every such time the largest counts [s]."""
+"""Length of a block, of which only the largest ratio counts [s]; the ratios are autocorrelated over some seconds."""
 PIECE = 15
-"""Blocks that are looked at in one go, which takes some 50 MB with what is worked out from them."""
+"""Blocks that are processed at once, which takes some 50 MB with all outputs."""
 _NEVER = 1e6
+"""Limit that no ratio exceeds [nat]."""
 
 
 @dataclass(frozen=True)
 class Watching:
-    """A judge whose outputs are the smoothed ratios instead of its decisions.
+    """Judge whose outputs are the smoothed ratios instead of decisions.
 
     Args:
-        decision: with limits that nothing exceeds
+        decision: decision with limits that no ratio exceeds
     """
 
     decision: Decision
 
     def feedback(self) -> Tree:
-        """Feedback to the lanes."""
+        """Feedback of the decision to the lanes."""
         return self.decision.feedback()
 
     def init(self) -> DecisionState:
-        """Healthy."""
+        """State before the first sample: fault-free."""
         return self.decision.init()
 
     def step(self, state: DecisionState, sample: JudgeSample) -> tuple[DecisionState, Verdict]:
-        """One sample on."""
+        """Process one sample."""
         after, verdict = self.decision.step(state, sample)
         return after, verdict._replace(output=after.weights)
 
@@ -55,8 +56,8 @@ class Watched(NamedTuple):
     """Outputs of the bank on a fault-free drive.
 
     Args:
-        blocks: largest ratios of every ten seconds in which the vehicle moves, see `block_maxima`
-        hours: for which it moves
+        blocks: largest ratios of every block in which the vehicle moves, see `block_maxima`
+        hours: time for which it moves
     """
 
     blocks: np.ndarray
@@ -69,13 +70,13 @@ def watch(
     progress: Callable[[float], None] = lambda share: None,
     bank: Bank | None = None,
 ) -> list[Watched]:
-    """The ratios of all hypotheses on drives, while none of them is declared.
+    """Ratios of all hypotheses on fault-free drives, without any declaration.
 
     Args:
-        recordings: of fault-free driving
-        vehicle: with calibrated parameters
-        progress: called with the share that is done
-        bank: lanes with a judge that is `Watching`; that of the whole vehicle if None
+        recordings: recordings of fault-free driving
+        vehicle: vehicle with calibrated parameters
+        progress: called with the completed share, 0 to 1
+        bank: bank whose judge is a `Watching`; None takes the bank of the whole vehicle
     """
     bank, watched = bank or _watching(LeaveOutFilter.of_vehicle(vehicle), hypotheses()), []
     for place, recording in enumerate(recordings):
@@ -85,7 +86,7 @@ def watch(
 
 
 def _watched(bank: Bank, drive: np.ndarray) -> Watched:
-    """One drive, piece by piece: the ratios of an hour would fill the memory."""
+    """Ratios of one drive, processed in pieces, since the outputs of an hour would fill the memory."""
     width, skipped = round(BLOCK * RATE), round(SETTLING * RATE)
     end = skipped + max((len(drive) - skipped) // width, 0) * width
     explanations = bank.judge.decision.weighing.hypotheses
@@ -104,23 +105,23 @@ def _watching(base: LeaveOutFilter, explanations: tuple[Hypothesis, ...]) -> Ban
 
 
 def unreachable(explanations: Sequence[Hypothesis]) -> Limits:
-    """Limits that nothing exceeds, so that nothing is declared.
+    """Limits that no ratio exceeds, so that no fault is declared.
 
     Args:
-        explanations: hypotheses, healthy first
+        explanations: hypotheses, the fault-free one first
     """
     count = len(explanations) - 1
     return Limits((_NEVER,) * count, (_NEVER,) * count, 1.0, 1.0)
 
 
 def block_maxima(ratios: np.ndarray, settling: float = SETTLING) -> np.ndarray:
-    """The largest ratio of every block, healthy left out, (blocks, 2 x hypotheses).
+    """Largest ratio of every block without the fault-free hypothesis, (blocks, 2 x hypotheses).
 
-    Only what lasts for three samples counts, as the judge decides nothing before.
+    Only ratios that last for three samples count, since the judge decides nothing earlier.
 
     Args:
-        ratios: smoothed fast and slowly, the healthy hypothesis first in both, sample by sample
-        settling: not looked at, at the beginning [s]
+        ratios: fast and slow means, the fault-free hypothesis first in both, (samples, 2 x hypotheses)
+        settling: warm-up that is ignored [s]
     """
     count = ratios.shape[1] // 2
     width, skipped = round(BLOCK * RATE), round(settling * RATE)
@@ -130,9 +131,9 @@ def block_maxima(ratios: np.ndarray, settling: float = SETTLING) -> np.ndarray:
 
 
 def lasting(ratios: np.ndarray) -> np.ndarray:
-    """The least of three samples in a row, (..., samples - 2, ratios).
+    """Minimum over three consecutive samples, (..., samples - 2, ratios).
 
     Args:
-        ratios: (..., samples, ratios)
+        ratios: ratios, (..., samples, ratios)
     """
     return np.asarray(np.minimum(np.minimum(ratios[..., 2:, :], ratios[..., 1:-1, :]), ratios[..., :-2, :]))

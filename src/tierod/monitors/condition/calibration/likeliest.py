@@ -1,4 +1,4 @@
-"""The likeliest parameters of a vehicle: whitened innovations of its healthy filter, and the search for their least."""
+"""Maximum a posteriori parameters of a vehicle, from the whitened innovations of its fault-free filter."""
 
 from __future__ import annotations
 
@@ -24,20 +24,21 @@ from tierod.vehicles.catalogue import QUANTITIES
 
 _OUTPUTS = len(AutomatedVehicle.Output._fields)
 _STEP = 1e-3
-"""Of differences, in standard deviations of what is known before: the cost is smooth, and all digits are there."""
+"""Step of finite differences, in prior standard deviations []; small, since the cost is smooth and computed to all
+digits."""
 _ENOUGH = 3.0
-"""Gain of log likelihood below which a search ends [nat]; the standard deviations stand for half a nat each."""
+"""Gain of log-likelihood below which the search ends [nat]; one standard deviation of a parameter is half a nat."""
 _MOST_STEPS = 8
-"""Of one stage; most end after three to five."""
+"""Most steps of one stage; most stages end after three to five."""
 _LARGEST = 1.5
-"""Step of a parameter, in standard deviations of what is known before: farther, its derivatives no longer hold."""
+"""Largest step of a parameter, in prior standard deviations []; beyond it the linearisation is no longer valid."""
 _ODD = 4.0
-"""Standard deviations beyond which an innovation counts by its size and no longer by its square: of normal ones, one in
-sixteen thousand."""
+"""Normalised innovation from which the cost grows linearly and no longer with the square []; one in sixteen thousand
+normal innovations exceeds it."""
 _UNBOUNDED = 1e3
-"""Influence of a reading in standard deviations: in the fit the cost is bounded, not the filter."""
+"""Bound of a normalised innovation in the filter []; in the fit the cost is bounded instead of the filter."""
 _WIDENED = (1.0, 0.4, 0.0)
-"""Shares of what is not known yet in the noises of the stages."""
+"""Share of the parameters' spread in the noises of the filter, by stage []."""
 _HELD = {
     "yaw_rate_offset": 1e-5,
     "angle_offset": 1e-5,
@@ -45,15 +46,15 @@ _HELD = {
     "wheel_speed_scale": 1e-6,
     "drive_excess": 1e-6,
 }
-"""What a filter else learns on the way wanders by next to nothing, so that it goes into the parameters."""
+"""Standard deviations that hold slow states of the filter practically constant, so that the parameters take them."""
 
 
 @dataclass(frozen=True)
 class WhitenedInnovations:
-    """Whitened innovations: the part of every reading that the filter could not predict, each by itself.
+    """Block whose outputs are the whitened innovations of a filter and their widths.
 
     Args:
-        filter: the fault-free one
+        filter: fault-free filter
     """
 
     filter: LeaveOutFilter
@@ -66,25 +67,25 @@ class WhitenedInnovations:
     )
 
     def init(self) -> LeaveOutFilter.State:
-        """First state of the filter."""
+        """Initial state of the filter."""
         return self.filter.init()
 
     def step(self, state: LeaveOutFilter.State, sample: ConditionSample) -> tuple[LeaveOutFilter.State, Tree]:
-        """Innovations over their standard deviations, and the logarithms of those over the sensors' noise."""
+        """Normalised innovations, and the logarithms of their standard deviations over the sensors' noise."""
         after, seen = self.filter.corrected(state, sample)
         correction = seen.correction
         return after, self.Output(*correction.whitened, *(0.5 * logarithm(wide) for wide in correction.widening))
 
 
 class Place(NamedTuple):
-    """Cost of a set of parameters by the drives, with its derivatives.
+    """Cost of a set of parameters on the drives, with its derivatives.
 
     Args:
-        cost: negative logarithm of the posterior density, without its constant
-        gradient, information: of it, in standard deviations of what is known before
-        scores: gradients of every sample of every drive
-        squares: mean squared innovation over its variance of every reading
-        samples: number of them
+        cost: negative log posterior density without its constant [nat]
+        gradient, information: gradient and Gauss-Newton Hessian of the cost, in units of prior standard deviations
+        scores: gradients of every sample, one array per drive
+        squares: mean NIS of every reading
+        samples: number of samples
     """
 
     cost: float
@@ -96,16 +97,15 @@ class Place(NamedTuple):
 
 
 class Found(NamedTuple):
-    """Point at which a search ended.
+    """Result of a search.
 
     Args:
-        names: of the parameters that were looked for
-        values, deviations: of them, in SI units
-        before, after: mean log likelihood of a sample, without its constant
-        squares: mean squared innovation over its variance of every reading, wheel speeds first; near one is
-            consistent, above one is overconfident
-        steps: of the search
-        converged: whether it came to an end
+        names: names of the free parameters
+        values, deviations: estimates and their standard deviations, in SI units
+        before, after: mean log posterior per sample before and after the search, without its constant [nat]
+        squares: mean NIS of every reading, wheel speeds first; near one is consistent, above one overconfident
+        steps: number of steps
+        converged: whether the last stage converged
     """
 
     names: tuple[str, ...]
@@ -119,15 +119,15 @@ class Found(NamedTuple):
 
 
 class Search:
-    """Gauss-Newton in units of the prior deviations, all differences of one step as lanes of one batch.
+    """Damped Gauss-Newton search in units of prior standard deviations; one batch computes all finite differences.
 
     Args:
-        vehicle: where to start from; its standard deviations are those of what is known before
-        drives: rows of `ConditionSample`
-        free: names of the unknowns, where the vehicle file gives their uncertainty
+        vehicle: start of the search, with the prior standard deviations
+        drives: drives as rows of `ConditionSample`
+        free: names of the free parameters; those without a standard deviation in the vehicle file are fixed
 
     Raises:
-        InputError: the vehicle file gives the uncertainty of none
+        InputError: the vehicle file gives no standard deviation of any free parameter
     """
 
     def __init__(self, vehicle: Vehicle, drives: Sequence[np.ndarray], free: Sequence[str]):
@@ -146,9 +146,10 @@ class Search:
         self.stage = self.stages()[0]
 
     def stages(self) -> list[LeaveOutFilter]:
-        """Filters to be fitted one after the other.
+        """Filters of the stages, with decreasing noise.
 
-        A filter that takes wrong parameters for noise has one hill to climb, the last one has many far from its top.
+        A filter whose noise includes the parameter errors has a single minimum of the cost; the last one has many local
+        minima far from the best.
         """
         wide = replace(LeaveOutFilter.of_vehicle(self.vehicle), influence=_UNBOUNDED)
         return [
@@ -161,12 +162,12 @@ class Search:
         ]
 
     def block(self, place: np.ndarray) -> WhitenedInnovations:
-        """The innovations with the parameters of a place."""
+        """Innovations with the parameters of a point."""
         values = dict(zip(self.names, (self.centre + self.scale * place).tolist(), strict=True))
         return WhitenedInnovations(replace(self.stage, vehicle=replace(self.stage.vehicle, **values)))
 
     def at(self, place: np.ndarray) -> Place:
-        """Cost and derivatives of it."""
+        """Cost and derivatives at a point."""
         count = len(place)
         places = [place, *(place + _STEP * np.eye(count)[k] for k in range(count))]
         cost, gradient, information = 0.5 * place @ place, place.copy(), np.eye(count)
@@ -177,16 +178,18 @@ class Search:
             moved = np.stack([(each - results[0]) / _STEP for each in results[1:]])
             bounded = np.clip(surprise, -_ODD, _ODD)
             scores.append(np.sum(moved[:, :, :_OUTPUTS] * bounded + moved[:, :, _OUTPUTS:], axis=2).T)
+            # Beyond the bound the cost is linear: such innovations have a gradient, but no curvature.
             counted = (moved[:, :, :_OUTPUTS] * (np.abs(surprise) < _ODD)).reshape(count, -1)
             widths = moved[:, :, _OUTPUTS:].reshape(count, -1)
             cost += float(np.sum(_bounded_half_square(surprise)) + np.sum(spread))
             gradient += scores[-1].sum(axis=0)
+            # Fisher information of a normal density: derivatives of its logarithmic width count twice.
             information += counted @ counted.T + 2.0 * widths @ widths.T
             squares, samples = squares + np.sum(surprise**2, axis=0), samples + len(drive)
         return Place(cost, gradient, information, scores, squares / samples, samples)
 
     def cost(self, place: np.ndarray) -> float:
-        """Cost alone."""
+        """Cost at a point; infinite where the filter diverges."""
         total = 0.5 * place @ place
         for drive in self.drives:
             result = scan(self.block(place), drive).values
@@ -194,10 +197,10 @@ class Search:
         return float(total) if np.isfinite(total) else np.inf
 
     def run(self, progress: Callable[[float], None]) -> Found:
-        """The likeliest parameters.
+        """Search over all stages.
 
         Args:
-            progress: called with the share that is done
+            progress: called with the completed share, 0 to 1
         """
         place, steps, converged = np.zeros(len(self.names)), 0, False
         stages = self.stages()
@@ -220,7 +223,7 @@ class Search:
         )
 
     def _descend(self, place: np.ndarray) -> tuple[np.ndarray, Place, int, bool]:
-        """The lowest place of one stage, after so many steps, and whether it is the end of the way."""
+        """Minimum of one stage: point, its cost and derivatives, number of steps, and whether it converged."""
         here, damping, steps, converged = self.at(place), 1e-3, 0, False
         while steps < _MOST_STEPS and not converged:
             steps += 1
@@ -238,19 +241,19 @@ class Search:
 
 
 def _between(usual: float, wide: float, share: float) -> float:
-    """A noise at a share of the way from the usual to the wide one, in logarithms."""
+    """Geometric interpolation between the usual and the wide noise."""
     return usual * math.pow(wide / usual, share)
 
 
 def _error_between(wide: ModelError, share: float) -> ModelError:
-    """The model's errors at a share of the way from the usual to the wide ones; those under fit are held."""
+    """Model errors interpolated between the usual and the wide ones; slow states are held by `_HELD`."""
     return ModelError(
         **{name: _between(low, getattr(wide, name), share) for name, low in vars(ModelError()).items()} | _HELD
     )
 
 
 def _bounded_half_square(innovations: np.ndarray) -> np.ndarray:
-    """Half of the square up to a bound, then a straight line (Huber): odd readings do not move the fit."""
+    """Huber loss, half the square up to a bound and then linear, so that outliers do not disturb the fit."""
     from scipy.special import huber
 
     return np.asarray(huber(_ODD, innovations))

@@ -1,4 +1,4 @@
-"""Limits between the hypotheses of the bank: designed on fault-free drives, kept in the vehicle file, read back."""
+"""Limits of the bank's log-likelihood ratios: design on fault-free drives, and their table in the vehicle file."""
 
 from __future__ import annotations
 
@@ -17,34 +17,34 @@ from tierod.monitors.condition.hypotheses import Hypothesis, hypotheses
 from tierod.vehicles import Vehicle
 
 NAME = "condition"
-"""Of the thresholds in a vehicle file."""
+"""Name of the table of thresholds in a vehicle file."""
 
 FACTOR = 1.5
-"""Least factor of a limit, however many false alarms are borne: no drive shows all that a healthy vehicle does."""
+"""Least factor on a limit, whatever false alarm rate is accepted []; no drive shows all fault-free behaviour."""
 ABOVE, LEAST = (2.0, 1.0), (0.5, 0.3)
-"""Of a limit, fast and slow: how far above the largest healthy ratio, and at all, it lies at least [nat]."""
+"""Least distance of a limit from the largest fault-free ratio, and least limit; fast and slow mean each [nat]."""
 GAP, MARGIN = 2.0, 1.0
-"""By which a hypothesis must lead, fast and slow together, and two suspects explain more than one [nat].
+"""Least lead of a hypothesis, fast and slow mean together, and least additional ratio for a second suspect [nat].
 
-With one nat a gain of the torque sensor is first called a weak motor; two cost 10 ms of delay.
+With a gap of one nat a gain of the torque sensor is first called a weak motor; two nat cost 10 ms of detection delay.
 """
 TAIL = 0.2
-"""Share of the blocks, the largest, from which the rate of larger ones is estimated."""
+"""Share of the blocks with the largest ratios, from which the tail is estimated []."""
 LEAST_HOURS = 0.25
-"""Of healthy driving, below which no limit is designed [h]; one hour is better."""
+"""Least time of fault-free driving for the design of limits [h]; one hour is better."""
 
 
 @dataclass(frozen=True)
 class DesignedLimits:
-    """Limits, and how they came about.
+    """Limits with the data of their design.
 
     Args:
-        limits: of all hypotheses but healthy
-        factor: of the limits over the largest fault-free ratios, with what they must lie above them [-]
-        hours: of fault-free driving they were made on
-        hours_between_alarms: designed mean time between false alarms, carried on from the tail of what was seen
-        hours_at_least: the same, were the tail as long as so few blocks allow at 95 % [h]
-        alarms_before: times that driving goes beyond limits without `factor` that come from other driving
+        limits: limits of all hypotheses but the fault-free one
+        factor: factor of the limits over the largest fault-free ratios plus `ABOVE` [-]
+        hours: time of fault-free driving of the design
+        hours_between_alarms: mean time between false alarms, extrapolated from the tail of the ratios
+        hours_at_least: lower 95 % bound of it, given the number of blocks in the tail [h]
+        alarms_before: number of blocks that exceed the limits without `factor` of the other half of the driving
     """
 
     limits: Limits
@@ -61,17 +61,17 @@ def design_limits(
     hours_between_alarms: float = 1000.0,
     progress: Callable[[float], None] = lambda share: None,
 ) -> DesignedLimits:
-    """Limits of a vehicle from fault-free drives, for a mean time between false alarms of the whole bank.
+    """Design the limits of a vehicle on fault-free drives, for a mean time between false alarms of the whole bank.
 
     Args:
-        recordings: of fault-free driving, none of it used for the parameters; an hour or more
-        vehicle: with calibrated parameters
-        hours_between_alarms: wanted mean time between false alarms [h]
-        progress: called with the share that is done
+        recordings: recordings of fault-free driving, one hour or more, not used for the estimation of the parameters
+        vehicle: vehicle with calibrated parameters
+        hours_between_alarms: required mean time between false alarms [h]
+        progress: called with the completed share, 0 to 1
 
     Raises:
-        InputError: less than a quarter of an hour
-        ParameterError: no time above zero is wanted
+        InputError: less than a quarter of an hour of driving
+        ParameterError: the required time is not above zero
     """
     _require_time(hours_between_alarms)
     watched = watch(recordings, vehicle, progress)
@@ -80,20 +80,21 @@ def design_limits(
 
 
 def designed_on(blocks: np.ndarray, hours_between_alarms: float, hours: float | None = None) -> DesignedLimits:
-    """Limits from the largest ratios of fault-free driving.
+    """Design limits on the block maxima of fault-free driving.
 
-    One factor for all limits is designed. Limits without it come from either half of the driving; the largest ratio of
-    every block of the other half over its limit has a tail, taken as exponential, that is carried on to the wanted
-    time. The limits are that factor times the mean of both halves' limits, and never below those of the whole.
+    One factor applies to all limits. Limits without factor are computed on each half of the driving and tested on the
+    other half (cross-validation): the largest ratio of every block over its limit has a tail, modelled as exponential,
+    which is extrapolated to the required time. The limits are that factor times the mean of both halves' limits, and
+    not below the limits without factor of the whole driving.
 
     Args:
-        blocks: of every ten seconds, (blocks, 2 x hypotheses), see `block_maxima`
-        hours_between_alarms: wanted mean time between false alarms [h]
-        hours: for which the vehicle moves; all the time of the blocks where not given [h]
+        blocks: block maxima, (blocks, 2 x hypotheses), see `block_maxima`
+        hours_between_alarms: required mean time between false alarms [h]
+        hours: time for which the vehicle moves; None takes the whole time of the blocks [h]
 
     Raises:
-        InputError: less than a quarter of an hour
-        ParameterError: no time above zero is wanted
+        InputError: less than a quarter of an hour of driving
+        ParameterError: the required time is not above zero
     """
     _require_time(hours_between_alarms)
     hours = len(blocks) * BLOCK / 3600.0 if hours is None else hours
@@ -116,13 +117,13 @@ def designed_on(blocks: np.ndarray, hours_between_alarms: float, hours: float | 
 
 
 def require_hours(hours: float) -> None:
-    """Refuse too little driving for limits.
+    """Refuse too little driving for the design of limits.
 
     Args:
-        hours: of driving that no parameters come from [h]
+        hours: time of driving that is not used for the estimation of parameters [h]
 
     Raises:
-        InputError: less than a quarter of an hour
+        InputError: less than a quarter of an hour of driving
     """
     if hours < LEAST_HOURS:
         raise InputError(
@@ -132,7 +133,7 @@ def require_hours(hours: float) -> None:
 
 
 class _Tail(NamedTuple):
-    """Exponential tail of the largest ratios over their limits: where it starts, its mean, blocks in it, per hour."""
+    """Exponential tail of the ratios over their limits: start, mean excess, number of blocks, and blocks per hour."""
 
     start: float
     scale: float
@@ -140,18 +141,20 @@ class _Tail(NamedTuple):
     per_hour: float
 
     def factor(self, hours: float) -> float:
-        """Factor that is exceeded once in so many hours."""
+        """Factor that is exceeded once in the given time [h]."""
         return self.start + self.scale * math.log(max(self.per_hour * hours, 1.0))
 
     def hours(self, factor: float, deviations: float = 0.0) -> float:
-        """Between times beyond a factor, were the tail longer by so many standard deviations of its mean."""
+        """Mean time between exceedances of a factor [h], with the mean excess raised by some standard deviations."""
         scale = self.scale * (1.0 + deviations / math.sqrt(self.blocks))
+        # Bounded, since the exponential of a very large factor would overflow.
         return math.exp(min((factor - self.start) / scale, 100.0)) / self.per_hour
 
 
 def _tail(ratios: np.ndarray, hours: float) -> _Tail:
     start = float(np.quantile(ratios, 1.0 - TAIL))
     beyond = ratios[ratios > start] - start
+    # Equal ratios in all blocks have no excess: take a very narrow tail.
     if not len(beyond):
         return _Tail(start, 1e-3, 1, 1.0 / hours)
     return _Tail(start, float(np.mean(beyond)), len(beyond), float(len(beyond) / hours))
@@ -163,7 +166,7 @@ def _require_time(hours: float) -> None:
 
 
 def _bare(blocks: np.ndarray) -> np.ndarray:
-    """Limits of every column, without a factor, by the largest of some blocks."""
+    """Limits of every column without a factor, from the largest ratios of some blocks."""
     count = blocks.shape[1] // 2
     above, least = (np.repeat(pair, count) for pair in (ABOVE, LEAST))
     return np.asarray(np.maximum(blocks.max(axis=0) + above, least))
@@ -172,12 +175,12 @@ def _bare(blocks: np.ndarray) -> np.ndarray:
 def table_of(
     designed: DesignedLimits, source: str, explanations: Sequence[Hypothesis] | None = None
 ) -> dict[str, float | str | Mapping[str, float]]:
-    """Limits as a vehicle file holds them.
+    """Table of the limits for a vehicle file.
 
     Args:
-        designed: the limits
-        source: of the drives
-        explanations: hypotheses that they are of, healthy first; those of the whole vehicle if None
+        designed: limits with the data of their design
+        source: source of the drives
+        explanations: hypotheses of the limits, the fault-free one first; None takes those of the whole vehicle
     """
     names = [each.name for each in (explanations or hypotheses())[1:]]
     return {
@@ -195,19 +198,19 @@ def table_of(
 
 
 def has_own_limits(vehicle: Vehicle) -> bool:
-    """Whether the limits of a vehicle file were designed on this very vehicle."""
+    """Whether the limits of a vehicle file were designed on this individual vehicle."""
     return vehicle.thresholds.get(NAME, {}).get("calibrated") == 1.0
 
 
 def limits_of(vehicle: Vehicle, explanations: Sequence[Hypothesis] | None = None) -> Limits:
-    """The limits that a vehicle file holds.
+    """Limits of a vehicle file.
 
     Args:
-        vehicle: its file
-        explanations: hypotheses that they are of, healthy first; those of the whole vehicle if None
+        vehicle: vehicle with its table of thresholds
+        explanations: hypotheses of the limits, the fault-free one first; None takes those of the whole vehicle
 
     Raises:
-        ParameterError: there are none, or they are not those of the hypotheses
+        ParameterError: the file has no limits, or they do not match the hypotheses
     """
     table = vehicle.thresholds.get(NAME)
     if table is None:

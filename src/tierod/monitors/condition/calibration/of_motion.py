@@ -1,4 +1,4 @@
-"""Limits of a car that is judged by its motion alone, from its own fault-free drives."""
+"""Calibration of the limits of a car that is judged by its motion alone, on its own fault-free drives."""
 
 from __future__ import annotations
 
@@ -38,10 +38,10 @@ from tierod.monitors.condition.signals import OF_CARS
 from tierod.vehicles import Vehicle
 
 FAULTY = (12.0, 1.0)
-"""Mean log-likelihood ratios of a single suspect, fast and slow, from which on a drive does not look fault-free [nat]:
-the fast one as of whole vehicles, the slow one at twice the usual limit; bumps of real cars reach 3.3 and -1.7."""
+"""Fast and slow mean log-likelihood ratio of a single suspect from which a drive is suspicious [nat]; the fast one as
+for whole vehicles, the slow one at twice the usual limit; bumps of real cars reach 3.3 and -1.7."""
 FEWEST = 4
-"""Sensors that a drive must bring."""
+"""Least number of sensors in a drive."""
 
 
 @dataclass(frozen=True)
@@ -49,10 +49,10 @@ class MotionCalibration:
     """Limits of a car that is judged by its motion.
 
     Args:
-        designed: limits
-        before: the vehicle as it was
+        designed: limits with the data of their design
+        before: vehicle before the calibration
         lowered: number of limits that were lowered to those of a car without limits of its own
-        suspicions: where drives do not look fault-free
+        suspicions: drives that do not look fault-free
     """
 
     designed: DesignedLimits
@@ -61,12 +61,12 @@ class MotionCalibration:
     suspicions: tuple[Suspicion, ...] = ()
 
     found: ClassVar[tuple[Found, ...]] = ()
-    """Its parameters are those of its file: `identify vehicle` finds them."""
+    """Estimated parameters: none, since 'tierod identify vehicle' estimates those of a car."""
     converged: ClassVar[bool] = True
 
     @property
     def explanations(self) -> tuple[Hypothesis, ...]:
-        """Hypotheses that the limits are of, healthy first."""
+        """Hypotheses of the limits, the fault-free one first."""
         return hypotheses_of_cars()
 
     @property
@@ -83,7 +83,7 @@ class MotionCalibration:
 
     @property
     def doubt(self) -> str:
-        """Why the values may not be used; empty where they may."""
+        """Reason why the limits must not be used; "" if they may be used."""
         if not self.suspicions:
             return ""
         listed = ", ".join(f"{each.drive} as of {each.suspect} ({each.ratio:.1f})" for each in self.suspicions)
@@ -94,7 +94,7 @@ class MotionCalibration:
 
     @property
     def thresholds(self) -> Mapping[str, Table]:
-        """Limits as the vehicle file holds them, by quantity."""
+        """Tables of thresholds for the vehicle file, by name."""
         source = f"designed on {self.designed.hours:.2f} h of fault-free driving of {self.before.name}, by its motion"
         return {NAME: table_of(self.designed, source, self.explanations)}
 
@@ -105,17 +105,17 @@ def calibrate_motion(
     hours_between_alarms: float = 1000.0,
     progress: Callable[[float], None] = lambda share: None,
 ) -> MotionCalibration:
-    """Limits of a car from its fault-free drives, by wheel speeds, yaw rate and steering angle.
+    """Design the limits of a car on its fault-free drives, with wheel speeds, yaw rate and steering angle.
 
     Args:
-        recordings: of fault-free driving by name, a quarter of an hour or, better, hours
-        vehicle: with the parameters of `RollingCar`
-        hours_between_alarms: wanted mean time between false alarms [h]
-        progress: called with the share that is done
+        recordings: recordings of fault-free driving by name, a quarter of an hour or, better, hours
+        vehicle: vehicle with the parameters of `RollingCar`
+        hours_between_alarms: required mean time between false alarms [h]
+        progress: called with the completed share, 0 to 1
 
     Raises:
-        InputError: too little driving, one drive twice, or recordings with fewer than four of the sensors
-        ParameterError: parameters that are missing
+        InputError: too little driving, the same drive twice, or a recording with fewer than four of the sensors
+        ParameterError: parameters are missing
     """
     for name, recording in recordings.items():
         _require_sensors(name, recording)
@@ -133,7 +133,7 @@ def calibrate_motion(
 
 
 def _no_wider(limits: Limits, blocks: np.ndarray) -> tuple[Limits, int]:
-    """Limits no wider than those of any car, where its own driving does not come near these; and how many were."""
+    """Limits reduced to those for any car where its own driving stays well below these; and the number of them."""
     usual, largest = rolling_limits(), np.split(blocks.max(axis=0), 2)
     columns, lowered = [], 0
     for own, known, seen in zip((limits.fast, limits.slow), (usual.fast, usual.slow), largest, strict=True):

@@ -1,4 +1,4 @@
-"""Parameters of a vehicle from a few minutes of fault-free driving, by maximum likelihood of the healthy filter."""
+"""Estimation of a vehicle's parameters from minutes of fault-free driving, by the likelihood of its filter."""
 
 from __future__ import annotations
 
@@ -37,20 +37,20 @@ FREE = (
     "longitudinal_acceleration_offset",
     "lateral_acceleration_offset",
 )
-"""What is looked for; all else of the vehicle stays as its file says."""
+"""Free parameters of the estimation; all others keep their values of the vehicle file."""
 
 SOURCE = "calibrated on healthy driving"
 LEAST_SECONDS = 60.0
-"""Shortest drive that separates all parameters [s]; five minutes are better."""
+"""Shortest driving time with which all parameters are identifiable [s]; five minutes are better."""
 
 
 @dataclass(frozen=True, eq=False)
 class Calibration:
-    """A vehicle, and how its parameters were found.
+    """Vehicle with estimated parameters.
 
     Args:
-        vehicle: with the values found, their standard deviations and `SOURCE`
-        found: where the search ended
+        vehicle: vehicle with the estimates, their standard deviations and `SOURCE`
+        found: result of the search
     """
 
     vehicle: Vehicle
@@ -62,13 +62,13 @@ def calibrate(
 ) -> Calibration:
     """Fit the parameters of a vehicle to fault-free drives.
 
-    The values of the vehicle file count as known before, with their standard deviations. What a filter else learns
-    slowly on the way (offsets, difference of the wheels) is held, so that it goes into the parameters.
+    The values of the vehicle file with their standard deviations are the prior. Offsets and wheel differences, which
+    the filter otherwise estimates as slow states, are held constant, so that the parameters take them.
 
     Args:
-        recordings: of fault-free driving, with bends, braking and both directions
-        vehicle: where to start from
-        progress: called with the share that is done
+        recordings: recordings of fault-free driving, with bends to both sides, accelerating and braking
+        vehicle: start of the search and prior
+        progress: called with the completed share, 0 to 1
 
     Raises:
         InputError: less than a minute of driving, or a vehicle file without standard deviations
@@ -85,7 +85,7 @@ def calibrate(
 
 
 def _free(drives: Sequence[np.ndarray]) -> tuple[str, ...]:
-    """Free parameters: one rear wheel alone does not identify the difference between both."""
+    """Free parameters; with one rear wheel alone the difference between both is not identifiable."""
     both = all(any(np.isfinite(each[:, wheel]).any() for each in drives) for wheel in range(2))
     return tuple(name for name in FREE if both or name != "wheel_speed_difference")
 

@@ -1,4 +1,4 @@
-"""Calibration by fault-free driving: a vehicle's parameters from the first minutes, its limits from the rest."""
+"""Calibration of a whole vehicle on fault-free driving: parameters from the first minutes, limits from the rest."""
 
 from __future__ import annotations
 
@@ -22,26 +22,27 @@ from tierod.monitors.condition.signals import OF_AUTOMATED
 from tierod.vehicles import Vehicle
 
 FOR_PARAMETERS = 300.0
-"""Of driving at the beginning, from which the parameters come [s]."""
+"""Driving time at the beginning from which the parameters are estimated [s]."""
 FAULTY = (12.0, 3.0)
-"""Mean log-likelihood ratios of a single suspect, fast and slow, from which on a drive does not look healthy [nat].
+"""Fast and slow mean log-likelihood ratio of a single suspect from which a drive is suspicious [nat].
 
-Largest of 3.4 healthy hours of three calibrated virtual demonstrators 7.1 and 0.8; of 24 tests of each with faulty
-sensors 16 to 20 and 5.9 to 20, a tie-rod force of three times the truth for a second the least. One reading that jumps
-shows in the fast one only, and would spoil all limits.
+In 3.4 fault-free hours of three calibrated virtual demonstrators the largest are 7.1 and 0.8; in 24 tests of each with
+faulty sensors they are 16 to 20 and 5.9 to 20, the least for a tie-rod force of three times the truth for one second. A
+single outlier shows in the fast mean only, and would spoil all limits.
 """
 LARGEST_SQUARE = 3.0
-"""Mean squared innovation over its variance from which on a reading does not fit the vehicle at all."""
+"""Mean NIS of a reading from which it does not fit the vehicle at all []."""
 INTERVAL = 1.96
+"""Half width of a 95 % confidence interval, in standard deviations []."""
 
 
 class Suspicion(NamedTuple):
-    """A drive that does not look healthy.
+    """Drive that does not look fault-free.
 
     Args:
-        drive: its name
-        suspect: sensor or actuator
-        ratio: mean log-likelihood ratio of a fault of it, over what is expected at most
+        drive: name of the drive
+        suspect: most likely faulty sensor or actuator
+        ratio: mean log-likelihood ratio of its fault over the bound for fault-free drives []
     """
 
     drive: str
@@ -54,12 +55,12 @@ class ConditionCalibration:
     """Parameters and limits of a vehicle.
 
     Args:
-        calibration: of the parameters
-        designed: limits
-        further: tables of thresholds of other variants by name; none where a signal that they need is missing
-        before: the vehicle as it was
-        seconds: of driving that the parameters come from
-        suspicions: where drives do not look fault-free
+        calibration: estimated parameters
+        designed: limits with the data of their design
+        further: tables of thresholds of other variants by name; empty if a signal that they need is missing
+        before: vehicle before the calibration
+        seconds: driving time from which the parameters are estimated
+        suspicions: drives that do not look fault-free
     """
 
     calibration: Calibration
@@ -71,7 +72,7 @@ class ConditionCalibration:
 
     @property
     def found(self) -> tuple[Found, ...]:
-        """Parameters, in the order in which they were looked for."""
+        """Estimated parameters with prior and 95 % interval, in the order of `FREE`."""
         found = self.calibration.found
         rows = zip(found.names, found.values.tolist(), found.deviations.tolist(), strict=True)
         return tuple(
@@ -90,12 +91,12 @@ class ConditionCalibration:
 
     @property
     def explanations(self) -> tuple[Hypothesis, ...]:
-        """Hypotheses that the limits are of, healthy first."""
+        """Hypotheses of the limits, the fault-free one first."""
         return hypotheses()
 
     @property
     def converged(self) -> bool:
-        """Whether the search for the parameters came to its end."""
+        """Whether the search for the parameters has converged."""
         return self.calibration.found.converged
 
     @property
@@ -124,13 +125,13 @@ class ConditionCalibration:
         return tuple(notes)
 
     def _silent(self) -> list[str]:
-        """Single suspects whose fast limit is never reached."""
+        """Single suspects with a fast limit beyond the largest ratio of a sample, which is therefore never reached."""
         pairs = zip(hypotheses()[1:], self.designed.limits.fast, strict=True)
         return [each.name for each, fast in pairs if len(each.suspects) == 1 and fast >= Weighing.largest]
 
     @property
     def doubt(self) -> str:
-        """Why the values may not be used; empty where they may."""
+        """Reason why the values must not be used; "" if they may be used."""
         worst = {
             name: value
             for name, value in zip(OF_AUTOMATED, self.calibration.found.squares, strict=False)
@@ -152,7 +153,7 @@ class ConditionCalibration:
 
     @property
     def thresholds(self) -> Mapping[str, Table]:
-        """Limits as the vehicle file holds them, by quantity."""
+        """Tables of thresholds for the vehicle file, by name."""
         return {NAME: table_of(self.designed, _source(self.designed, self.before)), **self.further}
 
 
@@ -167,16 +168,17 @@ def calibrate_condition(
     hours_between_alarms: float = 1000.0,
     progress: Callable[[float], None] = lambda share: None,
 ) -> ConditionCalibration:
-    """Parameters and limits of a vehicle from its fault-free drives, in the order in which they are given.
+    """Calibrate parameters and limits of a vehicle on its fault-free drives, used in the order in which they are given.
 
     Args:
-        recordings: of fault-free driving by name, five minutes and, beyond them, an hour or more
-        vehicle: where to start from
-        hours_between_alarms: wanted mean time between false alarms [h]
-        progress: called with the share that is done
+        recordings: recordings of fault-free driving by name: five minutes for the parameters, and an hour or more for
+            the limits
+        vehicle: start of the search and prior
+        hours_between_alarms: required mean time between false alarms [h]
+        progress: called with the completed share, 0 to 1
 
     Raises:
-        InputError: too little driving, one drive twice, or recordings without wheel speeds
+        InputError: too little driving, the same drive twice, or recordings without wheel speeds
     """
     drives = healthy_drives(recordings)
     first, rest, seconds = parted(drives, FOR_PARAMETERS)
@@ -197,7 +199,7 @@ def calibrate_condition(
 
 
 def _require_enough(seconds: float, rest: Sequence[HealthyDrive]) -> None:
-    """Refuse too little driving before the search, not after it."""
+    """Refuse too little driving before the search starts."""
     left = sum(max(each.driven - SETTLING - BLOCK, 0.0) for each in rest)
     if left < 3600.0 * LEAST_HOURS:
         whole = seconds + sum(each.driven for each in rest)
@@ -209,10 +211,10 @@ def _require_enough(seconds: float, rest: Sequence[HealthyDrive]) -> None:
 
 
 def remark_of_limits(designed: DesignedLimits) -> str:
-    """Remark on the false alarm rate that the limits promise, and on the hours that they rest on.
+    """Remark on the extrapolated false alarm rate of the limits, and on the driving time of their design.
 
     Args:
-        designed: limits
+        designed: limits with the data of their design
     """
     return (
         f"With limits {designed.factor:.2f} times those one false alarm in {_hours(designed.hours_between_alarms)} "
@@ -228,13 +230,13 @@ def suspicions_of(
     explanations: Sequence[Hypothesis],
     faulty: tuple[float, float],
 ) -> tuple[Suspicion, ...]:
-    """The most likely single fault of every drive that does not look healthy.
+    """Most likely single fault of every drive that does not look fault-free.
 
     Args:
-        drives: in their order
-        watched: outputs of the bank on each
-        explanations: hypotheses, healthy first
-        faulty: ratios from which on a drive does not look fault-free, fast and slow [nat]
+        drives: drives in their order
+        watched: outputs of the bank on each drive
+        explanations: hypotheses, the fault-free one first
+        faulty: fast and slow mean ratio from which a drive is suspicious [nat]
     """
     faults = explanations[1:]
     single = [k for k, each in enumerate(faults) if len(each.suspects) == 1]

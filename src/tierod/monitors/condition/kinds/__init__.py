@@ -1,1 +1,1 @@
-"""Kind of a sensor's fault, and its magnitude."""
+"""Classification of a sensor's fault: kind and magnitude."""

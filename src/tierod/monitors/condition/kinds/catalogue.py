@@ -1,4 +1,4 @@
-"""The kinds of faults by number, the estimate of one, and the state while they are weighed."""
+"""Kinds of faults by number, and the estimates and states of their classification."""
 
 from __future__ import annotations
 
@@ -8,21 +8,22 @@ from tierod.core.block import Ring, Scalar, Tree
 from tierod.core.graph.maths import where
 
 KINDS = ("loss", "stuck", "offset", "gain", "drift", "outlier", "noise", "delay", "loss of torque")
-"""Kinds of faults, the last one of an actuator; the number of a kind is its place here plus one, 0 stands for none."""
+"""Kinds of faults, the last one of an actuator; the number of a kind is its index here plus one, and 0 is no kind."""
 
 NONE, LOSS, STUCK, OFFSET, GAIN, DRIFT, OUTLIER, NOISE, DELAY, LOST_TORQUE = map(float, range(len(KINDS) + 1))
+"""Numbers of the kinds, as floats for the outputs of a block."""
 
 
 class Kind(NamedTuple):
-    """The kind of a fault.
+    """Kind and magnitude of a fault.
 
     Args:
-        kind: number of the kind; 0 while nothing is declared
-        magnitude: of an offset in the unit of the signal, of a gain or an outlier the factor, of a drift per second, of
-            noise its standard deviation, of a delay in seconds; 0 of what has none
+        kind: number of the kind; 0 while no fault is declared
+        magnitude: offset [unit of the signal], factor of a gain or an outlier, drift [unit per second], standard
+            deviation of noise [unit of the signal], delay [s]; 0 for a kind without magnitude
         deviation: standard deviation of the magnitude
-        effect: least addition of the fault to this reading, by all kinds that it may well be [unit of the signal];
-            infinite where a reading that never changed moves again, and as it should
+        effect: change that the fault adds to this reading, the smallest of all kinds that are likely [unit of the
+            signal]; infinite if a reading that never changed changes again and is consistent
     """
 
     kind: Annotated[Scalar, ""]
@@ -32,7 +33,7 @@ class Kind(NamedTuple):
 
 
 class Fit(NamedTuple):
-    """One parameter learnt from readings, and how likely the readings were on the way."""
+    """Recursive estimate of one parameter, its variance, and the log-likelihood of the readings."""
 
     value: Scalar
     variance: Scalar
@@ -40,7 +41,7 @@ class Fit(NamedTuple):
 
 
 class SlopeFit(NamedTuple):
-    """Start and slope learnt from readings, and how likely the readings were on the way."""
+    """Recursive estimate of start and slope, their covariance, and the log-likelihood of the readings."""
 
     start: Scalar
     slope: Scalar
@@ -54,20 +55,20 @@ class KindState(NamedTuple):
     """State of the kind of one sensor's fault.
 
     Args:
-        age: samples since the readings began to be off, with or without a reading
-        seen: those with a reading
-        declared_for: samples with a reading since the declaration
-        last: reading of the sample before
+        age: number of samples since the readings began to be inconsistent, with or without a reading
+        seen: number of these with a reading
+        declared_for: number of samples with a reading since the declaration
+        last: last reading
         repeated: whether every reading since the declaration was the same
         smooth: recent mean of reading less prediction
         constant, offset, gain: fits of one parameter
-        drift: fit of a slope
-        weight, power, expected: sum of weights, mean squared deviation, and what it would be without fault
+        drift: fit of start and slope
+        weight, power, expected: sum of weights, mean squared deviation, and its expectation without a fault
         quick: mean squared deviation from the recent mean
-        noise: likelihood of the readings as noise
-        counted, common: weight of the readings, and the sum of the logarithms of their variances
-        undelayed, delays: squared deviations over their variance as they are, and with each of the delays
-        past: predictions, one line for each delay
+        noise: log-likelihood of the readings as noise
+        counted, common: weight of the readings, and weighted sum of the log variances
+        undelayed, delays: sum of squared deviations over their variance, without delay, and with each delay
+        past: delay lines of the predictions, one for each delay
     """
 
     age: Scalar
@@ -93,7 +94,7 @@ class KindState(NamedTuple):
 
 
 def selected(condition: Scalar, first: KindState, second: KindState) -> KindState:
-    """One of two states, their delay lines left alone."""
+    """One of two states, with the delay lines of the first in either case."""
 
     def pick(a: Tree, b: Tree) -> Tree:
         if isinstance(a, tuple):

@@ -1,4 +1,4 @@
-"""Fit of a faulty sensor's readings by an offset, a factor, a slope, a delay; the likelihood of the readings by it."""
+"""Fits of a faulty sensor's readings by an offset, a factor, a slope or a delay, with their log-likelihoods."""
 
 from __future__ import annotations
 
@@ -10,27 +10,27 @@ from tierod.core.graph.maths import absolute, all_of, both, hypot, limit, log, m
 from tierod.monitors.condition.kinds.catalogue import Fit, KindState, SlopeFit
 
 DELAYS = (0.03, 0.05, 0.07, 0.09, 0.12, 0.15, 0.19, 0.24, 0.3, 0.37, 0.45, 0.55)
-"""Delays that are compared [s], about a quarter apart: what a delay is wrong by makes a parabola between them."""
+"""Delays that are compared [s], about a quarter apart: the squared deviations are a parabola between them."""
 
 DENSE = tuple(round(0.02 * k, 2) for k in range(1, 28))
-"""Likewise, of a signal that jumps: two samples beside its delay nothing fits any more."""
+"""Delays that are compared for a signal with jumps [s]: two samples beside the true delay nothing fits any more."""
 
 ROUGH = 60.0
-"""What a delay leaves over is noise of up to so many times the variance of the prediction, which is more than a torque
-that jumps leaves a sample beside its delay; beyond that the delay is less and less likely."""
+"""Largest variance of the residual noise of a delay, over the variance of the prediction []; more than a torque with
+jumps leaves one sample beside its delay. Beyond it the likelihood of the delay decreases."""
 INFLUENCE = 8.0
-"""Deviations beyond which a reading counts no more against a kind: what a fault was for seconds is not unlearnt from
-the first readings after it, which have yet to show that it is gone."""
+"""Bound of a normalised deviation in the likelihood of a kind []: the first readings after the end of a fault must not
+outweigh the evidence of seconds before it is certain that the fault has ended."""
 PRICE = 5.0
-"""Of a delay against noise [nat]: one more thing to choose, known to a hundredth of what it may be."""
+"""Penalty of a delay against noise [nat], for one more free parameter, known to a hundredth of its range."""
 
 
 def delays_of(jumps: bool, sample_time: float) -> tuple[int, ...]:
-    """The delays that are compared of a sensor, in samples.
+    """Delays that are compared for a sensor, in samples.
 
     Args:
-        jumps: whether its signal does
-        sample_time: [s]
+        jumps: whether its signal has jumps
+        sample_time: sampling interval [s]
     """
     delays = DENSE if jumps else DELAYS
     return tuple(sorted({max(round(delay / sample_time), 1) for delay in delays}))
@@ -40,22 +40,22 @@ def log_density(off: Scalar, variance: Scalar, share: Scalar) -> Scalar:
     """Contribution of one reading to a log-likelihood.
 
     Args:
-        off: reading less what was expected
-        variance: of that
-        share: of an independent reading that this one counts for
+        off: reading less expected reading
+        variance: variance of that difference
+        share: weight of the reading, below 1 for autocorrelated errors
     """
     return -0.5 * share * (minimum(off * off / variance, INFLUENCE * INFLUENCE) + log(2.0 * math.pi * variance))
 
 
 def fitted(fit: Fit, reading: Scalar, row: Scalar, square: Scalar, alike: Scalar, share: Scalar) -> Fit:
-    """One parameter, one reading on: reading = row * parameter.
+    """Recursive least squares for one parameter: reading = row * parameter.
 
     Args:
-        fit: before
-        reading: of the sensor, or what it is off by
-        row: factor of the parameter
+        fit: estimate before the reading
+        reading: reading of the sensor, or its deviation from the prediction
+        row: regressor
         square: variance of the reading
-        alike: samples over which errors are alike
+        alike: correlation time of the errors, in samples
         share: see `log_density`
     """
     off, known = reading - row * fit.value, row * row * fit.variance
@@ -68,14 +68,14 @@ def fitted(fit: Fit, reading: Scalar, row: Scalar, square: Scalar, alike: Scalar
 
 
 def sloped(fit: SlopeFit, off: Scalar, time: Scalar, square: Scalar, alike: Scalar, share: Scalar) -> SlopeFit:
-    """Start and slope, one deviation on.
+    """Recursive least squares for start and slope of a deviation.
 
     Args:
-        fit: before
-        off: deviation of the reading
-        time: since the start
+        fit: estimate before the reading
+        off: deviation of the reading from its prediction
+        time: time since the start [s]
         square: variance of the deviation
-        alike: samples over which errors are alike
+        alike: correlation time of the errors, in samples
         share: see `log_density`
     """
     error = off - fit.start - time * fit.slope
@@ -95,19 +95,23 @@ def sloped(fit: SlopeFit, off: Scalar, time: Scalar, square: Scalar, alike: Scal
 def delay_of(
     state: KindState, lines: Sequence[int], step: Scalar, longer: Scalar, prediction: Scalar
 ) -> tuple[Scalar, Scalar, Scalar, Scalar]:
-    """Score, delay, standard deviation and effect, from a parabola through the best of the delays compared.
+    """Fit of a delay by a parabola through the squared deviations of the best compared delay and its neighbours.
 
-    Squared deviations of a signal that moves evenly grow with the square of what a delay is wrong by, so that their
-    least between those compared is known too. What a delay leaves over is noise of unknown magnitude: a prediction is
-    never of the very form of a signal.
+    For a smooth signal the squared deviations grow with the square of the error of the delay, so that their minimum
+    between the compared delays follows. The residual counts as noise of unknown variance, since a prediction never has
+    exactly the shape of the signal.
 
     Args:
-        state: with squared deviations of each delay
-        lines: the delays, in samples
-        step: time of a sample [s]; readings come at one or the next
-        longer: how much longer errors are alike in what a delay is uncertain by than in what is likely
-        prediction: of this reading, undelayed
+        state: state with the squared deviations of each delay
+        lines: compared delays, in samples
+        step: sampling interval [s]; rounding to it is a part of the uncertainty
+        longer: correlation time for the uncertainty of magnitudes over that for the likelihoods []
+        prediction: prediction of this reading, without delay
+
+    Returns:
+        log-likelihood [nat], delay [s], its standard deviation [s], and its effect on this reading
     """
+    # The best delay needs a neighbour on either side: no delay before the shortest, a mirrored one after the longest.
     misses = (state.undelayed, *state.delays, state.delays[-2])
     places = (0.0, *map(float, lines), 2.0 * lines[-1] - lines[-2])
     effects = (0.0, *(line.oldest - prediction for line in state.past), state.past[-1].oldest - prediction)
@@ -121,6 +125,7 @@ def delay_of(
     place, least, width = lowest(*best[:2])
     counted = maximum(state.counted, 1e-9)
     rest = least / counted
+    # Profile likelihood: the unknown variance of the residual noise is replaced by its bounded estimate.
     share = limit(rest, 1.0, ROUGH)
     return (
         -0.5 * (counted * (log(share) + rest / share) + state.common) - PRICE,
@@ -134,8 +139,8 @@ def lowest(places: Sequence[Scalar], values: Sequence[Scalar]) -> tuple[Scalar, 
     """Minimum of a parabola through three points between the outer ones, its value there, and its width.
 
     Args:
-        places: ascending
-        values: at these places; the middle one is the lowest
+        places: three abscissae, ascending
+        values: values there, of which the middle one is the lowest
     """
     left, right = places[1] - places[0], places[2] - places[1]
     down, up = (values[1] - values[0]) / left, (values[2] - values[1]) / right
@@ -147,12 +152,12 @@ def lowest(places: Sequence[Scalar], values: Sequence[Scalar]) -> tuple[Scalar, 
 
 
 def between(place: Scalar, places: Sequence[Scalar], values: Sequence[Scalar]) -> Scalar:
-    """A value between those at three places, by the nearest two.
+    """Linear interpolation between three points.
 
     Args:
-        place: of the value, between the outer ones
-        places: ascending
-        values: at these places
+        place: abscissa, between the outer ones
+        places: three abscissae, ascending
+        values: values there
     """
     early = (values[1] - values[0]) / (places[1] - places[0])
     late = (values[2] - values[1]) / (places[2] - places[1])
@@ -160,11 +165,12 @@ def between(place: Scalar, places: Sequence[Scalar], values: Sequence[Scalar]) -
 
 
 def likeliest(options: Sequence[tuple[Scalar, ...]], doubt: Scalar) -> tuple[Scalar, ...]:
-    """Number, magnitude and its deviation of the likeliest kind, and the mildest effect of all that it may well be.
+    """Number, magnitude and standard deviation of the most likely kind, and the smallest effect of all likely kinds.
 
     Args:
-        options: number of a kind, whether it may be named, its score, magnitude, deviation, effect; the first may be
-        doubt: by which scores may be below that of the likeliest [nat]
+        options: per kind its number, whether it may be named, score [nat], magnitude, standard deviation and effect;
+            the first kind may always be named
+        doubt: difference of scores within which a kind is as likely as the best [nat]
     """
     best = options[0]
     for option in options[1:]:

@@ -1,4 +1,4 @@
-"""Kind of a sensor's fault, and its magnitude: its readings against those that the other sensors predict."""
+"""Classification of a sensor's fault by kind and magnitude, from its readings and the predictions by other sensors."""
 
 from __future__ import annotations
 
@@ -28,45 +28,47 @@ from tierod.monitors.condition.signals import SENSOR_TABLE, SENSORS
 from tierod.physics.lag import share_reached
 
 _RAMP = 2.0 * math.sqrt(3.0)
-"""Slope of an error that grows evenly over a while, times that while, over its root mean square."""
+"""Slope of a linear ramp times its duration, over its standard deviation []."""
 
 
 @dataclass(frozen=True)
 class KindOfFault:
-    """Weigh the kinds of faults of one sensor against each other, from where its readings began to be off.
+    """Compare the likelihoods of all kinds of faults of one sensor, from the first inconsistent reading on.
 
-    That is before its declaration: a drift is declared when it has grown, and what it grew from makes it differ from an
-    offset. While a sensor that is not declared is as it should on a recent mean, or jumps off, all begins anew.
+    That is before the declaration, since a drift is declared only after it has grown, and its beginning distinguishes
+    it from an offset. While the sensor is not declared, the comparison restarts whenever the recent mean of the
+    deviations is consistent, or a reading jumps away from it.
 
-    Each kind predicts the next reading with what it has learnt so far (recursive least squares in the Bayesian sense);
-    the product of those densities is its likelihood. Errors of the prediction last for a while, so that a sample counts
-    for a part of one only. A reading that never changes is a loss at zero and stuck elsewhere; a large factor is an
-    outlier while it is young, since nothing else separates them.
+    Each kind predicts the next reading with its estimates so far (Bayesian recursive least squares); the product of the
+    predictive densities is its likelihood. Errors of the prediction are autocorrelated, so that a sample counts only in
+    part. A reading that never changes is a loss at zero and stuck elsewhere. A large factor is called an outlier for
+    the first `young` seconds, since nothing else separates an outlier from a gain.
 
     Args:
-        offset: expected magnitude of offsets, standard deviation [unit of the signal]
-        drift: likewise, of drifts [unit per second]
-        rough: likewise, of noise [unit of the signal]
-        zero: below which a reading that never changes is a loss [unit of the signal]
-        factor: expected magnitude of factors about one
-        start: of a drift where it begins to be off, in deviations of the prediction: a drift starts at zero
-        recent: over which the mean of deviations is taken that shows whether a sensor is as it should
-        away: deviations of the prediction beyond which that mean is off; that of fault-free ones hardly ever is
-        jumps: deviations beyond half of that mean by which a reading must differ from it to be the first one of a jump
-        sure: deviations by which the slope of a drift, or a delay, differs from none
-        quick: share of the squared deviations that noise has about its own recent mean at least; all of white noise
-        alike: over which errors of the prediction are alike, in the weighing of kinds
-        lasting: over which they are alike in what a magnitude is uncertain by
-        shortest: for which a reading must repeat itself
-        doubt: nats within which a kind may be as well as the likeliest: the effect is the mildest of theirs
-        agrees: deviations of the prediction within which a reading that moves again is as it should be
-        young: until which a large factor is an outlier; Li, Frey, Gauterin, section 5, have outliers of one second
-        large: difference of a large factor from one
-        unknown: standard deviation of lasting errors of predictions that no filter models, as of a vehicle that
-            was not calibrated: it widens magnitudes, and passes for no drift [unit of the signal]
-        sample_time: [s]
-        delays: that are compared, in samples
-        withholds: whether no kind is named where a drift whose slope is not sure is likelier than all others by `doubt`
+        offset: prior standard deviation of offsets [unit of the signal]
+        drift: prior standard deviation of drifts [unit per second]
+        rough: prior standard deviation of noise [unit of the signal]
+        zero: largest magnitude of a constant reading that is a loss [unit of the signal]
+        factor: prior standard deviation of factors about one
+        start: prior standard deviation of a drift at its start, in standard deviations of the prediction
+        recent: time constant of the recent mean of deviations, by which an undeclared sensor is checked
+        away: bound of that mean for a consistent sensor, in standard deviations; fault-free ones hardly ever exceed it
+        jumps: least difference of a jump from that mean, in standard deviations, beyond half of the mean
+        sure: number of standard deviations by which the slope of a drift, or a delay, must differ from zero
+        quick: least share of the squared deviations of noise that lies about the recent mean; white noise has all
+        alike: correlation time of the prediction's errors in the likelihoods
+        lasting: correlation time of the prediction's errors in the standard deviations of magnitudes
+        shortest: least time for which a reading must repeat to count as constant
+        doubt: difference in log-likelihood within which kinds are equally likely [nat]; the effect is their smallest
+        agrees: standard deviations of the prediction within which a reading that changes again is consistent
+        young: time for which a large factor is an outlier; the outliers of Li, Frey, Gauterin, section 5, last one
+            second
+        large: least difference of a large factor from one
+        unknown: standard deviation of lasting errors of the prediction that no filter models, as of a vehicle without
+            calibration [unit of the signal]; it widens magnitudes and is no evidence of a drift
+        sample_time: sampling interval [s]
+        delays: compared delays, in samples
+        withholds: whether no kind is named if a drift with an uncertain slope leads all other kinds by `doubt`
     """
 
     offset: Annotated[float, ""]
@@ -93,14 +95,14 @@ class KindOfFault:
     withholds: bool = False
 
     class Sample(NamedTuple):
-        """One reading.
+        """Input at one sample.
 
         Args:
-            reading: of the sensor
-            prediction: of the reading, from all others
+            reading: reading of the sensor
+            prediction: prediction of the reading by the other sensors
             deviation: standard deviation of reading less prediction
             declared: whether the sensor is declared faulty
-            recovering: whether it has been as it should for a while: nothing is learnt from such readings
+            recovering: whether it has been consistent for some time, in which case its readings are not used
         """
 
         reading: Annotated[float, ""]
@@ -111,7 +113,7 @@ class KindOfFault:
 
     @classmethod
     def of_sensor(cls, name: str, sample_time: float = 0.01) -> KindOfFault:
-        """For one of `SENSORS`, expecting magnitudes in proportion to its plausible range."""
+        """Classifier for one of `SENSORS`, with prior magnitudes in proportion to its plausible range."""
         sensor = SENSOR_TABLE[SENSORS.index(name)]
         width = sensor.plausible
         expected = (0.25 * width, 0.025 * width, 0.025 * width, 1e-5 * width)
@@ -123,7 +125,7 @@ class KindOfFault:
         )
 
     def init(self) -> KindState:
-        """Nothing declared."""
+        """State before the first sample: no fault declared."""
         empty = (0.0,) * len(self.delays)
         fit = Fit(0.0, 1.0, 0.0)
         lines = tuple(Ring(delay) for delay in self.delays)
@@ -131,7 +133,7 @@ class KindOfFault:
         return KindState(*(0.0,) * 4, 1.0, 0.0, fit, fit, fit, slope, *(0.0,) * 8, empty, lines)
 
     def step(self, state: KindState, sample: Sample) -> tuple[KindState, Kind]:
-        """One sample on."""
+        """Process one sample."""
         known = all_of(present(sample.reading), present(sample.prediction), present(sample.deviation))
         declared = where(present(sample.declared), sample.declared, 0.0) > 0.5
         paused = where(present(sample.recovering), sample.recovering, 0.0) > 0.5
@@ -157,10 +159,11 @@ class KindOfFault:
         named = self._named(after, prediction, either(negated(declared), after.declared_for < 0.5))
         named = named._replace(effect=where(both(declared, revived), math.inf, named.effect))
         predicted = where(present(sample.prediction), sample.prediction, 0.0)
+        # The delay lines advance once per sample, whichever state was selected above.
         return after._replace(past=tuple(line.push(predicted) for line in state.past)), named
 
     def _watched(self, state: KindState, known: Scalar, off: Scalar, deviation: Scalar) -> tuple[Scalar, Scalar]:
-        """The recent mean of deviations, and whether a fault, if any, begins after this sample."""
+        """Recent mean of deviations, and whether a fault, if there is one, begins only after this sample."""
         share = share_reached(self.sample_time / self.recent)
         smooth = where(known, state.smooth + share * (off - state.smooth), state.smooth)
         within = absolute(smooth) < self.away * deviation
@@ -168,13 +171,13 @@ class KindOfFault:
         return smooth, both(known, either(within, jumps))
 
     def _is_still(self, state: KindState) -> Scalar:
-        """Whether no reading since the declaration differed from the others."""
+        """Whether all readings since the declaration are equal, for `shortest` at least."""
         return both(state.repeated, state.declared_for * self.sample_time >= self.shortest)
 
     # -- learning ------------------------------------------------------------------------------------------------
 
     def _fresh(self, state: KindState, deviation: Scalar) -> KindState:
-        """Before the first reading that is off."""
+        """State before the first inconsistent reading."""
         wide = self.offset * self.offset
         start = self.start * deviation
         drift = SlopeFit(0.0, 0.0, start * start, 0.0, self.drift * self.drift, 0.0)
@@ -201,7 +204,7 @@ class KindOfFault:
     def _learnt(
         self, before: KindState, declared: Scalar, reading: Scalar, prediction: Scalar, deviation: Scalar
     ) -> KindState:
-        """After one reading."""
+        """State after one reading."""
         off, square = reading - prediction, deviation * deviation
         spread = square + maximum(before.power - before.expected, 0.0)
         worth = 1.0 / (square + self.rough * self.rough)
@@ -210,9 +213,11 @@ class KindOfFault:
         away = off - before.smooth
         first = before.seen < 0.5
         alike = self.alike / self.sample_time
+        # Errors of the prediction are autocorrelated: after the first reading, `alike` samples count as one.
         counts = where(first, 1.0, 1.0 / alike)
         inverse = counts / square
         late = [reading - line.oldest for line in before.past]
+        # A gain also multiplies the error of the prediction.
         rough = square * maximum(before.gain.value**2, 1.0)
         return before._replace(
             seen=before.seen + 1.0,
@@ -236,12 +241,13 @@ class KindOfFault:
     # -- naming --------------------------------------------------------------------------------------------------
 
     def _named(self, state: KindState, prediction: Scalar, silent: Scalar) -> Kind:
-        """The likeliest kind and its magnitude."""
+        """Most likely kind with its magnitude."""
         young = both(absolute(state.gain.value - 1.0) > self.large, state.declared_for * self.sample_time < self.young)
         noise = sqrt(maximum(state.power - state.expected, 0.0))
         rough = state.power / sqrt(maximum(2.0 * state.seen * (state.power - state.expected), 1e-9))
         misjudged = self.unknown * self.unknown / (2.0 * maximum(noise, self.zero))
         rough = sqrt(rough * rough + misjudged * misjudged)
+        # Lasting errors of the prediction may form a ramp over the whole age, whose slope a certain drift must exceed.
         wrong = _RAMP * self.unknown / maximum(state.age * self.sample_time, self.sample_time)
         moves = absolute(state.drift.slope) > self.sure * sqrt(state.drift.slope_variance + wrong * wrong)
         drifted = state.drift.start + state.drift.slope * state.age * self.sample_time

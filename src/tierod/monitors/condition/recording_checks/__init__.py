@@ -1,1 +1,1 @@
-"""Defects of a recording that are no fault of any sensor: wiring, scale, time, gaps."""
+"""Checks of a recording for defects that are no fault of a sensor: wiring, scale, time, gaps, inputs of the filters."""

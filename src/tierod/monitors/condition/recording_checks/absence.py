@@ -1,4 +1,4 @@
-"""Losses of signals that were there before: since when, and for how much of the drive."""
+"""Losses of signals during a drive: since when, and for how much of the drive."""
 
 from __future__ import annotations
 
@@ -11,16 +11,17 @@ import numpy as np
 from tierod.core.findings import Status
 
 LEAST = 1.0
-"""For which something must lack while the vehicle drives, beyond a gap that is borne, before it is called gone [s]."""
+"""Time of driving, beyond a tolerated gap, for which a signal must be missing to count as lost [s]."""
 
 
 class Loss(NamedTuple):
-    """Absence of a sensor, an actuator's target, or a signal that the whole judgement needs, over part of the drive.
+    """Loss of a sensor, an actuator's target, or a signal that the whole judgement needs, over part of the drive.
 
     Args:
-        status: of what is lost
-        cause: in words
-        since: for good from then on; None where it came back, and lacked for most of the drive
+        status: status of the affected element
+        cause: cause in words
+        since: start of the loss until the end of the drive; None if the signal came and went, and was missing for most
+            of the drive
     """
 
     status: Status
@@ -30,14 +31,14 @@ class Loss(NamedTuple):
 
 @dataclass
 class Absence:
-    """Follows whether something is there, piece by piece; while the vehicle is parked nothing lacks.
+    """Follows the presence of a signal piece by piece; while the vehicle is parked it does not count as missing.
 
     Args:
-        period: of the samples [s]
-        borne: gap after which it is no longer taken to be there [s]
-        there, lacked: samples of driving with and without it
-        lately: those without it since it was there for the last time
-        last: time at which it was [s]; NaN where it never was
+        period: sampling interval [s]
+        borne: longest tolerated gap, by which presence is reported too long [s]
+        there, lacked: number of samples of driving with and without the signal
+        lately: number of samples of driving without it since it was last present
+        last: time at which it was last present [s]; NaN if it never was
     """
 
     period: float
@@ -48,7 +49,7 @@ class Absence:
     last: float = math.nan
 
     def add(self, time: np.ndarray, there: np.ndarray, parked: np.ndarray) -> None:
-        """The next piece: time [s], whether it is there, whether the vehicle is parked, (n,) each."""
+        """Add the next piece: time [s], presence of the signal, and whether the vehicle is parked, (n,) each."""
         lacks = ~there & ~parked
         self.there += int(np.count_nonzero(there & ~parked))
         self.lacked += int(np.count_nonzero(lacks))
@@ -60,28 +61,28 @@ class Absence:
 
     @property
     def came(self) -> bool:
-        """Whether it was ever there."""
+        """Whether the signal was ever present."""
         return not math.isnan(self.last)
 
     @property
     def since(self) -> float | None:
-        """Time from which the signal was absent to the end [s]; None where it was there at the end, or never."""
+        """Time from which the signal is missing until the end [s]; None if it was present at the end, or never."""
         return (
             max(self.last - self.borne + self.period, 0.0) if self.came and self.lately * self.period > LEAST else None
         )
 
     @property
     def mostly(self) -> bool:
-        """Whether it came, and lacked for more of the drive than it was there."""
+        """Whether the signal was present, but missing for more than half of the drive."""
         return self.came and self.lacked > self.there and self.lacked * self.period > LEAST
 
     def loss(self, status: Status, gone: str, rare: str) -> Loss | None:
-        """The loss in words, if there is one.
+        """Loss in words; None if there is none.
 
         Args:
-            status: of what is lost
-            gone: in words, what is the case since it is gone
-            rare: in words, what is so for a part of the drive only
+            status: status of the affected element
+            gone: description of the time since the loss, in words
+            rare: description of the time with the signal, in words
         """
         if self.since is not None:
             return Loss(status, f"{gone} since {self.since:.2f} s", self.since)

@@ -1,4 +1,4 @@
-"""Contradictions among several estimates of one quantity: the one with a wrong sign, a delay, or a wrong scale."""
+"""Contradictions between several estimates of one quantity: a wrong sign, a delay, or a wrong scale of one of them."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from tierod.monitors.condition.signals import WHEELS
 from tierod.monitors.harness.related_signals import Pair, odd_ones_out
 
 STEP = 0.04
-"""Between two values that are compared [s]."""
+"""Sampling interval of the comparison [s]."""
 LATEST = 1.0
-"""Shifts in time that are searched, either way [s]."""
+"""Largest shift in time that is searched, in either direction [s]."""
 CLEAR, TIGHT = 0.6, 0.95
-"""Correlations from which on signs, and scales, are compared."""
+"""Correlation from which signs are compared, and from which shifts and scales are compared []."""
 
 
 class Problem(NamedTuple):
-    """Something that is wrong with the recording or the vehicle file.
+    """Defect of the recording or of the vehicle file.
 
     Args:
-        kind: sign, time, scale or rate
+        kind: "sign", "time", "scale" or "rate"
         elements: sensors that it concerns
-        cause: its description
-        action: the remedy
+        cause: description
+        action: remedy
     """
 
     kind: str
@@ -37,11 +37,11 @@ class Problem(NamedTuple):
 
 
 def turned(estimates: Mapping[str, np.ndarray], witnesses: Mapping[str, Witness]) -> tuple[Problem, ...]:
-    """The estimate whose sign is wrong beside the others.
+    """Problem that one estimate has the wrong sign; empty if none or several may have it.
 
     Args:
-        estimates: of every witness, by name, NaN where it may not count
-        witnesses: by name
+        estimates: estimates by name of the witness; NaN where one is not valid
+        witnesses: witnesses by name
     """
     found = {pair: _correlation(estimates[pair[0]], estimates[pair[1]]) for pair in combinations(estimates, 2)}
     odd = odd_ones_out(tuple(estimates), {pair: value > 0.0 for pair, value in found.items() if abs(value) > CLEAR})
@@ -52,12 +52,12 @@ def turned(estimates: Mapping[str, np.ndarray], witnesses: Mapping[str, Witness]
 
 
 def late(estimates: Mapping[str, np.ndarray], witnesses: Mapping[str, Witness], limit: float) -> tuple[Problem, ...]:
-    """The estimate that comes late, or early, beside the others.
+    """Problem that one estimate is delayed, or early, against the others; empty if none or several may be.
 
     Args:
-        estimates: of every witness, by name, one value every `STEP`
-        witnesses: by name
-        limit: shift in time from which on one is wrong [s]
+        estimates: estimates by name of the witness, one value every `STEP`
+        witnesses: witnesses by name
+        limit: shift in time from which an estimate is wrong [s]
     """
     shifts = {}
     for one, other in combinations(estimates, 2):
@@ -75,7 +75,7 @@ def late(estimates: Mapping[str, np.ndarray], witnesses: Mapping[str, Witness], 
 
 
 def _shift(one: np.ndarray, other: np.ndarray) -> float | None:
-    """Time by which the second signal follows the first [s]; None where no shift makes them agree."""
+    """Delay of the second signal against the first [s]; None if they do not correlate at any shift."""
     most = round(LATEST / STEP)
     inner = one[most : len(one) - most]
     shifts = range(-most, most + 1)
@@ -85,7 +85,7 @@ def _shift(one: np.ndarray, other: np.ndarray) -> float | None:
 
 
 def _vertex(values: list[float], best: int) -> float:
-    """Place at which a parabola through the highest value and both beside it is highest, in steps from it."""
+    """Vertex of a parabola through the highest value and its neighbours, in steps from the highest."""
     if not 0 < best < len(values) - 1:
         return 0.0
     before, top, after = values[best - 1 : best + 2]
@@ -101,12 +101,12 @@ def _correlation(one: np.ndarray, other: np.ndarray) -> float:
 
 
 def scaled(estimates: Mapping[str, np.ndarray], witnesses: Mapping[str, Witness], limit: float) -> tuple[Problem, ...]:
-    """The estimate whose scale is wrong beside the others.
+    """Problem that one estimate has the wrong scale; empty if none or several may have it.
 
     Args:
-        estimates: of every witness, by name, about its mean
-        witnesses: by name
-        limit: ratio of sizes from which on one is wrong
+        estimates: estimates by name of the witness, with their mean removed
+        witnesses: witnesses by name
+        limit: ratio of amplitudes from which an estimate is wrong
     """
     found = {pair: _ratio(estimates[pair[0]], estimates[pair[1]]) for pair in combinations(estimates, 2)}
     ratios: dict[Pair, float] = {pair: ratio for pair, ratio in found.items() if np.isfinite(ratio)}
@@ -120,7 +120,7 @@ def scaled(estimates: Mapping[str, np.ndarray], witnesses: Mapping[str, Witness]
 
 
 def _ratio(one: np.ndarray, other: np.ndarray) -> float:
-    """Ratio of the first to the second; NaN where they do not go together."""
+    """Ratio of the amplitudes of both estimates; NaN if they do not correlate."""
     if _correlation(one, other) <= TIGHT:
         return np.nan
     both = np.isfinite(one) & np.isfinite(other)
@@ -128,14 +128,14 @@ def _ratio(one: np.ndarray, other: np.ndarray) -> float:
 
 
 def misread_speed(estimates: Mapping[str, np.ndarray], limit: float) -> tuple[Problem, ...]:
-    """Whether the wheel speeds have the wrong scale; all estimates of the yaw rate but its sensor use them.
+    """Problem that the wheel speeds have the wrong scale; all estimates of the yaw rate but its sensor use them.
 
-    Where they read k times the truth, wheels and steering angle give k times the yaw rate, and the lateral acceleration
-    a k-th of it.
+    If they read k times the truth, wheels and steering angle give k times the yaw rate, and the lateral acceleration
+    gives it over k.
 
     Args:
-        estimates: of every witness of the yaw rate, by name, about its mean
-        limit: ratio of sizes from which on one is wrong
+        estimates: estimates of the yaw rate by name of the witness, with their mean removed
+        limit: ratio of amplitudes from which an estimate is wrong
     """
     if not {YAW_SENSOR, *TIMES_SPEED, OVER_SPEED} <= set(estimates):
         return ()

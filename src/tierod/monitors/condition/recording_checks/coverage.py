@@ -1,4 +1,4 @@
-"""Coverage of a recording: possible values, enough sensors, and enough excitation of every actuator."""
+"""Coverage of a recording: possible values, enough sensors, and targets of the actuators at a sufficient rate."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from tierod.monitors.condition.recording_checks.contradictions import Problem
 from tierod.monitors.condition.signals import ALL_WHEELS, PLACES, SENSORS, TARGETS, ConditionSample
 
 LOST = 1.0
-"""Without a reading for so long, a signal is missing and not merely slow [s]."""
+"""Time without a reading from which a signal is missing and not merely slow [s]."""
 UNASKED = 0.06
-"""Without a target for so long, what moves the vehicle is not known: 0.1 s later its sensors would be at fault [s]."""
+"""Time without a target from which the cause of the motion is unknown [s]; 0.1 s later sensors would be declared."""
 ALL = 4
-"""Fewest sensors with which a fault is declared. From so many on their reading exactly zero in one sample, all of them,
-is the loss of what they share."""
+"""Least number of sensors for the declaration of a fault; if so many or more read exactly zero or repeat themselves,
+all of them at once, a shared part such as a bus or a supply has failed."""
 HELD = 0.06
-"""All of them read what they read before for so long: a logger repeats what was last on a bus that is gone [s].
+"""Time for which all sensors must repeat their readings for a shared failure [s]: a logger holds the last bus values.
 
-Noise does not let them; without it, readings that repeat themselves hold nothing new and are not missed.
+With noise they would differ; without noise, repeated readings hold no information, and nothing is lost.
 """
 PARKING = 1.5
-"""Speed below which a vehicle whose wheel speeds end was about to stand [m/s]; coarse wheel sensors end at 0.8."""
+"""Speed below which a vehicle was about to stand when its wheel speeds ended [m/s]; coarse sensors end at 0.8 m/s."""
 
 _NEEDED = [*PLACES, *(ConditionSample._fields.index(name) for name in TARGETS)]
 _WHEELS = [SENSORS.index(name) for name in ALL_WHEELS]
@@ -32,15 +32,15 @@ _COUNT = len(SENSORS)
 
 
 class Covered(NamedTuple):
-    """Over n samples.
+    """Coverage over n samples.
 
     Args:
-        available: whether every sensor is read, and every actuator is asked for a torque that is known, (n, elements)
+        available: whether every sensor is read, and the target of every actuator is known, (n, elements)
         judged: whether anything can be judged, (n,)
         zero: whether all sensors read exactly zero, (n,)
-        held: whether all sensors repeat what they read before, (n,)
-        parked: whether the vehicle stands, or was about to when its wheel speeds ended, (n,)
-        enough: whether `ALL` sensors have been read by then, (n,)
+        held: whether all sensors repeat their previous readings, (n,)
+        parked: whether the vehicle stands, or was about to stand when its wheel speeds ended, (n,)
+        enough: whether `ALL` sensors have been read so far, (n,)
     """
 
     available: np.ndarray
@@ -52,13 +52,13 @@ class Covered(NamedTuple):
 
 
 class Coverage:
-    """Follows which signals come, piece by piece; the result does not depend on how a recording is cut.
+    """Follows which signals are available; the result does not depend on how a recording is cut into pieces.
 
     Without the targets the cause of a motion is unknown, and the sensors would be declared faulty for it.
 
     Args:
-        rate: of the samples [Hz]
-        asked: whether judging needs the targets; not where a filter reckons with any motion
+        rate: sampling rate [Hz]
+        asked: whether the targets are needed; they are not if the filters allow any motion
     """
 
     def __init__(self, rate: float, asked: bool = True):
@@ -71,24 +71,26 @@ class Coverage:
         self._parked: bool | None = None
 
     def add(self, values: np.ndarray) -> tuple[np.ndarray, Covered]:
-        """The next piece.
+        """Add the next piece.
 
         Args:
-            values: columns of `ConditionSample`, (n, signals); NaN where missing
+            values: columns of `ConditionSample`, (n, signals); NaN if missing
 
         Returns:
-            the same without readings of sensors that have lost what they share, and what there is of it
+            the values, NaN during a shared failure of all sensors, and their coverage
         """
         if not len(values):
             no = np.zeros(0, bool)
             return values, Covered(np.zeros((0, len(self._limits)), bool), no, no, no, no, no)
         readings = values[:, PLACES]
         zero, parked = all_zero(readings), self._stands(readings[:, _WHEELS])
+        # A parked vehicle may repeat its readings without a fault.
         held = self._repeats(readings) & ~zero & ~parked
         if zero.any() or held.any():
             values = values.copy()
             values[np.ix_(zero | held, PLACES)] = np.nan
         there = np.isfinite(values[:, _NEEDED])
+        # In indices of this piece, the last reading of the previous one lies at -1 - age.
         place = np.arange(len(values), dtype=float)[:, None]
         age = place - np.maximum.accumulate(np.where(there, place, -1.0 - self._age), axis=0)
         fresh = np.asarray(age <= self._limits)
@@ -100,7 +102,7 @@ class Coverage:
         return values, Covered(fresh, judged, zero, held, parked, ever.sum(axis=1) >= ALL)
 
     def _repeats(self, readings: np.ndarray) -> np.ndarray:
-        """Whether all sensors that there are have read the same for a while, (n,)."""
+        """Whether all available sensors have repeated their readings for the time `HELD`, (n,)."""
         before = np.vstack([self._before, readings[:-1]])
         there = np.isfinite(readings) & np.isfinite(before)
         same = (there.sum(axis=1) >= ALL) & (~there | (readings == before)).all(axis=1)
@@ -111,7 +113,7 @@ class Coverage:
         return np.asarray(repeated >= self._held_limit)
 
     def _stands(self, wheels: np.ndarray) -> np.ndarray:
-        """Whether the last speed of a wheel that is not zero was a slow one, or none was ever other than zero, (n,)."""
+        """Whether the last speed other than zero was slow, or all speeds have been zero so far, (n,)."""
         speed = np.where(np.isfinite(wheels), np.abs(wheels), -1.0).max(axis=1, initial=-1.0)
         slow = np.where(speed > 0.0, speed < PARKING, True)
         known = (speed > 0.0) | ((speed == 0.0) & (np.cumsum(speed > 0.0) == 0) & (self._parked is None))
@@ -123,27 +125,27 @@ class Coverage:
 
 
 def all_zero(readings: np.ndarray) -> np.ndarray:
-    """Whether all sensors that there are read exactly zero: a bus or a supply that is gone, or a vehicle that stands.
+    """Whether all available sensors read exactly zero: a failed bus or supply, or a vehicle at standstill.
 
     Args:
-        readings: (n, sensors); NaN where missing
+        readings: readings, (n, sensors); NaN if missing
     """
     there = np.isfinite(readings)
     return np.asarray((there.sum(axis=1) >= ALL) & (~there | (readings == 0.0)).all(axis=1))
 
 
 class ImpossibleValues:
-    """Removes infinite values, and those far beyond the plausible range of their signal, piece by piece."""
+    """Removes infinite values, and values far beyond the plausible range of their signal, piece by piece."""
 
     def __init__(self) -> None:
         self._count = np.zeros(len(ConditionSample._fields), int)
         self._largest = np.zeros(len(ConditionSample._fields))
 
     def add(self, values: np.ndarray) -> np.ndarray:
-        """The next piece without impossible values.
+        """Next piece with NaN in place of impossible values.
 
         Args:
-            values: columns of `ConditionSample`, (n, signals); NaN where missing
+            values: columns of `ConditionSample`, (n, signals); NaN if missing
         """
         pairs = zip(ConditionSample._fields, values.T, strict=True)
         far = np.column_stack([impossible(name, column) for name, column in pairs])
@@ -154,7 +156,7 @@ class ImpossibleValues:
         return np.where(far, np.nan, values)
 
     def notes(self) -> tuple[str, ...]:
-        """Notes on the removed values, in words."""
+        """Sentences on the removed values."""
         return tuple(
             f"{count} impossible value{'s' if count > 1 else ''} of {name.replace('_', ' ')}, up to "
             + f"{largest:.3g} {SIGNALS[name].unit}".rstrip()
@@ -165,20 +167,20 @@ class ImpossibleValues:
 
 
 SLOWEST = 40.0
-"""Rate of a target below which nothing is judged [Hz].
+"""Least rate of the targets for a judgement [Hz].
 
-Ten minutes of a calibrated demonstrator, whose control works at 100 Hz, are healthy with targets read at 50 Hz; at
-33 Hz the fault-free sensor of the steering torque would be called faulty for 90 s of them. Sensors may come at 20 Hz.
+Ten minutes of a calibrated demonstrator, whose control runs at 100 Hz, are healthy with targets recorded at 50 Hz; at
+33 Hz the fault-free sensor of the steering torque would be declared for 90 s of them. Sensors may come at 20 Hz.
 """
 
 _PLACES = [ConditionSample._fields.index(name) for name in TARGETS]
 
 
 class TargetPace:
-    """Follows how far the readings of each target are apart, piece by piece; longer silence is a loss and counts not.
+    """Measures the mean sampling interval of each target; gaps longer than `LOST` are losses and do not count.
 
     Args:
-        rate: of the samples [Hz]
+        rate: sampling rate of the grid [Hz]
     """
 
     def __init__(self, rate: float):
@@ -187,7 +189,7 @@ class TargetPace:
         self._apart, self._count = np.zeros(len(TARGETS)), np.zeros(len(TARGETS))
 
     def add(self, values: np.ndarray) -> None:
-        """The next piece, columns of `ConditionSample`, (n, signals); NaN where missing."""
+        """Add the next piece, columns of `ConditionSample`, (n, signals); NaN if missing."""
         for place, column in enumerate(_PLACES):
             there = np.flatnonzero(np.isfinite(values[:, column]))
             apart = np.diff(np.concatenate(([-self._age[place]], there)))
@@ -197,7 +199,7 @@ class TargetPace:
             self._age[place] = len(values) - there[-1] if len(there) else self._age[place] + len(values)
 
     def problems(self) -> tuple[Problem, ...]:
-        """Problem that targets come too seldom, if they do."""
+        """Problem that the rate of targets is too low; empty if it is not."""
         rates = self._rate * self._count / np.maximum(self._apart, 1.0)
         slow = [name for name, rate, count in zip(TARGETS, rates, self._count, strict=True) if count and rate < SLOWEST]
         if not slow:

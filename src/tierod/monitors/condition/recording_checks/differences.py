@@ -1,4 +1,4 @@
-"""Two estimates of one quantity, averaged over blocks of time: whether they differ by more than without a fault."""
+"""Comparison of two estimates of one quantity, averaged over blocks of time, with their fault-free difference."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 BLOCK = 0.5
-"""Time over which signals are averaged [s]; noise of wheel speeds is .02 m/s**2 in its slope."""
+"""Length of a block, over which signals are averaged [s]; the noise of a wheel speed is .02 m/s**2 in its slope."""
 LEAST_READ = 0.15
-"""Share of the samples of a block that a signal must have; wheel speeds come at 20 Hz on slow buses."""
+"""Least share of the samples of a block that a signal must have []; wheel speeds come at 20 Hz on slow buses."""
 
 _TIME = "time"
 
 
 class Blocks:
-    """Cuts a drive into blocks, and keeps the rest of each piece for the next one.
+    """Cuts a drive into blocks, and stores the rest of each piece for the next one.
 
     Args:
-        rate: of the samples [Hz]
+        rate: sampling rate [Hz]
     """
 
     def __init__(self, rate: float):
@@ -30,14 +30,14 @@ class Blocks:
         self._left: dict[str, np.ndarray] = {}
 
     def add(self, time: np.ndarray, signals: Mapping[str, np.ndarray]) -> tuple[dict[str, np.ndarray], list[float]]:
-        """The blocks that the next piece completes, and the end of each.
+        """Blocks that the next piece completes, and the end of each.
 
         Args:
-            time: [s], (n,); it leaps where a pause of the recording was skipped
-            signals: by name, (n,) each; NaN where missing
+            time: time stamps [s], (n,); with a leap where a pause of the recording was skipped
+            signals: signals by name, (n,) each; NaN if missing
 
         Returns:
-            signals by name, (blocks, samples) each, and the ends [s], (blocks,)
+            signals by name, (blocks, samples) each, and the ends of the blocks [s], (blocks,)
         """
         pieces = {**signals, _TIME: time}
         whole = {name: np.concatenate([self._left.get(name, values[:0]), values]) for name, values in pieces.items()}
@@ -49,7 +49,7 @@ class Blocks:
         return cut, ends
 
     def line(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Mean and slope per second of every block, (blocks,) each; NaN where too few samples are read."""
+        """Mean and slope per second of a regression line in every block, (blocks,) each; NaN with too few samples."""
         there = np.isfinite(values)
         weight = there.astype(float)
         count = weight.sum(axis=1)
@@ -64,10 +64,10 @@ class Blocks:
 
 
 def roughness(values: np.ndarray) -> np.ndarray:
-    """Standard deviation of the noise of every block, from the steps between samples; NaN where few follow each other.
+    """Standard deviation of white noise in every block, from the differences of consecutive samples; NaN with too few.
 
     Args:
-        values: (blocks, samples)
+        values: samples, (blocks, samples)
     """
     steps = np.diff(values, axis=1)
     there = np.isfinite(steps)
@@ -77,26 +77,26 @@ def roughness(values: np.ndarray) -> np.ndarray:
 
 
 LEVEL_TIME, SHAPE_TIME = 3.0, 10.0
-"""Windows of the mean and of the standard deviation of a difference [s]."""
+"""Windows for the mean and for the standard deviation of a difference [s]."""
 SWEEPS = 8
-"""Of the search for gain and lag, one after the other: a quadratic form in a box has one minimum."""
+"""Iterations of the coordinate descent for gain and lag; the quadratic form in a box has a single minimum."""
 HALF = 0.7
-"""Share of the blocks of a window in which both estimates must exist [-]."""
+"""Least share of the blocks of a window in which both estimates must exist [-]."""
 
 
 @dataclass(frozen=True)
 class Bounds:
-    """Bounds on the difference of two estimates of a quantity without a fault, in the unit of the quantity.
+    """Bounds of the fault-free difference of two estimates of a quantity [unit of the quantity].
 
     Args:
-        single: in one block
-        level: mean over `LEVEL_TIME`, less what the gain explains
-        shape: standard deviation over `SHAPE_TIME`, where the quantity changes little, less gain and lag
-        share: the same, as a share of the standard deviation of the quantity [-]
-        noise: of the reading from sample to sample, over `LEVEL_TIME`
-        doubtful: share of these bounds beyond which a difference is doubtful [-]
-        gain: most that the difference follows the quantity without a fault, as a share of it [-]
-        lag: longest time by which the reading follows the quantity without a fault
+        single: bound of the difference in one block
+        level: bound of its mean over `LEVEL_TIME`, after subtraction of the fault-free gain
+        shape: bound of its standard deviation over `SHAPE_TIME`, after subtraction of fault-free gain and lag
+        share: alternative bound of that, as a share of the standard deviation of the quantity [-]; the larger applies
+        noise: bound of the white noise of the reading, in the mean over `LEVEL_TIME`
+        doubtful: share of these bounds from which a difference is doubtful [-]
+        gain: largest fault-free part of the difference that is proportional to the quantity, as a share of it [-]
+        lag: largest fault-free delay of the reading behind the quantity
     """
 
     single: float
@@ -110,13 +110,13 @@ class Bounds:
 
 
 def _deviation(values: Sequence[float]) -> float:
-    """Standard deviation of a few values, for which an array would be slower."""
+    """Standard deviation of few values, for which an array would be slower."""
     mean = sum(values) / len(values)
     return sqrt(sum((each - mean) ** 2 for each in values) / len(values))
 
 
 def _unexplained(rows: Sequence[Row], gain: float, lag: float) -> float:
-    """Standard deviation of the difference without the part that a gain and a lag within bounds explain.
+    """Standard deviation of the difference without the part that a fault-free gain and lag explain.
 
     Least squares of apart = a reference - b d(reference)/dt with 0 <= a <= gain and 0 <= b <= lag.
     """
@@ -135,7 +135,7 @@ def _unexplained(rows: Sequence[Row], gain: float, lag: float) -> float:
 
 
 class Row(NamedTuple):
-    """One block: its end [s], difference, quantity that it is compared with, noise of the reading."""
+    """One block: its end [s], difference of the estimates, reference quantity, and noise of the reading."""
 
     end: float
     apart: float
@@ -144,14 +144,14 @@ class Row(NamedTuple):
 
 
 class Difference(NamedTuple):
-    """A difference beyond bounds.
+    """Difference beyond its bounds.
 
     Args:
-        sure: beyond all of a bound; else beyond the doubtful share of one only
-        window: start of the window that showed it [s]
-        start: when the difference reached that magnitude, to half a second [s]
-        found: when it was detected [s]
-        magnitude: mean, standard deviation or noise
+        sure: whether it exceeds a bound; otherwise only the doubtful share of one
+        window: start of the window in which it was detected [s]
+        start: time at which the difference reached that magnitude, to half a second [s]
+        found: time of the detection [s]
+        magnitude: single difference, mean, standard deviation or noise
     """
 
     sure: bool
@@ -162,7 +162,7 @@ class Difference(NamedTuple):
 
 
 class _Measure(NamedTuple):
-    """Magnitude of a difference over a window from `begin` [s] on, and its bound."""
+    """Start of a window [s], magnitude of the difference over the window, and its bound."""
 
     begin: float
     magnitude: float
@@ -170,10 +170,10 @@ class _Measure(NamedTuple):
 
 
 class DifferenceCheck:
-    """Compare a difference with its bounds over the windows; keep the first sure one, or else the first doubtful one.
+    """Compare a difference with its bounds; keep the first one that is sure, or else the first doubtful one.
 
     Args:
-        bounds: of fault-free differences
+        bounds: bounds of fault-free differences
     """
 
     def __init__(self, bounds: Bounds):
@@ -183,11 +183,11 @@ class DifferenceCheck:
 
     @property
     def sure(self) -> bool:
-        """Whether a difference beyond all of a bound was found."""
+        """Whether a difference beyond a bound was found."""
         return self.found is not None and self.found.sure
 
     def add(self, row: Row) -> bool:
-        """The next block; whether it makes the difference sure."""
+        """Add the next block; returns whether the difference exceeds a bound now for the first time."""
         if self.sure:
             return False
         self._rows.append(row)
@@ -207,7 +207,7 @@ class DifferenceCheck:
         return sure is not None
 
     def _measures(self) -> list[_Measure]:
-        """Last block, mean, noise and standard deviation now; the last block cannot be doubtful."""
+        """Measures of the last block, mean, noise and standard deviation; the first of these cannot be doubtful."""
         bounds, last = self._bounds, self._rows[-1]
         found = [_Measure(last.end - BLOCK, abs(last.apart), bounds.single)]
         short = round(LEVEL_TIME / BLOCK)
@@ -216,6 +216,7 @@ class DifferenceCheck:
         if len(recent) >= HALF * short:
             begin, count = recent[0].end - BLOCK, len(recent)
             apart, most = sum(each.apart for each in recent), bounds.gain * sum(each.reference for each in recent)
+            # Subtract what a gain between 0 and its bound explains; `most` has the sign of the reference.
             beyond = apart - min(max(apart, min(most, 0.0)), max(most, 0.0))
             found.append(_Measure(begin, abs(beyond) / count, bounds.level))
             found.append(_Measure(begin, sum(each.noise for each in recent) / count, bounds.noise))

@@ -1,9 +1,9 @@
-"""Consistency of the inputs of the filters, which no filter estimates: measured accelerations and actuator targets.
+"""Consistency of inputs of the filters for which there is no hypothesis: measured accelerations and actuator targets.
 
-A filter with a wrong acceleration as its input declares faults of motors and drives. Kinematics predict both
-accelerations without any force: change of speed along the vehicle, yaw rate times speed across it. That holds on ice,
-too; slope and bank of the road, which kinematics do not show, change slowly. A wrong target looks like an actuator with
-a wrong gain or sign, or like a fault of a sensor beside it: its check names another possible cause of the declared one.
+With a wrong acceleration the filters declare faults of motors and drives. Kinematics predict both accelerations without
+any force: the change of speed along the vehicle, and yaw rate times speed across it. This also holds on ice; grade and
+bank of the road, which kinematics do not include, change slowly. A wrong target looks like an actuator with a wrong
+gain or sign, or like a fault of a related sensor: the check names it as another possible cause of a declared fault.
 """
 
 from __future__ import annotations
@@ -22,25 +22,27 @@ from tierod.monitors.condition.recording_checks.witnesses import MOVING, mean_sp
 from tierod.monitors.condition.signals import ACCELERATIONS, TARGETS, CarParameters
 
 MOTION = {"longitudinal_acceleration": "the slope of the wheel speeds", "lateral_acceleration": "yaw rate times speed"}
-"""What predicts each acceleration, in words."""
+"""Prediction of each acceleration, in words."""
 BOUNDS = Bounds(single=3.5, level=1.6, shape=0.7, share=0.35, noise=1.0)
 """Fault-free differences of measured and predicted accelerations [m/s**2].
 
 Fault-free rounds of three virtual demonstrators, ice with adhesion .15 to .3 included, show at most 1.4 in one block,
-0.9 in the mean, 0.44 or 0.26 of the motion's own about its mean. A slope of 16 % has the level; sensors have a noise of
-.05, rough roads one of some tenths.
+0.9 in the mean, and a standard deviation of 0.44, or of 0.26 of that of the motion. A grade of 16 % reaches the level;
+sensors have a noise of .05, rough roads of some tenths.
 """
 
 
 ROLL, SLIP_LAG = 0.2, 0.3
-"""A body that rolls 7 degrees at 0.6 g adds .2 of the lateral acceleration. The lateral acceleration follows yaw rate
-times speed by speed times slip angle of the rear axle per acceleration: 25 m/s with .012 rad per m/s**2, at the most.
+"""Fault-free gain [] and lag [s] of the lateral acceleration: a body that rolls by 7 degrees at 0.6 g adds a share of
+.2; the lag behind yaw rate times speed is speed times rear slip angle per acceleration, at most 25 m/s with .012 rad
+per m/s**2.
 """
 ACROSS = replace(BOUNDS, gain=ROLL, lag=SLIP_LAG)
+"""Fault-free differences of the lateral acceleration [m/s**2]."""
 
 
 class Disagreement(NamedTuple):
-    """An acceleration that is inconsistent with the motion; the fields after `element` as in `Difference`."""
+    """Acceleration that is inconsistent with the motion; the fields after `element` are those of `Difference`."""
 
     element: str
     sure: bool
@@ -51,12 +53,12 @@ class Disagreement(NamedTuple):
 
 
 class AccelerationCheck:
-    """Compare both accelerations with the motion, piece by piece.
+    """Compare both measured accelerations with the motion, piece by piece.
 
     Args:
-        vehicle: its parameters
-        rate: of the samples [Hz]
-        along, across: of fault-free accelerations
+        vehicle: parameters of the vehicle
+        rate: sampling rate [Hz]
+        along, across: bounds for the longitudinal and the lateral acceleration
     """
 
     def __init__(self, vehicle: CarParameters, rate: float, along: Bounds = BOUNDS, across: Bounds = ACROSS):
@@ -66,11 +68,11 @@ class AccelerationCheck:
         }
 
     def add(self, time: np.ndarray, signals: Mapping[str, np.ndarray]) -> dict[str, int]:
-        """The next piece, and from which of its samples on each acceleration that fails in it is not to be used.
+        """Add the next piece; returns, for each acceleration that fails in it, the first sample without it.
 
         Args:
-            time: [s], (n,)
-            signals: by name, (n,) each; NaN where missing
+            time: time stamps [s], (n,)
+            signals: signals by name, (n,) each; NaN if missing
         """
         failed = {}
         for block in self._motion.add(time, signals):
@@ -86,19 +88,19 @@ class AccelerationCheck:
 
     @property
     def found(self) -> dict[str, Disagreement]:
-        """Those that disagree, by name."""
+        """Inconsistent accelerations, sure or doubtful, by name."""
         return {name: Disagreement(name, *each.found) for name, each in self._checks.items() if each.found is not None}
 
 
 STEERING = Bounds(single=4.0, level=0.7, shape=0.7, share=0.15, noise=np.inf)
-"""Torque asked of both steering motors less that of the shaft [N*m].
+"""Fault-free difference between the target torque of both steering motors and the torque of the shaft [N*m].
 
-Fault-free rounds of three virtual demonstrators show .1 in the mean, .06 of what the shaft has about it.
+Fault-free rounds of three virtual demonstrators show .1 in the mean, and a standard deviation of .06 of the shaft's.
 """
 DRIVING = Bounds(single=2.5, level=0.9, shape=0.5, share=0.35, noise=np.inf)
-"""Acceleration that the asked torque of the drives gives less the one that is read [m/s**2].
+"""Fault-free difference between the acceleration by the targets of the drives and the measured one [m/s**2].
 
-The same rounds show .59 in the mean, .24 of what is read about it; ice lets drives give less.
+The same rounds show .59 in the mean, and a standard deviation of .24 of the measured one; on ice drives give less.
 """
 
 
@@ -107,7 +109,7 @@ class TargetCheck:
 
     Args:
         vehicle: parameters of `AutomatedVehicle`
-        rate: of the samples [Hz]
+        rate: sampling rate [Hz]
     """
 
     def __init__(self, vehicle: AutomatedVehicle.Parameters, rate: float):
@@ -115,7 +117,7 @@ class TargetCheck:
         self._checks = {TARGETS[:2]: DifferenceCheck(STEERING), TARGETS[2:]: DifferenceCheck(DRIVING)}
 
     def add(self, time: np.ndarray, signals: Mapping[str, np.ndarray]) -> None:
-        """The next piece: time [s], signals by name, (n,) each; NaN where missing."""
+        """Add the next piece: time [s], signals by name, (n,) each; NaN if missing."""
         cut, ends = self._blocks.add(time, signals)
         if not ends:
             return
@@ -137,5 +139,5 @@ class TargetCheck:
 
     @property
     def found(self) -> dict[tuple[str, ...], Difference]:
-        """Inconsistent pairs of targets."""
+        """Differences of the inconsistent pairs of targets, by names of the pair."""
         return {targets: each.found for targets, each in self._checks.items() if each.found is not None and each.sure}

@@ -1,4 +1,4 @@
-"""Accelerations predicted from the motion: wheel speeds, yaw rate and steering angle; no force and no tyre model."""
+"""Accelerations predicted by kinematics from wheel speeds, yaw rate and steering angle, without forces or tyres."""
 
 from __future__ import annotations
 
@@ -12,22 +12,22 @@ from tierod.monitors.condition.recording_checks.witnesses import MOVING, YAW
 from tierod.monitors.condition.signals import ACCELERATIONS, WHEELS, CarParameters
 
 SENSED = ("yaw rate sensor", "rear wheels", "steering angle")
-"""Estimates of the yaw rate that use no acceleration, the most exact first."""
+"""Witnesses of the yaw rate that use no acceleration, the most accurate first."""
 AGREE, AGREE_SHARE = 0.06, 0.15
-"""Difference of yaw rates that agree: absolute [rad/s] and relative [-]; turning in makes as much."""
+"""Largest difference of consistent yaw rates: absolute [rad/s] plus relative [-]; turning in causes as much."""
 WHEELS_AGREE = 0.05
-"""Relative difference of rear wheel speeds that agree, both referred to the middle of the axle [-]."""
+"""Largest relative difference of consistent rear wheel speeds, referred to the middle of the axle [-]."""
 
 
 class Block(NamedTuple):
-    """Means of one block of time; NaN where an input is missing or the others disagree.
+    """Means of one block of time; NaN where an input is missing, or the witnesses of the motion are inconsistent.
 
     Args:
-        end: of the block [s]
-        read: of each of `ACCELERATIONS`, without its known offset [m/s**2]
-        moved: as predicted from the motion [m/s**2]
-        rough: standard deviation of its noise from sample to sample [m/s**2]
-        speed: of the vehicle [m/s]
+        end: end of the block [s]
+        read: measured `ACCELERATIONS` without their known offsets [m/s**2]
+        moved: accelerations predicted from the motion [m/s**2]
+        rough: standard deviation of the white noise of the measured ones [m/s**2]
+        speed: speed of the vehicle [m/s]
     """
 
     end: float
@@ -38,26 +38,27 @@ class Block(NamedTuple):
 
 
 class Motion:
-    """Averages a drive block by block, in pieces; the result does not depend on how a recording is cut.
+    """Predicts the accelerations block by block; the result does not depend on how a recording is cut into pieces.
 
-    Along the vehicle the change of speed is used, across it yaw rate times speed. Of three yaw rates two must agree, so
-    that one faulty sensor does not matter; of two wheels that disagree, neither is used. Where tyres slip, rear wheels
-    and steering angle err alike: across the vehicle the motion is as near to the reading as the yaw rates allow.
+    Along the vehicle the change of speed is used, across it yaw rate times speed. Two of three yaw rates must agree, so
+    that one faulty sensor does not matter; if the two wheels disagree, neither is used. When tyres slip, rear wheels
+    and steering angle have similar errors: the lateral acceleration is therefore predicted as close to the measured one
+    as the range of the yaw rates permits.
 
     Args:
-        vehicle: its parameters
-        rate: of the samples [Hz]
+        vehicle: parameters of the vehicle
+        rate: sampling rate [Hz]
     """
 
     def __init__(self, vehicle: CarParameters, rate: float):
         self._vehicle, self._blocks = vehicle, Blocks(rate)
 
     def add(self, time: np.ndarray, signals: Mapping[str, np.ndarray]) -> list[Block]:
-        """The blocks that the next piece completes.
+        """Blocks that the next piece completes.
 
         Args:
-            time: [s], (n,)
-            signals: by name, (n,) each; NaN where missing
+            time: time stamps [s], (n,)
+            signals: signals by name, (n,) each; NaN if missing
         """
         cut, ends = self._blocks.add(time, signals)
         if not ends:
@@ -70,6 +71,7 @@ class Motion:
         speed, slope = _speed(wheels, 0.5 * p.track_width * yaw, 0.5 * p.track_width * turning_in)
         read = [line(cut[name])[0] - getattr(p, f"{name}_offset", 0.0) for name in ACCELERATIONS]
         across = speed * yaw + p.rear_distance * turning_in
+        # Range of the yaw rates about their median; `fmin` and `fmax` ignore a missing one.
         least, most = (speed * (bound(yaws, axis=0) - yaw) for bound in (np.fmin.reduce, np.fmax.reduce))
         nearest = np.clip(read[1], across + least, across + most)
         predicted = (slope - p.rear_distance * yaw * yaw, np.where(np.isfinite(read[1]), nearest, across))
@@ -84,7 +86,7 @@ class Motion:
 
 
 def _middle(yaws: np.ndarray, slopes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The middle of three yaw rates with its slope, (blocks,) each; NaN where fewer than two agree."""
+    """Median of three yaw rates, or mean of two, with its slope, (blocks,) each; NaN if no two agree."""
     there = np.isfinite(yaws)
     order = np.argsort(np.where(there, yaws, np.inf), axis=0)
     ranked, risen = np.take_along_axis(yaws, order, axis=0), np.take_along_axis(slopes, order, axis=0)
@@ -100,7 +102,7 @@ def _middle(yaws: np.ndarray, slopes: np.ndarray) -> tuple[np.ndarray, np.ndarra
 def _speed(
     wheels: list[tuple[np.ndarray, np.ndarray]], half_turn: np.ndarray, growth: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Speed and its slope, (blocks,) each, of both wheels or the one that there is; NaN where they disagree."""
+    """Speed and its slope, (blocks,) each, from both wheels or the only one; NaN if both disagree."""
     (left, left_slope), (right, right_slope) = wheels
     speeds, slopes = (
         np.array([left + half_turn, right - half_turn]),

@@ -1,4 +1,4 @@
-"""Zero of the steering angle over a drive: a slow change of it, which filters that learn the zero follow."""
+"""Zero of the steering angle over a drive: detects a slow shift, which filters with the offset as a state absorb."""
 
 from __future__ import annotations
 
@@ -16,25 +16,26 @@ from tierod.monitors.condition.recording_checks.witnesses import YAW, YAW_SENSOR
 from tierod.physics.single_track import steady_yaw_gain, understeer_gradient
 
 WINDOW = 60
-"""Blocks of half a second of whose zeros the mean is taken: bends to both sides, and wind and road change meanwhile."""
+"""Number of blocks of half a second in a mean zero: long enough for bends to both sides, and for wind and road to
+change."""
 APART = 6
-"""Of them, independent zeros: bends and banks last some seconds."""
+"""Number of independent zeros among these: bends and banks last some seconds."""
 LEAST = 0.2
-"""Change of the zero that is a fault [rad]. Fault-free, a road banked by 4 % needs .02, a flat tyre .1, an understeer
-gradient that is half wrong .08 at 2 m/s**2; 34 drives of 21 virtual cars by their brochures (seeds below 100) show at
-most .06."""
+"""Least shift of the zero that is a fault [rad]. Without a fault, a road bank of 4 % shifts it by .02, a flat tyre by
+.1, an understeer gradient with an error of half its value by .08 at 2 m/s**2; 34 drives of 21 virtual cars with
+parameters from brochures (seeds below 100) show .06 at most."""
 SLOWEST = 5.0
-"""Speed from which on it is looked at [m/s]: below, the angles of manoeuvring are large."""
+"""Least speed for the estimation of the zero [m/s]; below it the angles of manoeuvring are large."""
 
 
 class ZeroShift(NamedTuple):
-    """A change of the zero.
+    """Shift of the zero.
 
     Args:
-        start: when the angle had shifted by half of what it was found by
-        found: when it was detected
-        value: mean of the last window of the drive less the first one
-        deviation: standard deviation of that
+        start: time at which the zero had shifted by half of the detected shift
+        found: time of the detection
+        value: mean zero of the last window less that of the first one
+        deviation: standard deviation of that difference
     """
 
     start: Annotated[float, "s"]
@@ -44,14 +45,15 @@ class ZeroShift(NamedTuple):
 
 
 class SteeringZero:
-    """Compares the zero of the steering angle with that of the drive's beginning, piece by piece.
+    """Compares the zero of the steering angle with that at the beginning of the drive.
 
-    Block by block the zero is the angle less that of a steady turn with the measured yaw rate, which the rear wheels
-    confirm. Only gentle turns count, with angles that ask for no more than every road gives: there no tyre slides.
+    The zero of a block is the angle less that of a steady turn with the measured yaw rate, which the rear wheels must
+    confirm. Only gentle turns count, in which yaw rate and angle both require less lateral acceleration than every road
+    permits, so that no tyre slides.
 
     Args:
-        vehicle: its parameters
-        rate: of the samples [Hz]
+        vehicle: parameters of the vehicle
+        rate: sampling rate [Hz]
     """
 
     def __init__(self, vehicle: RollingCar.Parameters, rate: float):
@@ -65,11 +67,11 @@ class SteeringZero:
         self.found: ZeroShift | None = None
 
     def add(self, time: np.ndarray, signals: Mapping[str, np.ndarray]) -> None:
-        """The next piece.
+        """Add the next piece.
 
         Args:
-            time: [s], (n,)
-            signals: by name, (n,) each; NaN where missing
+            time: time stamps [s], (n,)
+            signals: signals by name, (n,) each; NaN if missing
         """
         cut, ends = self._blocks.add(time, signals)
         if not ends:
@@ -79,6 +81,7 @@ class SteeringZero:
         yaw, rolled, speed, angle = (self._blocks.line(each)[0] for each in (*read, cut["steering_wheel_angle"]))
         yaw, rolled = yaw - p.yaw_rate_offset, rolled - p.wheel_speed_difference * speed / p.track_width
         speed = speed / p.wheel_speed_scale
+        # A negative gradient would have a critical speed, at which the gain is infinite.
         gain = p.steering_ratio * steady_yaw_gain(speed, p.front_distance + p.rear_distance, max(self._gradient, 0.0))
         with np.errstate(invalid="ignore", divide="ignore"):
             zero = angle - yaw / gain

@@ -1,4 +1,4 @@
-"""Wrong wiring, scale or time from the start, and a clock that leaps in mid-drive: no faults of sensors."""
+"""Wrong wiring, scale or time base from the start, and a clock that leaps during the drive: no faults of sensors."""
 
 from __future__ import annotations
 
@@ -14,32 +14,33 @@ from tierod.monitors.condition.recording_checks.witnesses import MOVING, TORQUE,
 from tierod.monitors.condition.signals import OF_AUTOMATED, SENSORS, CarParameters
 
 GENTLE = 3.0
-"""Lateral acceleration up to which the steering angle gives the yaw rate by geometry [m/s^2]."""
+"""Largest lateral acceleration at which the steering angle gives the yaw rate by geometry [m/s^2]."""
 LEAST_TURNING = 5.0
-"""Time of turning that a part needs [s]."""
+"""Least time of turning in each part of the beginning [s]."""
 PARTS = 3
-"""Of the beginning, each of which must show what is wrong."""
+"""Number of parts of the beginning, each of which must show the same problem."""
 TURNING = 0.05
-"""Yaw rate from which on the vehicle turns [rad/s]."""
+"""Yaw rate from which the vehicle counts as turning [rad/s]."""
 KEPT = 180.0
-"""Beginning of the drive that is looked at [s]: what was wired wrongly was so from the start."""
+"""Length of the beginning of the drive that is checked [s]: wrong wiring is wrong from the start."""
 SMOOTH = 0.3
-"""Time over which signals are averaged [s]."""
+"""Width of the moving average of the signals [s]."""
 SCALE = 1.4
-"""Ratio of the sizes of two signals from which on a scale is called wrong; tyres, radii and slopes make up to 1.34."""
+"""Ratio of amplitudes from which a scale is wrong []; tyres, radii and slopes cause up to 1.34."""
 BRIDGED = 0.1
-"""Between two readings that are no further apart a straight line is drawn: few buses keep the grid's pace [s]."""
+"""Longest gap between two readings that is interpolated linearly [s], since few buses have the rate of the grid."""
 LATE = 0.15
-"""Shift in time from which on one is called wrong [s]; motion itself lags by up to 0.1 s."""
+"""Shift in time from which an estimate is wrong [s]; the motion itself lags by up to 0.1 s."""
 
 
 class CloseLimits(NamedTuple):
-    """Differences that sensors of a calibrated vehicle do not reach.
+    """Limits that sensors of a calibrated vehicle do not reach.
 
-    Fault-free drives of an hour show one sensor off both others by 1.07 and 0.03 s, tyres a tenth larger by 1.10.
+    In fault-free drives of an hour one sensor differs from both others by a factor of 1.07 and by 0.03 s, with tyres a
+    tenth larger by a factor of 1.10.
 
     Args:
-        scale, late: as in `Wiring`
+        scale, late: see `Wiring`
     """
 
     scale: float = 1.13
@@ -50,11 +51,11 @@ class Wiring:
     """Checks the beginning of a drive for signals that were connected or described wrongly.
 
     Args:
-        vehicle: its parameters
-        rate: of the samples [Hz]
-        scale: ratio of sizes from which on one is wrong
-        late: shift in time from which on one is wrong [s]
-        close: tighter limits, between sensors alone, for a vehicle that is calibrated; None for another
+        vehicle: parameters of the vehicle
+        rate: sampling rate [Hz]
+        scale: ratio of amplitudes from which an estimate is wrong
+        late: shift in time from which an estimate is wrong [s]
+        close: tighter limits between sensors alone, for a calibrated vehicle; None without a calibration
     """
 
     def __init__(
@@ -70,7 +71,7 @@ class Wiring:
         self._kept = 0
 
     def add(self, signals: Mapping[str, np.ndarray]) -> None:
-        """The next piece, signals by name, (n,) each; NaN where missing."""
+        """Add the next piece, signals by name, (n,) each; NaN if missing."""
         left = round(KEPT * self.rate) - self._kept
         if left > 0:
             piece = {name: np.array(values[:left]) for name, values in signals.items()}
@@ -78,10 +79,10 @@ class Wiring:
             self._pieces.append(piece)
 
     def problems(self) -> tuple[Problem, ...]:
-        """Problems of the wiring; empty where there are none, or where the drive turned too little to show any.
+        """Problems of the wiring; empty if there are none, or if the drive turned too little to show any.
 
-        It must be wrong in every part of the beginning, each of which turns for as long: what becomes wrong on the way
-        is a fault.
+        A problem must show in every part of the beginning, each with the same time of turning: what begins later is a
+        fault.
         """
         if not self._pieces:
             return ()
@@ -103,7 +104,7 @@ class Wiring:
         )
 
     def _problems(self, signals: Mapping[str, np.ndarray]) -> tuple[Problem, ...] | None:
-        """Problems of a stretch; None where the car turned too little to show them."""
+        """Problems of a stretch; None if the car turned too little to show any."""
         if np.count_nonzero(self._turning(signals)) < LEAST_TURNING * self.rate:
             return None
         with np.errstate(invalid="ignore"):
@@ -118,7 +119,7 @@ class Wiring:
         return found or turned(self._estimates(TORQUE, signals, moving), TORQUE)
 
     def _turning(self, signals: Mapping[str, np.ndarray]) -> np.ndarray:
-        """Whether the vehicle turns, at every sample."""
+        """Whether the vehicle turns, for every sample."""
         with np.errstate(invalid="ignore"):
             yaw = [YAW[name].estimate(signals, self.vehicle) for name in ("rear wheels", "yaw rate sensor")]
             return np.asarray((mean_speed(signals) > MOVING) & (np.nansum(np.abs(yaw), axis=0) > TURNING))
@@ -126,21 +127,21 @@ class Wiring:
     def _estimates(
         self, witnesses: Mapping[str, Witness], signals: Mapping[str, np.ndarray], when: np.ndarray
     ) -> dict[str, np.ndarray]:
-        """Estimates of every witness, smooth and about their mean; NaN where it may not count."""
+        """Estimates of every witness, low-pass filtered and with their mean removed; NaN outside `when`."""
         width = max(round(SMOOTH * self.rate), 1)
         found = {}
         for name, witness in witnesses.items():
             value = np.where(when, witness.estimate(signals, self.vehicle), np.nan)
             if np.count_nonzero(np.isfinite(value)) > LEAST_TURNING * self.rate:
                 smooth = np.convolve(value, np.full(width, 1.0 / width), "same")[:: max(round(STEP * self.rate), 1)]
-                # Too many pauses leave nothing of the means.
+                # One NaN spoils a whole window: with many pauses no mean may be left.
                 if np.isfinite(smooth).any():
                     found[name] = smooth - np.nanmean(smooth)
         return found
 
 
 def _bridged(values: np.ndarray, most: int) -> np.ndarray:
-    """The values with straight lines between those that are no more than so many samples apart; else NaN stays."""
+    """Values with gaps of up to `most` samples interpolated linearly; longer gaps stay NaN."""
     there = np.flatnonzero(np.isfinite(values))
     if not 1 < len(there) < len(values):
         return values
@@ -151,24 +152,25 @@ def _bridged(values: np.ndarray, most: int) -> np.ndarray:
 
 
 def _sensed(estimates: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Only the estimates of sensors that are judged: slopes and banks do not disturb them."""
+    """Estimates of judged sensors only, which road slopes and banks do not affect."""
     return {name: values for name, values in estimates.items() if YAW[name].elements}
 
 
 BUSES = (OF_AUTOMATED[:3], OF_AUTOMATED[3:])
-"""Sensors that share a clock: those of the chassis, and those of the steering."""
+"""Sensors that share a bus and its clock: those of the chassis, and those of the steering."""
 BEFORE = 1.0
-"""Of the declaration of two sensors of one bus, in which the first of them may have been declared alone [s]."""
+"""Time before the declaration of two sensors of one bus within which the first may have been declared alone [s]."""
 
 
 class ClockLeap:
-    """Looks at what follows where two sensors of one bus are declared together for a shift in time between the buses.
+    """Tests for a shift in time between the buses after two sensors of one bus have been declared together.
 
-    A single sensor that is late is a fault; two of one bus that are, with the angle late or early beside the other
-    estimates of the yaw rate, have lost their time base. Two faults of which one is a delay of the angle look the same.
+    A single late sensor is a fault. If two sensors of one bus are declared, and the angle is late or early against the
+    other estimates of the yaw rate, the bus has lost its time base. Two faults of which one is a delay of the angle
+    look the same.
 
     Args:
-        look: makes what looks at signals for contradictions
+        look: function that makes a check of the wiring, for the signals from then on
     """
 
     def __init__(self, look: Callable[[], Wiring]):
@@ -177,11 +179,11 @@ class ClockLeap:
         self._since = 0.0
 
     def add(self, time: np.ndarray, signals: Mapping[str, np.ndarray], faulty: np.ndarray) -> None:
-        """The next piece.
+        """Add the next piece.
 
         Args:
-            time: [s], (n,)
-            signals: by name, (n,) each; NaN where missing
+            time: time stamps [s], (n,)
+            signals: signals by name, (n,) each; NaN if missing
             faulty: whether each element is declared, the sensors first, (n, elements)
         """
         first = 0
@@ -196,10 +198,10 @@ class ClockLeap:
         self._wiring.add({name: values[first:] for name, values in signals.items()})
 
     def problems(self, episodes: Sequence[Episode]) -> tuple[Problem, ...]:
-        """Problem that the buses have lost their common time, if that was detected and no fault came before.
+        """Problem that the buses have lost their common time base; empty if not, or if a fault began earlier.
 
         Args:
-            episodes: of all faults of the drive
+            episodes: episodes of all faults of the drive
         """
         if self._wiring is None or any(each.start < self._since - BEFORE for each in episodes):
             return ()

@@ -1,4 +1,4 @@
-"""Independent estimates of the yaw rate of a vehicle, and of the torque of its steering, from single signals."""
+"""Witnesses: independent estimates of the yaw rate of a vehicle, and of its steering torque, from single signals."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ import numpy as np
 from tierod.monitors.condition.signals import WHEELS, CarParameters
 
 MOVING = 2.0
-"""Speed from which on a turn shows in them [m/s]."""
+"""Speed from which a turn shows in the estimates [m/s]."""
 
 
 @dataclass(frozen=True)
 class Witness:
-    """A signal, or several, from which a quantity is estimated.
+    """One estimate of a quantity, from one or several signals.
 
     Args:
-        elements: sensors behind it
-        estimate: the quantity from the signals by name, (n,)
-        turned: meaning of a wrong sign
-        scaled: meaning of a wrong size
-        lead: by which it comes before the vehicle turns [s]
+        elements: sensors that it uses
+        estimate: function that gives the quantity from the signals by name, (n,)
+        turned: meaning of a wrong sign, in words
+        scaled: meaning of a wrong scale, in words
+        lead: time by which it precedes the yaw rate of the vehicle [s]
     """
 
     elements: tuple[str, ...]
@@ -33,18 +33,18 @@ class Witness:
 
 
 def mean_speed(signals: Mapping[str, np.ndarray]) -> np.ndarray:
-    """Mean speed of both rear wheels, or of the one that is present; signals by name, (n,) each."""
+    """Mean speed of both rear wheels, or speed of the one that is present; signals by name, (n,) each."""
     left, right = signals["wheel_speed_rear_left"], signals["wheel_speed_rear_right"]
     return 0.5 * (np.where(np.isfinite(left), left, right) + np.where(np.isfinite(right), right, left))
 
 
 def _speed(signals: Mapping[str, np.ndarray], vehicle: CarParameters) -> np.ndarray:
-    """Speed of the vehicle, less the known excess of its wheel speed sensors [m/s]."""
+    """Speed of the vehicle, corrected by the known scale of its wheel speeds [m/s]."""
     return mean_speed(signals) / vehicle.wheel_speed_scale
 
 
 YAW_SENSOR, TIMES_SPEED, OVER_SPEED = "yaw rate sensor", ("rear wheels", "steering angle"), "lateral acceleration"
-"""Estimates of the yaw rate without the speed, by what is multiplied with it, and by what is divided by it."""
+"""Witnesses of the yaw rate: independent of the speed, proportional to it, and inversely proportional to it."""
 
 YAW: Mapping[str, Witness] = {
     "rear wheels": Witness(
@@ -74,7 +74,7 @@ YAW: Mapping[str, Witness] = {
         0.1,
     ),
 }
-"""Estimates of the yaw rate."""
+"""Witnesses of the yaw rate [rad/s]."""
 
 TORQUE: Mapping[str, Witness] = {
     "steering torque sensor": Witness(
@@ -91,7 +91,7 @@ TORQUE: Mapping[str, Witness] = {
         ("tie_rod_force",), lambda s, p: p.rack_ratio * s["tie_rod_force"], "the tie-rod force has the wrong sign"
     ),
 }
-"""Estimates of the torque that the tie rods take; friction lies between them, so that sizes are not compared."""
+"""Witnesses of the column torque by the tie rods [N*m]; they differ by friction, so that only signs are compared."""
 
 
 def _spring(signals: Mapping[str, np.ndarray], vehicle: CarParameters) -> np.ndarray:

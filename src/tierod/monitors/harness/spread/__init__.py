@@ -1,1 +1,1 @@
-"""Effect of the spread of a vehicle's parameters on a monitor's result: band, verdict, and deciding parameters."""
+"""Effect of uncertain vehicle parameters on a monitor's result: band, verdict, and the parameters that decide."""

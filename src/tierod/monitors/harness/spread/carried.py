@@ -1,4 +1,4 @@
-"""Sessions for vehicles with all parameters moved together along a few directions, through the rest of a recording."""
+"""Sessions with all parameters perturbed together along a few directions, over the rest of a recording."""
 
 from __future__ import annotations
 
@@ -13,15 +13,18 @@ from tierod.monitors.harness.spread.points import Concluded, Points
 from tierod.monitors.harness.spread.shown import moved
 
 REACH = 2.0
-"""Standard deviations by which parameters are moved together along a direction: the ends of a 95 % band."""
+"""Perturbation along a direction, in standard deviations []: the ends of a 95 % band."""
 
 
 def moves_along(directions: Sequence[Direction], fresh: bool) -> list[dict[str, float]]:
-    """Standard deviations by parameter, of every vehicle: each direction both ways.
+    """Perturbations of the vehicles: each direction with both signs.
 
     Args:
-        directions: that are followed
-        fresh: whether they begin within the recording: the last vehicle is then the one of the file
+        directions: principal directions
+        fresh: whether the sessions begin within the recording; the last vehicle is then the unperturbed one
+
+    Returns:
+        standard deviations by name of the parameter, one entry per vehicle
     """
     ways = [
         {name: side * REACH * part for name, part in each.by.items()} for each in directions for side in (1.0, -1.0)
@@ -30,12 +33,13 @@ def moves_along(directions: Sequence[Direction], fresh: bool) -> list[dict[str, 
 
 
 class Carried:
-    """Follows the sessions of some directions.
+    """Runs the sessions along some directions and adds up the variance that they cause.
 
     Args:
-        points: as of `moves_along`
-        directions: at least one
-        fresh: whether they began within the recording: moves are then held against the session that began with them
+        points: sessions of the perturbed vehicles, see `moves_along`
+        directions: principal directions, at least one
+        fresh: whether the sessions began within the recording; they are then compared with an unperturbed session that
+            began with them
     """
 
     def __init__(self, points: Points, directions: Sequence[Direction], fresh: bool):
@@ -44,17 +48,17 @@ class Carried:
         self._places = list(range(len(directions)))
 
     def catch_up(self, buffer: Iterable[Aligned]) -> None:
-        """Take in the samples of the stretch on which the directions were found."""
+        """Process the samples of the stretch on which the directions were found."""
         for part in buffer:
             self.points.absorb(part)
 
     def absorb(self, aligned: Aligned, shown: Mapping[str, np.ndarray], variances: Mapping[str, np.ndarray]) -> None:
-        """Take in the next samples.
+        """Process the next samples and add the variances that the parameters cause.
 
         Args:
-            aligned: the samples
-            shown: traces for the vehicle as it is
-            variances: by name of a result, to which those of the parameters are added
+            aligned: next samples
+            shown: traces for the unperturbed vehicle
+            variances: variances by name of the result, updated in place
         """
         others = self.points.absorb(aligned)
         reference = others.get(self._reference) if self.fresh else shown
@@ -66,14 +70,15 @@ class Carried:
                 sides = [others[at] for at in (2 * place, 2 * place + 1) if at in others]
                 squares = [(moved(reference, other, name) / REACH) ** 2 for other in sides]
                 if squares:
+                    # The directions hold only a share of the variance: the division makes up for the rest.
                     variance += np.mean(squares, axis=0) / captured
 
     def fit(self, shares: Mapping[int, float], most: int) -> None:
-        """Follow the directions that hold the most now, and no others.
+        """Keep only the directions with the largest shares of the variance now.
 
         Args:
-            shares: of the variance of the moved result, by place of the direction
-            most: directions that are followed
+            shares: shares of the variance of the perturbed result, by index of the direction
+            most: largest number of directions
         """
         self.directions = tuple(
             each._replace(share=shares.get(place, each.share)) for place, each in enumerate(self.directions)
@@ -84,11 +89,11 @@ class Carried:
 
     @property
     def followed(self) -> dict[int, Direction]:
-        """The directions that are followed, by place."""
+        """Directions that are still followed, by index."""
         return {place: self.directions[place] for place in self._places}
 
     def conclude(self) -> tuple[list[tuple[Direction, list[Concluded]]], Conclusion | None]:
-        """Conclusions of the moved vehicles by direction, and of the session that began with them."""
+        """Conclusions of the perturbed vehicles by direction, and of the unperturbed session that began with them."""
         found = self.points.conclude()
         along = [
             (each, [found[at] for at in (2 * place, 2 * place + 1) if at in found])

@@ -1,8 +1,8 @@
-"""In which directions parameters move a result: principal directions of its sensitivities.
+"""Principal directions of the sensitivities of a result to uncertain parameters.
 
-Twenty uncertain parameters need not be carried through a recording one by one. Over a first stretch each is moved by
-one standard deviation alone. The matrix of what that does to the result, in its own standard deviations, has few
-principal directions that matter; along those, all parameters together are moved over the whole recording.
+Twenty uncertain parameters need not be carried through a recording one by one. Over a first stretch each is perturbed
+alone, by one standard deviation. The matrix of the resulting changes, in standard deviations of the result, has few
+principal directions that matter; along these, all parameters are perturbed together over the whole recording.
 """
 
 from __future__ import annotations
@@ -13,23 +13,24 @@ from typing import NamedTuple
 import numpy as np
 
 SMALLEST = 0.1
-"""Share of its own standard deviation by which a result must move before a parameter counts: less adds half a per cent
-to the band."""
+"""Least change of a result for a parameter to count, in standard deviations of the result []: less adds half a per
+cent to the band."""
 
 SCREENED = 0.03
-"""The same share at which a parameter is carried on after the first stretch: a band may become three times narrower."""
+"""Least change for which a parameter is followed after the first stretch, in standard deviations of the result []: the
+band may become three times narrower later."""
 
 CAPTURED = 0.85
-"""Share of the variance of the moved result that the directions must hold, if they are not too many; what they leave
-is made up for by a wider move."""
+"""Share of the variance of the perturbed result that the directions must hold, up to a largest number of them []; the
+variance is scaled up for the rest."""
 
 
 class Direction(NamedTuple):
-    """Parameters that are moved together.
+    """Direction in which parameters are perturbed together.
 
     Args:
-        by: standard deviations by name of the parameter; of length 1
-        share: of the variance of the moved result [0 to 1]
+        by: components in standard deviations by name of the parameter, a unit vector
+        share: share of the variance of the perturbed result [0 to 1]
     """
 
     by: Mapping[str, float]
@@ -37,10 +38,10 @@ class Direction(NamedTuple):
 
 
 class Sensitivities:
-    """Sensitivities of a result to parameters over a stretch of a recording, piece by piece.
+    """Accumulates the sensitivities of a result to parameters over a stretch of a recording.
 
     Args:
-        names: of the parameters
+        names: names of the parameters
     """
 
     def __init__(self, names: Sequence[str]):
@@ -54,16 +55,16 @@ class Sensitivities:
         return sum(self._counts)
 
     def add(self, moves: np.ndarray) -> None:
-        """The next samples.
+        """Add the next samples.
 
         Args:
-            moves: of the result with each parameter, in its own standard deviations [], (names, n)
+            moves: changes of the result by each parameter, in standard deviations of the result [], (names, n)
         """
         self._grams.append(np.einsum("in,jn->ij", moves, moves))
         self._counts.append(moves.shape[1])
 
     def _gram(self) -> np.ndarray:
-        """Mean products over the later half of the samples: the first ones show the start of the filter."""
+        """Mean products over the later half of the samples; the first half contains the transient of the filter."""
         total, size, count = np.zeros((len(self.names), len(self.names))), 0, self.known
         for gram, samples in zip(reversed(self._grams), reversed(self._counts), strict=True):
             if size and 2 * size >= count:
@@ -72,14 +73,14 @@ class Sensitivities:
         return total / max(size, 1)
 
     def moves(self) -> dict[str, float]:
-        """Root mean square by which each parameter moves the result, in its own standard deviations []."""
+        """Root mean square of the change by each parameter, in standard deviations of the result []."""
         return dict(zip(self.names, np.sqrt(np.diag(self._gram())).tolist(), strict=True))
 
     def shares(self, directions: Mapping[int, Direction]) -> dict[int, float]:
-        """Shares of the variance of the moved result, by place of a direction; empty where nothing moves it.
+        """Shares of the variance of the perturbed result by index of a direction; empty if no parameter counts.
 
         Args:
-            directions: of length 1, at right angles to each other
+            directions: orthonormal directions by index
         """
         gram, counted = self._gram(), self._counted()
         if not counted.any():
@@ -91,20 +92,20 @@ class Sensitivities:
         return {place: float(vector @ gram @ vector / np.trace(gram)) for place, vector in vectors.items()}
 
     def _counted(self) -> np.ndarray:
-        """Mask of parameters that move the result by more than can be left out, (names,)."""
+        """Mask of the parameters that change the result by more than `SCREENED`, (names,)."""
         counted: np.ndarray = np.sqrt(np.diag(self._gram())) > SCREENED
         return counted
 
     @property
     def any_counted(self) -> bool:
-        """Whether a parameter moves the result."""
+        """Whether at least one parameter changes the result by more than `SCREENED`."""
         return bool(self.known and self._counted().any())
 
     def directions(self, most: int) -> tuple[Direction, ...]:
-        """The directions that hold the most; none where no parameter moves the result.
+        """Principal directions with the largest shares; none if no parameter counts.
 
         Args:
-            most: of them
+            most: largest number of directions
         """
         gram, counted = self._gram(), self._counted()
         if not counted.any():

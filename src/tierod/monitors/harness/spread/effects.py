@@ -17,8 +17,8 @@ class Effects(NamedTuple):
     """Effects of the parameters on a result.
 
     Args:
-        variance: that they add to its own, in the unit squared
-        each: by parameter, the one that moves it most first
+        variance: variance that they add to the result [unit squared]
+        each: effect of each parameter, the largest first
     """
 
     variance: float
@@ -26,12 +26,12 @@ class Effects(NamedTuple):
 
 
 def effects(outcome: Outcome, estimate: Estimate | None, vehicle: Vehicle) -> Effects:
-    """Effects of the moved vehicles on an estimate, or on the result over time where there is no estimate.
+    """Effects of the parameters on an estimate, or on the result over time if there is no estimate.
 
     Args:
-        outcome: of the moved vehicles
-        estimate: for the vehicle as it is; None where nothing is estimated
-        vehicle: with the standard deviation of its parameters
+        outcome: results of the perturbed vehicles
+        estimate: estimate for the unperturbed vehicle; None if nothing is estimated
+        vehicle: vehicle with the standard deviations of its parameters
     """
     found = {} if estimate is None else _of_estimate(outcome, estimate)
     if estimate is None or not found:
@@ -58,7 +58,7 @@ def _row(vehicle: Vehicle, name: str, move: float, unit: str, total: float) -> P
 
 
 def _of_estimate(outcome: Outcome, estimate: Estimate) -> dict[str, float]:
-    """Move of the estimate by one standard deviation of each parameter; empty where no moved vehicle has one."""
+    """Change of the estimate by one standard deviation of each parameter; empty without perturbed estimates."""
     if outcome.alone:
         moves = {name: _move(estimate, each) for name, each in outcome.alone.items()}
         return {name: move for name, move in moves.items() if move is not None}
@@ -76,18 +76,18 @@ def _of_estimate(outcome: Outcome, estimate: Estimate) -> dict[str, float]:
 
 
 def _base(outcome: Outcome, estimate: Estimate) -> Estimate | None:
-    """The estimate that those of the directions are compared with: of the session that began when they did."""
+    """Reference for the estimates along the directions: that of the unperturbed session which began with them."""
     return estimate if outcome.reference is None else outcome.reference.finding.estimate
 
 
 def _way(direction: Direction, each: Concluded) -> float:
-    """Standard deviations by which a vehicle was moved along its direction, with sign."""
+    """Perturbation of a vehicle along its direction, in standard deviations with sign."""
     name = max(direction.by, key=lambda part: abs(direction.by[part]))
     return each.by[name] / direction.by[name]
 
 
 def _along(outcome: Outcome, estimate: Estimate | None) -> float:
-    """Variance that the directions add to an estimate; 0 where no moved vehicle has one."""
+    """Variance that the directions add to an estimate; 0 without perturbed estimates."""
     base = None if estimate is None else _base(outcome, estimate)
     if base is None:
         return 0.0
@@ -100,10 +100,11 @@ def _along(outcome: Outcome, estimate: Estimate | None) -> float:
 
 
 def _move(estimate: Estimate, other: Concluded) -> float | None:
-    """Difference of a moved vehicle's estimate; None where it has none."""
+    """Difference of a perturbed vehicle's estimate; None if it has none."""
     found = other.conclusion.finding.estimate
     if found is None or not math.isfinite(found.value):
         return None
+    # The largest value of a drive has the sign of the side on which it occurred, which a perturbation may change.
     if estimate.quantity.startswith("largest"):
         return abs(found.value) - abs(estimate.value)
     return found.value - estimate.value

@@ -1,4 +1,4 @@
-"""The conclusion of a session with the effects of the vehicle parameters' spread on it."""
+"""Conclusion of a session, joined with the effects of the vehicle parameters' spread."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from tierod.monitors.harness.spread.turning import most_important, turn, turn_by
 from tierod.vehicles.vehicle import Vehicle
 
 DOMINANT = 0.5
-"""Share of an estimate's variance from which on the parameters are named in the headline: they are the larger part."""
+"""Share of the parameters in an estimate's variance above which the headline names the most important one []."""
 
 
 class Joined(NamedTuple):
-    """A conclusion with the spread.
+    """Conclusion including the spread of the parameters.
 
     Args:
-        conclusion: with wider deviations, and another status where the verdict turns
-        effects: of the parameters that move it, the one that moves it most first
+        conclusion: conclusion with wider bands, and with another status if the verdict is not robust
+        effects: effects of the parameters, the largest first
     """
 
     conclusion: Conclusion
@@ -33,13 +33,14 @@ class Joined(NamedTuple):
 
 
 def joined(conclusion: Conclusion, outcome: Outcome | None, vehicle: Vehicle, may_turn: bool) -> Joined:
-    """The conclusion for a vehicle whose parameters are uncertain.
+    """Conclusion for a vehicle whose parameters are uncertain.
 
     Args:
-        conclusion: for the vehicle as it is
-        outcome: for the moved ones; None where no parameter was moved
-        vehicle: with the standard deviation of its parameters
-        may_turn: whether the verdict rests on the parameters; it does not where they are in what it is judged against
+        conclusion: conclusion for the unperturbed vehicle
+        outcome: results of the perturbed vehicles; None if no parameter was perturbed
+        vehicle: vehicle with the standard deviations of its parameters
+        may_turn: whether the verdict depends on the parameters; with a baseline it does not, since the baseline has the
+            same errors
     """
     found = Effects(0.0, ()) if outcome is None else effects(outcome, conclusion.finding.estimate, vehicle)
     moves = outcome if found.each else None
@@ -53,7 +54,7 @@ def joined(conclusion: Conclusion, outcome: Outcome | None, vehicle: Vehicle, ma
 
 
 def _with_effects(conclusion: Conclusion, outcome: Outcome, found: Effects, vehicle: Vehicle) -> Conclusion:
-    """The conclusion with the deviation that the moved vehicles add to its estimate."""
+    """Conclusion with the standard deviation of its estimate widened by the parameters."""
     finding = conclusion.finding
     if finding.estimate is not None:
         finding = _wider(finding, finding.estimate, found, vehicle)
@@ -63,7 +64,7 @@ def _with_effects(conclusion: Conclusion, outcome: Outcome, found: Effects, vehi
 
 
 def _wider(finding: Finding, estimate: Estimate, found: Effects, vehicle: Vehicle) -> Finding:
-    """The finding with the deviation that parameters and estimator have together."""
+    """Finding with the standard deviation of parameters and estimator together."""
     own = estimate.standard_deviation
     deviation = math.sqrt(own**2 + found.variance)
     share = found.variance / deviation**2 if deviation > 0.0 else 0.0
@@ -79,16 +80,17 @@ def _wider(finding: Finding, estimate: Estimate, found: Effects, vehicle: Vehicl
 
 
 def restated(headline: str, own: float, deviation: float, unit: str) -> str:
-    """A headline with the wider deviation in place of the estimator's own.
+    """Headline with the wider standard deviation in place of the estimator's own.
 
     Args:
-        headline: that may give "± 0.11 degrees"
-        own, deviation: in the unit
-        unit: of the estimate
+        headline: headline that may contain "± 0.11 degrees"
+        own, deviation: standard deviation of the estimator, and the wider one [unit]
+        unit: unit of the estimate
     """
     factor, _ = shown(unit)
 
     def wider(match: re.Match[str]) -> str:
+        # A headline may contain other deviations: only the number that equals the estimator's own one is replaced.
         decimals = len(match[1].partition(".")[2])
         return f"± {factor * deviation:.{decimals}f}" if match[1] == f"{factor * own:.{decimals}f}" else match[0]
 
@@ -96,6 +98,6 @@ def restated(headline: str, own: float, deviation: float, unit: str) -> str:
 
 
 def _remarks(remarks: Mapping[str, str], found: Effects) -> dict[str, str]:
-    """Remarks with a note that histograms hold the estimates for the vehicle as it is."""
+    """Remarks with the note that histograms are those of the unperturbed vehicle."""
     histograms = f"Estimates for the vehicle as its file gives it; all move together with {found.each[0].name}."
     return {**remarks, "histograms": histograms}

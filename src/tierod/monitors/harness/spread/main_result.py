@@ -1,4 +1,4 @@
-"""The result of a monitor by which the spread of its vehicle's parameters is judged."""
+"""Main result of a monitor, on which the effect of the parameters' spread is measured."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from tierod.monitors.harness.spread.shown import AFTER, Pair, pairs_of
 
 
 class Main(NamedTuple):
-    """The result by which the directions are chosen.
+    """Result whose sensitivities determine the directions.
 
     Args:
-        pair: value and deviation; the deviation is "" where the value is compared with a threshold
-        level: that threshold; 0 where there is a deviation
+        pair: traces of value and standard deviation; the latter is "" if the value is compared with a threshold
+        level: magnitude of that threshold; 0 if there is a standard deviation
     """
 
     pair: Pair
@@ -25,11 +25,11 @@ class Main(NamedTuple):
 
 
 def main_result(session: Session, decisions: Sequence[Decision]) -> Main | None:
-    """The first result of a session with a band, else its first decision's statistic; None where it has neither.
+    """First result of a session with a band, or else the statistic of its first decision; None without either.
 
     Args:
-        session: of a monitor
-        decisions: of the monitor
+        session: session of a monitor
+        decisions: decisions of the monitor
     """
     after = [each for each in pairs_of(session.traces) if each.deviation.endswith(AFTER)]
     if after:
@@ -41,21 +41,21 @@ def main_result(session: Session, decisions: Sequence[Decision]) -> Main | None:
 
 
 def scale_of(shown: Mapping[str, np.ndarray], main: Main) -> np.ndarray:
-    """Scale of the moves of the result, in its unit, (n,).
+    """Scale for changes of the result, its standard deviation or threshold [unit of the result], (n,).
 
     Args:
         shown: traces of the session
-        main: the result
+        main: main result
     """
     return shown[main.pair.deviation] if main.pair.deviation else np.full(len(shown[main.pair.value]), main.level)
 
 
 def where_known(shown: Mapping[str, np.ndarray], main: Main) -> np.ndarray:
-    """Mask of the samples at which the result is known and was being learnt, (n,) of truth values.
+    """Mask of the samples with a valid result and a fulfilled enabling condition, (n,).
 
     Args:
         shown: traces of the session
-        main: the result
+        main: main result
     """
     scale = scale_of(shown, main)
     known: np.ndarray = np.isfinite(shown[main.pair.value]) & np.isfinite(scale) & (scale > 0.0)

@@ -1,4 +1,4 @@
-"""A session with the spread of its vehicle's parameters beside it, as far as it reads uncertain ones."""
+"""Opening of a session, with the uncertain parameters that it reads."""
 
 from __future__ import annotations
 
@@ -12,23 +12,23 @@ from tierod.vehicles.vehicle import Vehicle
 
 
 class Uncertain:
-    """Opens a session for a vehicle, and finds out which of its uncertain parameters are read.
+    """Opens a session for a vehicle and determines which uncertain parameters it reads.
 
-    Limits in the vehicle file that were designed on its own fault-free drives hold the error of its parameters, so that
-    a monitor with such limits is run for the vehicle as it is. A parameter whose spread the monitor says to hold itself
-    (`tierod.vehicles.uncertain.held_deviation`) is in its own band already, and is not moved.
+    Limits of the vehicle file that were designed on its own fault-free drives already contain the error of its
+    parameters: a monitor with such limits runs without perturbations. Neither is a parameter perturbed whose spread the
+    monitor includes in its own band (`tierod.vehicles.uncertain.held_deviation`).
 
     Args:
-        monitor: on the grid of the recording
-        variant: of the monitor
-        vehicle: as its file gives it; parameters without a standard deviation take that of its class
-        baseline: baseline of earlier drives; None where there is none
+        monitor: monitor on the grid of the recording
+        variant: variant of the monitor
+        vehicle: vehicle of the file; parameters without a standard deviation get that of their class
+        baseline: baseline from earlier recordings; None without one
 
     Raises:
         ParameterError: the variant cannot run with this vehicle
 
-    `session` is that for the vehicle as it is, `names` are those parameters, `of_class` those that took the spread of
-    their class.
+    `session` is the session for the unperturbed vehicle, `names` are the uncertain parameters, and `of_class` those of
+    them with the spread of their class.
     """
 
     def __init__(self, monitor: Monitor, variant: Variant, vehicle: Vehicle, baseline: Baseline | None):
@@ -50,7 +50,7 @@ class Uncertain:
         return opened(self._monitor, self._variant, vehicle, self._baseline)
 
     def spread(self) -> ParameterSpread | None:
-        """The spread over a recording; None where the monitor reads no uncertain parameter."""
+        """Parameter spread for a recording; None if the monitor reads no uncertain parameter."""
         if not self.names:
             return None
         return ParameterSpread(

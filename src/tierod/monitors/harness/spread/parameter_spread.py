@@ -1,7 +1,7 @@
-"""The spread of a vehicle's parameters over one recording, beside the session for the vehicle as its file gives it.
+"""Effect of the spread of a vehicle's parameters over one recording, beside the session for the unperturbed vehicle.
 
-Everything here depends on the samples alone: never on the length of the recording, which is unknown in a live drive,
-and never on how it comes in pieces.
+All decisions here depend on the samples alone: not on the length of the recording, which is unknown in a live drive,
+and not on how it is cut into pieces.
 """
 
 from __future__ import annotations
@@ -25,50 +25,53 @@ from tierod.monitors.harness.spread.shown import moved, pairs_of, widened
 from tierod.vehicles.vehicle import Vehicle
 
 SHORTEST, LONGEST = 20.0, 300.0
-"""Stretch over which every parameter is moved alone [s]: long enough for an estimator to settle and a car to turn."""
+"""Shortest and longest stretch over which each parameter is perturbed alone [s]: the shortest one lets an estimator
+settle and a car turn."""
 
 LATER, COST = 2.0, 2.0
-"""A later stretch is so many times longer than the first one, since its sessions begin in motion, and as long as all of
-them together cost so many runs up to it []."""
+"""Length of a later stretch []: `LATER` first stretches, since its sessions begin in motion, or, if that is longer, so
+much that all its sessions together cost `COST` runs over the driving so far."""
 
 PATIENCE = 2.0
-"""The stretch becomes so many times longer where the result is not known for half of it []."""
+"""Longest stretch, in multiples of its length, if the result is unknown for part of the time []."""
 
 UNMOVED = 5.0
-"""The first stretch becomes so many times longer where nothing moves the result []."""
+"""Longest first stretch, in multiples of its length, if no parameter changes the result []."""
 
 MOST_SAMPLES = 100_000
-"""Samples of a stretch at the most: ten seconds of a motor at 10 kHz."""
+"""Most samples of a stretch: ten seconds of a motor at 10 kHz."""
 
 AGAIN, GROWTH, SOONER = 4.0, 3.0, 1.5
-"""After so many first stretches of driving parameters are moved alone again, then after so many times the driving; and
-after so many times where nothing moves the result yet []."""
+"""When parameters are perturbed alone again []: after `AGAIN` first stretches of driving, then at `GROWTH` times the
+driving so far; at `SOONER` times the driving so far while no parameter changes the result."""
 
 KEPT = 0.8
-"""Share of the variance at which the directions of before are kept."""
+"""Share of the variance from which the previous directions are kept []."""
 
 FEW, MANY = 2, 4
-"""Directions that are followed at the most through a long recording, and up to the second stretch."""
+"""Largest number of directions: through a long recording, and until the second stretch has ended."""
 
 BLOCKS = 4
-"""Blocks of a first stretch, at whose ends is decided."""
+"""Blocks of a first stretch; decisions are made only at the end of a block."""
 
 SPAN = 3000
-"""Samples that are taken in at once while every parameter is moved alone."""
+"""Most samples that are processed at once while each parameter is perturbed alone."""
 
 
 class Outcome(NamedTuple):
-    """Results of the moved vehicles.
+    """Results of the perturbed vehicles.
 
     Args:
-        alone: conclusions for vehicles with one parameter moved by one standard deviation, by name of the parameter;
-            empty where the recording was longer than the first stretch
-        along: directions, and the conclusions for vehicles moved along them, both ways as far as there is one
-        moves: root mean square of the result's move by each parameter over a stretch, in its own deviations []
-        deviation: root mean square of the result's move over the recording, in its unit; 0 without one
-        held: share of the recorded truths that the wider band holds; None without truth
-        unit: of the result
-        reference: conclusion of the session that began with the directions, where they began within the recording
+        alone: conclusions for vehicles with one parameter perturbed by one standard deviation, by name of the
+            parameter; empty if the recording was longer than the first stretch
+        along: directions, each with the conclusions for the vehicles perturbed along it with either sign
+        moves: root mean square of the result's change by each parameter over a stretch, in standard deviations of the
+            result []
+        deviation: root mean square of the result's change over the recording [unit of the result]; 0 without one
+        held: share of the samples with a recorded true value that the wider band contains; None without true values
+        unit: unit of the result
+        reference: conclusion of the unperturbed session that began with the directions; None if they began with the
+            recording
     """
 
     alone: Mapping[str, Concluded]
@@ -81,15 +84,15 @@ class Outcome(NamedTuple):
 
 
 class ParameterSpread:
-    """Runs a monitor for vehicles whose parameters are moved within their spread, over the pieces of a recording.
+    """Runs a monitor for vehicles with parameters perturbed within their spread, over the pieces of a recording.
 
     Args:
-        open_: opens a session of the monitor for a vehicle
-        vehicle: with the standard deviation of its parameters
-        names: of the parameters that the monitor reads and that have one
-        session: for the vehicle as it is
-        decisions: of the monitor
-        rate: of the samples [Hz]
+        open_: function that opens a session of the monitor for a vehicle
+        vehicle: vehicle with the standard deviations of its parameters
+        names: names of the uncertain parameters that the monitor reads
+        session: session for the unperturbed vehicle
+        decisions: decisions of the monitor
+        rate: sampling rate [Hz]
     """
 
     def __init__(
@@ -122,23 +125,25 @@ class ParameterSpread:
         return Screen(points, self.names, self._main, length, self._block, fresh)
 
     def reopen(self, alone: Sequence[Mapping[str, float]], along: Sequence[Mapping[str, float]]) -> None:
-        """Open the vehicles of a checkpoint, to be filled with their state.
+        """Open the sessions of a checkpoint, which then receive their stored states.
 
         Args:
-            alone: standard deviations by parameter, of every vehicle of a stretch that lasts; empty without one
-            along: of every vehicle that is moved along a direction; empty without one
+            alone: perturbations of the vehicles of a stretch in progress, standard deviations by parameter; empty
+                without a stretch
+            along: perturbations of the vehicles along directions; empty without directions
         """
         own, others = (Points(self._open, self.vehicle, each) for each in (alone, along))
         self._screen = Screen(own, self.names, self._main, 0, self._block, False) if alone else None
         self._carried = Carried(others, (), False) if along else None
 
     def absorb(self, aligned: Aligned, shown: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-        """Take in one more piece, and give its traces with wider bands.
+        """Process one more piece and return its traces with wider bands.
 
         Args:
-            aligned: the piece
-            shown: its traces for the vehicle as it is
+            aligned: next piece
+            shown: traces of the piece for the unperturbed vehicle
         """
+        # `session` has absorbed this first piece already, and has fitted its block to it if it needs a fit.
         if not self._seen and self._screen is not None:
             self._screen.points.fit_as(self._session)
         count, done = len(aligned.time), 0
@@ -162,7 +167,7 @@ class ParameterSpread:
         return wide
 
     def _stop(self, known: np.ndarray, done: int) -> int:
-        """End of the samples that are taken in at once: the first block at whose end something is decided."""
+        """End of the samples that are processed at once: the end of the first block at which something is decided."""
         ends = np.arange(done + self._block - self._seen % self._block, len(known) + 1, self._block)
         counts = np.cumsum(known[done:])[ends - done - 1] if len(ends) else np.zeros(0, int)
         screen = self._screen
@@ -186,7 +191,7 @@ class ParameterSpread:
                     variance += moved(shown, other, name) ** 2
 
     def _look(self) -> None:
-        """A block is whole: end a stretch that was long enough, and begin another one where it is due."""
+        """At the end of a block, end a stretch that is long enough, or begin the next one if it is due."""
         screen = self._screen
         if screen is None:
             if self._main is not None and self._driven >= self._next:
@@ -198,14 +203,14 @@ class ParameterSpread:
                 self._end(screen)
 
     def _length(self) -> int:
-        """Samples of a later stretch: of a short one where nothing moves the result yet, since it comes more often."""
+        """Samples of a later stretch; short while no parameter changes the result, since it is repeated sooner then."""
         if self._carried is None:
             return self._stretch
         length = min(max(COST * self._driven / len(self.names), LATER * self._stretch), LONGEST * self._rate)
         return int(min(length, MOST_SAMPLES))
 
     def _end(self, screen: Screen) -> None:
-        """The end of a stretch: only directions go on, and catch up with it."""
+        """End a stretch: only the sessions along directions continue, after processing its samples."""
         self._screen = None
         self._follow(screen)
         if self._carried is None:
@@ -215,7 +220,7 @@ class ParameterSpread:
         self._next = max(int(due), self._driven + 1)
 
     def _follow(self, screen: Screen) -> None:
-        """Choose the parameters to follow from now on by their effects over a stretch."""
+        """Choose the directions to be followed from the effects of the parameters over a stretch."""
         found = screen.sensitivities
         if not found.any_counted:
             self._sensitivities = self._sensitivities if self._sensitivities.known else found
@@ -233,7 +238,7 @@ class ParameterSpread:
         self._carried.catch_up(screen.buffer)
 
     def _compare(self, wide: Mapping[str, np.ndarray], variances: Mapping[str, np.ndarray]) -> None:
-        """Follow how far the result moved, and whether its band holds a truth."""
+        """Accumulate the variance of the result, and how often its wider band contains the true value."""
         if self._main is None or not self._main.pair.deviation:
             return
         value, deviation = (wide[name] for name in self._main.pair)
@@ -247,7 +252,7 @@ class ParameterSpread:
             self._held += int(np.sum(np.abs(value - truth)[both] <= 1.96 * deviation[both]))
 
     def conclude(self) -> Outcome:
-        """Results of the moved vehicles, over all pieces."""
+        """Results of the perturbed vehicles over all pieces."""
         alone: dict[str, Concluded] = {}
         screen, self._screen = self._screen, None
         if screen is not None:

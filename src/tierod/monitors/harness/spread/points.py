@@ -1,4 +1,4 @@
-"""Sessions of one monitor for vehicles whose parameters are moved, side by side over the same pieces."""
+"""Sessions of one monitor for several vehicles with perturbed parameters, over the same pieces."""
 
 from __future__ import annotations
 
@@ -20,27 +20,28 @@ from tierod.vehicles.uncertain import moved
 from tierod.vehicles.vehicle import Vehicle
 
 REFUSALS = (TierodError, ArithmeticError, np.linalg.LinAlgError)
-"""What a monitor raises where it cannot run with a vehicle."""
+"""Exceptions by which a monitor refuses to run with a vehicle."""
 
 LANES_FROM = 400_000
-"""Steps of moved vehicles in this process from which they run side by side: to print and load a further kernel takes
-as long as this saves in as many, and to compile it where no cache has it takes long."""
+"""Steps of perturbed vehicles in this process from which they run in the lanes of one kernel: printing and loading a
+further kernel takes as long as it saves in so many steps, and compiling it without a cache takes much longer."""
 
 AT_ONCE = 2_500
-"""Samples at once from which they may: a live drive, whose pieces have two seconds, must not wait for a compiler."""
+"""Least samples of a piece for the use of lanes: a live drive, with pieces of two seconds, must not wait for a
+compiler."""
 
 _STEPS: WeakKeyDictionary[Interface, int] = WeakKeyDictionary()
-"""Steps of moved vehicles in this process so far, by the graph of their block; no result depends on them."""
+"""Steps of perturbed vehicles in this process so far, by the graph of their block; no result depends on them."""
 
 Open = Callable[[Vehicle], Session]
 
 
 class Concluded(NamedTuple):
-    """A conclusion for a vehicle that was moved.
+    """Conclusion for a perturbed vehicle.
 
     Args:
-        by: standard deviations by name of the parameter []
-        conclusion: of its session
+        by: perturbation in standard deviations by name of the parameter []
+        conclusion: conclusion of its session
     """
 
     by: Mapping[str, float]
@@ -49,11 +50,11 @@ class Concluded(NamedTuple):
 
 @dataclasses.dataclass
 class Point:
-    """A session for a vehicle that is moved.
+    """Session for a perturbed vehicle.
 
     Args:
-        by: standard deviations by name of the parameter []
-        session: of the monitor
+        by: perturbation in standard deviations by name of the parameter []
+        session: session of the monitor
     """
 
     by: Mapping[str, float]
@@ -61,12 +62,12 @@ class Point:
 
 
 class Points:
-    """The sessions for several moved vehicles; one that its monitor refuses is left out.
+    """Sessions for several perturbed vehicles; a vehicle that the monitor refuses is left out.
 
     Args:
-        open_: opens a session for a vehicle
-        vehicle: with a standard deviation of every parameter that is moved
-        moves: standard deviations by name of the parameter, one entry per vehicle
+        open_: function that opens a session for a vehicle
+        vehicle: vehicle with the standard deviations of all perturbed parameters
+        moves: perturbation in standard deviations by name of the parameter, one entry per vehicle
     """
 
     def __init__(self, open_: Open, vehicle: Vehicle, moves: Sequence[Mapping[str, float]]):
@@ -82,10 +83,10 @@ class Points:
             self.running[place] = Point(by, session)
 
     def fit_as(self, session: Session) -> None:
-        """Fit blocks that are fitted to a recording like that of the vehicle as it is, so that only parameters differ.
+        """Give blocks that are fitted to a recording the fit of the unperturbed vehicle: only parameters may differ.
 
         Args:
-            session: for the vehicle as it is, after its first piece
+            session: session for the unperturbed vehicle, after its first piece
         """
         if not isinstance(session, BlockSession) or session.fitted is None:
             return
@@ -96,14 +97,14 @@ class Points:
                 moved_one.refit(session.fitted)
 
     def absorb(self, aligned: Aligned) -> dict[int, Mapping[str, np.ndarray]]:
-        """Take in one more piece: traces by place of the vehicle."""
+        """Process one more piece and return the traces by index of the vehicle."""
         shown: dict[int, Mapping[str, np.ndarray]] = {}
         for places in self._together(len(aligned.time)):
             shown.update(self._abreast(places, aligned) if len(places) >= FEWEST else self._alone(places, aligned))
         return {place: shown[place] for place in sorted(shown)}
 
     def _together(self, count: int) -> list[tuple[int, ...]]:
-        """Places of vehicles whose blocks run side by side over so many samples, or alone."""
+        """Groups of vehicles, by index, whose blocks run in the lanes of one kernel over `count` samples, or alone."""
         groups: dict[object, list[int]] = {}
         for place, point in self.running.items():
             session = point.session
@@ -119,7 +120,7 @@ class Points:
                 yield place, self.running[place].session.absorb(aligned)
 
     def _abreast(self, places: tuple[int, ...], aligned: Aligned) -> Iterator[tuple[int, Mapping[str, np.ndarray]]]:
-        """What `absorb` of each session gives, to the last bit."""
+        """Run several sessions in the lanes of one kernel; the result is that of `absorb`, to the last bit."""
         ready: dict[int, tuple[BlockSession, Aligned]] = {}
         for place in places:
             session = self.running[place].session
@@ -137,14 +138,14 @@ class Points:
 
     @contextmanager
     def _refusing(self, place: int) -> Iterator[None]:
-        """Leave a vehicle out from now on that its monitor refuses."""
+        """Context in which the refusal of a vehicle removes it."""
         try:
             yield
         except REFUSALS:
             del self.running[place]
 
     def conclude(self) -> dict[int, Concluded]:
-        """Conclusions by place of the vehicle."""
+        """Conclusions by index of the vehicle."""
         found = {}
         for place, point in self.running.items():
             try:
@@ -155,10 +156,10 @@ class Points:
 
 
 def part_of(aligned: Aligned, start: int, stop: int) -> Aligned:
-    """Samples of a piece.
+    """Part of a piece.
 
     Args:
-        aligned: the piece
-        start, stop: places of its samples
+        aligned: piece
+        start, stop: indices of its first sample and of the one after its last
     """
     return Aligned(aligned.time[start:stop], aligned.values[start:stop], aligned.names)

@@ -1,4 +1,4 @@
-"""A stretch of a recording over which every uncertain parameter is moved alone."""
+"""Stretch of a recording over which each uncertain parameter is perturbed alone."""
 
 from __future__ import annotations
 
@@ -15,25 +15,26 @@ from tierod.monitors.harness.spread.shown import moved
 
 
 def moves_alone(names: Sequence[str], fresh: bool) -> list[dict[str, float]]:
-    """Standard deviations by parameter, of every vehicle of a stretch.
+    """Perturbations of the vehicles of a stretch: each parameter by one standard deviation.
 
     Args:
-        names: of the parameters
-        fresh: whether the stretch begins within the recording: the last vehicle is then the one of the file
+        names: names of the parameters
+        fresh: whether the stretch begins within the recording; the last vehicle is then the unperturbed one
     """
     return [*({name: 1.0} for name in names), *([{}] if fresh else [])]
 
 
 class Screen:
-    """Follows the sessions of one stretch; sums are taken over whole blocks, so that no cut has an effect on them.
+    """Runs the sessions of one stretch; sums are taken over whole blocks, so that they do not depend on the pieces.
 
     Args:
-        points: as of `moves_alone`
-        names: of the parameters
-        main: the result by which it is judged; None where there is none
-        length: samples with a known result after which the stretch ends
-        block: samples whose sums are taken together
-        fresh: whether it begins within the recording: moves are then held against the session that begins with it
+        points: sessions of the perturbed vehicles, see `moves_alone`
+        names: names of the parameters
+        main: main result of the monitor; None without one
+        length: samples with a valid result after which the stretch ends
+        block: samples per block
+        fresh: whether the stretch begins within the recording; the perturbed sessions are then compared with an
+            unperturbed one that begins with it
     """
 
     def __init__(self, points: Points, names: Sequence[str], main: Main | None, length: int, block: int, fresh: bool):
@@ -45,11 +46,11 @@ class Screen:
         self._parts: list[np.ndarray] = []
 
     def absorb(self, aligned: Aligned, shown: Mapping[str, np.ndarray]) -> dict[int, Mapping[str, np.ndarray]]:
-        """Take in the next samples: traces by place of the parameter.
+        """Process the next samples and return the traces by index of the parameter.
 
         Args:
-            aligned: the samples
-            shown: traces for the vehicle as it is
+            aligned: next samples
+            shown: traces for the unperturbed vehicle
         """
         others = self.points.absorb(aligned)
         reference = others.pop(self._count, None) if self.fresh else shown
@@ -60,7 +61,7 @@ class Screen:
         self.known += int(known.sum())
         if reference is None:
             return others
-        self.buffer.append(replace(aligned))  # without the columns that were worked out of it
+        self.buffer.append(replace(aligned))  # a copy without the cached columns, which the buffer does not need
         scale = scale_of(shown, self._main)[known]
         moves = np.zeros((self._count, len(scale)))
         for place, other in others.items():
@@ -69,7 +70,7 @@ class Screen:
         return others
 
     def _add(self, moves: np.ndarray, known: np.ndarray, before: int) -> None:
-        """Add moves at valid results to the blocks of samples that they belong to."""
+        """Add changes at valid results to the blocks to which their samples belong."""
         counts, begin = np.concatenate([[0], np.cumsum(known)]), 0
         for end in [*range(self._block - before % self._block, len(known), self._block), len(known)]:
             self._parts.append(moves[:, counts[begin] : counts[end]])
@@ -78,12 +79,12 @@ class Screen:
             begin = end
 
     def close_block(self) -> None:
-        """A block is whole, or the recording has ended."""
+        """Add the collected changes to the sensitivities, at the end of a block or of the recording."""
         if self._parts:
             self.sensitivities.add(np.ascontiguousarray(np.concatenate(self._parts, axis=1)))
             self._parts = []
 
     def conclude(self) -> dict[str, Concluded]:
-        """Conclusions of the moved vehicles, by parameter."""
+        """Conclusions of the perturbed vehicles, by parameter."""
         found = self.points.conclude()
         return {name: found[place] for place, name in enumerate(self.sensitivities.names) if place in found}

@@ -1,4 +1,4 @@
-"""Traces of a session that are results with a band, and how far other sessions are from them."""
+"""Traces of a session that are results with a band, and their differences between sessions."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ AFTER, BEFORE = "_standard_deviation", "deviation_of_"
 
 
 class Pair(NamedTuple):
-    """Names of two traces: a result, and one standard deviation of it."""
+    """Names of two traces: a result, and its standard deviation."""
 
     value: str
     deviation: str
 
 
 def pairs_of(names: Iterable[str]) -> tuple[Pair, ...]:
-    """Results of a session that have a band, in its order.
+    """Results of a session that have a band: first the names with `AFTER`, then those with `BEFORE`.
 
     Args:
-        names: of its traces
+        names: names of its traces
     """
     ordered = list(names)
     known = set(ordered)
@@ -31,7 +31,7 @@ def pairs_of(names: Iterable[str]) -> tuple[Pair, ...]:
 
 
 def moved(shown: Mapping[str, np.ndarray], other: Mapping[str, np.ndarray], name: str) -> np.ndarray:
-    """Difference of a trace of another session, (n,); 0 where one of them is missing."""
+    """Difference of a trace between another session and this one, (n,); 0 where one of them is missing."""
     difference: np.ndarray = other[name] - shown[name]
     return np.where(np.isfinite(difference), difference, 0.0)
 
@@ -39,12 +39,12 @@ def moved(shown: Mapping[str, np.ndarray], other: Mapping[str, np.ndarray], name
 def widened(
     shown: Mapping[str, np.ndarray], variances: Mapping[str, np.ndarray], pairs: Iterable[Pair]
 ) -> dict[str, np.ndarray]:
-    """The traces with wider bands.
+    """Traces with wider bands.
 
     Args:
-        shown: by name, (n,) each
-        variances: that are added, by name of the value, (n,) each
-        pairs: that are widened where there is a variance
+        shown: traces by name, (n,) each
+        variances: variances to be added, by name of the value, (n,) each
+        pairs: results whose bands are widened, if there is a variance for them
     """
     wide = dict(shown)
     for value, deviation in pairs:

@@ -1,4 +1,4 @@
-"""Whether a verdict turns within the spread of the vehicle's parameters."""
+"""Robustness of a verdict: whether it turns into another one within the spread of the vehicle's parameters."""
 
 from __future__ import annotations
 
@@ -18,21 +18,22 @@ from tierod.vehicles.vehicle import Vehicle
 ALARMS = (Status.FAULT, Status.RISING, Status.SUSPECT)
 
 LIMITS = ("rising", "fault")
-"""Names of references beyond which an estimate raises an alarm."""
+"""Names of the references beyond which an estimate raises an alarm."""
 
 DECIDING = 0.8
-"""Share of a move that the parameters hold which are named as deciding."""
+"""Share of the squared change that the parameters named as deciding have together, at least []."""
 
 MOST_NAMED = 3
+"""Largest number of parameters that are named as deciding."""
 
 
 class Turn(NamedTuple):
-    """A verdict that is another one for a car within the spread.
+    """Another verdict for a vehicle within the spread of the parameters.
 
     Args:
-        status: for that car
-        names: of the parameters that decide, the most important first
-        elements: sensors and actuators as judged for that car
+        status: status for that vehicle
+        names: parameters that decide, the most important first
+        elements: states of sensors and actuators for that vehicle
     """
 
     status: Status
@@ -41,15 +42,15 @@ class Turn(NamedTuple):
 
 
 def turn(conclusion: Conclusion, outcome: Outcome) -> Turn | None:
-    """The car within the spread for which the verdict is another one; None where there is none.
+    """Nearest vehicle within the spread with another verdict; None if the verdict is robust.
 
-    An alarm turns where such a car is healthy, or where another sensor or actuator is at fault for it. Healthy turns
-    where such a car raises an alarm by an estimate beyond its reference. An alarm that comes from signals and
-    parameters that do not fit each other turns nothing: the recording then speaks against that car.
+    An alarm turns if such a vehicle is healthy, or if other sensors or actuators are at fault for it. A healthy verdict
+    turns if such a vehicle raises an alarm by an estimate beyond its reference. An alarm from signals that are
+    inconsistent with the parameters turns nothing, since the recording then contradicts that vehicle.
 
     Args:
-        conclusion: for the vehicle as it is
-        outcome: for the moved ones
+        conclusion: conclusion for the unperturbed vehicle
+        outcome: results of the perturbed vehicles
     """
     points = [*outcome.alone.values()]
     if outcome.reference is None or _alike(conclusion, outcome.reference):
@@ -65,16 +66,17 @@ def turn(conclusion: Conclusion, outcome: Outcome) -> Turn | None:
 def turn_by_estimate(
     finding: Finding, variance: float, effects: Sequence[ParameterEffect], vehicle: Vehicle
 ) -> Turn | None:
-    """The same from the estimate alone: the other side of its lowest limit is within two deviations of the parameters.
+    """Turn of a verdict by its estimate alone: two standard deviations of the parameters reach across the lowest limit.
 
-    A limit that the vehicle file gives with a deviation of its own, such as that of a class of cars, counts with it
-    where an alarm rests on it. It turns no healthy verdict: a car that is typical of its class would have none.
+    A limit of the vehicle file with a standard deviation of its own, such as that of a class of cars, adds its variance
+    for an alarm that rests on it. For a healthy verdict it is ignored: otherwise a car that is typical of its class
+    could never be healthy.
 
     Args:
-        finding: for the vehicle as it is
-        variance: that the parameters add to its estimate, in the unit squared
-        effects: of the parameters, the one that moves it most first
-        vehicle: with the standard deviation of its parameters
+        finding: finding for the unperturbed vehicle
+        variance: variance that the parameters add to its estimate [unit squared]
+        effects: effects of the parameters, the largest first
+        vehicle: vehicle with the standard deviations of its parameters
     """
     estimate = finding.estimate
     limits = [] if estimate is None else [estimate.reference[name] for name in LIMITS if name in estimate.reference]
@@ -103,7 +105,7 @@ def _turns(conclusion: Conclusion, moved: Conclusion) -> bool:
 
 
 def _alike(conclusion: Conclusion, reference: Conclusion) -> bool:
-    """Whether a session that began later came to the same verdict; else it lacks the grounds of the verdict."""
+    """Whether a session that began later has the same verdict; if not, it lacks the evidence for a comparison."""
     same = conclusion.finding.status is reference.finding.status
     return same and _at_fault(conclusion.elements) == _at_fault(reference.elements)
 
@@ -113,12 +115,12 @@ def _at_fault(elements: Sequence[Element]) -> set[str]:
 
 
 def _deciding(point: Concluded) -> tuple[str, ...]:
-    """The parameters that make most of a move."""
+    """Parameters that make up most of a perturbation."""
     return _enough({name: by * by for name, by in point.by.items()})
 
 
 def _enough(parts: Mapping[str, float]) -> tuple[str, ...]:
-    """The names of the largest parts that together make most of the whole."""
+    """Names of the largest parts that together have the share `DECIDING`, `MOST_NAMED` at most."""
     ordered = sorted(parts, key=lambda name: -parts[name])
     total, held, names = sum(parts.values()), 0.0, []
     for name in ordered[:MOST_NAMED]:
@@ -130,12 +132,12 @@ def _enough(parts: Mapping[str, float]) -> tuple[str, ...]:
 
 
 def turned(conclusion: Conclusion, found: Turn, vehicle: Vehicle) -> Conclusion:
-    """The conclusion where its verdict turns: an alarm is suspect, healthy is not identifiable.
+    """Conclusion with a verdict that turns: an alarm becomes suspect, healthy becomes not identifiable.
 
     Args:
-        conclusion: for the vehicle as it is
-        found: for which car it turns
-        vehicle: with the standard deviation of its parameters
+        conclusion: conclusion for the unperturbed vehicle
+        found: verdict for the vehicle within the spread
+        vehicle: vehicle with the standard deviations of its parameters
     """
     finding = conclusion.finding
     alarm = finding.status in ALARMS
@@ -153,6 +155,7 @@ def turned(conclusion: Conclusion, found: Turn, vehicle: Vehicle) -> Conclusion:
         status=status,
         headline=f"{headline} But {names} {_decide(found.names)}: {as_given}within the spread this is {other}.",
     )
+    # A verdict that is not robust must neither become a baseline nor enter the courses of a fault memory.
     return replace(
         conclusion,
         finding=finding,
@@ -164,7 +167,7 @@ def turned(conclusion: Conclusion, found: Turn, vehicle: Vehicle) -> Conclusion:
 
 
 def _as_found(found: Turn, estimates: bool) -> str:
-    """The other verdict in words, with who is at fault where that differs; an estimate is never healthy."""
+    """Other verdict in words, with the elements at fault; an estimate is called consistent, never healthy."""
     if estimates:
         return CONSISTENT if found.status is Status.HEALTHY else INCONSISTENT
     names = tuple(sorted(each.replace("_", " ") for each in _at_fault(found.elements)))
@@ -172,7 +175,7 @@ def _as_found(found: Turn, estimates: bool) -> str:
 
 
 def _doubted(elements: tuple[Element, ...], others: tuple[Element, ...]) -> tuple[Element, ...]:
-    """Elements at fault that are not at fault for the other car, as suspect."""
+    """Elements, of which those that are faulty for this vehicle but not for the other one become suspect."""
     faulty = {each.name for each in others if each.status is Status.FAULT}
     return tuple(
         replace(each, status=Status.SUSPECT) if each.status is Status.FAULT and each.name not in faulty else each
@@ -185,37 +188,37 @@ def _decide(names: tuple[str, ...]) -> str:
 
 
 def in_words(names: tuple[str, ...]) -> str:
-    """Names of parameters as a part of a sentence.
+    """Names of parameters as part of a sentence.
 
     Args:
-        names: at least one
+        names: names, at least one
     """
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
 
 
 def spread_of(vehicle: Vehicle, name: str) -> str:
-    """A parameter with its standard deviation, in words: "rear_distance ±0.2 m".
+    """Parameter with its standard deviation, in words: "rear_distance ±0.2 m".
 
     Args:
-        vehicle: with it
-        name: of the parameter
+        vehicle: vehicle with the parameter
+        name: name of the parameter
     """
     parameter = vehicle.parameters[name]
     return f"{name} ±{parameter.standard_deviation or 0.0:.3g} {written(parameter.unit)}".rstrip()
 
 
 def most_important(each: ParameterEffect, vehicle: Vehicle) -> str:
-    """A sentence on the parameter that moves the result most.
+    """Half-sentence on the parameter with the largest effect on the result.
 
     Args:
-        each: the parameter's effect
-        vehicle: with it
+        each: effect of the parameter
+        vehicle: vehicle with the parameter
     """
     return f"{spread_of(vehicle, each.name)} moves it by {moves_by(each)}; measure it first"
 
 
 def moves_by(each: ParameterEffect) -> str:
-    """The move of the result in words: "±2.6 degrees"."""
+    """Change of the result by one standard deviation, in words: "±2.6 degrees"."""
     factor, label = shown(each.effect_unit)
     label = " degrees" if label == "°" else f" {label}" if label else " of the threshold"
     return f"±{abs(each.effect) * factor:.2g}{label}"
