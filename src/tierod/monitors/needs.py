@@ -21,7 +21,7 @@ from tierod.vehicles.uncertain import is_guess, may_move
 from tierod.vehicles.vehicle import Parameters
 
 GUESSED = 0.03
-"""Relative standard deviation from which a parameter counts as a guess []: a tape measure and a scale do better."""
+"""Relative standard deviation from which a parameter counts as a guess [-]: a tape measure and a scale do better."""
 
 
 @dataclass

@@ -22,7 +22,7 @@ CURE = (
 )
 TORQUES = ("driver_torque", "motor_torque")
 _MOTION = 0.8
-"""Share of the progress that the identification of the motion takes []."""
+"""Share of the progress that the identification of the motion takes [-]."""
 
 
 def identify_own_car(

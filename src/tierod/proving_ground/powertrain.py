@@ -15,7 +15,7 @@ CRAWL = 1.0
 """Speed below which the power limit uses this speed instead of the true one [m/s]."""
 
 LIMITER = 0.05
-"""Width of the engine speed limiter's ramp as a share of the maximum speed []."""
+"""Width of the engine speed limiter's ramp as a share of the maximum speed [-]."""
 
 
 @dataclass(frozen=True)

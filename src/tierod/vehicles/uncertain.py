@@ -54,7 +54,7 @@ def is_guess(parameter: Parameter, widest: float) -> bool:
 
     Args:
         parameter: of a vehicle
-        widest: relative standard deviation up to which it is no guess []
+        widest: relative standard deviation up to which it is no guess [-]
     """
     return (parameter.standard_deviation or 0.0) > widest * abs(parameter.value)
 
@@ -77,7 +77,7 @@ def moved(vehicle: Vehicle, by: Mapping[str, float]) -> Vehicle:
 
     Args:
         vehicle: with a standard deviation for each of them
-        by: standard deviations by name of the parameter []
+        by: standard deviations by name of the parameter [-]
     """
     parameters = {
         name: dataclasses.replace(each, value=_moved(each, by[name])) if by.get(name) else each

@@ -22,7 +22,7 @@ from tierod.monitors.harness.session import StatusChange
 TOGETHER = 0.3
 """Shortest gap between two episodes of one element [s]; with a shorter gap they are one episode."""
 SHARE = 0.5
-"""Least share of an episode over which another element must be a candidate as well to be named with it []."""
+"""Least share of an episode over which another element must be a candidate as well to be named with it [-]."""
 
 
 @dataclass

@@ -30,7 +30,7 @@ class Layout(NamedTuple):
     Args:
         sample_time: sampling interval [s]
         stiffness: stiffness between steering wheel and motor, or of the bar where there is a gear [N m/rad]
-        motor_ratio: turns of the motor per turn of the wheel []
+        motor_ratio: turns of the motor per turn of the wheel [-]
         hand_torque_growth, disturbance_torque_growth: growth of their variances while samples are missing [(N m)^2/s]
         outputs: measured outputs
         offset: name of the offset's state, or ""

@@ -55,7 +55,7 @@ def is_of_file(vehicle: Vehicle, ratio: float, rules: FitRules) -> bool:
 
     Args:
         vehicle: vehicle of the column
-        ratio: ratio of the angles []
+        ratio: ratio of the angles [-]
         rules: rules on the agreement of vehicle file and recording
     """
     return not rules.apart(ratio / vehicle[NAME] - 1.0, spread_of(vehicle))
@@ -66,7 +66,7 @@ def with_ratio(vehicle: Vehicle, ratio: float) -> Vehicle:
 
     Args:
         vehicle: vehicle whose file guesses the ratio
-        ratio: ratio of the angles []
+        ratio: ratio of the angles [-]
     """
     # Zero, so that the identified ratio no longer counts as a guess.
     known = replace(vehicle.parameters[NAME], value=ratio, standard_deviation=0.0)
@@ -78,7 +78,7 @@ def remark(vehicle: Vehicle, ratio: float | None) -> str:
 
     Args:
         vehicle: vehicle as in its file
-        ratio: ratio of the angles over the drive []; None where they do not give it
+        ratio: ratio of the angles over the drive [-]; None where they do not give it
     """
     known = vehicle.parameters[NAME]
     file = f"{NAME} is {known.value:.4g} ± {known.standard_deviation or 0.0:.2g} in the vehicle file"

@@ -66,7 +66,7 @@ class ColumnSigns:
     or is of another size than the stiffness allows; then the sign of the torque is not reported.
 
     Args:
-        motor_ratio: turns of the motor per turn of the shaft []
+        motor_ratio: turns of the motor per turn of the shaft [-]
         sample_time: sampling interval [s]
         memory: time constant of the weighting, a few turns of the wheel [s]
         least_angle: least standard deviation of the wheel's angle, fifty times the noise of the sensor [rad]
@@ -76,7 +76,7 @@ class ColumnSigns:
         torsion_bar_stiffness: stiffness from the vehicle file [N m/rad]
         least_blame: least correlation of twist and torque for a reversed torque: a reversed one has 0.9 to 1, with a
             motor angle that is 3 to 5 ms late mostly below 0.75
-        greatest_twist: largest twist over that from the torque; a motor angle that is 7 ms late or more makes more []
+        greatest_twist: largest twist over that from the torque; a motor angle that is 7 ms late or more makes more [-]
     """
 
     motor_ratio: Annotated[float, ""]

@@ -50,8 +50,8 @@ class DriveRatio(NamedTuple):
     """Motor ratio identified from drives alone, without the value of the vehicle file.
 
     Args:
-        value: turns of the motor per turn of the column []
-        deviation: standard deviation []
+        value: turns of the motor per turn of the column [-]
+        deviation: standard deviation [-]
         dahl_angle: travel over which friction builds up [rad]
     """
 
@@ -130,7 +130,7 @@ def _of_drive(samples: np.ndarray, parameters: FrictionParameters, angle: float)
 
 
 def _ratio(balance: _Balance) -> tuple[float, float]:
-    """Ratio, and unexplained share of the driving torque's power []; infinite where no ratio closes the balance."""
+    """Ratio, and unexplained share of the driving torque's power [-]; infinite where no ratio closes the balance."""
     own, wide = (_beside(balance.torques, each) for each in (balance.terms, balance.instruments))
     left, explained = own.T @ own, wide.T @ wide
     try:

@@ -109,7 +109,7 @@ class Stroke(NamedTuple):
     """A few seconds of steering.
 
     Args:
-        busy: share of the samples that the estimator used []
+        busy: share of the samples that the estimator used [-]
         start: time of the first sample
         points: angle [rad] and acting friction [N*m], (n, 2)
     """

@@ -32,10 +32,10 @@ class VarianceParameters:
         front_distance, rear_distance: distances of the axles from the centre of gravity [m]
         front_cornering_stiffness, rear_cornering_stiffness: both tyres of an axle together [N/rad]
         trail: mechanical and pneumatic trail together, l_p [m]
-        steering_ratio: road wheel angle per steering wheel angle, rho []
+        steering_ratio: road wheel angle per steering wheel angle, rho [-]
         column_inertia: J_eq [kg m^2]
         column_damping: B_eq [N m s/rad], greater than zero
-        motor_ratio: turns of the motor per turn of the wheel, n []
+        motor_ratio: turns of the motor per turn of the wheel, n [-]
         nominal_friction: T_f of the fault-free steering, which the observer models [N m]
         sample_time: dt [s]
     """
@@ -128,7 +128,7 @@ class VarianceFrictionMonitor:
         pole_rate: triple pole of the observer [1/s]; 15 follows steering and still filters [assumed]
         minimum_speed: least vehicle speed [m/s]; eq (1) divides by it, and tyre scrub is not a self-aligning torque
         block_samples, blocks: the window, 15 s at 100 Hz in steps of 1 s [assumed]
-        minimum_samples: least number of samples for a variance []; a fifth of the window
+        minimum_samples: least number of samples for a variance [-]; a fifth of the window
 
     The decision statistic is the variance over the threshold; a value above one is a fault.
 
@@ -211,7 +211,7 @@ class VarianceFrictionMonitor:
         )
 
     def observer_gains(self) -> tuple[Scalar, Scalar, Scalar]:
-        """Gains of angle [], rate [1/s] and torque [N m/rad] on the angle error that place the triple pole."""
+        """Gains of angle [-], rate [1/s] and torque [N m/rad] on the angle error that place the triple pole."""
         p = self.parameters
         decay, gain = rate_hold(p.sample_time, p.column_damping, p.column_inertia)
         coupling = gain * p.steering_ratio

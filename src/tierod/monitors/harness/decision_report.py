@@ -61,7 +61,7 @@ def _sides(levels: tuple[float, ...], below: bool) -> list[tuple[bool, float]]:
 
 
 SHARES = (0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3)
-"""Thresholds of a trade-off curve, as shares of the designed threshold []."""
+"""Thresholds of a trade-off curve, as shares of the designed threshold [-]."""
 
 SIZES = 25
 """Intervals of a curve of detection probability over the size of the change."""

@@ -29,9 +29,9 @@ class Lag:
     Args:
         delay: delay of the second signal against the first; negative if the first is late [s]
         deviation: standard deviation of the delay, from its scatter between blocks [s]
-        correlation: correlation coefficient of the differences at that delay []
+        correlation: correlation coefficient of the differences at that delay [-]
         gain: regression of the second signal on the first, slow turns included
-        gain_correlation: correlation coefficient of the signals themselves, at zero delay []
+        gain_correlation: correlation coefficient of the signals themselves, at zero delay [-]
         seconds: duration of the compared blocks [s]
     """
 

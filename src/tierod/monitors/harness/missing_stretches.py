@@ -15,7 +15,7 @@ LEAST: Annotated[float, "s"] = 1.0
 """Shortest missing stretch that is reported [s]."""
 
 STEPS = 5.0
-"""Shortest missing stretch of a slow signal, in its own sampling intervals []."""
+"""Shortest missing stretch of a slow signal, in its own sampling intervals [-]."""
 
 NAMED = 3
 """Most stretches of one signal that a sentence lists; further ones are counted."""

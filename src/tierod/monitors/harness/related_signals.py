@@ -49,7 +49,7 @@ FOLLOWS = (
 so far. The torques need a large share: assist has a dead band, and a lane keeping motor turns a wheel without hands."""
 
 WRONG_SIGN_SHARE = 0.9
-"""Share of opposed driver and motor torques above which a wrong sign is more likely than lane keeping []."""
+"""Share of opposed driver and motor torques above which a wrong sign is more likely than lane keeping [-]."""
 
 ORDERED = ("target", "truth", "lane_keeping", "duty_cycle")
 """Parts of the names of requested quantities, which may rest, and of quantities that no sensor measures."""

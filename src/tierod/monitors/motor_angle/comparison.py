@@ -20,7 +20,7 @@ SPEED_DRIFT, SPEED_THRESHOLD = 0.5, 2.0
 """CUSUM of the speed residual, one value per 10 ms [rad/s]: see docs/explanation/motor-angle.md, Monitoring."""
 
 BACKWARDS = 3.0
-"""Excess of windows against the observer over those with it that shows swapped sine and cosine, or phases []."""
+"""Excess of windows against the observer over those with it that shows swapped sine and cosine, or phases [-]."""
 
 
 @dataclass(frozen=True)
@@ -28,14 +28,14 @@ class ResidualGate:
     """Gate for the residual: open where the currents determine the angle well, one value per millisecond.
 
     Args:
-        pole_pairs: pole pairs of the motor []
+        pole_pairs: pole pairs of the motor [-]
         nominal_flux: flux of its magnets, from the vehicle file [V s]
         sample_time: sampling interval [s]
         least_speed: least electrical speed [rad/s]; below it an uncertain resistance hides the back-EMF
         most_deviation: largest standard deviation of the observer's mechanical angle [rad]
         hold: time for which all conditions must hold [s]
         start: time in which the observer learns resistance and flux [s]
-        widest_flux: largest logarithm of the flux over the nominal one []; magnets from -40 to 120 degrees stay within
+        widest_flux: largest logarithm of the flux over the nominal one [-]; magnets from -40 to 120 degrees stay within
             10 % of their flux: beyond, the observer has not settled, and magnets so weak are a fault of their own
         spacing: spacing of the values that count [s]; closer residuals are not independent
     """

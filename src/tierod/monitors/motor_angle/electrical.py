@@ -90,18 +90,18 @@ class ElectricalChecks:
     """Checks of range, gradient, timeout, amplitude, sums and saturation.
 
     Args:
-        pole_pairs: pole pairs of the motor []
+        pole_pairs: pole pairs of the motor [-]
         sample_time: sampling interval [s]
         least_supply: supply below which the inverter of a 12 V system may not reach its voltage [V]
         longest_gap: longest time without a reading of the angle, ten frames of a millisecond [s]
         greatest_speed: largest speed of the motor, twice that at which the back-EMF equals the supply [rad/s]
         step_margin: additional step of the angle, for noise and resolution [rad]
-        amplitude_margin: share by which the amplitude may change []
+        amplitude_margin: share by which the amplitude may change [-]
         greatest_mismatch: largest mismatch of the electrical angle: noise of both, and half a sample at full speed
             [rad]
         greatest_sum: largest sum of the phase currents, ten times the noise of one [A]
         least_peak_current, least_peak_voltage: values below which nothing saturates [A], [V]
-        same_samples: number of equal samples that noise rules out without saturation []
+        same_samples: number of equal samples that noise rules out without saturation [-]
         least_turn: electrical turn meanwhile, over which the top of a sine falls by 3 %, more than a converter's step
             [rad]
         hold: time for which a check must fail [s]

@@ -20,8 +20,8 @@ class Superposition:
     """The gear of an active front steering, named as in a vehicle file.
 
     Args:
-        superposition_motor_ratio: turns of the motor per turn of the pinion, i_M []
-        superposition_input_ratio: turns of the steering wheel's shaft per turn of the pinion, i_D []
+        superposition_motor_ratio: turns of the motor per turn of the pinion, i_M [-]
+        superposition_input_ratio: turns of the steering wheel's shaft per turn of the pinion, i_D [-]
         torsion_bar_stiffness: stiffness of the bar between gear and pinion, twisted by the driver's torque [N m/rad]
     """
 
@@ -35,7 +35,7 @@ class VariableGain:
     """Turn that the superposition adds to the steering wheel's, over the speed; named as in a vehicle file.
 
     Args:
-        superposition_gain_standing, superposition_gain_fast: turn of the pinion over that without motor []
+        superposition_gain_standing, superposition_gain_fast: turn of the pinion over that without motor [-]
         superposition_gain_speed: speed at which the gain is half way between both [m/s]
     """
 
@@ -83,7 +83,7 @@ class AnglePlausibility:
         sample_time: sampling interval [s]
         greatest: largest mismatch at the pinion [rad]; resolution of the slow angles, and their different ages in turns
         hold: time for which the mismatch must be larger [s]
-        learning: number of readings from which the zeros are taken []
+        learning: number of readings from which the zeros are taken [-]
         longest_gap: largest age of angles and torques that are compared [s]
         gain: gain of the superposition over the speed; None where the vehicle file does not give it
         which: isolation of the wrong angle, with the motor's observer as further evidence

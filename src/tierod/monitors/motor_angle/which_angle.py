@@ -44,7 +44,7 @@ class WhichAngle:
         sample_time: sampling interval [s]
         greatest: mismatch of the three from which it has begun, at the pinion [rad]; half of the alarm limit
         agreement: largest electrical residual in agreement [rad]; ten standard deviations of a fault-free one
-        needed: excess of residuals in agreement over those not, or the reverse, for a decision []
+        needed: excess of residuals in agreement over those not, or the reverse, for a decision [-]
         widest_detour: largest deviation of the motor from its target, at the pinion [rad]; following error of a
             fault-free drive
         hold: time for which the deviation must be larger [s]

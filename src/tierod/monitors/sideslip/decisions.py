@@ -47,7 +47,7 @@ def limit_rule(certainty: float) -> HeldThreshold:
     """Decision on the excess over the limit of the front force, in standard deviations.
 
     Args:
-        certainty: threshold in standard deviations []
+        certainty: threshold in standard deviations [-]
     """
     return HeldThreshold(certainty, 1, "upper")
 

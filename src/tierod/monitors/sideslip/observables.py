@@ -19,15 +19,15 @@ class Observables(NamedTuple):
     """Quantities that a drive determines, each NaN where it does not.
 
     Args:
-        turn: logarithm of lateral acceleration over speed times yaw rate []
+        turn: logarithm of lateral acceleration over speed times yaw rate [-]
         wheelbase: wheelbase from steering angle, speed and yaw rate [m]
         understeer: additional steering angle per lateral acceleration [rad*s**2/m]
         steering_zero: steering angle of the road wheels straight ahead [rad]
         sensor_place: distance of the accelerometer ahead of the rear axle, the point that does not slip at low speed
             [m]
         track: difference of the rear wheel speeds over the yaw rate [m]
-        wheel: logarithm of the speed over the mean of the wheel speeds []
-        gain: logarithm of the speed gained over the integral of the longitudinal acceleration []
+        wheel: logarithm of the speed over the mean of the wheel speeds [-]
+        gain: logarithm of the speed gained over the integral of the longitudinal acceleration [-]
     """
 
     turn: float = math.nan

@@ -37,9 +37,9 @@ class Share(NamedTuple):
     """Share of the estimated changes that the car really makes.
 
     Args:
-        value: 1 where the estimate is right []
-        deviation: standard deviation of the value []
-        tolerance: share of the squared estimated changes that turning does not explain []
+        value: 1 where the estimate is right [-]
+        deviation: standard deviation of the value [-]
+        tolerance: share of the squared estimated changes that turning does not explain [-]
     """
 
     value: float

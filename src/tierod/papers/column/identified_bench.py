@@ -54,7 +54,7 @@ def bench(law: Law | None = None, cogging: float = 0.0, ripple: float = 0.0) -> 
     Args:
         law: friction law; Dahl's where None
         cogging: amplitude of the cogging torque, 24 periods per turn [N m]
-        ripple: amplitude of the torque ripple over the torque []
+        ripple: amplitude of the torque ripple over the torque [-]
     """
     friction = DryFriction(level=0.1, law=law or Dahl(BUILD_UP))
     motor = Ripple(cogging, ripple, 24.0) if cogging or ripple else None
@@ -70,7 +70,7 @@ def recorded(
         plant: the bench
         seed: seed of all noise
         torque_noise: standard deviation of an unrecorded motor torque per sample [N m]
-        torque_gain: true torque of the motor over the recorded one []
+        torque_gain: true torque of the motor over the recorded one [-]
         seconds: duration of every experiment; its own where None [s]
     """
     random = np.random.default_rng([seed, 2])

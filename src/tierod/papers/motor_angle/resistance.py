@@ -43,7 +43,7 @@ class Errors(NamedTuple):
     Args:
         drives: error of every drive [rad]
         ranges: electrical error over all drives, by range of speed [rad]
-        rise: relative rise of the resistance from start to end, mean over the drives []
+        rise: relative rise of the resistance from start to end, mean over the drives [-]
     """
 
     drives: np.ndarray

@@ -91,7 +91,7 @@ def tried_lengths(drives: HealthyDrives, scale: float = SCALE) -> list[TriedLeng
 
     Args:
         drives: fault-free drives
-        scale: factor on the residuals []
+        scale: factor on the residuals [-]
     """
     # Whole courses are divided, since the motors of one course share its simulated drive.
     part = max(len(drives.drives) // MOTORS // 3, 1) * MOTORS

@@ -37,8 +37,8 @@ class AtTemperature:
     Args:
         name: name in words
         rms, most: rms and largest error of the angle [rad]
-        resistance, flux: true values at the end over those of the vehicle file []
-        learnt_resistance, learnt_flux: estimated values at the end over those of the vehicle file []
+        resistance, flux: true values at the end over those of the vehicle file [-]
+        learnt_resistance, learnt_flux: estimated values at the end over those of the vehicle file [-]
         alarms: number of drives with an alarm of any test
         drives: number of drives
     """

@@ -30,7 +30,7 @@ from tierod.vehicles import load
 COURSES = {"slalom": 24.0, "parking": 36.0}
 """Duration of a drive by course [s]."""
 RATIO = 22.5
-"""Turns of the motor per turn of the pinion, the factor of faults of its sensor []."""
+"""Turns of the motor per turn of the pinion, the factor of faults of its sensor [-]."""
 NAMED = 0.9
 """Goal for the share of detected faults that are isolated; two angles that differ do not show which one is wrong."""
 SIZE, RAMP = 0.06, 0.03

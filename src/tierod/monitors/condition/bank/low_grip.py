@@ -13,8 +13,8 @@ from tierod.monitors.condition.signals import DRIVES
 from tierod.physics.lag import share_reached
 
 FORCE, FORCE_SHARE, TIE_ROD_SHARE = 60.0, 0.6, 0.3
-"""Lasting error of an axle force in the filter of sliding tyres: at small force [N], and its growth with the force [];
-growth of the error of the tie-rod force []. On ice, most of the force of a dry road and of the trail is lost."""
+"""Lasting error of an axle force in the filter of sliding tyres: at small force [N], and its growth with the force [-];
+growth of the error of the tie-rod force [-]. On ice, most of the force of a dry road and of the trail is lost."""
 ACCELERATION = 1.0
 """White error of the longitudinal acceleration per sample in that filter [m/s**2]; spinning wheels that regain grip
 push the vehicle whatever torque is requested by then."""

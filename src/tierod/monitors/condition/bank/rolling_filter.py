@@ -99,10 +99,10 @@ COARSEST = RollingCar.Output(
 """Quantisation step of each sensor that is assumed until its readings have shown a smaller one."""
 
 GUESSED = 3.0
-"""Bound of the states for errors of the vehicle file, in their standard deviations []."""
+"""Bound of the states for errors of the vehicle file, in their standard deviations [-]."""
 
 OF_SCALE, OF_UNDERSTEER = 0.15, 0.3
-"""Shares of the spread of a vehicle file that the states of the filter take []. Without the yaw rate a scale is hardly
+"""Shares of the spread of a vehicle file that the states of the filter take [-]. Without the yaw rate a scale is hardly
 observable: with the whole spread, the filter that leaves it out predicts the yaw rate of a passenger car in tight bends
 with an error of 0.046 rad/s in place of 0.015 rad/s. `steering_share` and the limits cover the rest."""
 

@@ -14,9 +14,9 @@ SLIPPERIEST = 2.0
 """Lateral acceleration that every road permits [m/s**2], even packed snow; a motion that needs less does not slide."""
 
 GUESSED_SHARE = 0.25
-"""Error of the needed lateral acceleration by guessed steering ratio and understeer, as a share of it []."""
+"""Error of the needed lateral acceleration by guessed steering ratio and understeer, as a share of it [-]."""
 ACROSS_SHARE, YAW_SHARE = 0.5, 0.3
-"""Shares of the rear axle's deviation that count []; the rest may come from banked roads, and from the turn-in of slow
+"""Shares of the rear axle's deviation that count [-]; the rest may come from banked roads, and from the turn-in of slow
 cars."""
 LAG, FOLLOWS = 0.1, 12.0
 """Lag of a car behind its steering wheel [s], and speed up to which it applies [m/s]; at higher speed, a slide that

@@ -27,7 +27,7 @@ SENSOR_NOISE = Measured(
 PLAUSIBLE = Readings(*(each.plausible for each in SENSOR_TABLE))
 """Width of the range in which a failed sensor may read [unit of the sensor], with the uniform density 1 / width."""
 TORQUE_JUMP = 0.45
-"""Standard deviation of the effect of a jump of the requested steering torque, as a share of the jump []; its time
+"""Standard deviation of the effect of a jump of the requested steering torque, as a share of the jump [-]; its time
 between two samples is unknown."""
 
 

@@ -24,21 +24,21 @@ from tierod.vehicles.catalogue import QUANTITIES
 
 _OUTPUTS = len(AutomatedVehicle.Output._fields)
 _STEP = 1e-3
-"""Step of finite differences, in prior standard deviations []; small, since the cost is smooth and computed to all
+"""Step of finite differences, in prior standard deviations [-]; small, since the cost is smooth and computed to all
 digits."""
 _ENOUGH = 3.0
 """Gain of log-likelihood below which the search ends [nat]; one standard deviation of a parameter is half a nat."""
 _MOST_STEPS = 8
 """Most steps of one stage; most stages end after three to five."""
 _LARGEST = 1.5
-"""Largest step of a parameter, in prior standard deviations []; beyond it the linearisation is no longer valid."""
+"""Largest step of a parameter, in prior standard deviations [-]; beyond it the linearisation is no longer valid."""
 _ODD = 4.0
-"""Normalised innovation from which the cost grows linearly and no longer with the square []; one in sixteen thousand
+"""Normalised innovation from which the cost grows linearly and no longer with the square [-]; one in sixteen thousand
 normal innovations exceeds it."""
 _UNBOUNDED = 1e3
-"""Bound of a normalised innovation in the filter []; in the fit the cost is bounded instead of the filter."""
+"""Bound of a normalised innovation in the filter [-]; in the fit the cost is bounded instead of the filter."""
 _WIDENED = (1.0, 0.4, 0.0)
-"""Share of the parameters' spread in the noises of the filter, by stage []."""
+"""Share of the parameters' spread in the noises of the filter, by stage [-]."""
 _HELD = {
     "yaw_rate_offset": 1e-5,
     "angle_offset": 1e-5,

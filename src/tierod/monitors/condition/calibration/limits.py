@@ -20,7 +20,7 @@ NAME = "condition"
 """Name of the table of thresholds in a vehicle file."""
 
 FACTOR = 1.5
-"""Least factor on a limit, whatever false alarm rate is accepted []; no drive shows all fault-free behaviour."""
+"""Least factor on a limit, whatever false alarm rate is accepted [-]; no drive shows all fault-free behaviour."""
 ABOVE, LEAST = (2.0, 1.0), (0.5, 0.3)
 """Least distance of a limit from the largest fault-free ratio, and least limit; fast and slow mean each [nat]."""
 GAP, MARGIN = 2.0, 1.0
@@ -29,7 +29,7 @@ GAP, MARGIN = 2.0, 1.0
 With a gap of one nat a gain of the torque sensor is first called a weak motor; two nat cost 10 ms of detection delay.
 """
 TAIL = 0.2
-"""Share of the blocks with the largest ratios, from which the tail is estimated []."""
+"""Share of the blocks with the largest ratios, from which the tail is estimated [-]."""
 LEAST_HOURS = 0.25
 """Least time of fault-free driving for the design of limits [h]; one hour is better."""
 

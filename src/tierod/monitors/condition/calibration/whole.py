@@ -31,9 +31,9 @@ faulty sensors they are 16 to 20 and 5.9 to 20, the least for a tie-rod force of
 single outlier shows in the fast mean only, and would spoil all limits.
 """
 LARGEST_SQUARE = 3.0
-"""Mean NIS of a reading from which it does not fit the vehicle at all []."""
+"""Mean NIS of a reading from which it does not fit the vehicle at all [-]."""
 INTERVAL = 1.96
-"""Half width of a 95 % confidence interval, in standard deviations []."""
+"""Half width of a 95 % confidence interval, in standard deviations [-]."""
 
 
 class Suspicion(NamedTuple):
@@ -42,7 +42,7 @@ class Suspicion(NamedTuple):
     Args:
         drive: name of the drive
         suspect: most likely faulty sensor or actuator
-        ratio: mean log-likelihood ratio of its fault over the bound for fault-free drives []
+        ratio: mean log-likelihood ratio of its fault over the bound for fault-free drives [-]
     """
 
     drive: str

@@ -16,10 +16,10 @@ DENSE = tuple(round(0.02 * k, 2) for k in range(1, 28))
 """Delays that are compared for a signal with jumps [s]: two samples beside the true delay nothing fits any more."""
 
 ROUGH = 60.0
-"""Largest variance of the residual noise of a delay, over the variance of the prediction []; more than a torque with
+"""Largest variance of the residual noise of a delay, over the variance of the prediction [-]; more than a torque with
 jumps leaves one sample beside its delay. Beyond it the likelihood of the delay decreases."""
 INFLUENCE = 8.0
-"""Bound of a normalised deviation in the likelihood of a kind []: the first readings after the end of a fault must not
+"""Bound of a normalised deviation in the likelihood of a kind [-]: the first readings after the end of a fault must not
 outweigh the evidence of seconds before it is certain that the fault has ended."""
 PRICE = 5.0
 """Penalty of a delay against noise [nat], for one more free parameter, known to a hundredth of its range."""
@@ -105,7 +105,7 @@ def delay_of(
         state: state with the squared deviations of each delay
         lines: compared delays, in samples
         step: sampling interval [s]; rounding to it is a part of the uncertainty
-        longer: correlation time for the uncertainty of magnitudes over that for the likelihoods []
+        longer: correlation time for the uncertainty of magnitudes over that for the likelihoods [-]
         prediction: prediction of this reading, without delay
 
     Returns:

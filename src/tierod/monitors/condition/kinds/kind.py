@@ -28,7 +28,7 @@ from tierod.monitors.condition.signals import SENSOR_TABLE, SENSORS
 from tierod.physics.lag import share_reached
 
 _RAMP = 2.0 * math.sqrt(3.0)
-"""Slope of a linear ramp times its duration, over its standard deviation []."""
+"""Slope of a linear ramp times its duration, over its standard deviation [-]."""
 
 
 @dataclass(frozen=True)

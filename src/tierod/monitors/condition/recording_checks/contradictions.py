@@ -17,7 +17,7 @@ STEP = 0.04
 LATEST = 1.0
 """Largest shift in time that is searched, in either direction [s]."""
 CLEAR, TIGHT = 0.6, 0.95
-"""Correlation from which signs are compared, and from which shifts and scales are compared []."""
+"""Correlation from which signs are compared, and from which shifts and scales are compared [-]."""
 
 
 class Problem(NamedTuple):

@@ -13,7 +13,7 @@ import numpy as np
 BLOCK = 0.5
 """Length of a block, over which signals are averaged [s]; the noise of a wheel speed is .02 m/s**2 in its slope."""
 LEAST_READ = 0.15
-"""Least share of the samples of a block that a signal must have []; wheel speeds come at 20 Hz on slow buses."""
+"""Least share of the samples of a block that a signal must have [-]; wheel speeds come at 20 Hz on slow buses."""
 
 _TIME = "time"
 

@@ -33,7 +33,7 @@ sensors have a noise of .05, rough roads of some tenths.
 
 
 ROLL, SLIP_LAG = 0.2, 0.3
-"""Fault-free gain [] and lag [s] of the lateral acceleration: a body that rolls by 7 degrees at 0.6 g adds a share of
+"""Fault-free gain [-] and lag [s] of the lateral acceleration: a body that rolls by 7 degrees at 0.6 g adds a share of
 .2; the lag behind yaw rate times speed is speed times rear slip angle per acceleration, at most 25 m/s with .012 rad
 per m/s**2.
 """

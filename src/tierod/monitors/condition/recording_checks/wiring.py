@@ -26,7 +26,7 @@ KEPT = 180.0
 SMOOTH = 0.3
 """Width of the moving average of the signals [s]."""
 SCALE = 1.4
-"""Ratio of amplitudes from which a scale is wrong []; tyres, radii and slopes cause up to 1.34."""
+"""Ratio of amplitudes from which a scale is wrong [-]; tyres, radii and slopes cause up to 1.34."""
 BRIDGED = 0.1
 """Longest gap between two readings that is interpolated linearly [s], since few buses have the rate of the grid."""
 LATE = 0.15

@@ -13,7 +13,7 @@ from tierod.monitors.harness.spread.points import Concluded, Points
 from tierod.monitors.harness.spread.shown import moved
 
 REACH = 2.0
-"""Perturbation along a direction, in standard deviations []: the ends of a 95 % band."""
+"""Perturbation along a direction, in standard deviations [-]: the ends of a 95 % band."""
 
 
 def moves_along(directions: Sequence[Direction], fresh: bool) -> list[dict[str, float]]:

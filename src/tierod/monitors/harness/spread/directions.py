@@ -13,15 +13,15 @@ from typing import NamedTuple
 import numpy as np
 
 SMALLEST = 0.1
-"""Least change of a result for a parameter to count, in standard deviations of the result []: less adds half a per
+"""Least change of a result for a parameter to count, in standard deviations of the result [-]: less adds half a per
 cent to the band."""
 
 SCREENED = 0.03
-"""Least change for which a parameter is followed after the first stretch, in standard deviations of the result []: the
+"""Least change for which a parameter is followed after the first stretch, in standard deviations of the result [-]: the
 band may become three times narrower later."""
 
 CAPTURED = 0.85
-"""Share of the variance of the perturbed result that the directions must hold, up to a largest number of them []; the
+"""Share of the variance of the perturbed result that the directions must hold, up to a largest number of them [-]; the
 variance is scaled up for the rest."""
 
 
@@ -58,7 +58,7 @@ class Sensitivities:
         """Add the next samples.
 
         Args:
-            moves: changes of the result by each parameter, in standard deviations of the result [], (names, n)
+            moves: changes of the result by each parameter, in standard deviations of the result [-], (names, n)
         """
         self._grams.append(np.einsum("in,jn->ij", moves, moves))
         self._counts.append(moves.shape[1])
@@ -73,7 +73,7 @@ class Sensitivities:
         return total / max(size, 1)
 
     def moves(self) -> dict[str, float]:
-        """Root mean square of the change by each parameter, in standard deviations of the result []."""
+        """Root mean square of the change by each parameter, in standard deviations of the result [-]."""
         return dict(zip(self.names, np.sqrt(np.diag(self._gram())).tolist(), strict=True))
 
     def shares(self, directions: Mapping[int, Direction]) -> dict[int, float]:

@@ -17,7 +17,7 @@ from tierod.monitors.harness.spread.turning import most_important, turn, turn_by
 from tierod.vehicles.vehicle import Vehicle
 
 DOMINANT = 0.5
-"""Share of the parameters in an estimate's variance above which the headline names the most important one []."""
+"""Share of the parameters in an estimate's variance above which the headline names the most important one [-]."""
 
 
 class Joined(NamedTuple):

@@ -29,24 +29,24 @@ SHORTEST, LONGEST = 20.0, 300.0
 settle and a car turn."""
 
 LATER, COST = 2.0, 2.0
-"""Length of a later stretch []: `LATER` first stretches, since its sessions begin in motion, or, if that is longer, so
+"""Length of a later stretch [-]: `LATER` first stretches, since its sessions begin in motion, or, if that is longer, so
 much that all its sessions together cost `COST` runs over the driving so far."""
 
 PATIENCE = 2.0
-"""Longest stretch, in multiples of its length, if the result is unknown for part of the time []."""
+"""Longest stretch, in multiples of its length, if the result is unknown for part of the time [-]."""
 
 UNMOVED = 5.0
-"""Longest first stretch, in multiples of its length, if no parameter changes the result []."""
+"""Longest first stretch, in multiples of its length, if no parameter changes the result [-]."""
 
 MOST_SAMPLES = 100_000
 """Most samples of a stretch: ten seconds of a motor at 10 kHz."""
 
 AGAIN, GROWTH, SOONER = 4.0, 3.0, 1.5
-"""When parameters are perturbed alone again []: after `AGAIN` first stretches of driving, then at `GROWTH` times the
+"""When parameters are perturbed alone again [-]: after `AGAIN` first stretches of driving, then at `GROWTH` times the
 driving so far; at `SOONER` times the driving so far while no parameter changes the result."""
 
 KEPT = 0.8
-"""Share of the variance from which the previous directions are kept []."""
+"""Share of the variance from which the previous directions are kept [-]."""
 
 FEW, MANY = 2, 4
 """Largest number of directions: through a long recording, and until the second stretch has ended."""
@@ -66,7 +66,7 @@ class Outcome(NamedTuple):
             parameter; empty if the recording was longer than the first stretch
         along: directions, each with the conclusions for the vehicles perturbed along it with either sign
         moves: root mean square of the result's change by each parameter over a stretch, in standard deviations of the
-            result []
+            result [-]
         deviation: root mean square of the result's change over the recording [unit of the result]; 0 without one
         held: share of the samples with a recorded true value that the wider band contains; None without true values
         unit: unit of the result

@@ -40,7 +40,7 @@ class Concluded(NamedTuple):
     """Conclusion for a perturbed vehicle.
 
     Args:
-        by: perturbation in standard deviations by name of the parameter []
+        by: perturbation in standard deviations by name of the parameter [-]
         conclusion: conclusion of its session
     """
 
@@ -53,7 +53,7 @@ class Point:
     """Session for a perturbed vehicle.
 
     Args:
-        by: perturbation in standard deviations by name of the parameter []
+        by: perturbation in standard deviations by name of the parameter [-]
         session: session of the monitor
     """
 

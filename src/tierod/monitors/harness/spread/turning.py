@@ -21,7 +21,7 @@ LIMITS = ("rising", "fault")
 """Names of the references beyond which an estimate raises an alarm."""
 
 DECIDING = 0.8
-"""Share of the squared change that the parameters named as deciding have together, at least []."""
+"""Share of the squared change that the parameters named as deciding have together, at least [-]."""
 
 MOST_NAMED = 3
 """Largest number of parameters that are named as deciding."""

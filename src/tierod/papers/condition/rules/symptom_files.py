@@ -13,7 +13,7 @@
     abnormal = ["r7", "r9"]          # beyond their thresholds
     normal = ["r1"]                  # within them
     positive = ["r10"]               # abnormal, and above zero
-    negative = []                    # abnormal, and below zero
+    negative = [-]                    # abnormal, and below zero
     larger = [["r10", "r14"]]        # the first has the larger magnitude over its threshold
     fault_free = ["yaw_rate"]        # other faults whose rules have not held for `fault_free_after`
     weights = { r10 = 2.0 }          # weights in the score; 1 by default
