@@ -1,1 +1,1 @@
-"""Models for monitors: equations without memory, put together from `tierod.physics`."""
+"""Models for monitors: stateless equations of state and output, composed of `tierod.physics`."""

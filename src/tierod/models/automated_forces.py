@@ -1,4 +1,4 @@
-"""Forces on a small automated car in a state of `automated_vehicle`: tyres, drives, kingpins, tie rods."""
+"""Forces on the small automated car of `automated_vehicle`: tyres, drives, kingpins, tie rods."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from tierod.physics.single_track import front_axle_load, yaw_moment
 from tierod.physics.tyre import saturating_lateral_force
 
 CRAWL = 0.5
-"""Added to the speed where something is divided by it, and speed at which rolling resistance sets in [m/s]."""
+"""Added to the speed in denominators; at this speed rolling resistance has half of its value [m/s]."""
 LEAST_ACROSS = 0.3
-"""Share of the friction that stays for the lateral force whatever the drives do [-]."""
+"""Smallest share of the friction that is left for the lateral force under drive forces [-]."""
 
 
 class Torques(NamedTuple):
@@ -27,13 +27,13 @@ class Torques(NamedTuple):
 
 
 class Forces(NamedTuple):
-    """Forces in a state.
+    """Forces on the car in a state.
 
     Args:
-        front, rear: lateral, across the body [N]
-        along: of the tyres along the body, and of the air [N]
-        drive_difference: of the right drive less the left one [N]
-        kingpin: torque of both kingpins that the tie rods hold, without its error [N*m]
+        front, rear: lateral forces across the body [N]
+        along: longitudinal force of tyres, rolling resistance and air [N]
+        drive_difference: drive force on the right less that on the left [N]
+        kingpin: torque about both kingpins that the tie rods balance, without model error [N*m]
     """
 
     front: Scalar
@@ -44,7 +44,7 @@ class Forces(NamedTuple):
 
 
 def direction(x: AutomatedState, p: AutomatedParameters) -> tuple[Scalar, Scalar]:
-    """Sine and cosine of the road-wheel angle, good to 1e-4 up to 0.4 rad.
+    """Sine and cosine of the road-wheel angle by polynomials, with an error below 1e-4 up to 0.4 rad.
 
     Args:
         x: state of `AutomatedVehicle`
@@ -56,7 +56,7 @@ def direction(x: AutomatedState, p: AutomatedParameters) -> tuple[Scalar, Scalar
 
 
 def drive_force(torque: Scalar, p: AutomatedParameters) -> Scalar:
-    """Force along the vehicle [N] of drives whose wheels grip; their radius is the nominal one over the speed's scale.
+    """Longitudinal force [N] of a drive without slip; the wheel radius is the nominal one over the wheel speed scale.
 
     Args:
         torque: at the wheels [N*m]
@@ -72,11 +72,11 @@ def _turn_slip(x: AutomatedState, p: AutomatedParameters) -> tuple[Scalar, Scala
 
 
 def forces_of(x: AutomatedState, torques: Torques, p: AutomatedParameters) -> Forces:
-    """Forces in a state.
+    """Forces on the car in a state.
 
     Args:
         x: state of `AutomatedVehicle`
-        torques: that the motors give
+        torques: of the motors
         p: its parameters
     """
     sine, cosine = direction(x, p)
@@ -111,7 +111,7 @@ def yaw_acceleration_of(x: AutomatedState, forces: Forces, p: AutomatedParameter
 
     Args:
         x: state of `AutomatedVehicle`
-        forces: that act in it
+        forces: in this state
         p: its parameters
     """
     front_turn, rear_turn = _turn_slip(x, p)
@@ -121,11 +121,11 @@ def yaw_acceleration_of(x: AutomatedState, forces: Forces, p: AutomatedParameter
 
 
 def tie_rod_force_of(x: AutomatedState, forces: Forces, p: AutomatedParameters) -> Scalar:
-    """Sum of both sides [N], positive where it opposes a turn to the left; by virtual work.
+    """Tie-rod force [N], the sum of both sides by virtual work, positive where it opposes a turn to the left.
 
     Args:
         x: state of `AutomatedVehicle`
-        forces: that act in it
+        forces: in this state
         p: its parameters
     """
     return p.steering_ratio / p.rack_ratio * forces.kingpin + x.tie_rod_force_error

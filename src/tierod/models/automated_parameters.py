@@ -1,4 +1,4 @@
-"""Parameters of a small automated car in the model of `automated_vehicle`."""
+"""Parameters and state of the small automated car of `automated_vehicle`."""
 
 from __future__ import annotations
 
@@ -12,34 +12,34 @@ class AutomatedParameters:
 
     Args:
         mass, yaw_inertia: of the vehicle
-        rolling_mass: what the rotation of all wheels adds to the mass along the road
+        rolling_mass: equivalent mass of the rotation of all wheels
         front_distance, rear_distance: from the centre of gravity to the axles
         track_width: of both axles
         centre_height: of the centre of gravity, above ground
         front_cornering_stiffness, rear_cornering_stiffness: of the axles at their static load
-        tyre_friction, rear_friction_ratio: greatest lateral force over load of the front axle, and of the rear over it
-        relaxation_length, rear_relaxation_ratio: over which the front axle's force builds up; of the rear over it
+        tyre_friction, rear_friction_ratio: peak lateral force over load of the front axle; that of the rear over it
+        relaxation_length, rear_relaxation_ratio: of the front axle's lateral force; that of the rear over it
         stiffness_growth: relative growth of the rear axle's stiffness per relative growth of its load
-        mechanical_trail, pneumatic_trail: of the front axle; the pneumatic one of the rear axle too
-        turn_slip_stiffness: torque of one wheel per turn that it makes on a metre of road
-        jacking_torque: of both kingpins per road-wheel angle, from the weight that a turn lifts
-        scrub_radius: of the drives' forces about the kingpins
-        wheel_radius: effective and nominal; the drives' torques act with it over `wheel_speed_scale`, all tyres alike
-        rolling_resistance, drag: forces against the motion
+        mechanical_trail, pneumatic_trail: of the front axle; the pneumatic one also of the rear axle
+        turn_slip_stiffness: torque of one wheel per turn slip
+        jacking_torque: of both kingpins per sine of the road-wheel angle, from the weight that steering lifts
+        scrub_radius: lever of the drive forces about the kingpins
+        wheel_radius: nominal effective radius; the drives act with this radius over `wheel_speed_scale`
+        rolling_resistance, drag: coefficients of the forces against the motion
         steering_ratio: road wheel angle per angle of the column
         rack_ratio: travel of the rack per angle of the column
-        column_inertia: all that turns with the column, motors included
-        steering_motor_inertia: of both motors together, above the sensor of the shaft's torque
-        rack_damping, rack_stiffness: of the rack by itself
-        nominal_friction, column_friction_angle: level of dry friction at the column, and angle over which it builds up
-        sensor_forward: accelerometers ahead of the centre of gravity
-        roll_share: what gravity adds to the measured lateral acceleration, per acceleration
+        column_inertia: of everything that turns with the column, motors included
+        steering_motor_inertia: of both motors together, above the shaft torque sensor
+        rack_damping, rack_stiffness: of the rack alone
+        nominal_friction, column_friction_angle: level of dry friction at the column, and angle of its build-up
+        sensor_forward: distance of the accelerometers ahead of the centre of gravity
+        roll_share: component of gravity in the measured lateral acceleration by roll, per acceleration
         wheel_speed_scale: reading of both rear wheel speeds over the speed of the wheels
         wheel_speed_difference: relative excess of the right over the left reading
         yaw_rate_offset, steering_wheel_angle_offset, steering_shaft_torque_offset, tie_rod_force_offset,
-            longitudinal_acceleration_offset, lateral_acceleration_offset: reading at a truth of zero
-        greatest_steering_motor_torque, greatest_drive_torque: of one motor; what is asked beyond is not given
-        steering_motor_lag, drive_lag: time constants of the torques behind their targets
+            longitudinal_acceleration_offset, lateral_acceleration_offset: reading at a true value of zero
+        greatest_steering_motor_torque, greatest_drive_torque: limits of the torque of one motor
+        steering_motor_lag, drive_lag: time constants from target torque to torque
     """
 
     mass: Annotated[float, "kg"]
@@ -90,15 +90,15 @@ class AutomatedParameters:
 
 @dataclass(frozen=True)
 class Fading:
-    """Times in which what the model does not know returns to its usual value.
+    """Correlation times of the unknown states, which return to zero.
 
     Args:
-        force: errors of the axles' forces; about the length of a bend
-        tie_rod: error of the tie rod's force
-        loss: of an actuator's torque
-        offset: of the yaw rate's and the angle's offset, and of the difference of the wheels
-        share: excess of wheel speeds and drives; load and tyres change while the car is parked, and hardly on the way
-        road: grade and bank
+        force: of the errors of the axle forces; about the duration of a bend
+        tie_rod: of the error of the tie-rod force
+        loss: of the torque loss of an actuator
+        offset: of the offsets of yaw rate and angle, and of the difference of the wheel speeds
+        share: of the scales of wheel speeds and drives; load and tyres change between drives, and hardly in a drive
+        road: of grade and bank
     """
 
     force: Annotated[float, "s"] = 0.9
@@ -110,13 +110,13 @@ class Fading:
 
 
 class AutomatedState(NamedTuple):
-    """Motion, steering, and what is not known.
+    """Motion, steering, and unknown states.
 
-    The force errors are true less modelled force; `grade_acceleration` and `bank_acceleration` are what the road's
-    slope takes from the acceleration forward and to the left; `torque_loss` is the lost share of the torque of
-    whatever actuator is suspected; `wheel_speed_difference` is the excess over its parameter, and so are offsets;
-    `wheel_speed_scale` the relative one; `drive_excess` is by what share both drives push harder than their torques
-    say, as a lighter vehicle or smaller tyres let them.
+    The force errors are true less modelled force; `grade_acceleration` and `bank_acceleration` are the accelerations
+    forward and to the left that the road's slope takes away; `torque_loss` is the lost share of the torque of the
+    suspected actuators; `wheel_speed_difference` and the offsets are deviations from their parameters,
+    `wheel_speed_scale` is a relative one; `drive_excess` is the relative excess of the drive forces over those of the
+    torques, as with a lighter vehicle or smaller tyres.
     """
 
     speed: Annotated[float, "m/s"]

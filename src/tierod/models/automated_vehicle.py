@@ -1,8 +1,8 @@
-"""Motion, steering and sensors of a small automated car, with what it does not know about itself as states.
+"""Motion, steering and sensors of a small automated car, with its unknown quantities as states.
 
-Planar motion on two axles whose tyres deflect over a relaxation length, so that nothing is divided by the speed; a
-column with Dahl friction on a stiff rack; torques from their targets. Functions that keep a compiler from computing
-many filters side by side are avoided: sine and cosine of the small road-wheel angle are polynomials.
+Planar motion on two axles whose tyres have a relaxation length, so that nothing is divided by the speed; a column with
+Dahl friction on a stiff rack; torques from their targets. Sine and cosine of the small road-wheel angle are
+polynomials, since library functions keep a compiler from vectorising over many filters.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ from tierod.physics.single_track import (
 class AutomatedVehicle:
     """The sampled model.
 
-    A step takes the tyres' deflections first, then motion and steering under the forces of the new deflections
-    (stable at standstill too); rack and column are one body, since their gear is stiff.
+    A step first updates the tyre deflections, then motion and steering under the forces of the new deflections, which
+    is stable at standstill too; rack and column are one body, since their gear is stiff.
 
-    Validity: forward, on a road that the tyres grip; steering of up to 0.4 rad at the road wheels.
+    Validity: forward driving below the limit of grip; steer of up to 0.4 rad at the road wheels.
     Source: Li, Frey, Gauterin, eqs (1), (2), (13), corrected: the connection force turns the column by the rack ratio,
     which is printed as its reciprocal; tyres, friction and loss of torque beyond the paper.
     """
@@ -46,10 +46,10 @@ class AutomatedVehicle:
     State: TypeAlias = AutomatedState
 
     class Input(NamedTuple):
-        """Torques that were asked for, of both motors at the column and of both drives at their wheels.
+        """Commanded torques of both steering motors at the column and of both drives at their wheels.
 
-        In the mean over the step, at its end (`_now`), and whether an actuator is suspected (`_suspected`, 1 or 0) of
-        having lost the share `torque_loss`.
+        As the mean over the step and at its end (`_now`), and whether an actuator is suspected (`_suspected`, 1 or 0)
+        of having lost the share `torque_loss`.
         """
 
         steering_motor_1: Annotated[float, "N*m"]
@@ -79,19 +79,19 @@ class AutomatedVehicle:
 
     @dataclass(frozen=True)
     class Parameters(AutomatedParameters):
-        """The car, how what is unknown fades, and the time of a sample."""
+        """The car, the correlation times of its unknown states, and the sampling interval."""
 
         fading: Fading = field(default_factory=Fading)
         sample_time: Annotated[float, "s"] = 0.01
 
     @staticmethod
     def transition(x: State, u: Input, p: Parameters) -> State:
-        """The state one sample on."""
+        """State after one sample."""
         return AutomatedVehicle.moved(AutomatedVehicle.deflected(x, p), u, p)
 
     @staticmethod
     def deflected(x: State, p: Parameters) -> State:
-        """The first part of a step: the tyres roll, all else is kept; implicit, so that no speed is too fast."""
+        """First part of a step: update of the tyre deflections; implicit, hence stable at any speed."""
         sine, cosine = direction(x, p)
         across = x.lateral_speed + p.front_distance * x.yaw_rate
         travel = p.sample_time * absolute(x.speed)
@@ -105,7 +105,7 @@ class AutomatedVehicle:
 
     @staticmethod
     def moved(x: State, u: Input, p: Parameters) -> State:
-        """The second part of a step: motion and steering under the forces of the new deflections."""
+        """Second part of a step: motion and steering under the forces of the new deflections."""
         step, torques = p.sample_time, _given(u[:4], u[8:], x)
         forces = forces_of(x, torques, p)
         angle, rate, friction = _steered(x, forces, torques, p)
@@ -165,7 +165,7 @@ class AutomatedVehicle:
 
 
 def _given(asked: Sequence[Scalar], suspected: Sequence[Scalar], x: AutomatedState) -> Torques:
-    """Torques after what suspected actuators have lost; of the drives what pushes the vehicle that was calibrated."""
+    """Torques less the losses of suspected actuators; those of the drives scaled by `drive_excess`."""
     given = Torques(*(torque * (1.0 - share * x.torque_loss) for torque, share in zip(asked, suspected, strict=True)))
     excess = 1.0 + x.drive_excess
     return given._replace(drive_left=excess * given.drive_left, drive_right=excess * given.drive_right)
@@ -174,7 +174,7 @@ def _given(asked: Sequence[Scalar], suspected: Sequence[Scalar], x: AutomatedSta
 def _column_balance(
     x: AutomatedState, forces: Forces, torques: Torques, p: AutomatedVehicle.Parameters, rate: Scalar
 ) -> Scalar:
-    """Sum of all torques on the column while it turns at a rate [N*m]."""
+    """Sum of all torques on the column at a rate [N*m]."""
     driving = torques.steering_motor_1 + torques.steering_motor_2
     friction = p.nominal_friction * x.friction_share
     force = tie_rod_force_of(x, forces, p)
@@ -187,6 +187,7 @@ def _steered(
     x: AutomatedState, forces: Forces, torques: Torques, p: AutomatedVehicle.Parameters
 ) -> tuple[Scalar, Scalar, Scalar]:
     """Angle, rate and friction of the column after a step; exact for torques that stay constant over it."""
+    # The exact rotation contains the damping, so the torque is that without rate.
     torque, turning = _column_balance(x, forces, torques, p, 0.0), turning_column(p)
     turned = turning.path * x.column_rate + turning.angle_per_torque * torque
     rate = turning.kept * x.column_rate + turning.rate_per_torque * torque
@@ -194,7 +195,7 @@ def _steered(
 
 
 def turning_column(p: AutomatedVehicle.Parameters) -> DampedRotation:
-    """Transition of the column's angle and rate over one sample, from its rate and torque.
+    """Transition of the column's angle and rate over one sample.
 
     Args:
         p: parameters of `AutomatedVehicle`

@@ -1,4 +1,4 @@
-"""Lateral force of an axle under load transfer and a force along its wheels."""
+"""Lateral force of an axle under load transfer and longitudinal force."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from tierod.core.graph.maths import maximum, sin, sqrt
 from tierod.physics.magic_formula import magic_angle
 
 LEAST_ACROSS = 0.3
-"""Share of the friction that stays for the lateral force whatever the brakes do [-]: keeps the ellipse open."""
+"""Smallest share of the friction that is left for the lateral force under braking [-], so that it stays positive."""
 
 
 class AxleLoad(NamedTuple):
-    """Loads of an axle: vertical force [N], that force at rest [N], and force along the wheels [N]."""
+    """Loads of an axle: vertical force [N], static vertical force [N], and force along the wheels [N]."""
 
     vertical: Scalar
     static: Scalar
@@ -21,7 +21,7 @@ class AxleLoad(NamedTuple):
 
 
 class AxleForce(NamedTuple):
-    """Force across the wheels [N], greatest force that the road lends [N], angle inside the Magic Formula [rad]."""
+    """Force across the wheels [N], its largest possible value [N], angle inside the Magic Formula [rad]."""
 
     lateral: Scalar
     greatest: Scalar
@@ -36,13 +36,13 @@ def axle_force(
     Args:
         slip: tangent of the slip angle, positive where the force is to the left [-]
         stiffness: cornering stiffness at the static load [N/rad]
-        friction: greatest force over load [-], positive
+        friction: peak force over load [-], positive
         shape: C of the Magic Formula [-], above 1; its curvature E is zero
         load: of the axle
         growth: relative growth of the stiffness per relative growth of the load [-]
 
-    The slip is scaled so that the slope at zero is the stiffness whatever the friction (similarity); the force along
-    the wheels narrows the friction by the ellipse.
+    The slip is scaled so that the slope at zero is the stiffness for any friction (similarity); the force along the
+    wheels reduces the lateral friction by the friction ellipse.
     Source: Pacejka, Tire and Vehicle Dynamics, 3rd ed., sections 4.2 and 4.3.
     """
     grip = friction * load.vertical

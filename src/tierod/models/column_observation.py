@@ -1,4 +1,4 @@
-"""The steering column as its observers see it: torques of hands and of friction as states, sensors' offsets too."""
+"""The steering column as a model for observers, with unknown torques and sensor offsets as states."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ OFFSETS: Mapping[str, tuple[str, str]] = {
     "driver_torque": ("driver_torque_offset", "N*m"),
     "motor_angle_mechanical": ("motor_angle_offset", "rad"),
 }
-"""Sensors of a column that may have an offset: name and unit of its state."""
+"""Name and unit of the offset state of each sensor of a column that may have one."""
 
 
 class MotorTorque(NamedTuple):
@@ -27,12 +27,12 @@ class MotorTorque(NamedTuple):
 
 
 class ColumnObservation(NamedTuple):
-    """A column ready for an estimator.
+    """A column prepared for an estimator.
 
     Args:
-        continuous: with its disturbances as states
-        discrete: the same, sampled exactly
-        model: the discrete one as a model
+        continuous: system with its disturbances as states
+        discrete: the system sampled exactly
+        model: the discrete system as a model
         parameters: of the model
     """
 
@@ -43,11 +43,11 @@ class ColumnObservation(NamedTuple):
 
 
 def linear_column(column: Model, parameters: Tree) -> LinearSystem:
-    """A column without friction, linear through the origin.
+    """The linear system of a column without friction.
 
     Args:
         column: `SteeringColumn` or `TwoInertiaColumn`
-        parameters: of it
+        parameters: of the column
     """
     return linearise(column, parameters, skeleton(column.State), skeleton(column.Input))
 
@@ -64,11 +64,11 @@ def observed_column(
 
     Args:
         column: continuous, with the inputs of `ColumnInput`; reduced or not
-        sample_time: [s]
-        hand_torque_order: 1 for a torque that jumps, 2 for one that has a rate
-        disturbance_torque_order: likewise
-        offset: "driver_torque" or "motor_angle_mechanical", to which a constant is added; None for neither
-        outputs: that are measured
+        sample_time: sampling interval [s]
+        hand_torque_order: 1 for a torque that is a random walk, 2 for one whose rate is
+        disturbance_torque_order: the same for the disturbance torque
+        offset: sensor with an offset, "driver_torque" or "motor_angle_mechanical"; None for neither
+        outputs: names of the measured outputs
 
     Raises:
         ParameterError: no such offset, or one of a sensor that is not measured
@@ -108,7 +108,7 @@ def _output_class(names: tuple[str, ...]) -> type:
 
 
 def _unit(name: str) -> str:
-    """Unit of a state by its name; a state of a balanced system has none."""
+    """Unit of a state from its name; empty for a state of a balanced system."""
     if name in _UNITS:
         return _UNITS[name]
     for derivative, per in (("_acceleration", "/s**2"), ("_rate", "/s")):

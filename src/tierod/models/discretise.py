@@ -1,4 +1,4 @@
-"""Discrete models from continuous ones: explicit one-step methods, inside the graph."""
+"""Discrete models from continuous ones by explicit one-step methods, as parts of the graph."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Derivative = Callable[[Tree], Tree]
 
 
 def _ahead(x: Tree, step: Scalar, slope: Tree) -> Tree:
-    """x + step slope, leaf by leaf; a slope of 0.0 leaves its state as it is."""
+    """x + step slope, leaf by leaf; a structural slope of 0.0 adds no operation to the graph."""
     pairs = zip(leaves(x), leaves(slope), strict=True)
     moved = [a if isinstance(b, float) and b == 0.0 else a + step * b for (_, a), (_, b) in pairs]
     return rebuild(x, moved)
@@ -44,14 +44,14 @@ METHODS: dict[str, Callable[[Derivative, Tree, Scalar], Tree]] = {"euler": _eule
 
 @lru_cache(maxsize=256)
 def discretise(model: Model, method: str, steps: int = 1) -> Model:
-    """The model sampled with an explicit method, its inputs constant over a sample.
+    """The model discretised by an explicit method, with inputs constant over a sample.
 
     Args:
         model: continuous model
-        method: "euler", "midpoint" or "rk4" (order 1, 2, 4). Stable while the fastest eigenvalue times the step stays
-            within about 2 (euler, midpoint) or 2.8 (rk4) in size; a linear stiff model needs
+        method: "euler", "midpoint" or "rk4" (order 1, 2, 4). Stable while the magnitude of the fastest eigenvalue times
+            the step stays below about 2 (euler, midpoint) or 2.8 (rk4); a stiff linear model needs
             `tierod.models.linear.zero_order_hold`
-        steps: of the method within one sample
+        steps: number of steps of the method within one sample
 
     Returns:
         a discrete model with the same State, Input and Output; its Parameters are `continuous` (those of the model)
@@ -76,12 +76,12 @@ def discretise(model: Model, method: str, steps: int = 1) -> Model:
 
 
 def sampled_model(model: Model, method: str, transition: Callable[[Tree, Tree, Tree], Tree]) -> Model:
-    """The discrete model that keeps the shapes and the output of a continuous one.
+    """The discrete model with a given transition and the shapes and output of a continuous one.
 
     Args:
         model: continuous model
-        method: in a word, for its name
-        transition: of a sample, with parameters that are `continuous` and `sample_time`
+        method: word for the name of the result
+        transition: over one sample, with parameters that are `continuous` and `sample_time`
     """
 
     def output(x: Tree, u: Tree, p: Tree) -> Tree:

@@ -10,15 +10,15 @@ from tierod.core.errors import ParameterError, nearest
 from tierod.models.linear import LinearSystem
 
 DERIVATIVES = ("", "_rate", "_acceleration")
-"""What is added to the name of an input for its derivatives."""
+"""Suffixes of the state names of an input and its derivatives."""
 
 
 def with_disturbance_states(system: LinearSystem, orders: Mapping[str, int]) -> LinearSystem:
-    """The system with some of its inputs as states, each the integral of those after it; the last one is constant.
+    """The system with some of its inputs as chains of integrators, of which the last state is constant.
 
     Args:
         system: continuous
-        orders: states of each input: 1 for a random walk, 2 for a random walk of its rate, at most 3
+        orders: number of states of each input: 1 for a random walk, 2 for a random walk of its rate, at most 3
 
     Raises:
         ParameterError: no such input, or an order out of range
@@ -53,7 +53,7 @@ def with_offset_state(system: LinearSystem, output: str, name: str) -> LinearSys
 
     Args:
         system: continuous
-        output: what the offset is added to: measured = truth + offset
+        output: name of the output with an offset: measured = truth + offset
         name: of the state
 
     Raises:
@@ -71,7 +71,7 @@ def with_offset_state(system: LinearSystem, output: str, name: str) -> LinearSys
 
 
 def with_outputs(system: LinearSystem, outputs: tuple[str, ...]) -> LinearSystem:
-    """The system with these outputs alone, in this order.
+    """The system with a selection of its outputs, in the given order.
 
     Raises:
         ParameterError: no such output

@@ -1,4 +1,4 @@
-"""The column of an electric power steering, seen at the steering wheel axis."""
+"""The column of an electric power steering, referred to the steering wheel axis."""
 
 from __future__ import annotations
 
@@ -25,25 +25,25 @@ class SteeringRatios(Protocol):
 
 
 class SampledColumn(Protocol):
-    """Parameters with inertia and damping of the column, and the time of a sample."""
+    """Parameters with inertia and damping of the column, and the sampling interval."""
 
     @property
     def sample_time(self) -> float:
-        """[s]."""
+        """Sampling interval [s]."""
 
     @property
     def column_damping(self) -> float:
-        """[N m s/rad]."""
+        """Viscous damping at the steering wheel axis [N m s/rad]."""
 
     @property
     def column_inertia(self) -> float:
-        """[kg m^2]."""
+        """Moment of inertia at the steering wheel axis [kg m^2]."""
 
 
 class EpsColumn:
     """Balance of torques about the steering wheel axis: inertia, damping, Coulomb friction, driver, motor, tyres.
 
-    Validity: torsion bar stiff against the motion looked at (below some 5 Hz), motion beyond the pre-sliding range.
+    Validity: frequencies below some 5 Hz, at which the torsion bar is stiff; motion beyond the pre-sliding range.
     Source: Mohtat et al., eq (2). The motor torque is the one at the shaft, T_m = K_t i: K_t is not applied twice.
     """
 
@@ -54,7 +54,7 @@ class EpsColumn:
         steering_wheel_rate: Annotated[float, "rad/s"]
 
     class Input(NamedTuple):
-        """Torques on the column: driver at the wheel, motor at its shaft, tyres about the kingpins (resisting)."""
+        """Torques of driver (at the wheel), motor (at its shaft) and tyres (about the kingpins, resisting)."""
 
         driver_torque: Annotated[float, "N*m"]
         motor_torque: Annotated[float, "N*m"]
@@ -68,14 +68,14 @@ class EpsColumn:
 
     @dataclass(frozen=True)
     class Parameters:
-        """Everything referred to the steering wheel axis.
+        """Parameters referred to the steering wheel axis.
 
         Args:
             column_inertia: J_eq [kg m^2]
             column_damping: B_eq [N m s/rad]
             nominal_friction: T_f [N m]
-            motor_ratio: turns of the motor per turn of the wheel, n []
-            steering_ratio: road wheel angle per steering wheel angle, rho []
+            motor_ratio: turns of the motor per turn of the wheel, n [-]
+            steering_ratio: road wheel angle per steering wheel angle, rho [-]
         """
 
         column_inertia: Annotated[float, "kg*m**2"]
@@ -86,14 +86,14 @@ class EpsColumn:
 
     @staticmethod
     def derivative(x: State, u: Input, p: Parameters) -> State:
-        """Eq (2)."""
+        """Rates of angle and angular rate, eq (2)."""
         friction = coulomb(x.steering_wheel_rate, p.nominal_friction) + viscous(x.steering_wheel_rate, p.column_damping)
         net = driving_torque(u.driver_torque, u.motor_torque, u.self_aligning_torque, p) - friction
         return EpsColumn.State(x.steering_wheel_rate, net / p.column_inertia)
 
     @staticmethod
     def output(x: State, u: Input, p: Parameters) -> Output:
-        """Angle and rate."""
+        """Angle and rate of the steering wheel."""
         return EpsColumn.Output(x.steering_wheel_angle, x.steering_wheel_rate)
 
 
@@ -113,7 +113,7 @@ def driving_torque(
 
 
 def column_after(angle: Scalar, rate: Scalar, net_torque: Scalar, p: SampledColumn) -> tuple[Scalar, Scalar]:
-    """Angle [rad] and rate [rad/s] of the steering wheel one sample on.
+    """Angle [rad] and rate [rad/s] of the steering wheel after one sample.
 
     Args:
         angle: of the steering wheel [rad]
@@ -121,14 +121,14 @@ def column_after(angle: Scalar, rate: Scalar, net_torque: Scalar, p: SampledColu
         net_torque: on the column without damping, constant over the sample: `driving_torque` less dry friction [N m]
         p: anything with sample_time, column_damping and column_inertia
 
-    Source: Mohtat et al., first two rows of eq (7); the angle is stepped by Euler as printed.
+    Source: Mohtat et al., first two rows of eq (7); the angle is integrated by Euler's method as printed.
     """
     decay, gain = rate_hold(p.sample_time, p.column_damping, p.column_inertia)
     return angle + p.sample_time * rate, decay * rate + gain * net_torque
 
 
 def rate_hold(sample_time: Scalar, damping: Scalar, inertia: Scalar) -> tuple[Scalar, Scalar]:
-    """Decay of the rate over one sample and the rate gained per torque held constant over it.
+    """Decay of the rate over one sample, and rate gained per constant torque.
 
     Args:
         sample_time: dt [s]
@@ -136,9 +136,9 @@ def rate_hold(sample_time: Scalar, damping: Scalar, inertia: Scalar) -> tuple[Sc
         inertia: J_eq [kg m^2]
 
     Returns:
-        (a, beta): a = exp(-dt B/J) [], beta = (1 - a)/B [rad/s/(N m)]; beta is exact, dt is already in it
+        (a, beta): a = exp(-dt B/J) [-], beta = (1 - a)/B [rad/s/(N m)]; beta is exact and contains dt
 
-    Source: Mohtat et al., eqs (7) to (9), derived anew; `share_reached` keeps beta exact for small dt B/J.
+    Source: Mohtat et al., eqs (7) to (9), re-derived; `share_reached` keeps beta accurate for small dt B/J.
     """
     elapsed = sample_time * damping / inertia
     return exp(-elapsed), share_reached(elapsed) / damping

@@ -11,14 +11,14 @@ from tierod.core.graph.maths import absolute, cos, exp, sin, sqrt, where
 from tierod.core.model import Model, require_continuous
 from tierod.models.discretise import sampled_model
 
-_SMALL = 1e-8  # squared half difference of the eigenvalues times the step; below, the series has all digits
-_SINGULAR = 1e-8  # product of the eigenvalues times the squared step; below, one counts as zero: 2e-9 off at most
-_SHORT = 1e-2  # eigenvalue times the step; below, four terms of the series are good to 2e-11
+_SMALL = 1e-8  # squared half difference of the eigenvalues times the step; below, the series is exact to rounding
+_SINGULAR = 1e-8  # product of the eigenvalues times the squared step; below, one counts as zero: error 2e-9 at most
+_SHORT = 1e-2  # eigenvalue times the step; below, four terms of the series have an error of 2e-11
 
 
 @lru_cache(maxsize=64)
 def discretise_pair(model: Model) -> Model:
-    """A model of two states sampled by the exponential of its Jacobian, its inputs constant over a sample.
+    """A model of two states discretised by the exponential of its Jacobian, with inputs constant over a sample.
 
     Args:
         model: continuous, with two states
@@ -30,8 +30,8 @@ def discretise_pair(model: Model) -> Model:
     Raises:
         ParameterError: not two states, or a model that is not continuous
 
-    Validity: exact for a model that is linear in its state, an integrator or two included; stable for any step where
-    the model is. Source: x + h phi(h A) f(x), phi(Z) = (exp(Z) - 1) / Z, by the theorem of Cayley and Hamilton.
+    Validity: exact for a model that is linear in its state, including one or two integrators; stable for any step if
+    the model is. Source: x + h phi(h A) f(x), phi(Z) = (exp(Z) - 1) / Z, by the Cayley-Hamilton theorem.
     """
     require_continuous(model)
     count = len(list(leaves(skeleton(model.State))))
@@ -69,7 +69,7 @@ def _mean_slope(rows: list[list[Scalar]], slope: list[Scalar], step: Scalar) -> 
 
 
 def _of_one_eigenvalue(value: Scalar) -> Scalar:
-    """(phi(value) - 1) / value: what a matrix whose other eigenvalue is zero is multiplied with in phi."""
+    """(phi(value) - 1) / value: factor of a matrix in its phi, if its other eigenvalue is zero."""
     away = absolute(value) > _SHORT
     safe = where(away, value, 1.0)
     series = 0.5 + value * (1.0 / 6.0 + value * (1.0 / 24.0 + value / 120.0))
@@ -77,9 +77,9 @@ def _of_one_eigenvalue(value: Scalar) -> Scalar:
 
 
 def _halves(middle: Scalar, square: Scalar) -> tuple[Scalar, Scalar]:
-    """exp(middle) times cosh(root) and sinh(root) / root, with a square of the root that may be negative.
+    """exp(middle) times cosh(root) and sinh(root) / root, where the square of the root may be negative.
 
-    Each eigenvalue has an exponential of its own: the hyperbolic functions of a stiff pair by themselves overflow.
+    Each eigenvalue has its own exponential, since the hyperbolic functions of a stiff pair would overflow.
     """
     away = absolute(square) > _SMALL
     root = sqrt(where(away, absolute(square), 1.0))

@@ -1,4 +1,4 @@
-"""The joint state-parameter model of steering friction: two motions, two torques that are not measured."""
+"""The joint state-parameter model of steering friction: steering and yaw motion, with two unmeasured torques."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ class FrictionParameters:
         front_distance: centre of gravity to front axle [m]
         rear_distance: centre of gravity to rear axle [m]
         trail: mechanical and pneumatic trail together, l_p [m]; the paper mentions the pneumatic part only
-        steering_ratio: road wheel angle per steering wheel angle, rho []
+        steering_ratio: road wheel angle per steering wheel angle, rho [-]
         column_inertia: J_eq at the steering wheel axis [kg m^2]
         column_damping: B_eq at the steering wheel axis [N m s/rad], greater than zero
-        motor_ratio: turns of the motor per turn of the wheel, n []
+        motor_ratio: turns of the motor per turn of the wheel, n [-]
         sample_time: dt [s]
         steering_wheel_inertia, steering_wheel_damping: parts of J_eq and B_eq above the torsion bar
         torsion_bar_stiffness: [N m/rad]; infinite for a rigid bar, as the model of the paper has it
@@ -62,10 +62,10 @@ class FrictionParameters:
 
 @dataclass(frozen=True)
 class SmoothFrictionParameters(FrictionParameters):
-    """Parameters of the model whose friction is smoothed.
+    """Parameters of the model with smoothed friction.
 
     Args:
-        smoothing_rate: rate at which tanh reaches 76 % [rad/s]: 0.02 is sharp, 0.05 makes up for pre-sliding
+        smoothing_rate: rate at which tanh reaches 76 % [rad/s]: 0.02 is sharp, 0.05 compensates for pre-sliding
     """
 
     smoothing_rate: Annotated[float, "rad/s"] = 0.02
@@ -74,18 +74,19 @@ class SmoothFrictionParameters(FrictionParameters):
 class FrictionEstimation:
     """Steering wheel, yaw, self-aligning torque and friction torque as one state, linear for a given direction.
 
-    Self-aligning torque and friction are constant but for their virtual noise, which belongs to the estimator.
+    Self-aligning torque and friction are constant except for process noise, which belongs to the estimator.
     `direction` is sgn(theta'*) at the operating point (appendix B): of the latest measured rate (as printed), or of
-    the a posteriori estimate; 0 while the steering sticks, which takes friction out of the balance.
+    the a posteriori estimate; 0 while the steering sticks, which removes friction from the balance.
 
-    Validity: vehicle_speed above about 3 m/s (below it tyre scrub is no self-aligning torque), lateral acceleration
-    without the share of a banked road.
+    Validity: vehicle_speed above about 3 m/s (below it tyre scrub adds to the self-aligning torque), lateral
+    acceleration without the component of gravity on a banked road.
     Source: Mohtat et al., eqs (5) to (10), corrected: the third state is the yaw rate; a = exp(-dt B/J) and
-    beta = (1 - a)/B are the exact zero-order hold; the angle is stepped by Euler as printed (nothing depends on it).
+    beta = (1 - a)/B are the exact zero-order hold; the angle, on which no other state depends, is integrated by Euler's
+    method as printed.
     """
 
     class State(NamedTuple):
-        """Eq (6), x."""
+        """State vector x of eq (6)."""
 
         steering_wheel_angle: Annotated[float, "rad"]
         steering_wheel_rate: Annotated[float, "rad/s"]
@@ -94,7 +95,7 @@ class FrictionEstimation:
         friction_torque: Annotated[float, "N*m"]
 
     class Input(NamedTuple):
-        """Eq (6), u, and the direction of motion at the operating point."""
+        """Input vector u of eq (6), and the direction of motion at the operating point."""
 
         driver_torque: Annotated[float, "N*m"]
         motor_torque: Annotated[float, "N*m"]
@@ -102,7 +103,7 @@ class FrictionEstimation:
         direction: Annotated[float, ""]
 
     class Output(NamedTuple):
-        """Eq (10)."""
+        """Measurements, eq (10)."""
 
         steering_wheel_angle: Annotated[float, "rad"]
         steering_wheel_rate: Annotated[float, "rad/s"]
@@ -112,19 +113,19 @@ class FrictionEstimation:
 
     @staticmethod
     def transition(x: State, u: Input, p: FrictionParameters) -> State:
-        """Eqs (5) and (7) to (9) without noise."""
+        """State after one sample, eqs (5) and (7) to (9) without noise."""
         return _transition(x, u, p, x.friction_torque * u.direction)
 
     @staticmethod
     def output(x: State, u: Input, p: FrictionParameters) -> Output:
-        """Eq (10)."""
+        """Measurements, eq (10)."""
         return FrictionEstimation.Output(x.steering_wheel_angle, x.steering_wheel_rate, x.yaw_rate)
 
 
 class SmoothFrictionEstimation:
-    """The joint model with friction T_f tanh(theta'/eps) of the state itself, for estimators that do not linearise.
+    """The joint model with friction T_f tanh(theta'/eps) as a function of the state, for nonlinear estimators.
 
-    `direction` of the input has no effect: the direction is that of the state.
+    The input `direction` has no effect: the direction is that of the state.
 
     Source: Mohtat et al., eqs (5) to (10) as in `FrictionEstimation`; eq (18) before its linearisation, smoothed.
     """
@@ -138,7 +139,7 @@ class SmoothFrictionEstimation:
     def transition(
         x: FrictionEstimation.State, u: FrictionEstimation.Input, p: SmoothFrictionParameters
     ) -> FrictionEstimation.State:
-        """Eq (18) and the linear rows of eq (7)."""
+        """State after one sample, eq (18) and the linear rows of eq (7)."""
         friction = smooth_coulomb(x.steering_wheel_rate, x.friction_torque, p.smoothing_rate)
         return _transition(x, u, p, friction)
 
@@ -146,7 +147,7 @@ class SmoothFrictionEstimation:
     def output(
         x: FrictionEstimation.State, u: FrictionEstimation.Input, p: SmoothFrictionParameters
     ) -> FrictionEstimation.Output:
-        """Eq (10)."""
+        """Measurements, eq (10)."""
         return FrictionEstimation.output(x, u, p)
 
 
@@ -163,11 +164,11 @@ def state_after(
     lateral_acceleration: Annotated[Scalar, "m/s**2"],
     p: FrictionParameters,
 ) -> FrictionEstimation.State:
-    """The state one sample on, whatever makes up the torque at the column.
+    """The state after one sample, for a given net torque at the column.
 
     Args:
         x: state
-        net: torque that accelerates the column, friction included
+        net: torque that accelerates the column, with friction
         lateral_acceleration: measured
         p: parameters
 

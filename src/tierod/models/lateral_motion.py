@@ -1,8 +1,8 @@
-"""Lateral motion of a car from walking pace to the limit of grip, with what a car does not know about itself as states.
+"""Lateral motion of a car from walking pace to the limit of grip, with unknown quantities of the car as states.
 
-Two axles whose tyres deflect over a relaxation length, so that nothing is divided by the speed and nothing becomes
-stiff as the car stops; roll; steering by wire with friction. What is unknown (stiffness, friction, bank, side force,
-offsets) fades towards its usual value, each in a time of its own.
+Two axles whose tyres have a relaxation length, so that nothing is divided by the speed and the equations do not become
+stiff as the car stops; roll; steer-by-wire with friction. Unknown quantities (stiffness, friction, bank, side force,
+offsets) return to their usual values, each with its own correlation time.
 """
 
 from __future__ import annotations
@@ -31,24 +31,24 @@ from tierod.physics.load_transfer import longitudinal_load_transfer
 from tierod.physics.single_track import front_axle_load, lateral_acceleration, lateral_acceleration_at, yaw_acceleration
 
 SLOWEST = 0.1
-"""Speed at which a tyre's deflection fades at standstill [m/s]: only keeps its steady value finite."""
+"""Smallest rolling speed in the relaxation of a tyre [m/s], which keeps its steady deflection finite at standstill."""
 LEAST_LOAD = 0.2
-"""Share of its static load that an axle keeps in the model whatever the acceleration says [-]."""
+"""Smallest load of an axle over its static load, whatever the acceleration [-]."""
 _MOST = 2.0
 
 
 @lru_cache(maxsize=64)
 def lateral_motion(unknowns: tuple[str, ...] = (), *, roll: bool = False, steering: bool = False) -> Model:
-    """The sampled model with the wanted states.
+    """The sampled model with a selection of states.
 
     Args:
         unknowns: names from `UNKNOWNS`, in any order
-        roll: whether the body rolls with a motion of its own; else it leans at once
-        steering: whether the road wheels turn by the torque of an actuator; else their angle is an input
+        roll: whether roll angle and rate are states; else the roll angle follows the lateral acceleration at once
+        steering: whether an actuator torque turns the road wheels; else their angle is an input
 
     Returns:
-        a discrete model; its `Parameters` are `Sampled`, whose `fading` has one entry per unknown. It has a further
-        function `forces(x, u, p)`
+        a discrete model; its `Parameters` are `Sampled`, whose `usual` and `fading` have one entry per unknown. It has
+        an additional function `forces(x, u, p)`
 
     Raises:
         ParameterError: an unknown that the model does not have, or one of the steering without the steering
@@ -81,7 +81,7 @@ def _members(unknowns: tuple[str, ...], roll: bool, steering: bool) -> dict[str,
 
 
 class _Seen(NamedTuple):
-    """A state taken apart: its motions, and the value of every unknown, zero where it is no state."""
+    """Parts of a state: its motions, and the value of every unknown, zero where it is no state."""
 
     body: Body
     roll: Roll
@@ -99,7 +99,7 @@ class LateralMotion:
 
     @classmethod
     def transition(cls, x: Tree, u: Tree, p: Sampled) -> Tree:
-        """The state one sample on: half a sample of the deflections, a whole one of the motion, half a sample again."""
+        """State after one sample: half a sample of the deflections, a whole one of the motion, another half."""
         seen, step = cls._seen(x, u), p.sample_time
         half = seen._replace(body=cls._deflected(seen, u, p, 0.5 * step))
         forces = cls._forces(half, u, p)
@@ -116,7 +116,7 @@ class LateralMotion:
 
     @classmethod
     def output(cls, x: Tree, u: Tree, p: Sampled) -> Measured | MeasuredByWire:
-        """Measurements."""
+        """Measurements of the sensors."""
         seen = cls._seen(x, u)
         forces, car, unknown = cls._forces(seen, u, p), p.car, seen.unknown
         centre = cls._acceleration(seen, forces, p)
@@ -149,7 +149,7 @@ class LateralMotion:
 
     @classmethod
     def _deflected(cls, seen: _Seen, u: Tree, p: Sampled, time: Scalar) -> Body:
-        """The tyres roll for a while, all else kept: exact."""
+        """Tyre deflections after a time, exact for a constant motion of the body."""
         body, car, sine, cosine = seen.body, p.car, *_direction(seen)
         across = body.lateral_speed + (car.roll_arm * seen.roll.roll_rate if cls.roll else 0.0)
         front = across + car.front_distance * body.yaw_rate
@@ -202,14 +202,14 @@ class LateralMotion:
 
     @classmethod
     def _trail(cls, front: AxleForce, load: Scalar, p: Sampled) -> Scalar:
-        """Pneumatic trail of the axle [m]: of each wheel in proportion to its load, and vanishing with the slip."""
+        """Pneumatic trail of the axle [m]: for each wheel in proportion to its load, falling to zero with the slip."""
         car = p.car
         moved = 2.0 * car.front_load_transfer * front.lateral / load
         return car.pneumatic_trail * (1.0 + moved * moved) * cos(car.trail_shape * front.angle)
 
     @classmethod
     def _acceleration(cls, seen: _Seen, forces: Forces, p: Sampled) -> Scalar:
-        """Acceleration by all forces but gravity, at the centre of gravity [m/s**2]."""
+        """Lateral acceleration at the centre of gravity by all forces except gravity [m/s**2]."""
         own = lateral_acceleration(forces.front_across, forces.rear_across, p.car.mass)
         return own + seen.unknown["side_force"] / p.car.mass
 
@@ -224,7 +224,7 @@ class LateralMotion:
 
     @classmethod
     def _moved(cls, seen: _Seen, forces: Forces, u: Tree, p: Sampled) -> Body:
-        """A sample of lateral speed and yaw rate; the turning of one into the other by the midpoint."""
+        """Lateral speed and yaw rate after a sample; their coupling takes the mean yaw rate (midpoint rule)."""
         body, step = seen.body, p.sample_time
         yaw_rate = body.yaw_rate + step * cls._yaw_acceleration(seen, forces, p)
         gravity = GRAVITY * sin(limit(seen.unknown["bank_angle"], -0.5, 0.5))
@@ -234,7 +234,7 @@ class LateralMotion:
 
     @classmethod
     def _rolled(cls, seen: _Seen, forces: Forces, p: Sampled) -> Roll:
-        """A sample of the roll: rate first, then angle."""
+        """Roll after a sample: the rate first, then the angle from the new rate (semi-implicit Euler)."""
         if not cls.roll:
             return seen.roll
         car, step, roll = p.car, p.sample_time, seen.roll
@@ -245,11 +245,11 @@ class LateralMotion:
 
     @classmethod
     def _steered(cls, seen: _Seen, forces: Forces, u: Tree, p: Sampled) -> Steering:
-        """A sample of the steering: damping and friction taken at its end, friction an elastic stop (Prandtl).
+        """Steering after a sample, implicit in damping and friction, with elastic-plastic friction (Prandtl).
 
-        The stop, unlike Dahl's law, does not slip away under the trembling of an estimated angle. Its stiffness counts
-        only until it yields: the rate is found as if it did not, then again with what the stop can hold (return
-        mapping).
+        Unlike Dahl's law, this friction does not creep under small oscillations of an estimated angle. Its stiffness
+        acts only until it slips: the rate is computed with the elastic stiffness first, then again with the limited
+        friction (return mapping).
         """
         if not cls.steering:
             return seen.steering
@@ -272,7 +272,7 @@ class LateralMotion:
 
 
 def _factor(logarithm: Scalar) -> Scalar:
-    """Factor of a logarithmic unknown, held within a factor of seven."""
+    """Factor of a logarithmic unknown, limited to 1/7 to 7."""
     return exp(limit(logarithm, -_MOST, _MOST))
 
 

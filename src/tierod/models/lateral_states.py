@@ -18,14 +18,14 @@ class Body(NamedTuple):
 
 
 class Roll(NamedTuple):
-    """Roll of the body, positive when its right side goes down."""
+    """Roll of the body, positive with the right side down."""
 
     roll_angle: Annotated[float, "rad"]
     roll_rate: Annotated[float, "rad/s"]
 
 
 class Steering(NamedTuple):
-    """Mean angle of the road wheels, its rate, and dry friction over its level."""
+    """Mean steer of the road wheels, its rate, and dry friction over its level."""
 
     road_wheel_angle: Annotated[float, "rad"]
     road_wheel_rate: Annotated[float, "rad/s"]
@@ -33,7 +33,7 @@ class Steering(NamedTuple):
 
 
 class Driven(NamedTuple):
-    """Speeds and angle from outside, for a car whose steering angle is taken as known."""
+    """Inputs of a car with known steering angle: speed, longitudinal acceleration, mean steer of the road wheels."""
 
     vehicle_speed: Annotated[float, "m/s"]
     longitudinal_acceleration: Annotated[float, "m/s**2"]
@@ -41,7 +41,7 @@ class Driven(NamedTuple):
 
 
 class DrivenByWire(NamedTuple):
-    """Speeds, and the torque of the actuator at the road wheels; without one (`torque_known` 0) the rate is kept."""
+    """Inputs of a car with the steering as states; its rate is held while the torque is unknown (`torque_known` 0)."""
 
     vehicle_speed: Annotated[float, "m/s"]
     longitudinal_acceleration: Annotated[float, "m/s**2"]
@@ -57,7 +57,7 @@ class Measured(NamedTuple):
 
 
 class MeasuredByWire(NamedTuple):
-    """Measurements of an inertial unit and the sensor of the road wheels."""
+    """Measurements of an inertial unit and the angle sensor of the road wheels."""
 
     yaw_rate: Annotated[float, "rad/s"]
     lateral_acceleration: Annotated[float, "m/s**2"]
@@ -68,11 +68,11 @@ class Forces(NamedTuple):
     """Forces of both axles and the torque that they make about the kingpins.
 
     Args:
-        front, rear: across the wheels
-        front_across, rear_across: across the body [N]
-        front_slip, rear_slip: tangents of the slip angles that act [-]
-        pneumatic_trail, rear_trail: of the axles [m]
-        self_aligning_torque: of the front axle, opposes positive steer [N*m]
+        front, rear: forces across the wheels
+        front_across, rear_across: forces across the body [N]
+        front_slip, rear_slip: tangents of the effective slip angles [-]
+        pneumatic_trail, rear_trail: pneumatic trails of the axles [m]
+        self_aligning_torque: of the front axle, opposing positive steer [N*m]
     """
 
     front: AxleForce

@@ -1,4 +1,4 @@
-"""Linear systems: from any model by its Jacobians, sampled exactly, and back to a model."""
+"""Linear systems: linearisation of a model, exact discretisation, and conversion to a model."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from tierod.core.model import Model
 
 @dataclass(frozen=True, eq=False)
 class LinearSystem:
-    """x' (or the next x) = A x + B u, y = C x + D u.
+    """A linear system: x' (or the next x) = A x + B u, y = C x + D u.
 
     Args:
         A: state matrix, (n, n)
@@ -70,12 +70,15 @@ def _numbered(letter: str, count: int) -> tuple[str, ...]:
 
 
 def linearise(model: Model, parameters: Tree, state: Tree, inputs: Tree) -> LinearSystem:
-    """Jacobians of a model at a point: the linear system of small deviations from it.
+    """The linear system of small deviations from an operating point, by the Jacobians of a model.
 
     Args:
         model: continuous or discrete
         parameters: of the model
         state, inputs: the point, as the model's State and Input (or tuples of floats in their order)
+
+    Raises:
+        ParameterError: a Jacobian that is not finite
     """
     at = rebuild(skeleton(model.State), [float(leaf) for leaf in values_of(state)])
     given = rebuild(skeleton(model.Input), [float(leaf) for leaf in values_of(inputs)])
@@ -94,11 +97,14 @@ def linearise(model: Model, parameters: Tree, state: Tree, inputs: Tree) -> Line
 
 
 def sampled(system: LinearSystem, sample_time: float) -> LinearSystem:
-    """The continuous system sampled exactly, its inputs constant over a sample (zero-order hold).
+    """The continuous system sampled exactly, with inputs constant over a sample (zero-order hold).
 
     Args:
         system: continuous
-        sample_time: [s]
+        sample_time: sampling interval [s]
+
+    Raises:
+        ParameterError: a sampling interval that is not above zero
     """
     from scipy.linalg import expm
 
@@ -113,9 +119,10 @@ def sampled(system: LinearSystem, sample_time: float) -> LinearSystem:
 
 
 def _with_structure(exponential: np.ndarray, matrix: np.ndarray) -> np.ndarray:
-    """exp(A) with the zeros and ones that A alone decides.
+    """exp(A) with exact zeros and ones where the structure of A gives them.
 
-    Rounding leaves 1e-20 there, at other places for every column: each would then have a kernel of its own to compile.
+    Rounding leaves 1e-20 in their place, at different entries for every column, so that each column would need a
+    compiled kernel of its own.
     """
     leads = matrix != 0.0
     for _ in range(len(matrix).bit_length()):
@@ -131,7 +138,7 @@ Entries: TypeAlias = tuple[tuple[float | int | None, ...], ...]
 
 @dataclass(frozen=True)
 class Matrices:
-    """Entries of a linear model: floats are tuning; None (zero) and 1 (one) are structure and cost nothing."""
+    """Entries of a linear model: floats are tuning; None (zero) and 1 (one) are structure and need no operation."""
 
     transition: Entries
     input: Entries
@@ -140,7 +147,7 @@ class Matrices:
 
 
 class Linear(NamedTuple):
-    """A discrete model and its parameters, ready for an estimator."""
+    """A discrete model and its parameters, as an estimator takes them."""
 
     model: Model
     parameters: Matrices
@@ -163,8 +170,11 @@ def zero_order_hold(model: Model, parameters: Tree, sample_time: float, state: T
     Args:
         model: continuous; a model that is linear through the origin is the same at every point
         parameters: of the model
-        sample_time: [s]
+        sample_time: sampling interval [s]
         state, inputs: the point; the new model's state and input are deviations from it
+
+    Raises:
+        ParameterError: as `linearise` and `sampled`
     """
     system = sampled(linearise(model, parameters, state, inputs), sample_time)
     return as_model(system, model.State, model.Input, model.Output)
@@ -176,7 +186,7 @@ def _entries(matrix: np.ndarray) -> Entries:
 
 @lru_cache(maxsize=256)
 def linear_model(state: type, inputs: type, output: type) -> Model:
-    """The discrete model whose parameters are its matrices."""
+    """The discrete linear model for NamedTuple classes of state, input and output; its parameters are `Matrices`."""
 
     def transition(x: Tree, u: Tree, p: Matrices) -> Tree:
         return _combined(state, (p.transition, x), (p.input, u))

@@ -1,4 +1,4 @@
-"""The joint model of friction linearised with every term: a ratio that varies, and the turn of friction's sign."""
+"""The joint model of friction with all terms of its linearisation: variable ratio, and reversal of friction."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from tierod.physics.steering_ratio import (
 
 @dataclass(frozen=True)
 class VariableRatioParameters(SmoothFrictionParameters):
-    """Parameters of the joint model whose ratio varies, by the names of a vehicle file.
+    """Parameters of the joint model with variable ratio, named as in a vehicle file.
 
     Args:
         steering_ratio_growth: relative growth of the ratio with the squared angle [1/rad^2]; zero is a constant ratio
@@ -34,10 +34,10 @@ class VariableRatioParameters(SmoothFrictionParameters):
 class LinearisedFrictionEstimation:
     """The joint model of `FrictionEstimation` with all terms of its linearisation.
 
-    What turns the column is rho(theta) M_z and T_f sgn(theta'); both are products, whose linearisation has the terms
-    rho'(theta*) M_z* (theta - theta*) and 2 delta(theta'*) T_f* (theta' - theta'*). The paper leaves both out and
-    prints the second without the factor 2, although d sgn(x)/dx = 2 delta(x). Delta is that of a sign smoothed by tanh
-    over `smoothing_rate`: a damping of T_f / smoothing_rate near standstill, and none beyond some times that rate.
+    The torques rho(theta) M_z and T_f sgn(theta') are products, whose linearisation has the terms
+    rho'(theta*) M_z* (theta - theta*) and 2 delta(theta'*) T_f* (theta' - theta'*). The paper omits both and prints the
+    second without the factor 2, although d sgn(x)/dx = 2 delta(x). Delta is that of a sign smoothed by tanh over
+    `smoothing_rate`: a damping of T_f / smoothing_rate near standstill, and none at several times that rate.
 
     Source: Mohtat et al., eq (19).
     """
@@ -47,7 +47,7 @@ class LinearisedFrictionEstimation:
     Parameters = VariableRatioParameters
 
     class Input(NamedTuple):
-        """Eq (6), u, and the operating point (marked by an asterisk in appendix B)."""
+        """Input vector u of eq (6), and the operating point (marked by an asterisk in appendix B)."""
 
         driver_torque: Annotated[float, "N*m"]
         motor_torque: Annotated[float, "N*m"]
@@ -60,7 +60,7 @@ class LinearisedFrictionEstimation:
 
     @staticmethod
     def transition(x: FrictionEstimation.State, u: Input, p: VariableRatioParameters) -> FrictionEstimation.State:
-        """Eq (19), and the linear rows of eq (7)."""
+        """State after one sample, eq (19) and the linear rows of eq (7)."""
         ratio = variable_ratio(u.angle_there, p.steering_ratio, p.steering_ratio_growth)
         slope = variable_ratio_slope(u.angle_there, p.steering_ratio, p.steering_ratio_growth)
         turned = x.steering_wheel_angle - u.angle_there
@@ -71,7 +71,7 @@ class LinearisedFrictionEstimation:
 
     @staticmethod
     def output(x: FrictionEstimation.State, u: Input, p: VariableRatioParameters) -> FrictionEstimation.Output:
-        """Eq (10)."""
+        """Measurements, eq (10)."""
         return FrictionEstimation.Output(x.steering_wheel_angle, x.steering_wheel_rate, x.yaw_rate)
 
 

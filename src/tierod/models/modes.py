@@ -1,4 +1,4 @@
-"""Modes of a linear system, and how far each is from being unobservable."""
+"""Modes of a linear system, and the distance of each from being unobservable."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ import numpy as np
 
 from tierod.models.linear import LinearSystem
 
-TOLERANCE = 1e-9  # of the scaled system; double precision loses a few digits beyond 1e-16 in eigenvalues
+TOLERANCE = 1e-9  # for the scaled system; eigenvalues lose several of the 16 digits of double precision
 
 
 class Mode(NamedTuple):
-    """One eigenvalue of a system and how well its direction is seen.
+    """One eigenvalue of a system, with the observability of its direction.
 
     Args:
         eigenvalue: of A
-        direction: state direction that is seen least at it, in the states' own units, largest entry 1, (n,)
-        margin: smallest singular value of [A - eigenvalue I; C], both scaled to size 1: 0 is unobservable
+        direction: least observable state direction at this eigenvalue, in the states' own units, largest entry 1, (n,)
+        margin: smallest singular value of [A - eigenvalue I; C], both scaled to norm 1: 0 is unobservable
     """
 
     eigenvalue: complex
@@ -26,13 +26,13 @@ class Mode(NamedTuple):
 
     @property
     def number(self) -> str:
-        """The eigenvalue in short."""
+        """The eigenvalue as text."""
         real = abs(self.eigenvalue.imag) < 1e-9 * max(abs(self.eigenvalue), 1.0)
         return f"{self.eigenvalue.real:.6g}" if real else f"{self.eigenvalue:.6g}"
 
 
 class Scaled(NamedTuple):
-    """A and C of a system in scaled states, the state scale, and the size by which A was divided."""
+    """A and C of a system in scaled states, the state scale, and the norm by which A was divided."""
 
     A: np.ndarray
     C: np.ndarray
@@ -41,9 +41,9 @@ class Scaled(NamedTuple):
 
 
 def scaled(system: LinearSystem, state_scale: np.ndarray | None = None) -> Scaled:
-    """A and C in scaled states, each output of size 1, A without its mean eigenvalue and of size 1.
+    """A and C in scaled states, with outputs of norm 1 and A shifted by its mean eigenvalue and divided by its norm.
 
-    Shifting and scaling A does not change what is observable, but it separates the modes of a finely sampled system,
+    Shifting and scaling A does not change the observable subspace, but separates the modes of a finely sampled system,
     whose A is nearly the identity.
     """
     n = len(system.A)
@@ -51,6 +51,7 @@ def scaled(system: LinearSystem, state_scale: np.ndarray | None = None) -> Scale
     scale = balance(shifted) if state_scale is None else np.asarray(state_scale, float)
     A = shifted * scale / scale[:, None]
     size = float(np.linalg.norm(A, 2))
+    # A multiple of the identity leaves only rounding errors after the shift, which must not be scaled to 1.
     size = size if size > 1e-12 * np.linalg.norm(system.A, 2) else 1.0
     C = system.C * scale
     rows = np.linalg.norm(C, axis=1, keepdims=True)
@@ -58,7 +59,7 @@ def scaled(system: LinearSystem, state_scale: np.ndarray | None = None) -> Scale
 
 
 def balance(matrix: np.ndarray) -> np.ndarray:
-    """State scale (powers of two) that makes rows and columns of a matrix alike in size."""
+    """State scale (powers of two) that balances the norms of rows and columns of a matrix."""
     from scipy.linalg import matrix_balance
 
     _, (scale, _) = matrix_balance(matrix, permute=False, separate=True)
@@ -66,7 +67,7 @@ def balance(matrix: np.ndarray) -> np.ndarray:
 
 
 def modes(system: LinearSystem, state_scale: np.ndarray | None = None) -> list[Mode]:
-    """Every eigenvalue with its margin (Popov-Belevitch-Hautus test), the least visible first."""
+    """Every eigenvalue with its margin (Popov-Belevitch-Hautus test), the least observable first."""
     A, C, scale, size = scaled(system, state_scale)
     shift = np.trace(system.A) / len(A)
     eigenvalues = np.linalg.eigvals(A)
@@ -80,13 +81,13 @@ def modes(system: LinearSystem, state_scale: np.ndarray | None = None) -> list[M
 
 
 def _phased(vector: np.ndarray) -> np.ndarray:
-    """The vector divided by its largest entry; real where it can be."""
+    """The vector divided by its largest entry; real if all entries then are."""
     turned: np.ndarray = vector / vector[np.argmax(np.abs(vector))]
     return turned.real if (np.abs(turned.imag) <= 1e-9).all() else turned
 
 
 def describe(direction: np.ndarray, names: tuple[str, ...]) -> str:
-    """A direction in words, largest part first: "0.99 friction - 0.11 angle"."""
+    """A direction as text, largest component first: "0.99 friction - 0.11 angle"."""
     real = np.asarray(direction).real
     strongest = np.abs(real).max()
     order = [k for k in np.argsort(-np.abs(real)) if abs(real[k]) > 0.02 * strongest]

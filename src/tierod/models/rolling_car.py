@@ -1,7 +1,7 @@
-"""Motion of a car as observable from wheel speeds, yaw rate, steering angle and accelerations, its torques unknown.
+"""Motion of a car with unknown torques, for an observer of wheel speeds, yaw rate, steering angle and accelerations.
 
-Speed and yaw rate may go anywhere that a driver, the road and the wind take them; what binds the sensors to each other
-is that wheels roll, but for the slip that both of an axle share, and that a car turns as it is steered.
+Speed and yaw rate vary freely with driver, road and wind. The sensors are related by wheels that roll, except for a
+slip common to both wheels of an axle, and by the yaw response to steering.
 """
 
 from __future__ import annotations
@@ -16,19 +16,19 @@ from tierod.physics.planar_motion import lateral_acceleration_of_turning
 from tierod.physics.single_track import lateral_acceleration_at, understeer_gradient
 
 LEAST_SPEED = 1.0
-"""Taken for slower ones where something is divided by the speed [m/s]."""
+"""Smallest speed in denominators [m/s]."""
 
 
 @dataclass(frozen=True)
 class Wander:
-    """Time constants with which what is not known goes back to nothing.
+    """Correlation times of the unknown states, which return to zero.
 
     Args:
-        turning: yaw acceleration, a steering movement
-        steering: what the angle misses of a steady turn
-        slip: of an axle under drives and brakes, as long as a foot takes
-        road: grade and bank, some hundred metres
-        offset: of sensors and tyres, longer than a drive
+        turning: of the yaw acceleration; the duration of a steering movement
+        steering: of the deviation of the angle from that of a steady turn
+        slip: of an axle under drive and brake torque; the duration of a pedal movement
+        road: of grade and bank; some hundred metres
+        offset: of sensor offsets and tyre errors; longer than a drive
     """
 
     turning: Annotated[float, "s", POSITIVE] = 0.5
@@ -41,21 +41,21 @@ class Wander:
 class RollingCar:
     """The sampled model.
 
-    Validity: forward, tyres that roll or slip alike on both sides of an axle, gentle turns (linear tyres), any steer of
-    rolling wheels; drives, brakes and slopes as they come.
+    Validity: forward driving, equal slip on both sides of an axle, linear tyres, any steer of rolling wheels; any
+    drive, brake and road slope.
     Source: kinematics of the rear axle; Li, Frey, Gauterin, eq (7), with the understeer of a linear single track.
     """
 
     class State(NamedTuple):
-        """Motion of the middle of the rear axle, and what is not known; offsets are those beyond the parameters.
+        """Motion of the centre of the rear axle, and unknown states; offsets are deviations from the parameters.
 
-        `steering_error` is the excess of the reading over the angle of a steady turn: tyres that build up their force,
-        a ratio that changes with the angle. `track_width_error` is relative: where the tyres touch the road, and their
-        slip in tight bends. `front_wheel_speed_scale` and `front_wheel_speed_difference` are those of radii;
-        `rear_slip` and `front_slip` the excess of both wheels of an axle under drives and brakes. `grade_acceleration`
-        and `bank_acceleration` are what slopes add to the accelerations forward and to the left. `steering_scale` is
-        the relative excess of the angle of rolling wheels by ratio and wheelbase, `understeer_error` that of the
-        understeer gradient: what a guessed vehicle file leaves open.
+        `steering_error` is the excess of the reading over the angle of a steady turn, by the build-up of tyre forces or
+        a variable ratio. `track_width_error` is relative, by the position of the contact patches and their slip in
+        tight bends. `front_wheel_speed_scale` and `front_wheel_speed_difference` are due to the wheel radii;
+        `rear_slip` and `front_slip` are the excess speed of both wheels of an axle under drive and brake torque.
+        `grade_acceleration` and `bank_acceleration` are the components of gravity in the measured accelerations.
+        `steering_scale` is the relative error of the kinematic steering angle by ratio and wheelbase,
+        `understeer_error` the error of the understeer gradient: both for guessed vehicle files.
         """
 
         speed: Annotated[float, "m/s"]
@@ -77,7 +77,7 @@ class RollingCar:
         understeer_error: Annotated[float, "rad*s**2/m"]
 
     class Input(NamedTuple):
-        """Nothing is known of what moves the car."""
+        """No inputs: the torques and forces that move the car are unknown."""
 
     class Output(NamedTuple):
         """Measurements of its sensors."""
@@ -93,7 +93,7 @@ class RollingCar:
 
     @dataclass(frozen=True)
     class Parameters:
-        """The car, named as in a vehicle file, and the time of a sample.
+        """The car, named as in a vehicle file, and the sampling interval.
 
         Args:
             mass: of the vehicle
@@ -101,11 +101,11 @@ class RollingCar:
             front_cornering_stiffness, rear_cornering_stiffness: of the axles
             track_width: of the rear axle
             steering_ratio: road wheel angle per angle of the column
-            turn_in: by which the steering leads the yaw rate
+            turn_in: lead time of the steering angle before the yaw rate
             wheel_speed_scale: reading of both rear wheel speeds over the speed of the wheels
             wheel_speed_difference: relative excess of the right over the left reading
             yaw_rate_offset, steering_wheel_angle_offset, longitudinal_acceleration_offset,
-                lateral_acceleration_offset: reading at a truth of zero
+                lateral_acceleration_offset: reading at a true value of zero
         """
 
         mass: Annotated[float, "kg", POSITIVE]
@@ -125,7 +125,7 @@ class RollingCar:
         wander: Wander = field(default_factory=Wander)
         sample_time: Annotated[float, "s", POSITIVE] = 0.01
 
-        # Relations of a torque that is never read stand beside the others; these go into nothing else.
+        # The table of relations between sensors also has those of torque and force, which this car does not measure.
         rack_ratio: ClassVar[float] = 1.0
         rack_stiffness: ClassVar[float] = 0.0
         steering_shaft_torque_offset: ClassVar[float] = 0.0
@@ -133,7 +133,7 @@ class RollingCar:
 
     @staticmethod
     def transition(x: State, u: Input | tuple[()], p: Parameters) -> State:
-        """The state one sample on."""
+        """State after one sample."""
         step = p.sample_time
         keep = Wander(*(exp(-step / time) for time in vars(p.wander).values()))
         return RollingCar.State(
@@ -182,7 +182,7 @@ class RollingCar:
 
 
 def rolling_speed(forward: Scalar, sideways: Scalar) -> Scalar:
-    """Speed of a wheel that rolls where it is pointed to [m/s].
+    """Speed of a wheel that rolls without slip in its own direction [m/s].
 
     Args:
         forward, sideways: motion of its hub in the directions of the car [m/s]
@@ -192,7 +192,7 @@ def rolling_speed(forward: Scalar, sideways: Scalar) -> Scalar:
 
 
 def road_wheel_angle(x: RollingCar.State, p: RollingCar.Parameters) -> Scalar:
-    """Mean steer of the front wheels [rad] that turns the car so: rolling, understeer, and the lead of the steering.
+    """Mean steer of the front wheels [rad] for a yaw motion: kinematic angle and understeer, with the steering's lead.
 
     Args:
         x: state of `RollingCar`

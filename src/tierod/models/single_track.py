@@ -18,7 +18,7 @@ class SingleTrack:
     """
 
     class State(NamedTuple):
-        """Side-slip angle at the centre of gravity and yaw rate."""
+        """Sideslip angle at the centre of gravity and yaw rate."""
 
         sideslip_angle: Annotated[float, "rad"]
         yaw_rate: Annotated[float, "rad/s"]
@@ -57,7 +57,7 @@ class SingleTrack:
 
     @staticmethod
     def derivative(x: State, u: Input, p: Parameters) -> State:
-        """Rates of the side-slip angle and of the yaw rate, from eq (3) and linear axle forces."""
+        """Rates of the sideslip angle and of the yaw rate, from eq (3) and linear axle forces."""
         front, rear = SingleTrack.axle_forces(x, u, p)
         sideslip_rate = lateral_acceleration(front, rear, p.mass) / u.vehicle_speed - x.yaw_rate
         return SingleTrack.State(

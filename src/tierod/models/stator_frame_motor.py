@@ -1,4 +1,4 @@
-"""A permanent-magnet motor in the axes of its stator: fed with known voltages, or with an inverter's command."""
+"""A permanent-magnet motor in stator axes, with known voltages or with the command of its inverter."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ class MotorParameters:
         motor_resistance: of a phase, R_s [ohm]
         motor_inductance: of a phase, along the flux, L_sd [H]
         motor_flux: linkage of the magnets, Psi_p [V s]
-        motor_pole_pairs: z_p []
+        motor_pole_pairs: z_p [-]
         motor_inertia: J_M [kg m^2]
         motor_damping: b_M [N m s/rad]
-        motor_saliency: L_sq over L_sd; None for 1 []
+        motor_saliency: L_sq over L_sd; None for 1 [-]
     """
 
     motor_resistance: Annotated[float, "ohm"]
@@ -41,35 +41,35 @@ class MotorParameters:
 
     @property
     def inductance_across(self) -> float:
-        """L_sq [H]."""
+        """Inductance in the q axis, L_sq [H]."""
         return self.motor_inductance if self.motor_saliency is None else self.motor_saliency * self.motor_inductance
 
 
 @dataclass(frozen=True)
 class SampledMotorParameters(MotorParameters):
-    """The same, and the time between two samples.
+    """Parameters of the motor, and the sampling interval.
 
     Args:
-        sample_time: [s]; of the modulation, a tenth of the electrical time constant or shorter
+        sample_time: of the modulation [s]; a tenth of the electrical time constant or shorter
     """
 
     sample_time: Annotated[float, "s"] = 1e-4
 
 
 class StatorFrameMotor:
-    """Currents in the stator's axes, rotor, load torque, and how far resistance and flux are from their values.
+    """Motor in stator axes: currents, rotor, load torque, and deviations of resistance and flux as states.
 
-    Nothing is turned into the rotor's axes by a measured angle, so that a fault of the angle sensor cannot enter. While
-    the motor stands, the angle is not observable from its currents: it goes on by increments that are given.
+    No quantity is transformed to rotor axes with a measured angle, so that a fault of the angle sensor has no effect.
+    While the motor stands, the angle is not observable from the currents; given increments change it.
 
-    Validity: no saturation; sampled by the midpoint rule, for electrical speeds up to 0.3 rad per sample.
-    Voltages are means over the sample that ends. Source: Reinelt et al., eqs (17), (18) and (16), the latter with
-    the torque of `electromagnetic_torque`; of a salient motor eqs (12), (13) in the stator's axes; load, resistance and
+    Validity: no magnetic saturation; midpoint rule, for electrical speeds up to 0.3 rad per sample.
+    Voltages are means over the sample that ends. Source: Reinelt et al., eqs (17), (18) and (16), the latter with the
+    torque of `electromagnetic_torque`; for a salient motor eqs (12), (13) in the stator's axes; load, resistance and
     flux as states are additions.
     """
 
     class State(NamedTuple):
-        """Currents, shaft, load that opposes, and logarithms of resistance and flux over their values."""
+        """Currents, rotor speed and angle, opposing load, logarithms of resistance and flux over their values."""
 
         current_alpha: Annotated[float, "A"]
         current_beta: Annotated[float, "A"]
@@ -80,7 +80,7 @@ class StatorFrameMotor:
         log_flux: Annotated[float, ""]
 
     class Input(NamedTuple):
-        """Mean voltages over the sample; what the angle gains while the motor is held to stand (1), else 0."""
+        """Mean voltages over the sample, angle increment at standstill, and whether the motor stands (1 or 0)."""
 
         voltage_alpha: Annotated[float, "V"]
         voltage_beta: Annotated[float, "V"]
@@ -88,7 +88,7 @@ class StatorFrameMotor:
         standing: Annotated[float, ""]
 
     class Output(NamedTuple):
-        """Measured currents, and the speed where it is measured besides."""
+        """Measured currents, and the speed where it is measured."""
 
         current_alpha: Annotated[float, "A"]
         current_beta: Annotated[float, "A"]
@@ -98,7 +98,7 @@ class StatorFrameMotor:
 
     @staticmethod
     def transition(x: State, u: Input, p: SampledMotorParameters) -> State:
-        """One sample on, by the midpoint rule."""
+        """State after one sample, by the midpoint rule."""
         middle = _ahead(x, _slope(x, u, p), 0.5 * p.sample_time)
         after = _ahead(x, _slope(middle, u, p), p.sample_time)
         return after._replace(angle=where(u.standing, x.angle + u.angle_increment, after.angle))
@@ -133,7 +133,7 @@ def _current_rate(
     p: SampledMotorParameters,
     **warm: Scalar,
 ) -> StatorVector:
-    """Without the axes of the rotor where there is no saliency: they cost as much as all the rest."""
+    """Rate of the currents; without saliency in stator axes alone, since the transforms would double the cost."""
     along, pole_pairs = p.motor_inductance, p.motor_pole_pairs
     if p.motor_saliency is None:
         return stator_current_rate(current, voltage, rotor, speed, inductance=along, pole_pairs=pole_pairs, **warm)
@@ -157,11 +157,11 @@ def _ahead(
 
 @dataclass(frozen=True, kw_only=True)
 class CommandedMotorParameters(SampledMotorParameters):
-    """A motor, and the inverter that feeds it.
+    """A motor, and its inverter.
 
     Args:
-        inverter_voltage_loss: what dead time and semiconductors take from a phase far above the knee [V]
-        inverter_knee_current: below it a phase's loss falls in proportion to its current [A]
+        inverter_voltage_loss: voltage loss of a phase by dead time and semiconductors, far above the knee [V]
+        inverter_knee_current: current below which the loss of a phase is in proportion to its current [A]
     """
 
     inverter_voltage_loss: Annotated[float, "V"]
@@ -169,14 +169,14 @@ class CommandedMotorParameters(SampledMotorParameters):
 
 
 class CommandedMotor:
-    """`StatorFrameMotor` fed with the command of the inverter; its voltage loss and knee are states.
+    """`StatorFrameMotor` with the command of the inverter as input; voltage loss and knee current are states.
 
-    Validity: the loss is that of the currents at the beginning of a sample, for currents that change by less than the
-    knee within one. Source: `tierod.physics.inverter.lost_voltage`.
+    Validity: currents that change by less than the knee within a sample, since the loss is that of the currents at its
+    start. Source: `tierod.physics.inverter.lost_voltage`.
     """
 
     class State(NamedTuple):
-        """State of `StatorFrameMotor`; a phase's loss far above the knee, and the knee's logarithm over its value."""
+        """State of `StatorFrameMotor`, loss of a phase far above the knee, and logarithm of the knee over its value."""
 
         current_alpha: Annotated[float, "A"]
         current_beta: Annotated[float, "A"]
@@ -194,7 +194,7 @@ class CommandedMotor:
 
     @staticmethod
     def transition(x: State, u: StatorFrameMotor.Input, p: CommandedMotorParameters) -> State:
-        """One sample on; the input holds the voltage that was commanded."""
+        """State after one sample; the input holds the commanded voltage."""
         knee = p.inverter_knee_current * exp(x.log_knee)
         signs = phase_signs(StatorVector(x.current_alpha, x.current_beta), knee)
         made = u._replace(

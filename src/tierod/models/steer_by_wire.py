@@ -1,6 +1,6 @@
-"""A steering without column: an actuator turns the road wheels against friction and the aligning torque of the tyres.
+"""Steer-by-wire: an actuator turns the road wheels against friction and the aligning torque of the tyres.
 
-Everything is stated at the road wheels, about the kingpins.
+All quantities are referred to the road wheels, about the kingpins.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ class Actuator:
     """Actuator between the motor of a steer-by-wire steering and the road wheels.
 
     Args:
-        motor_torque_constant: torque of the motor per ampere, k_M
+        motor_torque_constant: torque of the motor per current, k_M
         gearhead_ratio: turns of the motor per turn of the pinion, r_g
-        gearhead_efficiency: share of the torque that passes the gearhead, eta
+        gearhead_efficiency: efficiency of the gearhead, eta
         power_assist_factor: torque at the pinion over that of the actuator, r_p
-        steering_ratio: turn of the road wheels per turn of the pinion; the paper's r_s is its inverse
+        steering_ratio: road-wheel angle per pinion angle; the paper's r_s is its inverse
 
     Source: Yih, Ryu, Gerdes, eqs (1) and (2).
     """
@@ -70,14 +70,14 @@ class SteerByWire:
 
     @dataclass(frozen=True)
     class Parameters:
-        """Inertia, damping and friction, all seen at the road wheels.
+        """Inertia, damping and friction, all referred to the road wheels.
 
         Args:
             road_wheel_inertia: rotor, gear, rack and road wheels together, J_w
             road_wheel_damping: viscous, b_w
             road_wheel_friction: level of dry friction, F_w
-            friction_rate: of the road wheels, at which dry friction has three quarters of its level; a tenth of a
-                usual rate of steering, and above the error of an estimated rate
+            friction_rate: rate of the road wheels at which dry friction has 76 % of its level; a tenth of a usual
+                steering rate, and above the error of an estimated rate
         """
 
         road_wheel_inertia: Annotated[float, "kg*m**2"]
@@ -92,14 +92,14 @@ class SteerByWire:
 
     @staticmethod
     def output(x: State, u: Input, p: Parameters) -> Output:
-        """The angle."""
+        """Angle of the road wheels."""
         return SteerByWire.Output(x.road_wheel_angle)
 
 
 class DisturbedSteering:
-    """The steering with the aligning torque as a third state that stays what it is.
+    """The steering with the aligning torque as a third state, which is constant.
 
-    Process noise of the estimator lets it move. Validity: aligning torque slow beside the estimator.
+    The process noise of the estimator lets it vary. Validity: aligning torque that is slow against the estimator.
     Source: Yih, Ryu, Gerdes, eqs (18) and (19).
     """
 
@@ -120,7 +120,7 @@ class DisturbedSteering:
 
     @staticmethod
     def derivative(x: State, u: Input, p: SteerByWire.Parameters) -> State:
-        """Eq (18): the aligning torque does not change."""
+        """Eq (18), with a constant aligning torque."""
         acceleration = steering_acceleration(x.road_wheel_rate, u.road_wheel_torque, x.self_aligning_torque, p)
         return DisturbedSteering.State(x.road_wheel_rate, acceleration, 0.0)
 

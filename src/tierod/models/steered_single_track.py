@@ -1,4 +1,4 @@
-"""The single track whose front force is turned with the wheels: eq (6) with the cosine of the steer."""
+"""The single track with the front force across the steered wheels: eq (6) with the cosine of the steer."""
 
 from __future__ import annotations
 
@@ -10,17 +10,18 @@ from tierod.physics.single_track import lateral_acceleration, yaw_acceleration
 
 
 class TurnedSingleTrack(SingleTrack):
-    """`SingleTrack` whose front force acts across the wheels and not across the body.
+    """`SingleTrack` with a front force across the wheels instead of across the body.
 
-    Slip angles stay small and linear in the steer, as in the paper; a cosine of the steer alone is of second order.
+    Slip angles stay small and linear in the steer, as in the paper; the cosine of the steer is an effect of second
+    order.
 
-    Validity: small slip angles; steer to about 0.5 rad. The drag F_f sin(delta) of the turned force is left out, as in
-    the paper. Source: Yih, Ryu, Gerdes, eqs (6) to (8), before cos(delta) is taken as one in eq (9).
+    Validity: small slip angles; steer to about 0.5 rad. The drag F_f sin(delta) of the front force is neglected, as in
+    the paper. Source: Yih, Ryu, Gerdes, eqs (6) to (8), before cos(delta) is set to one in eq (9).
     """
 
     @staticmethod
     def derivative(x: SingleTrack.State, u: SingleTrack.Input, p: SingleTrack.Parameters) -> SingleTrack.State:
-        """Eq (6)."""
+        """Rates of the sideslip angle and of the yaw rate, eq (6)."""
         front, rear = SingleTrack.axle_forces(x, u, p)
         across = front * cos(u.road_wheel_angle)
         sideslip_rate = lateral_acceleration(across, rear, p.mass) / u.vehicle_speed - x.yaw_rate
@@ -43,7 +44,7 @@ class TurnedSteeredVehicle(SteeredVehicle):
     def derivative(
         x: SteeredVehicle.State, u: SteeredVehicle.Input, p: SteeredVehicle.Parameters
     ) -> SteeredVehicle.State:
-        """Eqs (1), (3) and (6)."""
+        """Rates of vehicle and steering, eqs (1), (3) and (6)."""
         own, steer = SteeredVehicle.parts(x, u)
         resisting = aligning_torque(own, steer, p)
         acceleration = steering_acceleration(x.road_wheel_rate, u.road_wheel_torque, resisting, p)

@@ -1,4 +1,4 @@
-"""The single-track vehicle together with its steer-by-wire steering, and as the aligning torque shows it."""
+"""The single-track vehicle with its steer-by-wire steering, and with the aligning torque as a measurement."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ class Trails:
 
 
 class SteeredVehicle:
-    """Sideslip and yaw of the vehicle, angle and rate of its steering: the aligning torque joins them.
+    """Single-track vehicle with a steer-by-wire steering, coupled by the aligning torque.
 
-    Validity: small slip angles, constant trail; vehicle_speed above zero, at which the slip angles are not defined.
+    Validity: small slip angles, constant trail; vehicle_speed above zero, where slip angles are undefined.
     Source: Yih, Ryu, Gerdes, eqs (12), (13) and (15).
     """
 
@@ -39,7 +39,7 @@ class SteeredVehicle:
         road_wheel_rate: Annotated[float, "rad/s"]
 
     class Input(NamedTuple):
-        """Torque of the actuator at the road wheels; forward speed, with which the model changes."""
+        """Torque of the actuator at the road wheels, and forward speed, on which the model depends."""
 
         road_wheel_torque: Annotated[float, "N*m"]
         vehicle_speed: Annotated[float, "m/s"]
@@ -56,7 +56,7 @@ class SteeredVehicle:
 
     @staticmethod
     def derivative(x: State, u: Input, p: Parameters) -> State:
-        """Eq (13), with the friction of the steering smoothed."""
+        """Rates of vehicle and steering, eq (13) with smoothed friction."""
         own, steer = SteeredVehicle.parts(x, u)
         vehicle = SingleTrack.derivative(own, steer, p)
         resisting = aligning_torque(own, steer, p)
@@ -65,7 +65,7 @@ class SteeredVehicle:
 
     @staticmethod
     def output(x: State, u: Input, p: Parameters) -> Output:
-        """Yaw rate and angle."""
+        """Yaw rate and mean steer of the front wheels."""
         return SteeredVehicle.Output(x.yaw_rate, x.road_wheel_angle)
 
     @staticmethod
@@ -78,7 +78,7 @@ class SteeredVehicle:
 
 
 class TorqueShownVehicle:
-    """The single-track vehicle as yaw rate and aligning torque show it.
+    """The single-track vehicle with yaw rate and aligning torque as measurements.
 
     Validity: as `SingleTrack`, with constant trail. Source: Yih, Ryu, Gerdes, eqs (9) and (23).
     """
@@ -87,7 +87,7 @@ class TorqueShownVehicle:
     Input = SingleTrack.Input
 
     class Output(NamedTuple):
-        """Measured yaw rate, and the aligning torque that an observer of the steering has found."""
+        """Measured yaw rate, and the aligning torque estimated by an observer of the steering."""
 
         yaw_rate: Annotated[float, "rad/s"]
         self_aligning_torque: Annotated[float, "N*m"]
@@ -98,12 +98,12 @@ class TorqueShownVehicle:
 
     @staticmethod
     def derivative(x: SingleTrack.State, u: SingleTrack.Input, p: Parameters) -> SingleTrack.State:
-        """Eq (9)."""
+        """Rates of the sideslip angle and of the yaw rate, eq (9)."""
         return SingleTrack.derivative(x, u, p)
 
     @staticmethod
     def output(x: SingleTrack.State, u: SingleTrack.Input, p: Parameters) -> Output:
-        """Eq (23)."""
+        """Yaw rate and aligning torque, eq (23)."""
         return TorqueShownVehicle.Output(x.yaw_rate, aligning_torque(x, u, p))
 
 

@@ -15,9 +15,9 @@ class ColumnInput(NamedTuple):
     """Torques on a column.
 
     Args:
-        motor_torque: that its currents give, at the motor's shaft, T_M2
+        motor_torque: electromagnetic torque at the motor's shaft, T_M2
         hand_torque: of the driver's hands on the steering wheel, T_driver
-        disturbance_torque: that the motor must overcome at its shaft besides, T_C: dry friction, torque from the rack
+        disturbance_torque: opposing torque at the motor's shaft, T_C: dry friction, torque from the rack
     """
 
     motor_torque: Annotated[float, "N*m"]
@@ -41,7 +41,7 @@ class ColumnParameters:
         steering_wheel_inertia: J_sw [kg m^2]
         steering_wheel_damping: beta_sw, to the housing [N m s/rad]
         torsion_bar_stiffness: k_shaft [N m/rad]
-        motor_ratio: turns of the motor per turn of the shaft, tau []
+        motor_ratio: turns of the motor per turn of the shaft, tau [-]
         gear_stiffness: between motor and gear, at the motor's shaft, k* [N m/rad]
         gear_inertia: of worm wheel and worm at the steering wheel axis, J_shaft + tau^2 J_worm [kg m^2]
         motor_inertia: J_M2 [kg m^2]
@@ -59,9 +59,9 @@ class ColumnParameters:
 
 
 class SteeringColumn:
-    """Steering wheel, gear and motor, joined by the torsion bar and an elastic gear; linear.
+    """Linear column: steering wheel, gear and motor, coupled by the torsion bar and an elastic gear.
 
-    Validity: the gear has no lash, the bar is within its stops; dry friction is a disturbance from outside.
+    Validity: the gear has no backlash, the bar is within its stops; dry friction is an external disturbance.
     Source: Raffone, eqs (1) to (3) and (7). Corrected: the ratio belongs to the coupling torque in (2), whose sign in
     (3) is the restoring one; the third row of A holds k* tau and -(k_shaft + k* tau^2); y and C name the outputs in
     different orders, here in that of y. The torque of the bar is positive towards left here, as the driver feels it.
@@ -83,7 +83,7 @@ class SteeringColumn:
 
     @staticmethod
     def derivative(x: State, u: ColumnInput, p: ColumnParameters) -> State:
-        """Eqs (1) to (3), corrected."""
+        """Rates of the state, eqs (1) to (3), corrected."""
         bar = torsion_bar_torque(x.steering_wheel_angle, x.gear_angle, p.torsion_bar_stiffness)
         coupling = gear_coupling_torque(x.motor_angle, x.gear_angle, p.motor_ratio, p.gear_stiffness)
         wheel = u.hand_torque - bar - p.steering_wheel_damping * x.steering_wheel_rate
@@ -110,7 +110,7 @@ class ColumnWithFrictionParameters(ColumnParameters):
 
     Args:
         motor_friction: level, at the motor's shaft, T_c [N m]
-        motor_friction_stiffness: with which it builds up from rest, sigma [N m/rad]
+        motor_friction_stiffness: initial stiffness of its build-up, sigma [N m/rad]
     """
 
     motor_friction: Annotated[float, "N*m"]
@@ -120,8 +120,8 @@ class ColumnWithFrictionParameters(ColumnParameters):
 class ColumnWithFriction:
     """The column with Dahl's friction at the motor.
 
-    Validity: as `SteeringColumn`. The friction is smooth but for a kink where the motor reverses.
-    Source: Raffone, eqs (1) to (4), corrected as `SteeringColumn` says; (4) is exact for its exponent of one alone.
+    Validity: as `SteeringColumn`. The friction is smooth except for a kink where the motor reverses.
+    Source: Raffone, eqs (1) to (4), corrected as in `SteeringColumn`; (4) is exact for its exponent of one only.
     """
 
     class State(NamedTuple):
@@ -141,7 +141,7 @@ class ColumnWithFriction:
 
     @staticmethod
     def derivative(x: State, u: ColumnInput, p: ColumnWithFrictionParameters) -> State:
-        """Eqs (1) to (4), corrected."""
+        """Rates of the state, eqs (1) to (4), corrected."""
         resisting = u.disturbance_torque + p.motor_friction * x.normalised_friction
         column = SteeringColumn.derivative(_column(x), u._replace(disturbance_torque=resisting), p)
         angle = p.motor_friction / p.motor_friction_stiffness

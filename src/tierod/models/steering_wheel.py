@@ -1,4 +1,4 @@
-"""The steering split at the torsion bar that measures: the wheel above it, in the hands, and what is below."""
+"""The steering split at the torsion bar: the steering wheel above it, and the parts below."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ class SteeringWheelParameters:
     Args:
         steering_wheel_inertia: J_sw [kg m^2]
         steering_wheel_damping: beta_sw, to the housing [N m s/rad]
-        torque_offset: that the measured torque of the bar has too much [N m]
-        inertia_error: inertia that the wheel has beyond J_sw [kg m^2]
-        correlation_time: after which the hands' torque has changed [s]
+        torque_offset: of the measured torque of the bar [N m]
+        inertia_error: true inertia of the wheel less J_sw [kg m^2]
+        correlation_time: of the hands' torque [s]
     """
 
     steering_wheel_inertia: Annotated[float, "kg*m**2"]
@@ -27,24 +27,24 @@ class SteeringWheelParameters:
 
 
 class SteeringWheel:
-    """A steering wheel between the measured torque of the bar and the unknown one of the hands.
+    """A steering wheel under the measured torque of the bar and the unknown torque of the hands.
 
-    Nothing below the torsion bar enters, so that gear, motor, rack and road need not be known. An error of the inertia
-    acts through an acceleration that is given: through that of the model, a filter would correlate it with the noise of
-    the measured torque and learn an inertia that grows without end.
-    Validity: a balanced wheel, or one that turns little; the torque of the hands wanders and returns to zero.
+    The parts below the torsion bar do not enter, so that gear, motor, rack and road need not be known. An error of the
+    inertia acts through a given acceleration: with that of the model, a filter would correlate it with the noise of the
+    measured torque, and the estimated inertia would grow without bound.
+    Validity: a balanced wheel, or one that turns little; the torque of the hands varies about zero.
     Source: Raffone, eq (1), with T_driver as a first-order Gauss-Markov process.
     """
 
     class State(NamedTuple):
-        """Motion of the wheel, and what turns it from outside."""
+        """Motion of the wheel, and torque of the hands."""
 
         steering_wheel_angle: Annotated[float, "rad"]
         steering_wheel_rate: Annotated[float, "rad/s"]
         hand_torque: Annotated[float, "N*m"]
 
     class Input(NamedTuple):
-        """Measured torque of the bar, positive towards left; and acceleration of the wheel, known from the past."""
+        """Measured torque of the bar, positive towards left, and acceleration of the wheel from past samples."""
 
         driver_torque: Annotated[float, "N*m"]
         steering_wheel_acceleration: Annotated[float, "rad/s**2"]
@@ -68,7 +68,7 @@ class SteeringWheel:
 
     @staticmethod
     def output(x: State, u: Input, p: SteeringWheelParameters) -> Output:
-        """The angle."""
+        """Angle of the steering wheel."""
         return SteeringWheel.Output(x.steering_wheel_angle)
 
 
@@ -76,13 +76,13 @@ class SteeringWheel:
 class BelowBarParameters:
     """Constants of the steering, named as in a vehicle file, split at the torsion bar.
 
-    The torque in the bar turns what is below it; inertia and damping of the steering wheel are the hands' to overcome.
+    The torque in the bar moves the parts below it; the hands overcome inertia and damping of the steering wheel.
 
     Args:
-        column_inertia: of everything, at the steering wheel axis [kg m^2]
-        column_damping: of everything, at the steering wheel axis [N m s/rad]
-        steering_wheel_inertia: part of it above the bar [kg m^2]
-        steering_wheel_damping: part of it above the bar [N m s/rad]
+        column_inertia: total, at the steering wheel axis [kg m^2]
+        column_damping: total, at the steering wheel axis [N m s/rad]
+        steering_wheel_inertia: part above the bar [kg m^2]
+        steering_wheel_damping: part above the bar [N m s/rad]
         torsion_bar_stiffness: [N m/rad]; infinite for a rigid bar
     """
 
@@ -94,10 +94,10 @@ class BelowBarParameters:
 
     @property
     def inertia(self) -> float:
-        """Below the bar [kg m^2]."""
+        """Inertia below the bar [kg m^2]."""
         return self.column_inertia - self.steering_wheel_inertia
 
     @property
     def damping(self) -> float:
-        """Below the bar [N m s/rad]."""
+        """Damping below the bar [N m s/rad]."""
         return self.column_damping - self.steering_wheel_damping

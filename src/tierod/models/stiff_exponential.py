@@ -1,4 +1,4 @@
-"""Discrete models from stiff continuous ones of some states: the exponential of the Jacobian by repeated squaring."""
+"""Discrete models from stiff continuous ones, by the exponential of the Jacobian with scaling and squaring."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from tierod.models.discretise import sampled_model
 
 Rows = list[list[Scalar]]
 
-_DEGREE = 6  # of the Taylor series of the smallest step; squared steps of it lose 2e-7 of that step's norm at most
+_DEGREE = 6  # of the Taylor series of the smallest step; after squaring the error is 2e-7 of that step's norm at most
 
 
 @lru_cache(maxsize=64)
 def discretise_stiff(model: Model, squarings: int, at: Tree = None) -> Model:
-    """A model sampled by the exponential of its Jacobian, its inputs constant over a sample.
+    """A model discretised by the exponential of its Jacobian, with inputs constant over a sample.
 
     Args:
         model: continuous
-        squarings: the series is taken over the sample divided by 2 to this power and squared so often; the row sums
-            of the Jacobian times that share of a sample have to stay below 0.5
-        at: state in which the Jacobian is taken; None takes it in every state anew. Where the model is linear but for
-            a few terms, a fixed one depends on tuning alone and is worked out once, before all samples; those terms
-            are then explicit, of first order, and must not be stiff
+        squarings: number of squarings; the series is taken over the sample divided by 2 to this power, and the row sums
+            of the Jacobian times that part of a sample have to stay below 0.5
+        at: state at which the Jacobian is taken; None takes it at every state. If the model is linear except for a few
+            terms, a fixed Jacobian depends on tuning alone and is computed once, before all samples; those terms are
+            then explicit, of first order, and must not be stiff
 
     Returns:
         a discrete model with the same State, Input and Output; its Parameters are `continuous` (those of the model)
@@ -59,8 +59,8 @@ def discretise_stiff(model: Model, squarings: int, at: Tree = None) -> Model:
 def _mean_exponential(rows: Rows, squarings: int) -> Rows:
     """phi(Z 2^squarings) = (exp(Z 2^s) - 1) / (Z 2^s): the mean of the exponential over a sample.
 
-    From step to step of twice the length: phi <- (phi + exp phi) / 2, exp <- exp^2, which needs no inverse of Z; that
-    of a body that nothing holds has none.
+    Every doubling of the step: phi <- (phi + exp phi) / 2, exp <- exp^2. This needs no inverse of Z, which does not
+    exist for a free body.
     """
     count = len(rows)
     one: Rows = [[1.0 if i == j else 0.0 for j in range(count)] for i in range(count)]

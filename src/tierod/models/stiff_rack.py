@@ -1,4 +1,4 @@
-"""Column and rack as one body: the two bodies of a rack steering without the swing of its teeth."""
+"""Column and rack as one body: a rack steering without the oscillation of its teeth."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from tierod.physics.gear import column_balance
 class StiffRack:
     """Column and rack that turn together, driven by a torque at the column against the tie rods.
 
-    Validity: below some 100 Hz; the teeth of the two bodies swing at 666 Hz. The rack's 3 kg would add 0.3 % to the
-    inertia and are left out. Source: Li, Frey, Gauterin, eq (2), its
-    rows added with the rack's position taken as ratio times angle, which eq (5) also does (printed inverted).
+    Validity: below some 100 Hz; the two bodies oscillate on their teeth at 666 Hz. The rack's 3 kg, which would add
+    0.3 % to the inertia, are neglected. Source: Li, Frey, Gauterin, eq (2), its rows added with the rack's position as
+    ratio times angle, as in eq (5) (printed inverted).
     """
 
     class State(NamedTuple):
@@ -39,12 +39,12 @@ class StiffRack:
         """Inertia, rack and friction.
 
         Args:
-            column_inertia: of all that turns with the column
-            rack_stiffness: of the rack to its middle
+            column_inertia: of everything that turns with the column
+            rack_stiffness: of the rack towards its centre
             rack_damping: of the rack
             rack_ratio: rack travel per turn of the column
             nominal_friction: dry friction of the fault-free steering at the column
-            friction_width: rate over which the smoothed friction turns round
+            friction_width: rate at which the smoothed friction has 76 % of its level
         """
 
         column_inertia: Annotated[float, "kg*m**2"]

@@ -1,4 +1,4 @@
-"""Column and rack as two bodies that their teeth hold together: the stiff steering as the paper writes it."""
+"""Column and rack as two bodies coupled by their teeth, as in the paper."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from tierod.physics.gear import lash_torque
 
 
 class TwoBodyRack:
-    """Column and rack of four states, driven by a torque at the column against the tie rods.
+    """Column and rack with four states, driven by a torque at the column against the tie rods.
 
-    Validity: any frequency, if the sampling keeps up with the swing of the teeth (666 Hz with Table A1).
-    Source: Li, Frey, Gauterin, eqs (2) to (4). There `i` must be the rack's travel per turn, and the first row lacks it
-    before the force of the teeth; eq (3) has it right.
+    Validity: any frequency, if the sampling is fast enough for the oscillation of the teeth (666 Hz with Table A1).
+    Source: Li, Frey, Gauterin, eqs (2) to (4). There `i` must be the rack's travel per angle, and the first row lacks
+    it before the force of the teeth; eq (3) is correct.
     """
 
     class State(NamedTuple):
@@ -29,14 +29,14 @@ class TwoBodyRack:
     Input = StiffRack.Input
 
     class Output(NamedTuple):
-        """Both positions (eq 4); that of the rack is made from the angle by eq (5): no second measurement."""
+        """Both positions (eq 4); that of the rack is computed from the angle by eq (5) and no second measurement."""
 
         rack_position: Annotated[float, "m"]
         steering_wheel_angle: Annotated[float, "rad"]
 
     @dataclass(frozen=True)
     class Parameters(StiffRack.Parameters):
-        """The column and rack of `StiffRack`, and what lies between them; defaults are those of Table A1.
+        """Parameters of `StiffRack`, mass of the rack, and teeth between column and rack; defaults from Table A1.
 
         Args:
             rack_mass: of the rack, m_R
@@ -66,5 +66,5 @@ class TwoBodyRack:
 
     @staticmethod
     def output(x: State, u: StiffRack.Input, p: Parameters) -> Output:
-        """Both positions."""
+        """Positions of rack and column."""
         return TwoBodyRack.Output(x.rack_position, x.steering_wheel_angle)

@@ -1,4 +1,4 @@
-"""The column with its gear left out: steering wheel and motor as two inertias on one spring."""
+"""The column without its gear: steering wheel and motor as two inertias on one spring."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from tierod.models.steering_column import ColumnInput, ColumnOutput, ColumnParam
 from tierod.physics.steering_ratio import torsion_bar_torque
 
 SPRINGS = ("series", "torsion bar", "printed")
-"""What the one spring may be: torsion bar and gear in series, the bar alone, or their sum as printed."""
+"""Choices for the spring: torsion bar and gear in series, the bar alone, or their sum as printed."""
 
 
 @dataclass(frozen=True)
 class TwoInertiaParameters:
-    """A column without its gear, named as `ColumnParameters` are.
+    """A column without its gear, with the names of `ColumnParameters`.
 
     Args:
         steering_wheel_inertia: J_sw [kg m^2]
         steering_wheel_damping: beta_sw [N m s/rad]
         stiffness: between steering wheel and motor, at the steering wheel axis, k_shaft_new [N m/rad]
-        motor_ratio: tau []
+        motor_ratio: tau [-]
         motor_inertia: of motor and gear at the motor's shaft, J_M2_new [kg m^2]
         motor_damping: beta_M2 [N m s/rad]
     """
@@ -37,12 +37,12 @@ class TwoInertiaParameters:
 class TwoInertiaColumn:
     """Steering wheel and motor on one spring: the column without the mode of its gear.
 
-    Validity: below some 50 Hz; the mode of the gear, at 112 Hz in the paper's column, is left out.
-    Source: Raffone, eqs (12) and (13), the torque of the spring as measured torque.
+    Validity: below some 50 Hz; the mode of the gear, at 112 Hz in the paper's column, is neglected.
+    Source: Raffone, eqs (12) and (13), with the torque of the spring as measured torque.
     """
 
     class State(NamedTuple):
-        """Eq (18) without its torques."""
+        """State vector of eq (18) without its torques."""
 
         steering_wheel_rate: Annotated[float, "rad/s"]
         motor_speed: Annotated[float, "rad/s"]
@@ -55,7 +55,7 @@ class TwoInertiaColumn:
 
     @staticmethod
     def derivative(x: State, u: ColumnInput, p: TwoInertiaParameters) -> State:
-        """Eqs (12) and (13)."""
+        """Rates of the state, eqs (12) and (13)."""
         spring = torsion_bar_torque(x.steering_wheel_angle, x.motor_angle / p.motor_ratio, p.stiffness)
         wheel = u.hand_torque - spring - p.steering_wheel_damping * x.steering_wheel_rate
         motor = u.motor_torque - u.disturbance_torque + spring / p.motor_ratio - p.motor_damping * x.motor_speed
@@ -76,13 +76,13 @@ def without_gear(column: ColumnParameters, spring: str = "series") -> TwoInertia
     Args:
         column: with gear
         spring: "series" keeps the compliance of the gear, and the frequency of the column within 1 %; "torsion bar"
-            follows from (9) strictly; "printed" adds to the bar k*/tau as (11) does, which has no mechanical meaning
-            and is harmless only while the gear is given at the motor's shaft
+            follows strictly from (9); "printed" adds k*/tau to the bar as in (11), which has no mechanical meaning and
+            is harmless only while the gear stiffness is that at the motor's shaft
 
     Raises:
         ParameterError: another spring
 
-    Source: Raffone, eqs (9) to (11). Corrected: two springs one after the other give 1/k = 1/k_shaft + 1/(k* tau^2).
+    Source: Raffone, eqs (9) to (11). Corrected: two springs in series give 1/k = 1/k_shaft + 1/(k* tau^2).
     """
     if spring not in SPRINGS:
         raise ParameterError(f"spring is '{spring}'; expected {', '.join(SPRINGS)}")

@@ -26,7 +26,7 @@ def aligning_torque_from_steer(
 
     Args:
         steering_wheel_angle: [rad]
-        lateral_acceleration: at the centre of gravity, without gravity's part [m/s**2]
+        lateral_acceleration: at the centre of gravity, without the component of gravity [m/s**2]
         yaw_rate: [rad/s]
         speed: forward speed [m/s], above 3
         mass: of the vehicle [kg]
@@ -62,10 +62,10 @@ def aligning_torque_from_yaw(
     rear_distance: Scalar,
     trail: Scalar,
 ) -> Scalar:
-    """Self-aligning torque [N*m] from the balance of forces and moments, whatever the tyres.
+    """Self-aligning torque [N*m] from the balance of forces and moments, without a tyre model.
 
     Args:
-        lateral_acceleration: at the centre of gravity, without gravity's part [m/s**2]
+        lateral_acceleration: at the centre of gravity, without the component of gravity [m/s**2]
         yaw_acceleration: [rad/s**2]
         mass: of the vehicle [kg]
         yaw_inertia: about the vertical axis [kg*m**2]
@@ -97,7 +97,7 @@ def front_force_from_motion(
     """Lateral force [N] of the front axle from the balance of forces and moments.
 
     Args:
-        lateral_acceleration: at the centre of gravity, without gravity's part [m/s**2]
+        lateral_acceleration: at the centre of gravity, without the component of gravity [m/s**2]
         yaw_acceleration: [rad/s**2]
         mass: of the vehicle [kg]
         yaw_inertia: about the vertical axis [kg*m**2]
@@ -113,7 +113,7 @@ def front_force_from_motion(
 def longitudinal_force_from_motion(
     acceleration: Scalar, yaw_rate: Scalar, *, mass: Scalar, rear_distance: Scalar
 ) -> Scalar:
-    """Force [N] of all tyres along the body that goes with a motion on level ground, without drag and rolling.
+    """Longitudinal force [N] of all tyres for a motion on level ground, without drag and rolling resistance.
 
     Args:
         acceleration: rate of change of the forward speed [m/s**2]
@@ -121,14 +121,14 @@ def longitudinal_force_from_motion(
         mass: of the vehicle [kg]
         rear_distance: from the centre of gravity to the rear axle [m]
 
-    The centre of gravity moves outward by the yaw rate times its distance from the rear axle.
+    The lateral speed of the centre of gravity is the yaw rate times its distance from the rear axle.
     Validity: rear axle without side slip.
     """
     return mass * (acceleration - rear_distance * yaw_rate * yaw_rate)
 
 
 def force_across_wheels(lateral_force: Scalar, longitudinal_force: Scalar, steer: Scalar) -> Scalar:
-    """Force [N] of the front axle across its steered wheels, which the trail turns into a torque.
+    """Force [N] of the front axle across its steered wheels, which acts on the trail.
 
     Args:
         lateral_force: of the front axle across the body [N]
@@ -148,11 +148,11 @@ def yaw_acceleration_from_aligning(
     rear_distance: Scalar,
     trail: Scalar,
 ) -> Scalar:
-    """Yaw acceleration [rad/s**2] that goes with a self-aligning torque: eq (4) solved for the yaw acceleration.
+    """Yaw acceleration [rad/s**2] from the self-aligning torque: eq (4) solved for the yaw acceleration.
 
     Args:
         self_aligning_torque: about the kingpins [N*m]
-        lateral_acceleration: at the centre of gravity, without gravity's part [m/s**2]
+        lateral_acceleration: at the centre of gravity, without the component of gravity [m/s**2]
         mass: of the vehicle [kg]
         yaw_inertia: about the vertical axis [kg*m**2]
         front_distance: from the centre of gravity to the front axle [m]

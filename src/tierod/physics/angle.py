@@ -1,4 +1,4 @@
-"""Angles of a full turn."""
+"""Angles modulo a full turn."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from tierod.core.graph.maths import floor
 
 
 def wrapped(angle: Scalar) -> Scalar:
-    """The same direction within half a turn of zero [rad].
+    """Angle wrapped to half a turn on either side of zero [rad].
 
     Args:
         angle: any number of turns [rad]
 
     Returns:
-        from -pi on, below pi [rad]
+        from -pi (included) to pi (excluded) [rad]
     """
     return angle - 2.0 * math.pi * floor(angle / (2.0 * math.pi) + 0.5)

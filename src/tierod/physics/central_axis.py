@@ -1,7 +1,7 @@
 """Rolling without slip: relations between yaw rate, wheel speeds and steer.
 
-A lever is how far to the left of the vehicle's axis a point lies: half the track for left wheels, less than zero for
-right ones.
+A lever is the distance of a point to the left of the vehicle's centre line: half the track for left wheels, negative
+for right ones.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ def _ratio(numerator: Scalar, denominator: Scalar) -> Scalar:
 
 
 def rolling_road_wheel_angle(yaw_rate: Scalar, rear_wheel_speed: Scalar, lever: Scalar, wheelbase: Scalar) -> Scalar:
-    """Mean steer of the front wheels [rad] at which a rear wheel rolls with this speed and the vehicle turns so.
+    """Mean steer of the front wheels [rad] from yaw rate and one rear wheel's speed, for rolling without slip.
 
     Args:
         yaw_rate: [rad/s]
@@ -27,9 +27,9 @@ def rolling_road_wheel_angle(yaw_rate: Scalar, rear_wheel_speed: Scalar, lever: 
         lever: of this wheel [m]
         wheelbase: [m]
 
-    Validity: negligible slip of all wheels; an understeering vehicle steers more. Moving.
-    Source: Li, Frey, Gauterin, eq (7), as atan(r L / (v + r lever)): the printed cotangents are singular straight on.
-    Each of its lines gives the angle of the bicycle, not that of the left or right wheel as its symbols suggest.
+    Validity: moving vehicle with negligible slip of all wheels; an understeering vehicle needs more steer.
+    Source: Li, Frey, Gauterin, eq (7), as atan(r L / (v + r lever)): the printed cotangents are singular at zero steer.
+    Each of its lines gives the angle of the single track, not that of the left or right wheel as its symbols suggest.
     """
     return arctan(_ratio(yaw_rate * wheelbase, rear_wheel_speed + yaw_rate * lever))
 
@@ -79,7 +79,7 @@ def central_speed(rear_wheel_speed: Scalar, share: Scalar) -> Scalar:
 
     Args:
         rear_wheel_speed: [m/s]
-        share: of the wheel, from `rear_wheel_share`; held above zero
+        share: of the wheel, from `rear_wheel_share`; limited to values above zero
 
     Source: Li, Frey, Gauterin, eqs (24) to (27).
     """

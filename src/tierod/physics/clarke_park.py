@@ -37,7 +37,7 @@ class RotorVector(NamedTuple, Generic[Number]):
 
 
 class Direction(NamedTuple, Generic[Number]):
-    """Cosine and sine of an electrical angle: worked out once, used for many vectors."""
+    """Cosine and sine of an electrical angle, computed once for many vectors."""
 
     cosine: Number
     sine: Number
@@ -59,10 +59,10 @@ def direction(electrical_angle: Number) -> Direction[Number]:
 
 
 def turned(before: Direction, electrical_increment: Scalar) -> Direction:
-    """A direction turned by a small electrical angle [rad], without sine and cosine of the library.
+    """A direction turned by a small electrical angle [rad], by polynomials instead of sine and cosine.
 
     Validity: increments below 0.3 rad, where the error stays below 1e-6 (Taylor polynomials of order 4 and 5); the
-    length drifts by as much, so begin anew with `direction` from time to time.
+    length drifts by as much, so recompute the direction with `direction` from time to time.
     """
     square = electrical_increment * electrical_increment
     cosine = 1.0 + square * (square * (1.0 / 24.0) - 0.5)
@@ -71,12 +71,12 @@ def turned(before: Direction, electrical_increment: Scalar) -> Direction:
 
 
 def clarke(phases: PhaseValues[Number]) -> StatorVector[Number]:
-    """Phase values in the stator's axes, amplitude-invariant; what all phases share drops out.
+    """Phase values in the stator's axes, amplitude-invariant; the zero sequence drops out.
 
     Args:
         phases: currents [A] or voltages [V]
 
-    Source: Reinelt et al., eqs (5) to (7), which this equals where the phases add up to zero.
+    Source: Reinelt et al., eqs (5) to (7), to which this is equal where the phases add up to zero.
     """
     return StatorVector((2.0 * phases.a - phases.b - phases.c) / 3.0, (phases.b - phases.c) / _SQRT_3)
 

@@ -29,7 +29,8 @@ def smooth_coulomb(rate: Scalar, level: Scalar, width: Scalar) -> Scalar:
     Args:
         rate: angular rate [rad/s]
         level: friction torque while moving [N*m]
-        width: rate at which 76 % of the level is reached [rad/s]; chatter of a filter below, false creep above it
+        width: rate at which 76 % of the level is reached [rad/s]; a smaller one lets a filter chatter, with a larger
+            one the model creeps at low rates
 
     Validity: rates well above the width; creeps at standstill.
     """
@@ -37,7 +38,7 @@ def smooth_coulomb(rate: Scalar, level: Scalar, width: Scalar) -> Scalar:
 
 
 def smooth_sign_slope(rate: Scalar, width: Scalar) -> Scalar:
-    """Derivative [s/rad] of the sign smoothed by a hyperbolic tangent: twice a Dirac delta of finite width.
+    """Derivative [s/rad] of the sign function smoothed by a hyperbolic tangent: twice a Dirac delta of finite width.
 
     Args:
         rate: angular rate [rad/s]
@@ -81,7 +82,7 @@ def stribeck_level(
 
 
 def dahl_slope(normalised: Scalar, direction: Scalar, dahl_angle: Scalar, exponent: Scalar = 1.0) -> Scalar:
-    """Change of the normalised Dahl friction per angle [1/rad].
+    """Derivative of the normalised Dahl friction with respect to the angle [1/rad].
 
     Args:
         normalised: friction torque over its level, x = T/Tf [-], within -1 to 1
@@ -130,7 +131,7 @@ def dahl_mean(normalised: Scalar, angle_increment: Scalar, dahl_angle: Scalar) -
 def dahl_sensitivity_update(
     sensitivity: Scalar, normalised: Scalar, angle_increment: Scalar, dahl_angle: Scalar
 ) -> Scalar:
-    """Derivative [-] of the normalised Dahl friction for ln(dahl_angle), after an angle increment.
+    """Derivative [-] of the normalised Dahl friction with respect to ln(dahl_angle), after an angle increment.
 
     Args:
         sensitivity: dh / d ln(dahl_angle) before the increment [-]
@@ -158,6 +159,7 @@ def dahl_power_update(normalised: Scalar, angle_increment: Scalar, dahl_angle: S
     """
     direction = sign(angle_increment)
     travel = absolute(angle_increment) / dahl_angle
+    # Both branches of `where` are evaluated: neither a gap of zero nor an exponent of one may divide by zero.
     gap = maximum(absolute(1.0 - normalised * direction), 1e-60)
     order = 1.0 - exponent
     exponential = absolute(order) < 1e-6

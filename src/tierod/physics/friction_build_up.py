@@ -1,6 +1,6 @@
-"""Build-up of dry friction after a reversal, with its derivative for the length of the build-up.
+"""Build-up of dry friction after a reversal, with its derivative with respect to the logarithm of the build-up angle.
 
-Three members of Dahl's family in closed form, for estimators whose steering follows an unknown law. The gap
+Three members of Dahl's family in closed form, for estimators of a steering whose law of friction is unknown. The gap
 u = 1 - h sgn(d theta) to the full level obeys du/da = -u^alpha over the travel a = |d theta| / angle.
 """
 
@@ -16,7 +16,7 @@ _CLOSED = 1e-9  # root of a gap that counts as none: friction has reached its le
 
 
 class BuildUp(NamedTuple):
-    """Normalised friction of one law.
+    """Normalised friction of one law, with its sensitivity to the build-up angle.
 
     Args:
         level: friction torque over its full level, h, within -1 to 1 [-]
@@ -28,11 +28,11 @@ class BuildUp(NamedTuple):
 
 
 RELAXED = BuildUp(0.0, 0.0)
-"""Before the first motion."""
+"""State before the first motion: no friction."""
 
 
 def finite_build_up(state: BuildUp, angle_increment: Scalar, dahl_angle: Scalar) -> BuildUp:
-    """Exponent 1/2: the level is reached after a finite travel, as with bristles of uniformly spread strength.
+    """Build-up with exponent 1/2: the level is reached after a finite travel, as with uniformly distributed bristles.
 
     Args:
         state: before the increment
@@ -51,7 +51,7 @@ def finite_build_up(state: BuildUp, angle_increment: Scalar, dahl_angle: Scalar)
 
 
 def exponential_build_up(state: BuildUp, angle_increment: Scalar, dahl_angle: Scalar) -> BuildUp:
-    """Exponent 1: the law most used, u falls as exp(-a).
+    """Build-up with exponent 1, the most common law: u falls as exp(-a).
 
     Args:
         state: before the increment
@@ -67,7 +67,7 @@ def exponential_build_up(state: BuildUp, angle_increment: Scalar, dahl_angle: Sc
 
 
 def long_build_up(state: BuildUp, angle_increment: Scalar, dahl_angle: Scalar) -> BuildUp:
-    """Exponent 2: a long tail, u falls as 1 / (1 + a u); the level is approached but hardly ever reached.
+    """Build-up with exponent 2, with a long tail: u falls as 1 / (1 + a u) and hardly ever reaches zero.
 
     Args:
         state: before the increment
@@ -101,14 +101,14 @@ def build_ups(
 
 
 def _gap(state: BuildUp, angle_increment: Scalar, dahl_angle: Scalar) -> tuple[Scalar, Scalar, Scalar, Scalar]:
-    """Direction, travel, gap to the level in that direction, and the gap's derivative for ln(dahl_angle)."""
+    """Direction, travel, gap to the level in that direction, and its derivative with respect to ln(dahl_angle)."""
     direction = sign(angle_increment)
     gap = maximum(1.0 - direction * state.level, 0.0)
     return direction, absolute(angle_increment) / dahl_angle, gap, -direction * state.sensitivity
 
 
 def _after(state: BuildUp, direction: Scalar, gap: Scalar, gap_after: Scalar, slope: Scalar) -> BuildUp:
-    """Back from the gap; without motion the direction is zero and nothing changes."""
+    """State after the increment, from the new gap; without motion the direction is zero and nothing changes."""
     moved = absolute(direction) > 0.5
     level = state.level + direction * (gap - gap_after)
     return BuildUp(level, where(moved, -direction * slope, state.sensitivity))

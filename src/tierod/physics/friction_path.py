@@ -1,4 +1,4 @@
-"""Dry friction solved over a path: normalised laws, exact for a stroke in one direction.
+"""Dry friction integrated over the angle: normalised laws, exact for a motion in one direction.
 
 A friction share is friction over its level; it opposes motion. Dahl's laws are in `tierod.physics.friction`.
 """
@@ -25,14 +25,14 @@ def elastoplastic_update(share: Scalar, angle_increment: Scalar, elastic_angle: 
 
 
 def elastoplastic_slope(share: Scalar, direction: Scalar, elastic_angle: Scalar) -> Scalar:
-    """Change of the friction share per angle [1/rad] of an elastic element that slips at its level.
+    """Derivative of the friction share with respect to the angle [1/rad]: slope of `elastoplastic_update`.
 
     Args:
-        share: now [-]
+        share: friction share at present [-]
         direction: sign of the rate [-]; zero at rest, where the element sticks
         elastic_angle: level over stiffness [rad], positive
 
-    Source: derivative of `elastoplastic_update`.
+    An elastic element that slips at its level.
     """
     return where(share * direction < 1.0, 1.0 / elastic_angle, 0.0)
 
@@ -54,7 +54,7 @@ def lugre_update(bristle: Scalar, angle_increment: Scalar, bristle_angle: Scalar
 
 
 def lugre_slope(bristle: Scalar, direction: Scalar, bristle_angle: Scalar, steady_share: Scalar) -> Scalar:
-    """Change of the normalised bristle deflection per angle [1/rad].
+    """Derivative of the normalised bristle deflection with respect to the angle [1/rad].
 
     Args:
         bristle: normalised deflection, from `lugre_update` [-]

@@ -1,4 +1,4 @@
-"""Gears and rack: elastic meshing, superposition of two turns, lash, end stops, and the balance of a stiff rack."""
+"""Gears and rack: elastic meshing, superposed rotations, backlash, end stops, and the balance of a stiff rack."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from tierod.core.graph.maths import absolute, maximum, sign, where
 
 
 def gear_coupling_torque(motor_angle: Scalar, shaft_angle: Scalar, ratio: Scalar, stiffness: Scalar) -> Scalar:
-    """Torque [N*m] that an elastic gear takes from the motor; the shaft gets it times the ratio.
+    """Torque [N*m] of an elastic gear that loads the motor; times the ratio it drives the shaft.
 
     Args:
         motor_angle: of the motor [rad]
         shaft_angle: of the shaft [rad]
         ratio: turns of the motor per turn of the shaft, tau [-]
-        stiffness: seen at the motor, k* [N*m/rad]
+        stiffness: referred to the motor, k* [N*m/rad]
 
     Source: Raffone, eqs (2) and (3), printed without the ratio on the side of the shaft and with the wrong sign on that
     of the motor, corrected.
@@ -22,7 +22,7 @@ def gear_coupling_torque(motor_angle: Scalar, shaft_angle: Scalar, ratio: Scalar
 
 
 def superposed_angle(motor_angle: Scalar, input_angle: Scalar, motor_ratio: Scalar, input_ratio: Scalar) -> Scalar:
-    """Angle of the pinion [rad] behind a planetary gear with two inputs; rates superpose alike.
+    """Angle of the pinion [rad] behind a planetary gear with two inputs; the same relation holds for rates.
 
     Args:
         motor_angle: delta_M [rad]
@@ -37,7 +37,7 @@ def superposed_angle(motor_angle: Scalar, input_angle: Scalar, motor_ratio: Scal
 
 
 def variable_gain(speed: Scalar, standing: Scalar, fast: Scalar, middle_speed: Scalar) -> Scalar:
-    """Wanted turn of the pinion [-] per turn that the steering wheel gives it without motor, over the speed.
+    """Desired pinion angle over the one that the steering wheel alone would give it [-], as a function of the speed.
 
     It falls from one gain to the other and passes the mean of both at the middle speed:
     fast + (standing - fast) / (1 + (v / v_middle)^2).
@@ -47,18 +47,18 @@ def variable_gain(speed: Scalar, standing: Scalar, fast: Scalar, middle_speed: S
         standing, fast: gains at rest and at very high speed [-]
         middle_speed: above zero [m/s]
 
-    Source: Reinelt et al., eq (4), which leaves the ratio open; this course of it is assumed.
+    Source: Reinelt et al., eq (4), which leaves the ratio open; this function is an assumption.
     """
     share = speed / middle_speed
     return fast + (standing - fast) / (1.0 + share * share)
 
 
 def superposed_target(input_angle: Scalar, gain: Scalar, motor_ratio: Scalar, input_ratio: Scalar) -> Scalar:
-    """Angle of the motor [rad] that makes the pinion turn by `gain` times what the steering wheel gives it.
+    """Angle of the motor [rad] that turns the pinion by `gain` times the angle that the steering wheel gives it.
 
     Args:
         input_angle: of the shaft from the steering wheel, delta_S [rad]
-        gain: of `variable_gain` [-]
+        gain: from `variable_gain` [-]
         motor_ratio: turns of the motor per turn of the pinion, i_M [-]
         input_ratio: turns of the shaft per turn of the pinion, i_D [-]
 
@@ -68,9 +68,9 @@ def superposed_target(input_angle: Scalar, gain: Scalar, motor_ratio: Scalar, in
 
 
 def superposed_motor_angle(pinion: Scalar, input_angle: Scalar, motor_ratio: Scalar, input_ratio: Scalar) -> Scalar:
-    """Angle of the motor [rad] at which the pinion has an angle: `superposed_angle` solved for it.
+    """Angle of the motor [rad] for an angle of the pinion: `superposed_angle` solved for the motor.
 
-    With the pinion angle of (2) and the steer of (3) it is the wanted angle delta_Md of an overall ratio i_V.
+    With the pinion angle of (2) and the steer of (3) it is the desired angle delta_Md for an overall ratio i_V.
 
     Args:
         pinion: delta_G [rad]
@@ -84,16 +84,16 @@ def superposed_motor_angle(pinion: Scalar, input_angle: Scalar, motor_ratio: Sca
 
 
 def lash_torque(twist: Scalar, twist_rate: Scalar, stiffness: Scalar, damping: Scalar, play: Scalar) -> Scalar:
-    """Torque [N*m] that a meshing passes on, in the direction of its twist; a force where twist is a distance [m].
+    """Torque [N*m] that meshing gears transmit, in the direction of their twist; a force if twist is a distance [m].
 
     Args:
         twist: of the driving against the driven side [rad], zero in the middle of the play
         twist_rate: its rate [rad/s]
         stiffness: of the flanks in contact [N*m/rad]
         damping: of the flanks in contact [N*m*s/rad]
-        play: whole free way from flank to flank [rad]; zero is a meshing without play, linear in both directions
+        play: total backlash from flank to flank [rad]; zero is a meshing without backlash, linear in both directions
 
-    Flanks push and never pull: parting from each other, they lose contact before the elastic part is gone.
+    Flanks push and never pull: while they separate, damping ends the contact before the elastic deflection is gone.
     Source: Nordin and Gutman, Automatica 38 (2002) 1633, dead-zone model with damping; the condition on the sign is the
     release condition of their physical model.
     """
@@ -110,7 +110,7 @@ def end_stop_torque(angle: Scalar, rate: Scalar, lock: Scalar, stiffness: Scalar
     Args:
         angle: [rad]
         rate: [rad/s]
-        lock: angle at which either stop is touched [rad], positive
+        lock: angle at which either stop makes contact [rad], positive
         stiffness: of the stop [N*m/rad]
         damping: of the stop [N*m*s/rad]
 
@@ -132,7 +132,7 @@ def column_balance(
     stiffness: Scalar,
     damping: Scalar,
 ) -> Scalar:
-    """Torque that is left to turn column and rack [N*m]: their inertia at the column times its acceleration.
+    """Torque that accelerates column and rack [N*m]: their inertia at the column times its angular acceleration.
 
     Args:
         torque: at the column, towards the left [N*m]
@@ -141,10 +141,10 @@ def column_balance(
         angle: of the column [rad]
         rate: of the column [rad/s]
         rack_ratio: rack travel per turn of the column [m/rad]
-        stiffness: of the rack to its middle [N/m]
+        stiffness: of the rack towards its centre [N/m]
         damping: of the rack [N*s/m]
 
-    Validity: below the frequency at which pinion and rack swing against each other (hundreds of hertz).
+    Validity: below the frequency at which pinion and rack oscillate against each other (hundreds of hertz).
     Source: Li, Frey, Gauterin, eq (2), both rows added with S = ratio times angle. The first row is printed without the
     ratio before the force of the teeth, which adds newtons to newton metres.
     """
@@ -155,15 +155,15 @@ def column_balance(
 def tie_rod_force_of_balance(
     torque: Scalar, friction: Scalar, mass: Scalar, lateral_acceleration: Scalar, per_mass: Scalar, per_torque: Scalar
 ) -> Scalar:
-    """Force of the tie rods [N] as a mix of lateral acceleration and torque.
+    """Force of the tie rods [N] as a weighted sum of lateral acceleration and torque.
 
     Args:
         torque: at the column [N*m]
         friction: dry friction at the column, with the sign of the rate [N*m]
         mass: of the vehicle [kg]
         lateral_acceleration: [m/s**2]
-        per_mass: share of mass times acceleration [-]
-        per_torque: force per torque [1/m]; up to the inverse of the rack's travel per radian
+        per_mass: weight of mass times acceleration [-]
+        per_torque: force per torque [1/m]; at most the inverse of the rack's travel per radian
 
     Source: Li, Frey, Gauterin, eq (46), whose friction is printed without the sign of the rate.
     """

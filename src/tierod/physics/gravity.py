@@ -1,6 +1,6 @@
-"""Gravity."""
+"""Gravitational acceleration."""
 
 from __future__ import annotations
 
 GRAVITY = 9.81
-"""Acceleration of free fall [m/s**2], rounded as usual in vehicle dynamics."""
+"""Gravitational acceleration [m/s**2], rounded as usual in vehicle dynamics."""

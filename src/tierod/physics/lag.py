@@ -1,4 +1,4 @@
-"""Linear motions solved exactly over a sample: a lag of the first order, noise that it shapes, a damped rotation."""
+"""Exact solutions over a sampling interval: first-order lag, first-order Gauss-Markov noise, damped rotation."""
 
 from __future__ import annotations
 
@@ -8,14 +8,15 @@ from tierod.core.block import Scalar
 from tierod.core.graph.maths import Number, exp, expm1, maximum
 
 SHORTEST = 1e-4
-"""Lag below which it counts as this long [s]: far below a sample, and nothing is divided by zero."""
+"""Shortest time constant of a lag [s]: a shorter one is replaced by it, so that nothing is divided by zero. It is far
+below a sampling interval."""
 
 
 class Lagged(NamedTuple):
-    """The output of a lag over a sample.
+    """The output of a lag over a sampling interval.
 
     Args:
-        mean: over the sample [unit of the input]
+        mean: over the interval [unit of the input]
         end: at its end [unit of the input]
     """
 
@@ -24,15 +25,15 @@ class Lagged(NamedTuple):
 
 
 def lagged_ramp(before: Scalar, after: Scalar, output: Scalar, lag: Scalar, time: Scalar) -> Lagged:
-    """Response of a lag of the first order to a ramp, exact.
+    """Response of a first-order lag to a ramp, exact.
 
     Args:
-        before, after: input at the start and at the end of the sample
+        before, after: input at the start and at the end of the sampling interval
         output: of the lag at the start [unit of the input]
         lag: time constant [s]; zero or above
-        time: of the sample [s], above zero
+        time: sampling interval [s], above zero
 
-    Validity: lags of less than `SHORTEST` count as that.
+    Validity: time constants below `SHORTEST` are replaced by it.
     Source: solution of lag * y' = u - y with u on a straight line; its mean is that of u - lag * y'.
     """
     lag = maximum(lag, SHORTEST)
@@ -42,7 +43,7 @@ def lagged_ramp(before: Scalar, after: Scalar, output: Scalar, lag: Scalar, time
 
 
 def share_reached(elapsed: Number) -> Number:
-    """Share of a step that a lag of the first order has followed.
+    """Share of a step that the output of a first-order lag has reached.
 
     Args:
         elapsed: time since the step over the time constant [-]; zero or above
@@ -53,15 +54,15 @@ def share_reached(elapsed: Number) -> Number:
 
 
 def gauss_markov_noise(deviation: Scalar, time: Scalar, step: Scalar) -> Scalar:
-    """Variance that a Gauss-Markov process of the first order gains in a sample.
+    """Variance of the process noise of a first-order Gauss-Markov process over a sampling interval.
 
     Args:
         deviation: its stationary standard deviation [its unit]
         time: its correlation time [s]
-        step: of the sample [s]
+        step: sampling interval [s]
 
     Returns:
-        variance of the driving noise, which keeps the stationary deviation [its unit squared]
+        variance of the noise that keeps the stationary deviation [its unit squared]
 
     Source: P = exp(-2 step / time) P + noise with P = deviation^2.
     """
@@ -69,16 +70,16 @@ def gauss_markov_noise(deviation: Scalar, time: Scalar, step: Scalar) -> Scalar:
 
 
 LEAST_DAMPING = 1e-4
-"""Share of its rate that a body loses at least over the time: with less the difference of two near numbers is divided
-by next to nothing; it is a ten-thousandth of the rate, which no bearing keeps better in a hundredth of a second."""
+"""Smallest share of its rate that a body loses over the time [-]. With less damping, the closed form divides the
+difference of two nearly equal numbers by almost zero; no real bearing loses less in a hundredth of a second."""
 
 
 class DampedRotation(NamedTuple):
-    """Transition of angle and rate over the time, from rate and torque.
+    """Coefficients of rate and angle increment at the end of the time, for initial rate and torque.
 
     Args:
-        kept: rate per rate before [-]
-        path: angle per rate before [s]
+        kept: rate per initial rate [-]
+        path: angle increment per initial rate [s]
         rate_per_torque: [rad/(s*N*m)]
         angle_per_torque: [rad/(N*m)]
     """
@@ -90,14 +91,14 @@ class DampedRotation(NamedTuple):
 
 
 def damped_rotation(inertia: Scalar, damping: Scalar, time: Scalar) -> DampedRotation:
-    """The motion of a damped body under a constant torque, exact.
+    """Transition of a damped rotation under a constant torque, exact.
 
     Args:
         inertia: [kg*m**2], above zero
         damping: [N*m*s/rad], zero or above
         time: [s], above zero
 
-    Validity: a damping of less than `LEAST_DAMPING` over the time counts as that much.
+    Validity: a damping that takes less than `LEAST_DAMPING` of the rate over the time is replaced by one that does.
     Source: solution of inertia * angle'' = torque - damping * angle'.
     """
     damping = maximum(damping, LEAST_DAMPING * inertia / time)

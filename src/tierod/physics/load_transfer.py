@@ -1,4 +1,4 @@
-"""Vertical load that accelerations move from wheel to wheel."""
+"""Load transfer between wheels and between axles under acceleration."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from tierod.core.block import Scalar
 
 
 def lateral_load_transfer(force: Scalar, roll_centre_height: Scalar, roll_torque: Scalar, track: Scalar) -> Scalar:
-    """Load [N] that an axle moves from its left to its right wheel.
+    """Load [N] that is transferred from the left to the right wheel of an axle.
 
     Args:
         force: lateral force of the axle's tyres on the body, to the left [N]
@@ -14,14 +14,14 @@ def lateral_load_transfer(force: Scalar, roll_centre_height: Scalar, roll_torque
         roll_torque: of the axle's springs and dampers, against a roll to the right [N*m]
         track: [m]
 
-    Source: Mitschke and Wallentowitz, Dynamik der Kraftfahrzeuge, 5th ed., section 23.1: part by the links at once,
-    part by the springs as the body rolls.
+    Source: Mitschke and Wallentowitz, Dynamik der Kraftfahrzeuge, 5th ed., section 23.1: one part through the links at
+    once, the other through the springs as the body rolls.
     """
     return (force * roll_centre_height + roll_torque) / track
 
 
 def longitudinal_load_transfer(force: Scalar, centre_height: Scalar, wheelbase: Scalar) -> Scalar:
-    """Load [N] that moves from the front to the rear axle.
+    """Load [N] that is transferred from the front to the rear axle.
 
     Args:
         force: of all tyres along the road, forward [N]

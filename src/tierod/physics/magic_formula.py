@@ -1,7 +1,7 @@
-"""Pacejka's Magic Formula: pure and combined slip, stiffness and friction by load, pneumatic trail.
+"""Pacejka's Magic Formula: pure and combined slip, stiffness and friction over load, pneumatic trail.
 
 Positive slip gives a positive force: a lateral slip to the left turns the car left, a longitudinal slip drives it. The
-angle inside the outer sine of the formula is worked out once and serves force and trail.
+angle inside the outer sine of the formula is computed once, for force and trail.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from tierod.core.block import Scalar
 from tierod.core.graph.maths import arcsin, arctan, cos, sin, sqrt
 
 REST = 1e-6
-"""Normalised slip below which a tyre is taken as at rest [-]: only keeps the direction of no slip defined."""
+"""Normalised slip that is added to the length of the slip vector [-], so that its direction is defined at zero slip."""
 
 
 class SlipForces(NamedTuple):
@@ -24,7 +24,7 @@ class SlipForces(NamedTuple):
 
 
 def magic_angle(scaled_slip: Scalar, curvature_factor: Scalar) -> Scalar:
-    """The angle [rad] of which the Magic Formula takes the sine, without its shape factor.
+    """The angle [rad] that, times the shape factor, is the argument of the sine in the Magic Formula.
 
     Args:
         scaled_slip: stiffness factor times slip, B x [-]
@@ -53,7 +53,7 @@ def magic_formula(
 
 
 def scaled_slip_of(share: Scalar, shape_factor: Scalar) -> Scalar:
-    """Slip times the stiffness factor, B x [-], at which a force has reached a share of its peak; without curvature.
+    """Slip times the stiffness factor, B x [-], at which a force reaches a share of its peak, for curvature factor 0.
 
     Args:
         share: of the peak [-], below 1
@@ -66,13 +66,13 @@ def scaled_slip_of(share: Scalar, shape_factor: Scalar) -> Scalar:
 
 
 def stiffness_per_load(load: Scalar, nominal_load: Scalar, greatest: Scalar, load_of_greatest: Scalar) -> Scalar:
-    """Cornering stiffness over load [1/rad]; the stiffness rises with the load, ever more slowly, to a greatest one.
+    """Cornering stiffness over load [1/rad]; the stiffness rises degressively with the load to a maximum.
 
     Args:
         load: vertical load [N], not negative
         nominal_load: Fz0 [N]
-        greatest: greatest stiffness over nominal load, pKy1 [1/rad]
-        load_of_greatest: load of the greatest stiffness over nominal load, pKy2 [-]
+        greatest: maximum stiffness over nominal load, pKy1 [1/rad]
+        load_of_greatest: load at the maximum stiffness over nominal load, pKy2 [-]
 
     Source: Pacejka, 3rd ed., section 4.3.2, stiffness without camber: K = pKy1 Fz0 sin(2 arctan(Fz/(pKy2 Fz0))),
     with sin(2 arctan x) = 2 x/(1 + x^2).
@@ -82,7 +82,7 @@ def stiffness_per_load(load: Scalar, nominal_load: Scalar, greatest: Scalar, loa
 
 
 def friction_at_load(load: Scalar, nominal_load: Scalar, friction: Scalar, sensitivity: Scalar) -> Scalar:
-    """Greatest force over load [-], which falls as the load rises.
+    """Peak force over load [-], which falls as the load rises.
 
     Args:
         load: vertical load [N]
@@ -103,18 +103,18 @@ def combined_forces(
     shape_factor: Scalar,
     curvature_factor: Scalar,
 ) -> SlipForces:
-    """Forces of a tyre that slips along and across at once.
+    """Forces of a tyre under combined longitudinal and lateral slip.
 
     Args:
         slips: longitudinal slip, tangent of the slip angle [-]
         stiffnesses: slope of the force at zero slip over load, along and across [1/rad]
-        frictions: greatest force over load, along and across [-], positive
+        frictions: peak force over load, along and across [-], positive
         load: vertical load [N], not negative; zero is allowed
         shape_factor: C [-], the same in both directions
         curvature_factor: E [-], the same in both directions
 
-    Slips are normalised by the ones at which the linear tyre would reach its peak; the length of the normalised slip
-    gives the share of the peak, its direction the shares of both forces. With one slip alone this is `magic_formula`.
+    Each slip is normalised by the one at which the linear tyre would reach its peak. The length of the normalised slip
+    gives the share of the peak, its direction the two components. With pure slip this is `magic_formula`.
     Source: similarity of Pacejka (3rd ed., section 4.2) and normalisation of Radt in the form of Sharp and Bettella,
     Vehicle System Dynamics 39 (2003) 27, without their transformation of the slips.
     """

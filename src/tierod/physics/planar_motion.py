@@ -1,4 +1,4 @@
-"""Planar motion of a car: its accelerations, and following a path by aiming at a point ahead."""
+"""Planar motion of a car: its accelerations, and pure pursuit of a path."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def longitudinal_acceleration(
 
 
 def forward_rate(acceleration: Scalar, forward_speed: Scalar, sideslip_angle: Scalar, yaw_rate: Scalar) -> Scalar:
-    """Derivative of the forward speed [m/s**2] from a longitudinal acceleration: `longitudinal_acceleration` turned.
+    """Derivative of the forward speed [m/s**2]: `longitudinal_acceleration` solved for the forward rate.
 
     Args:
         acceleration: longitudinal, of the centre of gravity [m/s**2]
@@ -47,12 +47,12 @@ def forward_rate(acceleration: Scalar, forward_speed: Scalar, sideslip_angle: Sc
 
 
 def pursuit_curvature(offset_ahead: Scalar, reach: Scalar) -> Scalar:
-    """Curvature [1/m] of the arc that leads back to a straight path at a distance.
+    """Curvature [1/m] of the arc that meets a straight path at a look-ahead distance.
 
     Args:
-        offset_ahead: lateral offset from the path that would be reached there on the present course, positive to the
-            left [m]
-        reach: distance [m], positive
+        offset_ahead: lateral offset from the path at that distance if the course stayed as it is, positive to the left
+            [m]
+        reach: look-ahead distance [m], positive
 
     Source: pure pursuit; Amidi, Integrated Mobile Robot Control, CMU-RI-TR-90-17 (1990): 2 x / L^2.
     """

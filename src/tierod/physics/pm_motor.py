@@ -1,4 +1,4 @@
-"""Permanent-magnet synchronous motor: flux, current, torque, and what the temperature does to them.
+"""Permanent-magnet synchronous motor: flux, current, torque, and the effect of temperature on them.
 
 Vectors are amplitude-invariant (`tierod.physics.clarke_park`). Speed and angle are those of the shaft (mechanical)
 unless the name says electrical; z_p is the number of pole pairs.
@@ -11,11 +11,11 @@ from tierod.core.graph.maths import Number
 from tierod.physics.clarke_park import Direction, RotorVector, StatorVector, inverse_park, park
 
 COPPER = 1.0 / 255.0
-"""Rise of the resistance of copper, relative to that at 20 degrees Celsius [1/K]."""
+"""Temperature coefficient of the resistance of copper, referred to 20 degrees Celsius [1/K]."""
 NEODYMIUM = -1.1e-3
-"""Fall of the remanence of sintered NdFeB, relative to that at 20 degrees Celsius [1/K]."""
+"""Temperature coefficient of the remanence of sintered NdFeB, referred to 20 degrees Celsius [1/K]."""
 REFERENCE_TEMPERATURE = 293.15
-"""At which resistance and flux are stated [K]."""
+"""Temperature to which stated resistances and flux linkages refer [K]."""
 
 
 def back_emf_constant(pole_pairs: Scalar, flux: Scalar) -> Scalar:
@@ -31,7 +31,7 @@ def back_emf_constant(pole_pairs: Scalar, flux: Scalar) -> Scalar:
 
 
 def torque_constant(pole_pairs: Scalar, flux: Scalar) -> Scalar:
-    """Torque per current across the rotor flux, K_t [N*m/A].
+    """Torque per current in the q axis, K_t [N*m/A].
 
     Args:
         pole_pairs: z_p [-]
@@ -46,7 +46,7 @@ def torque_constant(pole_pairs: Scalar, flux: Scalar) -> Scalar:
 def electromagnetic_torque(
     current: RotorVector, pole_pairs: Scalar, flux: Scalar, inductance_d: Scalar, inductance_q: Scalar
 ) -> Scalar:
-    """Torque [N*m] of a motor, salient or not, on its shaft.
+    """Torque [N*m] of a motor with or without saliency, on its shaft.
 
     Args:
         current: [A]
@@ -61,10 +61,10 @@ def electromagnetic_torque(
 
 
 def torque_of_flux(linkage: StatorVector, current: StatorVector, pole_pairs: Scalar) -> Scalar:
-    """Torque [N*m] on the shaft from flux linkage and current, in whatever axes both are given.
+    """Torque [N*m] on the shaft from flux linkage and current, both in the same axes.
 
     Args:
-        linkage: of the stator, [V*s]
+        linkage: of the stator [V*s]
         current: [A]
         pole_pairs: z_p [-]
 
@@ -87,7 +87,7 @@ def flux_linkage(current: RotorVector, flux: Scalar, inductance_d: Scalar, induc
 def current_of_flux(
     linkage: StatorVector, rotor: Direction, flux: Scalar, inductance_d: Scalar, inductance_q: Scalar
 ) -> StatorVector:
-    """Current [A] in the stator's axes that goes with a flux linkage: `flux_linkage` solved for the current.
+    """Current [A] in the stator's axes from a flux linkage: `flux_linkage` solved for the current.
 
     Args:
         linkage: of the stator [V*s]
@@ -153,7 +153,7 @@ def stator_current_rate(
     flux: Scalar,
     pole_pairs: Scalar,
 ) -> StatorVector:
-    """Rate of the current [A/s] in the stator's axes, of a motor without saliency.
+    """Rate of the current [A/s] in the stator's axes, for a motor without saliency.
 
     Args:
         current: [A]
@@ -186,7 +186,7 @@ def salient_stator_current_rate(
     flux: Scalar,
     pole_pairs: Scalar,
 ) -> StatorVector:
-    """Rate of the current [A/s] in the stator's axes, of a motor salient or not.
+    """Rate of the current [A/s] in the stator's axes, for a motor with or without saliency.
 
     Args:
         current: [A]
@@ -230,7 +230,7 @@ def rotor_acceleration(torque: Scalar, load_torque: Scalar, speed: Scalar, inert
 
 
 def cogging_torque(rotor: Direction, amplitude: Scalar) -> Scalar:
-    """Torque [N*m] of the slots at rest: the sixth harmonic of the electrical angle.
+    """Cogging torque [N*m] of the slots: the sixth harmonic of the electrical angle.
 
     Args:
         rotor: direction of the electrical angle
@@ -244,7 +244,7 @@ def cogging_torque(rotor: Direction, amplitude: Scalar) -> Scalar:
 
 
 def resistance_at(temperature: Number, reference: Scalar) -> Number:
-    """Resistance of a copper winding [ohm].
+    """Resistance of a copper winding at a temperature [ohm].
 
     Args:
         temperature: of the winding [K]
@@ -256,7 +256,7 @@ def resistance_at(temperature: Number, reference: Scalar) -> Number:
 
 
 def flux_at(temperature: Number, reference: Scalar) -> Number:
-    """Flux linkage of the magnets [V*s], reversible part.
+    """Flux linkage of the magnets [V*s] at a temperature, without irreversible demagnetisation.
 
     Args:
         temperature: of the magnets [K]
@@ -268,7 +268,7 @@ def flux_at(temperature: Number, reference: Scalar) -> Number:
 
 
 def copper_loss(current: StatorVector, resistance: Scalar) -> Scalar:
-    """Heat in the windings [W].
+    """Copper loss of the three windings [W].
 
     Args:
         current: [A]
@@ -278,7 +278,7 @@ def copper_loss(current: StatorVector, resistance: Scalar) -> Scalar:
 
 
 def electric_power(voltage: StatorVector, current: StatorVector) -> Scalar:
-    """Power into the motor [W].
+    """Electric power into the motor [W].
 
     Args:
         voltage: [V]

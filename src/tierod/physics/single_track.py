@@ -88,7 +88,7 @@ def front_axle_load(mass: Scalar, front_distance: Scalar, rear_distance: Scalar,
 def understeer_gradient(
     mass: Scalar, front_distance: Scalar, rear_distance: Scalar, front_stiffness: Scalar, rear_stiffness: Scalar
 ) -> Scalar:
-    """Extra road-wheel angle per lateral acceleration [rad*s**2/m]; positive understeers.
+    """Understeer gradient: additional road-wheel angle per lateral acceleration [rad*s**2/m]; positive for understeer.
 
     Args:
         mass: of the vehicle [kg]
@@ -139,8 +139,8 @@ def lateral_acceleration_at(
         lateral_acceleration_of_gravity_centre: [m/s**2]
         yaw_acceleration: [rad/s**2]
         yaw_rate: [rad/s]
-        forward: how far ahead of the centre of gravity the point lies [m]
-        left: how far to the left of it [m]
+        forward: distance of the point ahead of the centre of gravity [m]
+        left: its distance to the left of the centre of gravity [m]
 
     Source: rigid body: a_P = a + r' x - r^2 y.
     """

@@ -1,4 +1,4 @@
-"""Steering from wheel to road wheels: the ratio between them, Ackermann's angles, and the torsion bar that measures.
+"""From the steering wheel to the road wheels: steering ratio, Ackermann angles, and the torsion bar.
 
 A ratio here is road-wheel angle per steering-wheel angle (about 1/15), the rho of Mohtat et al., eq (2). By virtual
 work the same number turns a torque about the kingpin into a torque at the steering wheel.
@@ -22,7 +22,7 @@ def variable_ratio(steering_wheel_angle: Scalar, centre_ratio: Scalar, growth: S
 
 
 def variable_ratio_slope(steering_wheel_angle: Scalar, centre_ratio: Scalar, growth: Scalar) -> Scalar:
-    """Change of the ratio per angle [1/rad]: the derivative of `variable_ratio`, rho' of Mohtat et al., eq (19).
+    """Derivative of `variable_ratio` with respect to the angle [1/rad], rho' of Mohtat et al., eq (19).
 
     Args:
         steering_wheel_angle: [rad]
@@ -44,7 +44,7 @@ def road_wheel_angle(steering_wheel_angle: Scalar, centre_ratio: Scalar, growth:
 
 
 def pinion_angle(road_wheel_angle: Scalar, centre_ratio: Scalar, growth: Scalar = 0.0) -> Scalar:
-    """Angle of the pinion [rad] at which the front wheels have a mean steer: the inverse of `road_wheel_angle`.
+    """Angle of the pinion [rad] for a mean steer of the front wheels: the inverse of `road_wheel_angle`.
 
     Args:
         road_wheel_angle: mean steer of the front wheels, delta_F [rad]
@@ -52,10 +52,11 @@ def pinion_angle(road_wheel_angle: Scalar, centre_ratio: Scalar, growth: Scalar 
         growth: relative growth of the ratio with the squared angle [1/rad**2]
 
     Validity: with a negative growth, below the angle at which the ratio is zero.
-    Source: Reinelt et al., eq (2), delta_G = F_SG(delta_F), with a course of F_SG that is assumed; the one real root of
-    its cubic by the triple angle of the hyperbolic and of the plain sine.
+    Source: Reinelt et al., eq (2), delta_G = F_SG(delta_F), with an assumed function F_SG; the real root of its cubic
+    by the triple-angle formula of the hyperbolic sine (growth above zero) or of the sine (below).
     """
     straight = road_wheel_angle / centre_ratio
+    # All three solutions are evaluated whatever the growth, so every root and arcsine needs a valid argument.
     bent = absolute(growth) > 1e-12
     root = sqrt(where(bent, absolute(growth), 1.0))
     third = 1.5 * root * absolute(straight)
@@ -67,11 +68,11 @@ def pinion_angle(road_wheel_angle: Scalar, centre_ratio: Scalar, growth: Scalar 
 
 
 def road_wheel_angle_of_ratio(steering_wheel_angle: Scalar, overall_ratio: Scalar) -> Scalar:
-    """Mean steer of the front wheels [rad] that an overall ratio gives.
+    """Mean steer of the front wheels [rad] for an overall ratio.
 
     Args:
         steering_wheel_angle: delta_S [rad]
-        overall_ratio: steering wheel angle per mean steer, i_V [-]; wanted by speed and pinion angle (eq 4)
+        overall_ratio: steering wheel angle per mean steer, i_V [-]; set as a function of speed and pinion angle (eq 4)
 
     Source: Reinelt et al., eq (3).
     """
@@ -79,7 +80,7 @@ def road_wheel_angle_of_ratio(steering_wheel_angle: Scalar, overall_ratio: Scala
 
 
 def torque_at_steering_wheel(kingpin_torque: Number, ratio: Scalar) -> Number:
-    """Torque [N*m] felt at the steering wheel for a torque about the kingpins, without losses.
+    """Torque [N*m] at the steering wheel from a torque about the kingpins, without losses.
 
     Args:
         kingpin_torque: about the kingpins [N*m]
@@ -91,7 +92,7 @@ def torque_at_steering_wheel(kingpin_torque: Number, ratio: Scalar) -> Number:
 
 
 def column_torque_of_motor(motor_torque: Number, gear_ratio: Scalar) -> Number:
-    """Torque [N*m] at the column of an assist motor, without losses.
+    """Torque [N*m] of an assist motor at the column, without losses.
 
     Args:
         motor_torque: at the motor shaft [N*m], Kt times current
@@ -119,7 +120,7 @@ def ackermann_angle(mean_angle: Scalar, gain: Scalar) -> Scalar:
 
 
 def ackermann_slope(mean_angle: Scalar, gain: Scalar) -> Scalar:
-    """Turn of the left front wheel per turn of the mean steer [-]: the derivative of `ackermann_angle`.
+    """Derivative of `ackermann_angle` with respect to the mean steer [-].
 
     Args:
         mean_angle: mean steer of both front wheels [rad]

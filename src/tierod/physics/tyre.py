@@ -1,8 +1,8 @@
 """Lateral force and aligning torque of a tyre or an axle.
 
 Slip, force and torque are positive in a left turn: a positive slip gives a force to the left, and an aligning torque
-about the kingpin that opposes positive steer. Stiffness and load belong together: both of one wheel, or of one axle.
-The lateral slip is the tangent of the slip angle; below 0.1 rad the angle itself will do.
+about the kingpin that opposes positive steer. Stiffness and load are both those of one wheel, or both of one axle.
+The lateral slip is the tangent of the slip angle; below 0.1 rad the angle itself is accurate enough.
 """
 
 from __future__ import annotations
@@ -55,14 +55,14 @@ def brush_lateral_force(lateral_slip: Scalar, cornering_stiffness: Scalar, adhes
 
 
 def saturating_lateral_force(lateral_slip: Scalar, cornering_stiffness: Scalar, greatest: Scalar) -> Scalar:
-    """Lateral force [N] that grows with the slip and levels off, smooth and without a transcendental function.
+    """Lateral force [N] that grows with the slip and saturates, smooth and without a transcendental function.
 
     Args:
         lateral_slip: tangent of the slip angle [-]
         cornering_stiffness: [N/rad]
-        greatest: force that it tends to [N], positive
+        greatest: force at saturation [N], positive
 
-    Validity: beyond the peak a real tyre falls off, this one does not. Between the brush model and the Magic Formula.
+    Validity: up to the peak; a real tyre's force then falls. The curve lies between brush model and Magic Formula.
     Source: the algebraic sigmoid x / sqrt(1 + x^2), scaled by the slope at zero and the level.
     """
     share = cornering_stiffness * lateral_slip / greatest
@@ -81,7 +81,7 @@ def brush_aligning_torque(
         load: vertical load [N]
         contact_half_length: half of the contact length, a [m]
 
-    Source: Pacejka, 3rd ed., section 3.2.1: M = mu Fz a x (1 - |x|)^3; the sign is turned, since M here opposes steer.
+    Source: Pacejka, 3rd ed., section 3.2.1: M = mu Fz a x (1 - |x|)^3, with reversed sign, since M here opposes steer.
     """
     share = lateral_slip / sliding_slip(cornering_stiffness, adhesion, load)
     sticking = maximum(1.0 - absolute(share), 0.0)
@@ -89,12 +89,12 @@ def brush_aligning_torque(
 
 
 def relaxation_rate(deflection: Scalar, lateral_slip_speed: Scalar, speed: Scalar, relaxation_length: Scalar) -> Scalar:
-    """Rate [m/s] of the lateral deflection of a rolling tyre; deflection over relaxation length is the slip that acts.
+    """Rate [m/s] of the lateral deflection of a rolling tyre; deflection over relaxation length is the effective slip.
 
     Args:
         deflection: lateral deflection [m]
-        lateral_slip_speed: lateral speed of the contact patch across the wheel plane [m/s]; its share of the speed is
-            the tangent of the slip angle
+        lateral_slip_speed: lateral speed of the contact patch across the wheel plane [m/s]; over the forward speed it
+            is the tangent of the slip angle
         speed: forward speed [m/s], not negative; zero is allowed
         relaxation_length: distance over which the force builds up [m]
 
@@ -106,31 +106,31 @@ def relaxation_rate(deflection: Scalar, lateral_slip_speed: Scalar, speed: Scala
 def bounded_relaxation_rate(
     deflection: Scalar, slip_speed: Scalar, speed: Scalar, relaxation_length: Scalar, shortest_time: Scalar
 ) -> Scalar:
-    """Rate [m/s] of the deflection of a rolling tyre that no speed makes stiff for an integration of fixed step.
+    """Rate [m/s] of the deflection of a rolling tyre, bounded so that a fixed-step integration is stable at any speed.
 
     Args:
         deflection: of the tyre [m]
         slip_speed: of the contact patch in the direction of the deflection [m/s]
         speed: forward speed, for example from `relaxation_speed`, not negative [m/s]
         relaxation_length: distance over which the force builds up [m]
-        shortest_time: added to the time constant sigma/V; the rate of the equation stays below its inverse [s]
+        shortest_time: added to the time constant sigma/V, which therefore never falls below it [s]
 
-    Source: `relaxation_rate` with a lag of the tread in series; the steady deflection is the same.
+    Source: `relaxation_rate` with a lag of the tread in series; the steady-state deflection is the same.
     """
     rate = relaxation_rate(deflection, slip_speed, speed, relaxation_length)
     return rate / (1.0 + shortest_time / relaxation_length * speed)
 
 
 def relaxation_speed(speed_squared: Scalar, slip_speed_squared: Scalar, greatest_slip: Scalar) -> Scalar:
-    """Speed [m/s] at which a deflection relaxes, so that the slip that acts never passes the greatest one.
+    """Equivalent speed [m/s] for the relaxation of a deflection, which keeps the effective slip below a maximum.
 
     Args:
         speed_squared: square of the wheel's forward speed [m**2/s**2]
         slip_speed_squared: square of the speed of the contact patch over the ground [m**2/s**2]
-        greatest_slip: reached where the patch slides over the ground without rolling [-]
+        greatest_slip: effective slip of a patch that slides over the ground without rolling [-]
 
-    A norm of the fourth power, (V^4 + (Vs/s)^4)^(1/4): below half of the greatest slip the wheel's own speed to 2 %,
-    below a fifth of it to 0.04 %; without it a standing tyre that is dragged deflects without limit.
+    A fourth-power norm, (V^4 + (Vs/s)^4)^(1/4): within 2 % of the wheel's own speed below half of the maximum slip, and
+    within 0.04 % below a fifth of it. Without it the deflection of a locked tyre that is dragged grows without bound.
     """
     sliding_squared = slip_speed_squared / (greatest_slip * greatest_slip)
     return sqrt(sqrt(speed_squared * speed_squared + sliding_squared * sliding_squared))
@@ -139,15 +139,14 @@ def relaxation_speed(speed_squared: Scalar, slip_speed_squared: Scalar, greatest
 def twist_rate(
     twist: Scalar, turning: Scalar, speed: Scalar, greatest_twist: Scalar, relaxation_length: Scalar
 ) -> Scalar:
-    """Rate [rad/s] of the twist of a contact patch about its vertical axis; twist over its limit is the scrub torque
-    over the parking torque.
+    """Rate [rad/s] of the twist of a contact patch about its vertical axis.
 
     Args:
-        twist: of the patch [rad]
-        turning: rate of the wheel about the vertical axis over ground: steer plus yaw [rad/s]
+        twist: of the patch [rad]; over the largest twist it is the scrub torque over the parking torque
+        turning: rate of the wheel about the vertical axis relative to the ground: steer plus yaw [rad/s]
         speed: forward speed of the wheel [m/s]
-        greatest_twist: at which the whole patch slides [rad]
-        relaxation_length: rolled distance over which a twist fades [m]
+        greatest_twist: twist at which the whole patch slides [rad]
+        relaxation_length: rolled distance over which a twist decays [m]
 
     At rest Dahl's friction (exponent 1); rolling, a first-order lag over distance as in Pacejka, 3rd ed., eq (7.7).
     """
@@ -155,10 +154,10 @@ def twist_rate(
 
 
 def turn_slip(turning: Scalar, speed: Scalar) -> Scalar:
-    """Turn slip [1/m] of a rolling wheel: what it turns about the vertical axis on a metre of road.
+    """Turn slip [1/m] of a rolling wheel: its rotation about the vertical axis per distance.
 
     Args:
-        turning: rate of the wheel about the vertical axis over ground: steer plus yaw [rad/s]
+        turning: rate of the wheel about the vertical axis relative to the ground: steer plus yaw [rad/s]
         speed: forward speed of the wheel [m/s], above walking pace
 
     Source: Pacejka, Tire and Vehicle Dynamics, 3rd ed., ch. 2, without camber and with the sign of the turn.
@@ -171,11 +170,11 @@ def turn_slip_stiffness(longitudinal_stiffness: Scalar, half_width: Scalar) -> S
     """Torque [N*m] per turn slip [1/m] of a brush tyre, from the width of its contact patch.
 
     Args:
-        longitudinal_stiffness: force per longitudinal slip [N]; over load, the stiffness is over load [m**2]
+        longitudinal_stiffness: force per longitudinal slip [N]; if it is given over load, so is the result [m**2]
         half_width: half of the width of the contact patch [m]
 
-    A bristle beside the middle of the patch is dragged along by its distance times the turn slip, as by a longitudinal
-    slip; over the width the mean of the distance squared is a third of the half width squared.
+    A bristle at a lateral distance from the centre of the patch has a longitudinal slip of that distance times the turn
+    slip; over the width, the mean of the distance squared is a third of the half width squared.
     Validity: small turn slip; without the lateral forces that a long patch adds.
     """
     return longitudinal_stiffness * half_width * half_width / 3.0

@@ -1,1 +1,1 @@
-"""Analysis of models and of finished runs: observability, reduction, frequency response, consistency."""
+"""Analysis of models and filter runs: observability, model reduction, frequency response, consistency."""

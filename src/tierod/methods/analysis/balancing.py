@@ -1,4 +1,4 @@
-"""Gramians of a linear system, and the coordinates that balance it: reached by inputs as much as shown by outputs."""
+"""Gramians of a linear system, and balanced coordinates, in which every state is as controllable as observable."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ def observability_gramian(system: LinearSystem, horizon: float | None = None) ->
 
     Args:
         system: continuous
-        horizon: from 0 to this time [s]; None for all time, which only a stable system has
+        horizon: upper limit of the integral [s]; None for infinity, where it exists for stable systems only
 
     Raises:
-        ParameterError: all time is asked of a system with an eigenvalue at zero or right of it, or a horizon that is no
-            time
+        ParameterError: no horizon for a system with an eigenvalue that does not decay, or a horizon that is not
+            positive and finite
     """
     from scipy.linalg import solve_continuous_lyapunov
 
@@ -48,10 +48,10 @@ def controllability_gramian(system: LinearSystem, horizon: float | None = None) 
 
 
 def gramian_condition(gramian: np.ndarray) -> float:
-    """Largest over smallest eigenvalue of the Gramian, each state in the unit that makes its own entry 1.
+    """Condition number of the Gramian, with each state in the unit that makes its diagonal entry 1.
 
-    These units are within a factor n of the best ones (A. van der Sluis, 1969), so that the figure depends on the
-    system and not on radians. Beyond 1e14 double precision resolves only that it is large: infinite.
+    These units are within a factor n of the best ones (A. van der Sluis, 1969), so that the result depends on the
+    system and not on its units. Beyond 1e14, the limit of double precision, the result is infinite.
     """
     size = np.sqrt(np.maximum(np.diag(gramian), 0.0))
     if not (size > 0.0).all():
@@ -61,7 +61,7 @@ def gramian_condition(gramian: np.ndarray) -> float:
 
 
 def _over(A: np.ndarray, Q: np.ndarray, horizon: float) -> np.ndarray:
-    """The integral over a time, doubled from a short one on (C. F. Van Loan, 1978, for the first piece)."""
+    """The integral over a time, by doubling a short one, which is that of C. F. Van Loan, 1978."""
     from scipy.linalg import expm
 
     if not 0.0 < horizon < float("inf"):
@@ -79,7 +79,7 @@ def _over(A: np.ndarray, Q: np.ndarray, horizon: float) -> np.ndarray:
 
 
 DECAY = 1e-7
-"""Real part, as a share of the fastest eigenvalue, from which on a mode counts as decaying."""
+"""Decay rate over the magnitude of the fastest eigenvalue, from which on a mode counts as decaying [-]."""
 
 _MINIMAL = 1e-11
 
@@ -89,10 +89,10 @@ class Balanced:
     """A system in balanced coordinates z = to x, x = back z.
 
     Args:
-        system: in them; what does not decay first, then the rest with falling Hankel values
-        to, back: (k, n) and (n, k); k is below n where some of the state is not controllable, or not observable
-        hankel: singular values of the part that decays
-        kept: states at the beginning that do not decay
+        system: in balanced coordinates; modes that do not decay first, then the others by falling Hankel values
+        to, back: (k, n) and (n, k); k is below n where a part of the state is not controllable or not observable
+        hankel: Hankel singular values of the decaying part
+        kept: number of the first states, which do not decay
     """
 
     system: LinearSystem
@@ -103,14 +103,15 @@ class Balanced:
 
 
 def balanced(system: LinearSystem, shift: float | None = None) -> Balanced:
-    """Balance what decays, by square roots of both Gramians; what does not decay is parted from it first.
+    """Balance the decaying part by square roots of both Gramians; modes that do not decay are separated from it first.
 
     Args:
         system: continuous, inputs and outputs in units of their typical size
-        shift: None to part; else all is balanced together, as if each mode decayed faster by so much [1/s]
+        shift: decay rate that is added to all modes to balance the whole system [1/s]; None for a separation instead
 
     Raises:
-        ParameterError: a shift that does not make all of it decay
+        ParameterError: a shift with which some mode still does not decay, no state that is both controllable and
+            observable, or as `parted`
 
     Source: B. C. Moore, 1981; square roots as M. S. Tombs, I. Postlethwaite, 1987.
     """
@@ -142,10 +143,10 @@ def balanced(system: LinearSystem, shift: float | None = None) -> Balanced:
 
 
 def parted(system: LinearSystem, stays: Callable[[complex], bool]) -> tuple[np.ndarray, np.ndarray, int]:
-    """Coordinates in which A falls into two blocks that do not touch each other.
+    """Coordinates in which A is block-diagonal with two blocks.
 
     Args:
-        system: any
+        system: continuous or discrete
         stays: whether an eigenvalue belongs to the first block
 
     Returns:
@@ -170,12 +171,12 @@ def parted(system: LinearSystem, stays: Callable[[complex], bool]) -> tuple[np.n
         except np.linalg.LinAlgError as error:
             raise ParameterError(f"the system cannot be parted: {error}; choose another order") from None
     back = scale[:, None] * turn @ coupling
-    inverse = 2.0 * np.eye(n) - coupling
+    inverse = 2.0 * np.eye(n) - coupling  # of a matrix [I, X; 0, I]: [I, -X; 0, I]
     return inverse @ turn.T / scale, back, kept
 
 
 def _square_roots(part: LinearSystem) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Transformations to and from balanced coordinates, and the Hankel singular values without those of rounding."""
+    """Transformations to and from balanced coordinates, and the Hankel singular values above rounding errors."""
     reached = _root(controllability_gramian(part))
     shown = _root(observability_gramian(part))
     left, values, right = np.linalg.svd(shown.T @ reached)
@@ -187,6 +188,6 @@ def _square_roots(part: LinearSystem) -> tuple[np.ndarray, np.ndarray, np.ndarra
 
 
 def _root(gramian: np.ndarray) -> np.ndarray:
-    """R with R R' = gramian, also where rounding left it not quite definite."""
+    """R with R R' = gramian, also where rounding has made the smallest eigenvalues negative."""
     values, vectors = np.linalg.eigh(0.5 * (gramian + gramian.T))
     return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))

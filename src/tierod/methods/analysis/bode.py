@@ -1,4 +1,4 @@
-"""Bode plots of a column: whole, reduced and measured."""
+"""Bode plots of a column: full model, reduced models and measurements."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from tierod.methods.analysis.frequency_response import MeasuredResponse, decibel
 from tierod.models.linear import LinearSystem
 
 FREQUENCY = np.geomspace(0.5, 300.0, 400)
-"""Of the curves [Hz]."""
+"""Frequencies of the curves [Hz]."""
 
 DRAWN = ("mechanical, series", "mechanical, printed", "balanced", "balanced, without D")
-"""Reductions that are drawn; the others lie on one of them."""
+"""Reductions that are drawn; the curves of the others coincide with one of these."""
 
 _WORDS = {
     "steering_wheel_angle": ("angle of the steering wheel", "°/N·m", 180.0 / math.pi),
@@ -31,8 +31,8 @@ def reduced_chart(
 
     Args:
         name, title: of the chart
-        systems: by name, the whole one first; it is drawn solid
-        response: measured; None for none
+        systems: by name, the full one first; it is drawn as a solid line
+        response: measured response, or None
     """
     words, unit, _ = _WORDS["driver_torque"]
     gains = {key: gain_of_bar(each, FREQUENCY) for key, each in systems.items()}
@@ -60,13 +60,13 @@ def reduced_chart(
 def measured_chart(
     chart: str, output: str, frequency: np.ndarray, model: np.ndarray, responses: Mapping[str, MeasuredResponse]
 ) -> Chart:
-    """Measured responses from the motor's torque to one output beside the linear column, with coherence.
+    """Measured responses from the motor's torque to one output, with that of the linear column and with coherence.
 
     Args:
         chart: name of the chart
         output: of the column
-        frequency, model: gain of the linear column [Hz]
-        responses: by name
+        frequency, model: frequencies [Hz] and complex gains of the linear column
+        responses: measured responses by name
     """
     words, unit, factor = _WORDS[output]
     computed = phase(model)
@@ -100,12 +100,12 @@ def measured_chart(
 
 
 def gain_of_bar(system: LinearSystem, frequency: np.ndarray) -> np.ndarray:
-    """Complex gain from the motor's torque to that of the bar."""
+    """Complex gain from the motor's torque to that of the bar, at frequencies [Hz]."""
     return frequency_response(system, frequency).of("driver_torque", "motor_torque")
 
 
 def _turned(angle: np.ndarray, near: np.ndarray) -> np.ndarray:
-    """A phase by whole turns nearest to another one."""
+    """A phase shifted by the whole turns that bring it closest to another one [deg]."""
     known = np.isfinite(angle)
     return angle + 360.0 * np.round(np.median((near - angle)[known]) / 360.0) if known.any() else angle
 
@@ -115,7 +115,7 @@ def _usable(response: MeasuredResponse) -> np.ndarray:
 
 
 def _measured_gain(response: MeasuredResponse, factor: float, name: str = "measured") -> Iterable[Lines | Band]:
-    """The measured size where it means something, with its band."""
+    """The measured gain with its band, at usable frequencies."""
     low, high = (np.where(response.usable(), end * factor, np.nan) for end in response.band())
     yield Lines(name, response.frequency, decibels(_usable(response) * factor))
     yield Band(name, response.frequency, decibels(low), decibels(high))

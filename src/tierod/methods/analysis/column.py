@@ -1,4 +1,4 @@
-"""A steering column taken apart: its modes, its observability by its sensors, and its reduction to fewer states."""
+"""Analysis of a steering column: its modes, its observability by its sensors, and its reduction to fewer states."""
 
 from __future__ import annotations
 
@@ -19,33 +19,33 @@ from tierod.models.steering_column import ColumnParameters, SteeringColumn
 from tierod.models.two_inertia_column import SPRINGS, TwoInertiaColumn, without_gear
 
 UNKNOWN_TORQUES = ("hand_torque", "disturbance_torque")
-"""Unmeasured inputs, which an observer carries as states."""
+"""Unmeasured inputs, which an observer estimates as states."""
 
 SAMPLING = Sampling(
     {"steering_wheel_angle": math.radians(0.05), "motor_angle_mechanical": math.radians(0.2), "driver_torque": 0.02},
     sample_time=1e-3,
     duration=1.0,
 )
-"""Noise of usual sensors of a column, assumed; a second at the rate of its control unit."""
+"""Assumed noise of typical sensors of a column, over one second at the rate of its control unit."""
 
 ANGLE, TORQUE = math.radians(0.1), 1.0
-"""What counts as one when a column is balanced: a tenth of a degree at the steering wheel, a newton metre in the bar.
-With coarser angles the slow coasting of the whole column weighs less than the ringing of the gear, and goes first."""
+"""Units for balancing a column: a tenth of a degree of the steering wheel [rad], a newton metre of the bar [N*m].
+With a larger angle the slow coasting of the column weighs less than the resonance of the gear, and is removed first."""
 
 HEARD = (1.0, 10.0, 30.0)
-"""Frequencies up to which a reduced column is compared with the whole one [Hz]: hands, position control, resonance."""
+"""Frequencies up to which a reduced column is compared with the full one [Hz]: hands, position control, resonance."""
 
 
 @dataclass(frozen=True, eq=False)
 class ReducedColumn:
-    """A column with four states.
+    """A column reduced to four states.
 
     Args:
-        name: how it was reduced
-        system: with the inputs and outputs of the whole one
-        errors: largest error of the gain from the motor to the bar up to the frequencies of `HEARD`, over that gain
+        name: of the method of reduction
+        system: with the inputs and outputs of the full column
+        errors: largest relative error of the gain from the motor to the bar up to each frequency of `HEARD`
         extended: observability of its states and of the unknown torques
-        reduction: Hankel values and bound; None for a mechanical one
+        reduction: Hankel values and error bound; None for a mechanical reduction
     """
 
     name: str
@@ -57,14 +57,14 @@ class ReducedColumn:
 
 @dataclass(frozen=True, eq=False)
 class ColumnAnalysis:
-    """All results from the parameters of a column before it moves.
+    """Results of the analysis of a column from its parameters alone.
 
     Args:
         system: linear, without friction
         extended: with the unknown torques as states
         subsets: observability of the state by every choice of outputs
-        extended_subsets: the same with the unknown torques
-        reductions: with fewer states
+        extended_subsets: observability of the state and the unknown torques by every choice of outputs
+        reductions: to four states
     """
 
     system: LinearSystem
@@ -81,11 +81,11 @@ def analyse_column(
 
     Args:
         parameters: of the column
-        what: names it in messages
+        what: name of the column in messages
         sampling: noise of the outputs, sample time, duration
 
     Raises:
-        ParameterError: parameters of a column that would move on its own
+        ParameterError: parameters of an unstable column
     """
     system = linear_column(SteeringColumn, parameters)
     require_fit(system, what, stable="marginal", observable=False)
@@ -100,14 +100,14 @@ def analyse_column(
 
 
 def balanced_column(parameters: ColumnParameters, order: int = 4, *, feed_through: bool = True) -> Reduction:
-    """The column with fewer states by balanced singular perturbation; torques count alike wherever they act.
+    """The column with fewer states by balanced singular perturbation; torques have equal weight wherever they act.
 
     Args:
         parameters: of the column
-        order: states left
-        feed_through: whether the direct way from torques to outputs is kept; Raffone, (17) drops it
+        order: number of states of the reduced column
+        feed_through: whether the feed-through D from torques to outputs is kept; Raffone, (17) drops it
 
-    Source: Raffone, eqs (14) to (16), the free angle parted from the rest, which has no Gramian.
+    Source: Raffone, eqs (14) to (16); the free angle, which has no Gramian, is separated from the rest.
     """
     inputs, outputs = balancing_sizes(parameters.motor_ratio)
     column = linear_column(SteeringColumn, parameters)
@@ -117,19 +117,22 @@ def balanced_column(parameters: ColumnParameters, order: int = 4, *, feed_throug
 def balancing_sizes(
     ratio: float, angle: float = ANGLE, torque: float = TORQUE
 ) -> tuple[dict[str, float], dict[str, float]]:
-    """Units of every input and output of a column for its balanced reduction.
+    """Typical sizes of inputs and outputs of a column for its balanced reduction.
 
     Args:
-        ratio: turns of the motor per turn of the shaft
+        ratio: turns of the motor per turn of the shaft [-]
         angle: at the steering wheel [rad]
-        torque: of the bar [N m]
+        torque: of the bar [N*m]
+
+    Returns:
+        sizes of the inputs (1 where not given), and of the outputs, by name
     """
     outputs = {"steering_wheel_angle": angle, "motor_angle_mechanical": ratio * angle, "driver_torque": torque}
     return {"hand_torque": ratio}, outputs
 
 
 def reduced_columns(parameters: ColumnParameters) -> Mapping[str, LinearSystem | Reduction]:
-    """The column with four states, by every way there is, by name."""
+    """The column with four states by every method of reduction, by name."""
     mechanical = {
         f"mechanical, {spring}": linear_column(TwoInertiaColumn, without_gear(parameters, spring)) for spring in SPRINGS
     }
@@ -141,13 +144,13 @@ def reduced_columns(parameters: ColumnParameters) -> Mapping[str, LinearSystem |
 
 
 def vibrations(system: LinearSystem) -> list[complex]:
-    """Eigenvalues, slowest first, of each pair the one above the axis."""
+    """Eigenvalues in rising magnitude [1/s], of each complex pair the one with positive imaginary part."""
     values = [mode.eigenvalue for mode in modes(system)]
     return sorted((value for value in values if value.imag > -1e-9 * max(abs(value), 1.0)), key=abs)
 
 
 def damping_ratio(eigenvalue: complex) -> float:
-    """Share of the critical damping; NaN for an eigenvalue at zero."""
+    """Damping ratio of a mode [-]; NaN for an eigenvalue at zero."""
     return -eigenvalue.real / abs(eigenvalue) if abs(eigenvalue) > 1e-6 else float("nan")
 
 

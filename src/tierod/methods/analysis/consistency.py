@@ -1,4 +1,4 @@
-"""Whether a filter's errors are as large as its covariance: NIS, whiteness, NEES, of a run or chunk by chunk."""
+"""Consistency of a filter's errors with its covariance: NIS, whiteness and NEES, for a whole run or in chunks."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from tierod.core.errors import InputError
 from tierod.core.graph import Result
 from tierod.methods.analysis.gamma import gamma_quantile
 
-CONFIDENCE = 0.95  # of every band; the share that textbooks and reviewers expect
+CONFIDENCE = 0.95  # of every band, as usual in textbooks
 
 
 @lru_cache(maxsize=1024)
 def chi_square_quantile(probability: float, degrees: float) -> float:
-    """Quantile of the chi-square distribution; of one degree, that of a squared normal variable."""
+    """Quantile of the chi-square distribution with a number of degrees of freedom."""
     if degrees == 1:
         from statistics import NormalDist
 
@@ -26,7 +26,7 @@ def chi_square_quantile(probability: float, degrees: float) -> float:
 
 
 def mean_band(degrees: int, count: int | None = None) -> tuple[float, float]:
-    """95 % band of a chi-square sum with this many degrees, per degree (or per `count`)."""
+    """95 % band of a chi-square variable over its degrees of freedom (or over `count`)."""
     if not degrees:
         return (math.nan, math.nan)
     low, high = (1.0 - CONFIDENCE) / 2.0, (1.0 + CONFIDENCE) / 2.0
@@ -40,6 +40,9 @@ def normalised_error_squared(error: np.ndarray, covariance: np.ndarray) -> np.nd
     Args:
         error: estimate minus truth, (n, states)
         covariance: packed covariance (n, states (states + 1) / 2), or variances (n, states)
+
+    Raises:
+        InputError: shapes that do not fit together
     """
     error, covariance = np.asarray(error, float), np.asarray(covariance, float)
     if error.ndim != 2 or covariance.ndim != 2 or len(error) != len(covariance):
@@ -66,13 +69,13 @@ def normalised_error_squared(error: np.ndarray, covariance: np.ndarray) -> np.nd
 
 @dataclass(frozen=True, eq=False)
 class Consistency:
-    """Figures of a run. A figure that cannot be had from the run is NaN.
+    """Consistency figures of a run; a figure that the run does not allow is NaN.
 
     Args:
-        samples: samples with at least one measurement
-        measurements: how many measurements these held
-        nis: mean normalised innovation squared per measurement; 1 is consistent, more is overconfident, less cautious
-        outside: share of samples whose NIS lies above the 95 % quantile of its chi-square distribution; 0.05 is right
+        samples: number of samples with at least one measurement
+        measurements: number of measurements in these samples
+        nis: mean NIS per measurement; 1 is consistent, above is overconfident, below conservative
+        outside: share of samples with NIS above the 95 % quantile of its chi-square distribution; 0.05 is consistent
         whiteness: largest autocorrelation of the normalised innovations over lags and outputs
         whiteness_band: its 95 % limit for white innovations
         lags: autocorrelation, (outputs, lags)
@@ -100,17 +103,17 @@ class Consistency:
 
     @property
     def white(self) -> bool | None:
-        """Whether the innovations are white at every lag; None where that is not known."""
+        """Whether the innovations are white at every lag; None without innovations."""
         return None if math.isnan(self.whiteness) else self.whiteness <= self.whiteness_band
 
 
 class ConsistencyAccumulator:
-    """Consistency of a run that comes in chunks; memory does not grow with the run.
+    """Consistency of a run that arrives in chunks, with constant memory.
 
     Args:
-        lags: how many lags of autocorrelation are looked at
+        lags: number of lags of the autocorrelation
 
-    `add` takes arrays of consecutive samples, in order; `result` may be asked at any time.
+    `add` takes arrays of consecutive samples, in order; `result` may be called at any time.
     """
 
     def __init__(self, lags: int = 20):
@@ -127,7 +130,7 @@ class ConsistencyAccumulator:
         innovation: np.ndarray | None = None,
         variance: np.ndarray | None = None,
     ) -> None:
-        """One more chunk of a filter's estimate.
+        """Add a chunk of a filter's estimate.
 
         Args:
             nis, present: fields of the estimate over time, (n,)
@@ -150,7 +153,7 @@ class ConsistencyAccumulator:
             self._add_innovations(np.asarray(innovation, float), np.asarray(variance, float), len(nis))
 
     def result(self) -> Consistency:
-        """The figures so far."""
+        """The figures of all chunks so far."""
         lags = self._autocorrelation()
         seen = np.isfinite(lags)
         pairs = self._pairs[seen] if seen.any() else np.zeros(0)
@@ -198,7 +201,7 @@ class ConsistencyAccumulator:
 
 
 def _dot(a: np.ndarray, b: np.ndarray) -> float:
-    """Inner product without the threads of a BLAS, which wait for each other on a busy machine."""
+    """Inner product without the threads of a BLAS, which block each other on a loaded machine."""
     return float(np.einsum("i,i->", a, b))
 
 
@@ -215,8 +218,8 @@ def consistency(result: Result, lags: int = 20) -> Consistency:
     """Consistency of a whole run of a filter.
 
     Args:
-        result: what `tierod.core.graph.scan` gave for a `KalmanFilter`, `UnscentedFilter` or `StationaryFilter`
-        lags: how many lags of autocorrelation are looked at
+        result: of `tierod.core.graph.scan` for a `KalmanFilter`, `UnscentedFilter` or `StationaryFilter`
+        lags: number of lags of the autocorrelation
     """
     accumulator = ConsistencyAccumulator(lags)
     names = [name for name in result.names if name.startswith("innovation.")]

@@ -1,4 +1,4 @@
-"""The least spread that any unbiased estimate of a state can have, from noisy samples over a time (Cramer and Rao)."""
+"""Cramer-Rao bound: the smallest standard deviation of any unbiased estimate of a state from noisy samples."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ _TAKES_PART = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Bound:
-    """Least standard deviations.
+    """Cramer-Rao bounds as standard deviations.
 
     Args:
         names: of the states
         start: of the state at the first sample, in its own units, (n,); infinite where it is not observable
         end: of the state at the last sample, (n,)
-        condition: largest over smallest singular value of the sensitivities, each column of length 1
+        condition: condition number of the sensitivities, with columns scaled to length 1
     """
 
     names: tuple[str, ...]
@@ -38,17 +38,17 @@ class Bound:
 def cramer_rao(
     system: LinearSystem, noise: Mapping[str, float], duration: float, sample_time: float, *, discrete: bool = False
 ) -> Bound:
-    """The bound for a system whose model is right and whose states nothing disturbs.
+    """The bound for an exact model without process noise and an unknown initial state.
 
-    Disturbances, offsets and parameters count as soon as they are states (`extended`, or a model made by `augment` and
-    linearised). For a start that is not known at all.
+    Disturbances, offsets and parameters are included if they are states (`extended`, or a model made by `augment` and
+    linearised).
 
     Args:
-        system: continuous, or discrete if so stated
-        noise: standard deviation of every output, white from sample to sample, by name
-        duration: over which samples are taken [s]
-        sample_time: between two of them [s]
-        discrete: whether the system is sampled already
+        system: continuous, or discrete with `discrete`
+        noise: standard deviation of the white noise of every output, by name
+        duration: time over which samples are taken [s]
+        sample_time: sampling interval [s]
+        discrete: whether the system is a sampled one
 
     Raises:
         ParameterError: an output without a noise above zero, or less than one sample
@@ -72,11 +72,12 @@ def _bound(sensitivities: np.ndarray, names: tuple[str, ...], onwards: np.ndarra
     Args:
         sensitivities: derivative of every sample, over its standard deviation, by every state, (samples, states)
         names: of the states
-        onwards: derivative of the state at the end by that at the start, (states, states)
+        onwards: derivative of the final state by the initial one, (states, states)
     """
     n = len(names)
     sizes = np.linalg.norm(sensitivities, axis=0)
     scale = np.where(sizes > 0.0, 1.0 / np.where(sizes > 0.0, sizes, 1.0), 1.0)
+    # The rows of zeros keep the triangle square where there are fewer samples than states.
     triangle = np.linalg.qr(np.vstack([sensitivities * scale, np.zeros((n, n))]), mode="r")
     _, values, rows = np.linalg.svd(triangle)
     shown = values > _ROUNDING * values[0] if n else values > 0.0
@@ -91,7 +92,7 @@ def _bound(sensitivities: np.ndarray, names: tuple[str, ...], onwards: np.ndarra
 
 
 def _spread(directions: np.ndarray, values: np.ndarray, shown: np.ndarray) -> np.ndarray:
-    """Standard deviation of each state; infinite where a direction that is not shown takes part in it."""
+    """Standard deviation of each state; infinite where an unobservable direction contributes to it."""
     sizes = np.linalg.norm(directions, axis=1)
     parts = np.abs(directions[:, ~shown]) > _TAKES_PART * np.where(sizes > 0.0, sizes, 1.0)[:, None]
     finite = np.sqrt(((directions[:, shown] / values[shown]) ** 2).sum(axis=1))
@@ -99,7 +100,7 @@ def _spread(directions: np.ndarray, values: np.ndarray, shown: np.ndarray) -> np
 
 
 def _sensitivities(A: np.ndarray, C: np.ndarray, samples: int) -> tuple[np.ndarray, np.ndarray]:
-    """C A^k of every sample below each other, and A^(samples - 1)."""
+    """C A^k of all samples, stacked, and A^(samples - 1); the number of samples is doubled with every product."""
     rows, power, count = C, A, 1
     while count < samples:
         more = min(count, samples - count)

@@ -1,4 +1,4 @@
-"""Whether a model with these parameters can be estimated at all: stable, observable, and slow enough for its rate."""
+"""Checks that a model with its parameters can be estimated: stable, observable, and slow enough for its sample rate."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from tierod.models.linear import LinearSystem
 from tierod.models.modes import TOLERANCE, balance
 
 SPLIT = 1e-4
-"""Eigenvalues smaller than this share of the fastest count as zero: rounding splits a multiple eigenvalue at zero, such
-as that of an angle under a constant torque, by so much."""
+"""Eigenvalues below this share of the fastest count as zero [-]: rounding splits a multiple eigenvalue at zero, such as
+that of an angle under a constant torque, by as much."""
 
 _ZERO = 1e-10
 
 EXACT = "exact"
-"""Sampled by the matrix exponential (`zero_order_hold`), which no eigenvalue makes unstable."""
+"""Discretisation by the matrix exponential (`zero_order_hold`), which keeps every stable eigenvalue stable."""
 
 
 def require_fit(
@@ -33,24 +33,24 @@ def require_fit(
     method: str = EXACT,
     tolerance: float = TOLERANCE,
 ) -> None:
-    """Refuse a model whose parameters make it unstable, blind, or too fast for the rate it is stepped at.
+    """Check that a model is stable, observable and slow enough for its sample rate.
 
     Example: `require_fit(linearise(SteeringColumn, p, state, inputs), "the column", stable="marginal",
     observable=True, sample_time=1e-3)`.
 
     Args:
-        system: continuous; of a model that is not linear the `linearise`d one at each point that matters
-        what: names it in the message, such as "the column of 'eps.toml'"
-        stable: True: every eigenvalue left of zero; "marginal": none right of zero, so that angles without a spring and
-            constant disturbances pass; False: not asked
+        system: continuous; for a nonlinear model the `linearise`d one at each relevant operating point
+        what: name of the model in messages, such as "the column of 'eps.toml'"
+        stable: True: every eigenvalue in the open left half plane; "marginal": none in the right half plane, so that
+            angles without a spring and constant disturbances pass; False: not checked
         observable: whether every state must be observable
-        sample_time: of the steps; None: not asked [s]
-        method: what takes the steps: "euler", "midpoint", "rk4", which must not make a decaying mode grow, or "exact",
-            for which a vibration must stay below half the rate, or it is taken for a slower one
+        sample_time: step of the integration; None: not checked [s]
+        method: of integration: "euler", "midpoint", "rk4", which must not make a decaying mode grow, or "exact", for
+            which a vibration must stay below half the sample rate, to avoid aliasing
         tolerance: of the observability
 
     Raises:
-        ParameterError: with the eigenvalue, or the hidden direction, and what to do
+        ParameterError: a model that fails a check, with the eigenvalue or the unobservable direction, and what to do
     """
     values, vectors = _eigen(system)
     if stable:
@@ -67,7 +67,7 @@ def require_fit(
 
 
 def _eigen(system: LinearSystem) -> tuple[np.ndarray, np.ndarray]:
-    """Eigenvalues, and eigenvectors in balanced states, so that units do not decide which state is the largest."""
+    """Eigenvalues, and eigenvectors in balanced states, whose entries can be compared whatever their units."""
     scale = balance(system.A)
     return np.linalg.eig(system.A * scale / scale[:, None])
 
@@ -115,12 +115,12 @@ def _require_slow(
 
 
 def _growth(method: str, step: complex) -> float:
-    """Factor by which one step multiplies a mode, its eigenvalue times the step given."""
+    """Factor by which one step multiplies a mode, from its eigenvalue times the step."""
     return float(abs(METHODS[method](lambda x: step * x, 1.0 + 0.0j, 1.0)))
 
 
 def _longest(method: str, value: complex) -> float:
-    """The longest step with which a mode decays [s], by bisection."""
+    """The longest step at which a mode decays [s], by bisection."""
     low, high = 0.0, 10.0 / abs(value)
     for _ in range(40):
         middle = 0.5 * (low + high)
@@ -129,7 +129,7 @@ def _longest(method: str, value: complex) -> float:
 
 
 def _where(vector: np.ndarray, system: LinearSystem) -> str:
-    """The states that take part most, strongest first."""
+    """The states with the largest entries of an eigenvector, largest first."""
     sizes = np.abs(vector)
     order = [int(k) for k in np.argsort(-sizes) if sizes[k] > 0.3 * sizes.max()]
     return ", ".join(system.states[k] for k in order)

@@ -43,7 +43,7 @@ class FrequencyResponse:
 def frequency_response(
     system: LinearSystem, frequency: ArrayLike, sample_time: float | None = None
 ) -> FrequencyResponse:
-    """C (j 2 pi f - A)^-1 B + D at every frequency, by one solution each, in balanced states.
+    """Frequency response C (j 2 pi f - A)^-1 B + D, computed in balanced states.
 
     Args:
         system: continuous, or discrete where a sample_time is given
@@ -72,12 +72,12 @@ def frequency_response(
 
 
 def decibels(gain: np.ndarray) -> np.ndarray:
-    """20 log10 of the size [dB]."""
+    """Magnitude of a gain in decibels, 20 log10 [dB]."""
     return np.asarray(20.0 * np.log10(np.abs(gain)))
 
 
 def phase(gain: np.ndarray) -> np.ndarray:
-    """The phase without jumps, beginning between -180 and 180 degrees [deg]; NaN stays where it is."""
+    """Unwrapped phase, starting between -180 and 180 degrees [deg]; NaN where the gain is NaN."""
     known = np.isfinite(gain)
     turned = np.full(gain.shape, np.nan)
     turned[known] = np.degrees(np.unwrap(np.angle(gain[known])))
@@ -85,34 +85,34 @@ def phase(gain: np.ndarray) -> np.ndarray:
 
 
 def largest_difference(one: LinearSystem, other: LinearSystem, frequency: ArrayLike) -> float:
-    """The largest gain of the difference of two systems with the same inputs and outputs, over the frequencies.
+    """The largest gain of the difference of two systems with the same inputs and outputs, over the frequencies [Hz].
 
-    The gain is the largest singular value, in the units of inputs and outputs as they are.
+    The gain is the largest singular value, in the units of inputs and outputs.
     """
     first, second = (frequency_response(system, frequency).gain for system in (one, other))
     return float(np.linalg.svd(first - second, compute_uv=False)[:, 0].max())
 
 
 CONFIDENCE = 1.96
-"""Standard deviations to each side of the gain: 95 % of a normal spread."""
+"""Half width of the band of a gain [standard deviations]: 95 % of a normal distribution."""
 
 FEWEST = 4
-"""Pieces of a recording that a frequency response needs."""
+"""Smallest number of pieces of a recording for a frequency response."""
 
-_ALONE = 0.95
-_OVERLAP = 1.0 + 2.0 / 36.0
+_ALONE = 0.95  # share of the input's power in one piece, above which its residuals contain no information
+_OVERLAP = 1.0 + 2.0 / 36.0  # Hann-windowed pieces that overlap by half correlate with 1/6
 
 
 @dataclass(frozen=True, eq=False)
 class MeasuredResponse:
-    """Gain from one signal to another, as measured.
+    """Measured gain from one signal to another.
 
     Args:
         frequency: [Hz], (frequencies,)
         gain: complex, output over input; NaN where the input has no power
-        coherence: share of the output's power that follows the input linearly, 0 to 1
-        relative_deviation: standard deviation of the size over the size, and of the phase [rad]; NaN where the input
-            has no power
+        coherence: share of the output's power that depends linearly on the input, 0 to 1
+        relative_deviation: standard deviation of the magnitude over the magnitude, and of the phase [rad]; NaN where
+            the input has no power
     """
 
     frequency: np.ndarray
@@ -121,12 +121,12 @@ class MeasuredResponse:
     relative_deviation: np.ndarray
 
     def band(self) -> tuple[np.ndarray, np.ndarray]:
-        """Lower and upper end of the size with 95 % confidence."""
+        """Lower and upper end of the 95 % confidence band of the magnitude."""
         size, spread = np.abs(self.gain), np.minimum(CONFIDENCE * self.relative_deviation, 0.999)
         return size * (1.0 - spread), size * (1.0 + spread)
 
     def usable(self, coherence: float = 0.5) -> np.ndarray:
-        """Mask of frequencies at which the coherence is at least this and the scatter is known."""
+        """Mask of frequencies with at least this coherence and a known standard deviation."""
         return np.asarray(np.isfinite(self.relative_deviation) & (self.coherence >= coherence))
 
     def between(self, low: float, high: float) -> MeasuredResponse:
@@ -141,24 +141,24 @@ def measured_response(
 ) -> MeasuredResponse:
     """The gain from one signal to another: cross spectrum over spectrum of the input (H1), averaged over pieces.
 
-    Noise of the output does not bias it; noise of the input, and control that feeds the output back to it, do. A piece
-    must be longer than the slowest vibration of interest rings.
+    Noise of the output does not bias it; noise of the input, and feedback from the output to the input, do. A piece
+    must be longer than the decay time of the slowest vibration of interest.
 
     Args:
         given: input, evenly sampled; pieces with a missing sample (NaN) are left out
-        found: output, likewise
-        rate: [Hz]
-        piece: length of the pieces, which overlap by half [s]; the frequencies are 1 / piece apart at least
-        bands: per octave, over which neighbouring frequencies are averaged too; inf for none of that. A band of width B
-            lowers a peak by a third of (B / half-power width)**2, a share of its power (Bendat, Piersol, section 8.5):
-            48 per octave keep that below 1 % down to 5 % of damping
+        found: output, evenly sampled with the same treatment of missing samples
+        rate: sample rate [Hz]
+        piece: length of the pieces, which overlap by half [s]; the frequencies are at least 1 / piece apart
+        bands: number of bands per octave over which neighbouring frequencies are averaged too; inf for no such average.
+            A band of width B lowers a peak by the share (B / half-power width)**2 / 3 of its power (Bendat, Piersol,
+            section 8.5): 48 per octave keep it below 1 % down to 5 % of damping
 
     Raises:
-        InputError: signals of different length, or too short for a few pieces
-        ParameterError: a rate or piece that is not above zero
+        InputError: signals of different length, or too few pieces without a gap
+        ParameterError: a rate, a piece or a number of bands that is not above zero
 
-    Source: P. D. Welch, 1967; J. S. Bendat, A. G. Piersol, Random Data, 4th ed., section 9.2, for noise alike in all
-    pieces; J. G. MacKinnon, H. White, 1985, for the other scatter.
+    Source: P. D. Welch, 1967; J. S. Bendat, A. G. Piersol, Random Data, 4th ed., section 9.2, for equal noise in all
+    pieces; J. G. MacKinnon, H. White, 1985, for unequal noise.
     """
     if not 0.0 < rate < np.inf or not 0.0 < piece < np.inf:
         raise ParameterError(f"rate is {rate} Hz and piece {piece} s; expected both above zero")
@@ -190,7 +190,7 @@ def measured_response(
 
 
 def _band_starts(frequency: np.ndarray, bands: float) -> np.ndarray:
-    """First index of every band."""
+    """Index of the first frequency of every band."""
     if not bands > 0.0:
         raise ParameterError(f"bands is {bands}; expected a number per octave above zero")
     number = np.arange(len(frequency)) if np.isinf(bands) else np.floor(bands * np.log2(frequency / frequency[0]))
@@ -198,18 +198,18 @@ def _band_starts(frequency: np.ndarray, bands: float) -> np.ndarray:
 
 
 def _sums(values: np.ndarray, starts: np.ndarray) -> np.ndarray:
-    """Over all pieces and the frequencies of each band."""
+    """Sums over all pieces and over the frequencies of each band."""
     return np.add.reduceat(values.sum(axis=0), starts)
 
 
 def _relative_deviation(
     inputs: np.ndarray, outputs: np.ndarray, gain: np.ndarray, power: np.ndarray, starts: np.ndarray
 ) -> np.ndarray:
-    """The scatter of a gain over its size.
+    """Standard deviation of a gain over its magnitude.
 
-    The larger of two: that of noise alike in all pieces, and that of the residuals of those pieces that hold
-    the input, each as if its piece had been left out. The second holds all that comes with it, such as friction, but
-    needs more than one piece with input.
+    The larger of two estimates: for equal noise in all pieces, and from the leave-one-out residuals of the pieces with
+    input. The second includes disturbances that come with the input, such as friction, but needs more than one piece
+    with input.
     """
     lengths = np.diff(np.append(starts, inputs.shape[1]))
     residuals = outputs - np.repeat(gain, lengths) * inputs
@@ -217,6 +217,7 @@ def _relative_deviation(
     pulls = np.add.reduceat(inputs.conj() * residuals, starts, axis=1) / (1.0 - np.minimum(share, _ALONE))
     near, next_but_one = (1.0 - np.minimum(step / lengths, 1.0) for step in (1, 2))
     alike = _sums(np.abs(residuals) ** 2, starts) / (len(inputs) * lengths - 1.0)
+    # Under a Hann window neighbouring frequencies correlate with 2/3, the next but one with 1/6.
     alike = alike * (1.0 + 2.0 * near * (2.0 / 3.0) ** 2 + 2.0 * next_but_one / 36.0) * power
     with_input = np.where(share.max(axis=0) < _ALONE, (np.abs(pulls) ** 2).sum(axis=0), 0.0)
     size = np.where(np.abs(gain) > 0.0, np.abs(gain), np.inf)
@@ -224,7 +225,7 @@ def _relative_deviation(
 
 
 def _spectra(signal: np.ndarray, length: int) -> np.ndarray:
-    """Spectrum of every piece, without its mean, under a Hann window, (pieces, frequencies)."""
+    """Spectrum of every piece, less its mean and under a Hann window, (pieces, frequencies)."""
     if len(signal) < length:
         return np.zeros((0, length // 2 + 1))
     pieces = np.lib.stride_tricks.sliding_window_view(signal, length)[:: length // 2]

@@ -1,4 +1,4 @@
-"""Quantiles of the gamma distribution, without the half second in which SciPy's special functions are loaded."""
+"""Quantiles of the gamma distribution without SciPy's special functions, whose import takes half a second."""
 
 from __future__ import annotations
 
@@ -7,17 +7,17 @@ import sys
 from statistics import NormalDist
 
 STEPS = 60
-"""Steps of Newton and bisection at the most; six are usual."""
+"""Largest number of steps of Newton's method and bisection; six are usual."""
 
 TERMS = 10_000
-"""Terms of a series at the most; their number grows with the square root of the shape."""
+"""Largest number of terms of a series, which grows with the square root of the shape."""
 
 MOST_SHAPE = 1e6
-"""Shape up to which the series are summed; above, Wilson and Hilferty's cube root is closer than rounding shows."""
+"""Shape up to which the series are summed; above, the error of Wilson and Hilferty's cube root is below rounding."""
 
 
 def lower_gamma(shape: float, x: float) -> float:
-    """Regularised lower incomplete gamma function P(shape, x), the chance that a gamma variable is at most x.
+    """Regularised lower incomplete gamma function P(shape, x): distribution function of a gamma variable.
 
     Args:
         shape: > 0, up to `MOST_SHAPE`
@@ -59,13 +59,13 @@ def _fraction(shape: float, x: float) -> float:
 
 
 def gamma_quantile(shape: float, probability: float) -> float:
-    """The x up to which a gamma variable comes with a probability: P(shape, x) = probability.
+    """Quantile of the gamma distribution: the x with P(shape, x) = probability.
 
     Args:
         shape: > 0
-        probability: between 0 and 1, both left out
+        probability: between 0 and 1, both excluded
 
-    Source: Newton's method kept inside a bracket, from the cube root of Wilson and Hilferty (1931).
+    Source: Newton's method inside a bracket, started at the cube root of Wilson and Hilferty (1931).
     """
     if not (shape > 0.0 and 0.0 < probability < 1.0):
         raise ValueError(f"shape is {shape} and probability {probability}; expected > 0, and between 0 and 1")

@@ -14,25 +14,25 @@ from tierod.models.steered_vehicle import SteeredVehicle, TorqueShownVehicle
 from tierod.physics.single_track import understeer_gradient
 
 OUTPUTS = ("yaw rate", "yaw rate and aligning torque", "yaw rate and angle, steering modelled", "angle alone")
-"""What is measured, in the order of `Shown`."""
+"""Names of the sets of measurements, in the order of `Shown.by_outputs`."""
 
 DIMENSIONS = (2, 2, 4, 4)
-"""States of the system behind each of `OUTPUTS`."""
+"""Number of states of the system for each of `OUTPUTS`."""
 
 TYPICAL = (0.02, 0.2)
-"""Sizes of sideslip angle [rad] and yaw rate [rad/s] on a road, relative to which the margin is given."""
+"""Typical magnitudes of sideslip angle [rad] and yaw rate [rad/s], by which states are scaled for the margin."""
 
 
 @dataclass(frozen=True)
 class Shown:
-    """Observability at one understeer and speed.
+    """Observability at one understeer gradient and speed.
 
     Args:
         rear_over_neutral: cornering stiffness of the rear axle over that of neutral steer [-]
         understeer_gradient: [rad*s**2/m]
         speed: [m/s]
-        by_outputs: one for each of `OUTPUTS`
-        margin: share of the sideslip in the yaw rate, for states of `TYPICAL` magnitude, 0 to 1 [-]
+        by_outputs: observability for each of `OUTPUTS`
+        margin: second singular value of the observability by the yaw rate, for states scaled by `TYPICAL` [-]
     """
 
     rear_over_neutral: float
@@ -45,11 +45,11 @@ class Shown:
 def shown(
     p: SteeredVehicle.Parameters, ratios: Sequence[float], speeds: Sequence[float], tolerance: float = 1e-9
 ) -> list[Shown]:
-    """Observability of a car whose rear axle is made softer and stiffer.
+    """Observability of a car for several cornering stiffnesses of the rear axle and several speeds.
 
     Args:
         p: of the car
-        ratios: cornering stiffness of the rear axle over that of neutral steer, C_f a / b
+        ratios: cornering stiffness of the rear axle over C_f a / b, that of neutral steer [-]
         speeds: [m/s]
         tolerance: of the ranks
 
@@ -69,7 +69,7 @@ def shown(
 
 
 def systems(p: SteeredVehicle.Parameters, speed: float) -> tuple[LinearSystem, ...]:
-    """The linear system behind each of `OUTPUTS`, friction left aside."""
+    """The linear system for each of `OUTPUTS`, without friction, at a speed [m/s]."""
     free = dataclasses.replace(p, road_wheel_friction=0.0)
     own = TorqueShownVehicle.Parameters(
         *(getattr(p, each.name) for each in dataclasses.fields(TorqueShownVehicle.Parameters))
@@ -86,7 +86,7 @@ def _only(system: LinearSystem, output: int) -> LinearSystem:
 
 
 def table(found: Sequence[Shown]) -> Table:
-    """The ranks over understeer and speed."""
+    """Table of the observability ranks over understeer and speed."""
     return Table(
         "Rank of the observability over understeer and speed",
         ("rear over neutral", "understeer (deg per m/s²)", "speed (m/s)", *OUTPUTS, "margin of the yaw rate"),

@@ -20,11 +20,11 @@ class Observability:
     Args:
         states: names
         rank: dimension of the observable subspace, to the tolerance
-        tolerance: relative size below which a direction counts as not shown
-        singular_values: of the orthonormal observability staircase, largest first, scaled (n,); what lies between
-            the last one counted and the first one not is the margin of the rank
-        hidden: directions that are not shown, in the states' own units, columns with largest entry 1, (n, n - rank)
-        modes: eigenvalues with their margin (PBH test), the least visible first
+        tolerance: relative size below which a direction counts as unobservable
+        singular_values: of the orthonormal observability staircase, largest first, scaled (n,); the gap at the
+            tolerance is the margin of the rank
+        hidden: unobservable directions in the states' own units, columns with largest entry 1, (n, n - rank)
+        modes: eigenvalues with their margin (PBH test), the least observable first
     """
 
     states: tuple[str, ...]
@@ -36,11 +36,11 @@ class Observability:
 
     @property
     def complete(self) -> bool:
-        """Whether the whole state is shown."""
+        """Whether every state is observable."""
         return self.rank == len(self.states)
 
     def sentence(self) -> str:
-        """The result in words, with the directions that are hidden."""
+        """The result in words, with the unobservable directions."""
         n = len(self.states)
         if self.complete:
             return f"rank {self.rank} of {n}: every state is observable"
@@ -51,16 +51,16 @@ class Observability:
 def observability(
     system: LinearSystem, tolerance: float = TOLERANCE, state_scale: ArrayLike | None = None
 ) -> Observability:
-    """Rank of (A, C), singular values, hidden directions and PBH margins.
+    """Observability of (A, C): rank, singular values, unobservable directions and PBH margins.
 
-    A is shifted by its mean eigenvalue and scaled to size 1, states are balanced, outputs are scaled to size 1: none of
-    it changes what is observable, all of it keeps rounding from hiding or inventing a rank. The rank comes from the
+    A is shifted by its mean eigenvalue and scaled to norm 1, states are balanced, outputs are scaled to norm 1. This
+    does not change the observable subspace, and protects the rank from rounding errors. The rank comes from the
     staircase of orthonormal bases, not from powers of A.
 
     Args:
         system: continuous or discrete
-        tolerance: relative size below which a direction counts as not shown; 1e-9 leaves six digits for rounding.
-            A model with parameters of three digits needs 1e-3: the rank that survives its errors
+        tolerance: relative size below which a direction counts as unobservable; 1e-9 leaves six digits for rounding.
+            A model with parameters of three digits needs 1e-3: the rank that holds in spite of their errors
         state_scale: typical size of each state [its unit], (n,); balanced from A where None
 
     Raises:
@@ -89,7 +89,7 @@ def observability(
 
 
 def _readable(basis: np.ndarray, scale: np.ndarray) -> np.ndarray:
-    """Columns that span the same space in the states' own units, each with entries that the others have not."""
+    """Columns that span the same space in the states' own units, each with a state in which the others are zero."""
     from scipy.linalg import qr
 
     count = basis.shape[1]
@@ -102,14 +102,14 @@ def _readable(basis: np.ndarray, scale: np.ndarray) -> np.ndarray:
 
 
 def _staircase(A: np.ndarray, C: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray]:
-    """Orthonormal rows that span the observable space, and the singular value that each new row came with."""
+    """Orthonormal rows that span the observable subspace, and the singular values of all steps."""
     n = len(A)
     seen = np.zeros((0, n))
     values: list[float] = []
     new = C
     while len(new) and len(seen) < n:
         rest = new - (new @ seen.T) @ seen
-        rest = rest - (rest @ seen.T) @ seen
+        rest = rest - (rest @ seen.T) @ seen  # a second time, since rounding spoils the first for nearly known rows
         _, sizes, rows = np.linalg.svd(rest, full_matrices=False)
         keep = sizes > tolerance
         values += sizes.tolist()
@@ -120,18 +120,18 @@ def _staircase(A: np.ndarray, C: np.ndarray, tolerance: float) -> tuple[np.ndarr
 
 
 PBH_TOLERANCE = 1e-7
-"""Size, of the scaled system, below which an eigenvector counts as hidden: rounding moves a double one by 1e-8."""
+"""Singular value below which an eigenvector is unobservable (scaled system): rounding moves a double one by 1e-8."""
 
 CLUSTER = 1e-4
-"""Eigenvalues nearer to each other than this share of the system's size count as one: rounding splits a triple one by
-so much; their mean it leaves alone."""
+"""Distance below which eigenvalues of the scaled system count as one: rounding splits a triple eigenvalue by as much,
+but hardly moves the mean."""
 
 
 def pbh_rank(system: LinearSystem) -> int:
-    """States less the hidden eigenvectors: rank of [A - eigenvalue I; C], its defects summed over all eigenvalues.
+    """PBH test: number of states less the rank defects of [A - eigenvalue I; C] over all eigenvalues.
 
-    Validity: it is the number of states if and only if all are shown. Otherwise it bounds the rank from above: of an
-    eigenvalue that is there several times the test sees eigenvectors alone, not those that lead to them.
+    Validity: it is the number of states if and only if all are observable. Otherwise it is an upper bound of the rank:
+    for a multiple eigenvalue the test covers eigenvectors, but not generalised eigenvectors.
 
     Source: M. L. J. Hautus, 1969.
     """
@@ -145,7 +145,7 @@ def pbh_rank(system: LinearSystem) -> int:
 
 
 def _distinct(eigenvalues: np.ndarray) -> list[complex]:
-    """The means of eigenvalues that lie together."""
+    """Distinct eigenvalues: the mean of each cluster."""
     left, means = list(eigenvalues), []
     while left:
         together = [value for value in left if abs(value - left[0]) < CLUSTER]
@@ -155,10 +155,10 @@ def _distinct(eigenvalues: np.ndarray) -> list[complex]:
 
 
 class Rank(NamedTuple):
-    """Rank of a matrix, and what decided it.
+    """Rank of a matrix, with the singular values and the tolerance that decide it.
 
     Args:
-        rank: singular values above the tolerance
+        rank: number of singular values above the tolerance
         tolerance: absolute
         singular_values: largest first
     """
@@ -169,7 +169,7 @@ class Rank(NamedTuple):
 
     @property
     def margin(self) -> float:
-        """The singular value nearest to the tolerance over it, logarithmically: near 1, rounding decides the rank."""
+        """Ratio of the (logarithmically) nearest singular value to the tolerance: near 1, rounding decides the rank."""
         values = self.singular_values[self.singular_values > 0.0]
         if not len(values) or self.tolerance == 0.0:
             return float("inf")
@@ -178,15 +178,14 @@ class Rank(NamedTuple):
 
 
 def default_rank(matrix: np.ndarray) -> Rank:
-    """Rank to the default tolerance of MATLAB's `rank`: the longer side times the spacing of numbers at the largest
-    singular value."""
+    """Rank with MATLAB's default tolerance: larger dimension times spacing of floats at the largest singular value."""
     values = np.linalg.svd(matrix, compute_uv=False) if matrix.size else np.zeros(0)
     tolerance = float(max(matrix.shape) * np.spacing(values[0])) if len(values) else 0.0
     return Rank(int(np.count_nonzero(values > tolerance)), tolerance, values)
 
 
 def observability_matrix(A: np.ndarray, C: np.ndarray) -> np.ndarray:
-    """[C; CA; ...; CA^(n-1)], each block from the one before it, as MATLAB's `obsv` does."""
+    """Observability matrix [C; CA; ...; CA^(n-1)], each block from the one before it, as MATLAB's `obsv` does."""
     blocks = [C]
     for _ in range(len(A) - 1):
         blocks.append(blocks[-1] @ A)
@@ -196,14 +195,14 @@ def observability_matrix(A: np.ndarray, C: np.ndarray) -> np.ndarray:
 def unscaled_rank(system: LinearSystem) -> Rank:
     """Rank of the observability matrix in the units of the system, `rank(obsv(A, C))` of MATLAB.
 
-    Validity: powers of A grow with the fastest eigenvalue. Where fast and slow modes lie three decades apart, six
-    states are enough to push the slow ones below rounding: the rank then reflects less the system than its
-    units. `observability` and `scaled_rank` do not depend on them.
+    Validity: powers of A grow with the fastest eigenvalue. Where fast and slow modes are three decades apart, six
+    states suffice to move the slow ones below rounding: the rank then depends on the units more than on the system.
+    `observability` and `scaled_rank` do not depend on units.
     """
     return default_rank(observability_matrix(system.A, system.C))
 
 
 def scaled_rank(system: LinearSystem) -> Rank:
-    """The same rank with states balanced, outputs of size 1, and A without its mean eigenvalue and of size 1."""
+    """Rank of the observability matrix of the balanced, shifted and normalised system, see `models.modes.scaled`."""
     form = scaled(system)
     return default_rank(observability_matrix(form.A, form.C))

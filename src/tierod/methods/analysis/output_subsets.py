@@ -1,4 +1,4 @@
-"""Observability of a state by every choice of outputs, by every method side by side."""
+"""Observability of a state by every choice of outputs, with a comparison of the methods."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from tierod.models.modes import TOLERANCE
 
 
 def extended(system: LinearSystem, disturbances: Sequence[str]) -> LinearSystem:
-    """The system with some of its inputs as states that stay as they are, in this order at the end.
+    """The system with some of its inputs as constant states, in this order after the others.
 
     Args:
         system: continuous
@@ -50,8 +50,8 @@ class Sampling:
 
     Args:
         noise: standard deviation of every output, in its unit, by name
-        sample_time: [s]
-        duration: over which the Gramian and the bound are taken [s]
+        sample_time: sampling interval [s]
+        duration: time of observation for the Gramian and the bound [s]
     """
 
     noise: Mapping[str, float]
@@ -65,13 +65,13 @@ class Shown:
 
     Args:
         outputs: the choice
-        exact: by the staircase of orthonormal bases, tolerance `TOLERANCE` of the scaled system, with hidden directions
-        unscaled: of the observability matrix in the units of the system, default tolerance
-        scaled: of the same of the scaled system, default tolerance
-        sampled: of that of the sampled system in its units, default tolerance
-        pbh: states less hidden eigenvectors (test of Popov, Belevitch and Hautus, `pbh_rank`)
-        condition: of the Gramian over the duration, in the best units
-        bound: of the state (Cramer and Rao)
+        exact: by the staircase of orthonormal bases of the scaled system, with `TOLERANCE` and unobservable directions
+        unscaled: rank of the observability matrix in the units of the system, default tolerance
+        scaled: rank of the observability matrix of the scaled system, default tolerance
+        sampled: rank of the observability matrix of the sampled system in its units, default tolerance
+        pbh: rank by the test of Popov, Belevitch and Hautus (`pbh_rank`)
+        condition: condition number of the Gramian over the duration, with normalised states
+        bound: Cramer-Rao bound of the state
     """
 
     outputs: tuple[str, ...]
@@ -101,11 +101,11 @@ class Shown:
 
 
 def disagreements(rows: Sequence[Shown], label: Callable[[tuple[str, ...]], str] = " + ".join) -> list[str]:
-    """Disagreements of methods with the staircase, and their causes, a sentence for each method.
+    """Disagreements of methods with the staircase and their causes, as one sentence for each method.
 
     Args:
         rows: of one system
-        label: of a choice of outputs
+        label: text for a choice of outputs
     """
 
     def choices(some: Sequence[Shown]) -> str:
@@ -132,7 +132,7 @@ def disagreements(rows: Sequence[Shown], label: Callable[[tuple[str, ...]], str]
 
 
 def _why(rows: Sequence[Shown], method: str) -> str:
-    """Spread of the singular values, and the reach of the tolerance, in a sentence."""
+    """Range of the singular values and of the tolerance, as a sentence."""
     spread, reach = [], []
     for row in rows:
         rank: Rank = getattr(row, method.removesuffix(" matrix"))
@@ -155,7 +155,7 @@ def shown_by(system: LinearSystem, outputs: Sequence[str], sampling: Sampling) -
 
     Args:
         system: continuous
-        outputs: names; without any nothing is observable
+        outputs: names; may be empty
         sampling: noise, sample time and duration
     """
     part = with_outputs(system, tuple(outputs))

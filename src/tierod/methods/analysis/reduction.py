@@ -1,4 +1,4 @@
-"""Linear systems with fewer states: balanced, modal, with the fast rest at its steady state or left out."""
+"""Reduction of linear systems to fewer states: balanced or modal, by singular perturbation or truncation."""
 
 from __future__ import annotations
 
@@ -12,23 +12,23 @@ from tierod.methods.analysis.balancing import Balanced, balanced, parted
 from tierod.models.linear import LinearSystem
 
 RESTS = ("steady", "left out")
-"""What becomes of the states that go: they follow the others and the inputs at once (singular perturbation, exact in
-the steady state), or they are zero (truncation, exact at high frequency)."""
+"""Treatment of the removed states: at their steady state for the others and the inputs (singular perturbation, exact at
+zero frequency), or zero (truncation, exact at high frequency)."""
 
 _SINGULAR = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
 class Reduction:
-    """A system with fewer states, and how it belongs to the one it came from.
+    """A system with fewer states, and its relation to the full one.
 
     Args:
         system: the reduced one; its states are combinations without unit, "mode 1", "mode 2", ...
         onto: z = onto x, (order, n)
         back, back_input: x = back z + back_input u, as far as z determines it, (n, order) and (n, inputs)
-        hankel: singular values of the part that decays, in scaled units, largest first; empty for a modal reduction
-        error_bound: of the largest gain of the difference over all frequencies, in scaled units: twice the sum of the
-            Hankel values left out (K. Glover, 1984); None where none is known
+        hankel: Hankel singular values of the decaying part, in scaled units, largest first; empty for a modal reduction
+        error_bound: bound of the largest gain of the difference over all frequencies, in scaled units: twice the sum of
+            the removed Hankel values (K. Glover, 1984); None where there is no bound
     """
 
     system: LinearSystem
@@ -39,7 +39,7 @@ class Reduction:
     error_bound: float | None
 
     def physical(self, *names: str, of: LinearSystem) -> LinearSystem:
-        """The reduced system with states of the full one added to its outputs, so that an observer estimates them.
+        """The reduced system with states of the full one as additional outputs, so that an observer estimates them.
 
         Args:
             names: states of the full system
@@ -61,22 +61,21 @@ def balanced_reduction(
     output_size: Mapping[str, float] | None = None,
     shift: float | None = None,
 ) -> Reduction:
-    """Keep the states that are controllable and observable best.
+    """Balanced reduction: keep the states that are most controllable and observable.
 
-    What does not decay (the free angle of a column, disturbances as states) has no Gramian; it is parted from the rest
-    and kept whole, or the whole system is balanced as if everything decayed faster by a shift.
+    Modes that do not decay (the free angle of a column, disturbances as states) have no Gramian. They are separated and
+    kept, or with a shift the whole system is balanced as if all modes decayed faster.
 
     Args:
         system: continuous
         order: states of the reduced system, those that do not decay included
         rest: one of `RESTS`
-        feed_through: whether the D that the rest leaves is kept; without it the steady state has an error again
-        input_size, output_size: typical size of each input and output in its unit, by name, which says what counts as
-            much; 1 where not given
-        shift: to balance with, instead of parting [1/s]; then there is no bound of the error
+        feed_through: whether the feed-through D from the removed states is kept; without it the steady state is wrong
+        input_size, output_size: typical size of each input and output in its unit, by name, as weights; 1 by default
+        shift: additional decay rate for balancing instead of a separation [1/s]; then there is no error bound
 
     Raises:
-        ParameterError: an order out of range, an unknown rest or name, or a rest that has no steady state
+        ParameterError: an order out of range, an unknown rest or name, a rest without steady state, or as `balanced`
 
     Source: B. C. Moore, 1981; Y. Liu, B. D. O. Anderson, 1989; Raffone, eqs (14) to (16), where (17) drops D.
     """
@@ -92,15 +91,16 @@ def balanced_reduction(
 
 
 def modal_reduction(system: LinearSystem, order: int, *, rest: str = "steady", feed_through: bool = True) -> Reduction:
-    """Keep the slowest eigenvalues as they are.
+    """Modal reduction: keep the slowest eigenvalues.
 
     Args:
         system: continuous
-        order: eigenvalues to keep, smallest first
+        order: number of eigenvalues to keep, smallest first
         rest, feed_through: as `balanced_reduction`
 
     Raises:
-        ParameterError: an order out of range or between the two eigenvalues of a pair, or an unknown rest
+        ParameterError: an order out of range or between the two eigenvalues of a pair, an unknown rest, or a rest
+            without steady state
     """
     _require(system, order, rest)
     sizes = np.sort(np.abs(np.linalg.eigvals(system.A)))
@@ -138,7 +138,7 @@ def _turned(system: LinearSystem, to: np.ndarray, back: np.ndarray) -> LinearSys
 def _reduced(
     system: LinearSystem, form: Balanced, order: int, rest: str, feed_through: bool, bound: float | None = None
 ) -> Reduction:
-    """Eqs (14) to (16): the first states stay, the rest is at its steady state or zero."""
+    """Eqs (14) to (16): the first states are kept, the others are at their steady state or zero."""
     full = _turned(system, form.to, form.back)
     one, two = slice(order), slice(order, None)
     slaved, driven = _followers(full, order, rest)
@@ -157,7 +157,7 @@ def _reduced(
 
 
 def _followers(full: LinearSystem, order: int, rest: str) -> tuple[np.ndarray, np.ndarray]:
-    """Dependence of the states that go on those that stay, and on the inputs."""
+    """Matrices that give the removed states from the kept ones and from the inputs."""
     gone, inputs = len(full.A) - order, full.B.shape[1]
     if rest == "left out" or not gone:
         return np.zeros((gone, order)), np.zeros((gone, inputs))

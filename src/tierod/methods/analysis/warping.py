@@ -1,4 +1,4 @@
-"""Two courses brought together by stretching time: dynamic time warping within a band."""
+"""Dynamic time warping of signals within a band."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ from tierod.core.errors import ParameterError
 
 
 def warped(moved: np.ndarray, fixed: np.ndarray, band: int) -> np.ndarray:
-    """Courses stretched in time so that they follow others as closely as they can.
+    """Signals warped in time so that they follow other signals as closely as possible.
 
-    The path through the plane of both times begins and ends at common ends, goes on by one sample in either time or in
-    both, and minimises the sum of absolute differences. Where it stands still in the time of the fixed course, the mean
-    of what it meets of the moved one is taken.
+    The path through the plane of both times starts and ends at the common ends, advances by one sample in either time
+    or in both, and minimises the sum of absolute differences. Where several samples of the moved signal belong to one
+    of the fixed signal, their mean is taken.
 
     Args:
-        moved: courses that are stretched, (many, samples)
-        fixed: courses that they are to follow, (many, samples)
-        band: largest distance of both times [samples] (Sakoe and Chiba); 0 leaves the courses as they are
+        moved: signals to be warped, (many, samples)
+        fixed: signals that they are to follow, (many, samples)
+        band: largest difference of both times [samples] (Sakoe and Chiba); 0 leaves the signals unchanged
 
     Returns:
-        the moved courses in the time of the fixed ones, (many, samples)
+        the moved signals in the time of the fixed ones, (many, samples)
 
     Raises:
         ParameterError: shapes that differ, or a negative band
@@ -36,9 +36,9 @@ def warped(moved: np.ndarray, fixed: np.ndarray, band: int) -> np.ndarray:
 
 
 def _totals(moved: np.ndarray, fixed: np.ndarray, band: int) -> np.ndarray:
-    """Least sums of differences up to each pair of samples, (samples of fixed, many, 2 band + 3).
+    """Smallest sums of differences up to each pair of samples, (samples of fixed, many, 2 band + 3).
 
-    In a row of fixed sample i, the column band + 1 + k is that of moved sample i + k; the outermost are infinite.
+    For fixed sample i, column band + 1 + k is that of moved sample i + k; the outermost columns are infinite.
     """
     many, samples = fixed.shape
     totals = np.full((samples, many, 2 * band + 3), np.inf)
@@ -57,7 +57,7 @@ def _totals(moved: np.ndarray, fixed: np.ndarray, band: int) -> np.ndarray:
 
 
 def _path(totals: np.ndarray, band: int) -> tuple[np.ndarray, np.ndarray]:
-    """First and last moved sample that the best path meets at each fixed sample, (many, samples) each."""
+    """First and last moved sample on the best path at each fixed sample, (many, samples) each."""
     samples, many, _ = totals.shape
     rows = np.arange(many)
     first, last = np.zeros((many, samples), int), np.zeros((many, samples), int)
@@ -69,7 +69,7 @@ def _path(totals: np.ndarray, band: int) -> tuple[np.ndarray, np.ndarray]:
             place = band + 1 + at - i
             aside = totals[i, rows, place - 1]
             back, up = totals[i - 1, rows, place], totals[i - 1, rows, place + 1]
-            # Ahead in both times where that is as good: the shortest path of several.
+            # Of equally good steps the one in both times is taken, which gives the shortest path.
             staying &= aside < np.minimum(back, up)
             at = at - staying
         first[:, i] = at

@@ -1,4 +1,4 @@
-"""Detectors: blocks that turn a residual into a statistic and a decision, with what their constants cost."""
+"""Detectors: blocks that turn a residual into a statistic and a decision, and the design of their thresholds."""
 
 from tierod.methods.detectors.control_charts import Cusum, GeometricAverage, HeldThreshold
 from tierod.methods.detectors.likelihood_ratio import LikelihoodRatio

@@ -1,4 +1,4 @@
-"""Stopping rules side by side, each with the constant that serves a shift best."""
+"""Comparison of stopping rules, each with the constant that detects a given shift fastest."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from tierod.methods.detectors.stopping_rules import AverageRule, CusumRule, Hold
 
 WEIGHTS = (0.5, 0.3, 0.2, 0.12, 0.08, 0.05, 0.03, 0.02, 0.01, 0.005)
 HOLDS = (2, 3, 5, 8, 12, 20, 30)
-"""Constants that are tried; near the best one the delay changes by a few per cent from one to the next."""
+"""Candidate weights and hold counts; near the optimum the delay differs by a few per cent between neighbours."""
 
 RULES = ("cusum", "average", "sequential", "hold", "threshold")
-"""Rules by the name that a user gives."""
+"""Names of the rules that a user can choose."""
 
 
 @dataclass(frozen=True)
@@ -22,8 +22,8 @@ class Designed:
     Args:
         rule: with its constant
         threshold: in standard deviations, or as evidence
-        samples: between false alarms
-        delay: samples until the shift is found on average
+        samples: wanted mean number of samples between false alarms
+        delay: mean detection delay of the shift [samples]
     """
 
     rule: StoppingRule
@@ -32,17 +32,17 @@ class Designed:
     delay: float
 
     def delay_at(self, change: float) -> float:
-        """Samples until another shift is found on average; in standard deviations."""
+        """Mean detection delay [samples] of another shift, which is given in standard deviations."""
         return self.rule.run_length(self.threshold, change if self.rule.sides != "lower" else -change)
 
 
 def designed(name: str, shift: float, samples: float, sides: str = "both") -> Designed:
-    """A rule with the constant that finds a shift soonest, and the threshold for a time between false alarms.
+    """A rule with the constant that minimises the detection delay, and the threshold for a time between false alarms.
 
     Args:
         name: one of `RULES`
-        shift: in standard deviations, greater than zero
-        samples: between false alarms
+        shift: to be detected, in standard deviations, greater than zero
+        samples: mean number between false alarms
         sides: "both", "upper" or "lower"
 
     Raises:
@@ -75,7 +75,7 @@ def _candidates(name: str, shift: float, samples: float, sides: str) -> list[Sto
 
 
 def _sought(shift: float, samples: float) -> float:
-    """The shift that a rule is laid out for; with half of a huge one forgiven, no threshold would be needed."""
+    """The shift that a rule is designed for, limited so that a drift of half of it still needs a positive threshold."""
     from scipy.special import ndtri
 
     return min(shift, 1.8 * float(-ndtri(1.0 / samples))) if samples > 10.0 else shift

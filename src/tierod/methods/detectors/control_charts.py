@@ -1,4 +1,4 @@
-"""Control charts: a statistic of a residual, cumulative, averaged or counted, and the threshold at which it alarms."""
+"""Control charts: a cumulative, averaged or counted statistic of a residual, and its alarm threshold."""
 
 from __future__ import annotations
 
@@ -14,42 +14,42 @@ SIDES = ("both", "upper", "lower")
 
 
 def check_sides(sides: str) -> None:
-    """Refuse what is not one of `SIDES`.
+    """Check that a name is one of `SIDES`.
 
     Raises:
-        ParameterError: with what was expected
+        ParameterError: any other name
     """
     if sides not in SIDES:
         raise ParameterError(f"sides is '{sides}'; expected {', '.join(SIDES)}")
 
 
 def watched(value: Scalar, sides: str) -> Scalar:
-    """Quantity that is compared with a threshold: a value, its negative or its absolute value."""
+    """Quantity to compare with a threshold, for the sides of `SIDES`: a value, its negative or its absolute value."""
     return {"both": absolute(value), "upper": value, "lower": -value}[sides]
 
 
 @dataclass(frozen=True)
 class Cusum:
-    """Alarm when a residual has been above (or below) zero by more than `drift` for long enough.
+    """Cumulative sum: alarm when a residual has been above (or below) zero by more than `drift` for long enough.
 
     up <- max(0, up + value - drift), down <- max(0, down - value - drift); alarm while one is at `threshold` or above.
 
     Args:
-        drift: what is forgiven per sample [unit of the residual]: half of the smallest change worth an alarm. Larger
-            ignores slow drifts and model error; smaller finds smaller changes and alarms falsely more often
-        threshold: sum that means alarm [same unit]. The delay grows in proportion, about threshold / (change - drift)
-            samples; the time between false alarms grows exponentially
-        ceiling: the sums are held to this [same unit], at least the threshold: after a long fault it takes at most
+        drift: subtracted per sample [unit of the residual]: half of the smallest change worth an alarm. A larger one
+            tolerates slow drifts and model errors; a smaller one detects smaller changes and gives more false alarms
+        threshold: sum at which the alarm is raised [same unit]. The detection delay grows in proportion, about
+            threshold / (change - drift) samples; the time between false alarms grows exponentially
+        ceiling: upper limit of the sums [same unit], at least the threshold: after a long fault it takes at most
             ceiling / drift fault-free samples until the alarm ends
         sides: "both", "upper" (increases only) or "lower"
-        restart: whether the sums start anew after an alarm, which makes of every alarm one sample
+        restart: whether an alarm resets the sums, so that every alarm lasts one sample
 
     For white Gaussian residuals of standard deviation sigma, one side, with k = drift / sigma and
     b = threshold / sigma + 1.166, the expected number of samples between false alarms is about
-    (exp(2 k b) - 2 k b - 1) / (2 k^2): 938 for k = 0.5, threshold 5 sigma; half of it for both sides. Correlated
+    (exp(2 k b) - 2 k b - 1) / (2 k^2): 938 for k = 0.5, threshold 5 sigma; half of it for both sides. Autocorrelated
     residuals alarm far more often. `tierod.methods.detectors.design` gives the threshold for a wanted number.
 
-    A missing value, or one that is not enabled, leaves the sums as they are.
+    A missing value, or one that is not enabled, leaves the sums unchanged.
 
     Source: E. S. Page, 1954, doi 10.1093/biomet/41.1-2.100; run length, D. Siegmund, Sequential Analysis, 1985, (2.57).
     """
@@ -63,13 +63,13 @@ class Cusum:
     Sample = Value
 
     class State(NamedTuple):
-        """The two sums."""
+        """Sums for increases and for decreases."""
 
         up: float
         down: float
 
     class Output(NamedTuple):
-        """Sums (0 on a side that is not watched), and whether one has reached the threshold (1.0) or not (0.0)."""
+        """Sums (0 on a side that is not monitored), and whether one has reached the threshold (1.0) or not (0.0)."""
 
         up: Annotated[float, ""]
         down: Annotated[float, ""]
@@ -89,7 +89,7 @@ class Cusum:
         return self.State(0.0, 0.0)
 
     def step(self, state: State, sample: Value | Scalar, enabled: Truth = True) -> tuple[State, Output]:
-        """One value on; `enabled` (logic) is whether it counts."""
+        """State and output after one value; `enabled` (logic) is whether the value counts."""
         value = number(sample)
         use = counts(value, enabled)
         up, down = state
@@ -109,20 +109,21 @@ class Cusum:
 
 @dataclass(frozen=True)
 class GeometricAverage:
-    """Alarm when the exponentially forgetting mean of a residual has left a band.
+    """Geometric moving average (EWMA): alarm when the exponentially weighted mean of a residual has left a band.
 
     average <- average + weight (value - average); alarm while it is at `threshold` or beyond.
 
     Args:
-        weight: of the newest value, 0 to 1; small finds small shifts, large finds large ones sooner
-        threshold: average that means alarm [unit of the residual]
+        weight: of the newest value, 0 to 1; a small one detects small shifts, a large one detects large shifts sooner
+        threshold: average at which the alarm is raised [unit of the residual]
         sides: "both", "upper" (increases only) or "lower"
-        restart: whether the average starts anew from zero after an alarm, which makes of every alarm one sample
+        restart: whether an alarm resets the average to zero, so that every alarm lasts one sample
 
-    For white residuals of standard deviation sigma the average has sigma sqrt(weight / (2 - weight)).
-    `tierod.methods.detectors.stopping_rules` gives the threshold for a wanted time between false alarms.
+    For white residuals of standard deviation sigma, the average has the standard deviation
+    sigma sqrt(weight / (2 - weight)). `tierod.methods.detectors.stopping_rules` gives the threshold for a wanted time
+    between false alarms.
 
-    A missing value, or one that is not enabled, leaves the average as it is.
+    A missing value, or one that is not enabled, leaves the average unchanged.
 
     Source: S. W. Roberts, 1959, doi 10.1080/00401706.1959.10489860.
     """
@@ -135,7 +136,7 @@ class GeometricAverage:
     Sample = Value
 
     class State(NamedTuple):
-        """The average."""
+        """The geometric moving average."""
 
         average: float
 
@@ -157,7 +158,7 @@ class GeometricAverage:
         return self.State(0.0)
 
     def step(self, state: State, sample: Value | Scalar, enabled: Truth = True) -> tuple[State, Output]:
-        """One value on; `enabled` (logic) is whether it counts."""
+        """State and output after one value; `enabled` (logic) is whether the value counts."""
         value = number(sample)
         average = state.average + self.weight * where(counts(value, enabled), value - state.average, 0.0)
         alarm = where(watched(average, self.sides) >= self.threshold, 1.0, 0.0)
@@ -167,16 +168,16 @@ class GeometricAverage:
 
 @dataclass(frozen=True)
 class HeldThreshold:
-    """Alarm when a residual has been at a threshold or beyond in `hold` samples one after the other.
+    """Alarm when a residual has been at a threshold or beyond in `hold` consecutive samples.
 
     Args:
         threshold: [unit of the residual]
-        hold: samples
+        hold: number of consecutive samples
         sides: "both", "upper" or "lower"
-        restart: whether the count starts anew after an alarm, which makes of every alarm one sample
+        restart: whether an alarm resets the count, so that every alarm lasts one sample
 
-    With a chance p per independent sample, false alarms are (1 / p^hold - 1) / (1 - p) samples apart. A missing value,
-    or one that is not enabled, neither counts nor breaks the run.
+    With a probability p per independent sample, false alarms are (1 / p^hold - 1) / (1 - p) samples apart. A missing
+    value, or one that is not enabled, neither counts nor interrupts the run.
     """
 
     threshold: Annotated[float, "unit of the signal"]
@@ -187,12 +188,12 @@ class HeldThreshold:
     Sample = Value
 
     class State(NamedTuple):
-        """Samples beyond, one after the other."""
+        """Number of consecutive samples at the threshold or beyond."""
 
         held: float
 
     class Output(NamedTuple):
-        """Samples beyond, one after the other, up to `hold`; and whether they are `hold` (1.0) or fewer (0.0)."""
+        """Number of consecutive samples beyond, at most `hold`, and whether it is `hold` (1.0) or less (0.0)."""
 
         held: Annotated[float, ""]
         alarm: Annotated[float, ""]
@@ -205,11 +206,11 @@ class HeldThreshold:
             )
 
     def init(self) -> State:
-        """None."""
+        """State before the first sample."""
         return self.State(0.0)
 
     def step(self, state: State, sample: Value | Scalar, enabled: Truth = True) -> tuple[State, Output]:
-        """One value on; `enabled` (logic) is whether it counts."""
+        """State and output after one value; `enabled` (logic) is whether the value counts."""
         value = number(sample)
         use = counts(value, enabled)
         more = minimum(state.held + 1.0, float(self.hold))

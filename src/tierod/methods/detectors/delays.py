@@ -1,4 +1,4 @@
-"""Delay of a block's alarm after a shift is put into fault-free residuals."""
+"""Detection delay of a block for a shift that is added to fault-free residuals."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ TRIALS = 200
 def delays_of(
     block: Block, records: Sequence[np.ndarray], shift: float, trials: int = TRIALS, seed: int = 0
 ) -> np.ndarray:
-    """Samples from the start of a shift to the alarm, for many starts; infinite where it is not found.
+    """Samples from the start of a shift to the alarm, for many starts; infinite where the shift is not detected.
 
     Args:
-        block: with an output `alarm`; it runs over what lies before the shift first
+        block: with an output `alarm`; it first runs over the residuals before the shift
         records: fault-free residuals, (n,) each; the longest one is used
         shift: added to the residual [its unit]
-        trials: shifts that are put in, at random instants
-        seed: of the instants
+        trials: number of shifts, at random instants
+        seed: of the random instants
 
-    A start at which the block is in alarm already is not counted: its alarm is a false one. What is not found within
-    half of the record, or within 20 000 samples, counts as not found.
+    A start at which the block already is in alarm is left out: that alarm is a false one. A shift that is not detected
+    within half of the record, or within 20 000 samples, counts as not detected.
 
     Raises:
-        InputError: records too short to put shifts in, or the block is in alarm throughout
+        InputError: records too short to add shifts, or the block is in alarm throughout
     """
     longest = max(records, key=len, default=np.zeros(0))
     if len(longest) < 200:

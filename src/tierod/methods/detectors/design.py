@@ -1,4 +1,4 @@
-"""Thresholds from the false alarms one can bear, for `Cusum` on white Gaussian residuals."""
+"""Thresholds of `Cusum` for a tolerated rate of false alarms, on white Gaussian residuals."""
 
 from __future__ import annotations
 
@@ -8,21 +8,21 @@ from collections.abc import Sequence
 from tierod.core.errors import ParameterError
 
 WAYS = {"both": (1.0, -1.0), "upper": (1.0,), "lower": (-1.0,)}
-"""Signs of the changes that a detector watches for, by its sides."""
+"""Signs of the changes that a detector looks for, by its sides."""
 
 OVERSHOOT = 1.166  # Siegmund's correction for the jump across both boundaries, 2 * 0.583
 
 
 def run_length(drift: float, threshold: float, change: float = 0.0, sides: str = "both") -> float:
-    """Expected number of samples until `Cusum` alarms: between false alarms without a change, the delay with one.
+    """Average run length of `Cusum`: samples between false alarms without a change, detection delay with one.
 
     Args:
         drift, threshold: of the detector, in standard deviations of the residual
         change: mean of the residual, in standard deviations
         sides: "both", "upper" or "lower"
 
-    Within about 10 % of the true value for a threshold of at least 3. Residuals that are correlated alarm far more
-    often: take every n-th one, or whiten them.
+    Within about 10 % of the true value for a threshold of at least 3. Autocorrelated residuals alarm far more often:
+    use every n-th one, or whiten them.
 
     Source: D. Siegmund, Sequential Analysis, 1985, (2.57): (exp(-2 D b) + 2 D b - 1) / (2 D^2), D = change - drift,
     b = threshold + 1.166.
@@ -38,7 +38,7 @@ def together(lengths: Sequence[float]) -> float:
 
 
 def threshold_for(drift: float, samples: float, sides: str = "both") -> float:
-    """Threshold with this many samples between false alarms on average, in standard deviations of the residual.
+    """Threshold for a mean number of samples between false alarms, in standard deviations of the residual.
 
     Args:
         drift: of the detector, in standard deviations
@@ -64,6 +64,7 @@ def threshold_for(drift: float, samples: float, sides: str = "both") -> float:
 def _one_sided(mean: float, threshold: float) -> float:
     height = threshold + OVERSHOOT
     exponent = -2.0 * mean * height
+    # Below 1e-5 the closed form is 0 / 0 within rounding; its limit is the square of the height.
     if abs(exponent) < 1e-5:
         return height * height
     if exponent > 700.0:

@@ -1,4 +1,4 @@
-"""A level that must be exceeded by so much for so long: a cumulative sum whose drift is what is designed."""
+"""A level that must be exceeded by a given sum: a cumulative sum of which the drift is designed, not the threshold."""
 
 from __future__ import annotations
 
@@ -12,14 +12,15 @@ from tierod.methods.detectors.stopping_rules import CusumRule, StoppingRule
 
 @dataclass(frozen=True)
 class ExcessRule(StoppingRule):
-    """Alarm when what lies above a level has added up to `excess`; the level is the threshold.
+    """Alarm when the excess of values over a level has added up to `excess`; the level is the threshold of this rule.
 
-    Where the level is given by what is worth an alarm, and a residual remembers for longer than the excess takes, no
-    sum ever begins in fault-free data. The time between false alarms then grows with the level; it is measured over
-    that.
+    With a level set by the smallest fault magnitude, and residuals whose correlation time exceeds the time that the sum
+    takes, no sum ever starts in fault-free data. The time between false alarms then depends on the level, over which it
+    is measured.
 
     Args:
-        excess: standard deviations times values: one deviation for this many values, or more for as many fewer
+        excess: sum over values, in standard deviations: one standard deviation for this many values, or a larger excess
+            for fewer
     """
 
     excess: float
@@ -31,14 +32,14 @@ class ExcessRule(StoppingRule):
 
     @property
     def name(self) -> str:
-        """In a word or two, with its constant."""
+        """Short name with the constant of the rule."""
         return f"level exceeded by {self.excess:.3g} deviations times values"
 
     def run_length(self, threshold: float, change: float = 0.0) -> float:
-        """Expected samples until the alarm, of white residuals."""
+        """Expected samples until the alarm, for white residuals."""
         return CusumRule(threshold, sides=self.sides).run_length(self.excess, change)
 
     def block(self, threshold: float, deviation: float, restart: bool = False) -> Cusum:
-        """The block."""
+        """The block, whose drift is the level and whose threshold is the excess."""
         height = self.excess * deviation
         return Cusum(threshold * deviation, height, 2.0 * height, sides=self.sides, restart=restart)

@@ -1,4 +1,4 @@
-"""Generalised likelihood ratio: the mean has shifted, by an unknown amount at an unknown instant."""
+"""Generalised likelihood ratio for a shift of the mean by an unknown amount at an unknown instant."""
 
 from __future__ import annotations
 
@@ -12,23 +12,24 @@ from tierod.methods.detectors.moments import MovingMoments
 from tierod.methods.detectors.value import Value
 
 WINDOWS = (4, 8, 16, 32, 64, 128)
-"""Lengths of history that are looked at: between two of them up to 29 % of the evidence is lost, 1 - sqrt(1/2)."""
+"""Lengths of the windows [samples]; for a shift of a length between two of them up to 1 - sqrt(1/2), 29 %, of the
+evidence is lost."""
 
 
 @dataclass(frozen=True)
 class LikelihoodRatio:
-    """Alarm when some recent stretch of a residual has a mean that zero does not explain.
+    """Alarm when the mean of a residual over one of several windows differs significantly from zero.
 
-    For each window of n values with mean m the evidence is n m^2 / (2 deviation^2), the likelihood ratio at the shift
-    that fits best; the largest counts.
+    For each window of n values with mean m the evidence is n m^2 / (2 deviation^2), the log-likelihood ratio at the
+    maximum-likelihood shift; the output is the largest.
 
     Args:
         deviation: standard deviation of the residual [unit of the residual]
-        threshold: evidence that means alarm
-        windows: lengths of history [samples]
+        threshold: evidence at which the alarm is raised
+        windows: lengths [samples]
 
-    After an alarm the windows keep what they hold: the alarm lasts until the shift has left them. Missing values, and
-    those not enabled, are left out.
+    An alarm does not reset the windows: it lasts until the shift has left them. Missing values, and those not enabled,
+    are left out.
 
     Source: A. S. Willsky, H. L. Jones, 1976, doi 10.1109/TAC.1976.1101146; windows after T. L. Lai, 1995.
     """
@@ -57,13 +58,13 @@ class LikelihoodRatio:
         object.__setattr__(self, "moments", tuple(MovingMoments(size) for size in self.windows))
 
     def init(self) -> tuple[MovingMoments.State, ...]:
-        """Empty windows."""
+        """State before the first value: empty windows."""
         return tuple(moments.init() for moments in self.moments)
 
     def step(
         self, state: tuple[MovingMoments.State, ...], sample: Value | Scalar, enabled: Truth = True
     ) -> tuple[tuple[MovingMoments.State, ...], Output]:
-        """One value on; `enabled` (logic) is whether it counts."""
+        """State and output after one value; `enabled` (logic) is whether the value counts."""
         after, evidence, shift = [], 0.0, 0.0
         for moments, held in zip(self.moments, state, strict=True):
             advanced, found = moments.step(held, sample, enabled)

@@ -1,4 +1,4 @@
-"""Thresholds for residuals that are not white: measured on fault-free data, carried on no further than they can be."""
+"""Thresholds for autocorrelated residuals: measured on fault-free data, and extrapolated with a stated uncertainty."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from tierod.core.graph import scan
 from tierod.methods.detectors.stopping_rules import StoppingRule
 
 FEWEST = 8
-"""Alarms from which a run length is counted in the line: its logarithm is then known to a third."""
+"""Smallest number of alarms of a point of the fitted line: its ln(run length) has a standard error of a third."""
 
 
 @dataclass(frozen=True)
 class MeasuredPoint:
-    """A threshold that was tried on fault-free residuals.
+    """False alarms at one threshold on fault-free residuals.
 
     Args:
         threshold: in standard deviations of the residual, or as evidence
-        alarms: false ones
-        run_length: samples between two of them on average
+        alarms: number of false alarms
+        run_length: mean number of samples between two of them
     """
 
     threshold: float
@@ -37,14 +37,14 @@ class MeasuredDesign:
     """A threshold from fault-free residuals.
 
     Args:
-        rule: whose threshold it is
-        deviation: standard deviation of the residual [unit of the residual]
+        rule: that the threshold belongs to
+        deviation: root mean square of the residual [unit of the residual]
         threshold: in these deviations, or as evidence
-        wanted: samples between false alarms
-        low, high: 95 % interval of the run length at this threshold [samples]; beyond what was observed it holds only
-            as far as the line does, which nothing tests
-        observed: fault-free samples that it rests on
-        points: thresholds that were tried
+        wanted: mean number of samples between false alarms
+        low, high: 95 % interval of the run length at this threshold [samples]; beyond the observed time it assumes that
+            the fitted line continues, which is not tested
+        observed: number of fault-free samples
+        points: false alarms at the thresholds that were tried
     """
 
     rule: StoppingRule
@@ -58,14 +58,14 @@ class MeasuredDesign:
 
     @property
     def extrapolated(self) -> bool:
-        """Whether fewer than `FEWEST` false alarms were to be expected in what was observed."""
+        """Whether fewer than `FEWEST` false alarms are expected in the observed samples at this threshold."""
         return self.wanted * FEWEST > self.observed
 
     def claim(self, rate: float) -> str:
-        """Claim that the measurement supports, in a sentence.
+        """Statement on the false alarms that the measurement supports, as a sentence.
 
         Args:
-            rate: of the residuals [Hz]
+            rate: sample rate of the residuals [Hz]
         """
         hours = self.observed / rate / 3600.0
         unit, name = (3600.0, "h") if self.low / rate > 3600.0 else (1.0, "s")
@@ -73,7 +73,7 @@ class MeasuredDesign:
         span = f"{low:,g} to {high:,g} {name}".replace(",", " ")
         if not self.extrapolated:
             return f"measured: 95 % interval {span} between false alarms"
-        bound = 3.0 / hours
+        bound = 3.0 / hours  # rule of three: 95 % bound of a Poisson rate without an event
         return (
             f"carried on from shorter run lengths ({span} at 95 % if the line goes on); {hours:.3g} h without an alarm "
             f"would show fewer than {bound:.3g} per hour at 95 %, no more"
@@ -81,18 +81,18 @@ class MeasuredDesign:
 
 
 def threshold_from_records(rule: StoppingRule, records: Sequence[np.ndarray], samples: float) -> MeasuredDesign:
-    """The threshold with so many samples between false alarms, from fault-free residuals of any colour.
+    """The threshold for a mean number of samples between false alarms, from fault-free residuals, white or not.
 
-    The logarithm of the run length is a straight line over the threshold (over its square for averages) once alarms are
-    rare: the line is measured where alarms are frequent enough to be counted, weighted by their number, and carried on.
+    The logarithm of the run length is linear in the threshold (in its square for averages) once alarms are rare: the
+    line is fitted where alarms are frequent enough to be counted, weighted by their number, and extrapolated.
 
     Args:
         rule: with its constant, in standard deviations
         records: fault-free residuals [unit of the residual], (n,) each; NaN where missing
-        samples: wanted between false alarms
+        samples: wanted mean number between false alarms
 
     Raises:
-        InputError: too few fault-free residuals, or residuals without spread
+        InputError: too few fault-free residuals, or residuals that are all zero, not about zero, or drifting
     """
     records = [np.asarray(record, float) for record in records]
     whole = np.concatenate(records) if records else np.zeros(0)
@@ -120,7 +120,7 @@ def threshold_from_records(rule: StoppingRule, records: Sequence[np.ndarray], sa
     if not slope > 0.0:
         raise InputError("the run length does not grow with the threshold: the residuals drift; remove the drift first")
     at = (math.log(samples) - intercept) / slope
-    # Alarms of neighbouring thresholds are largely the same ones: the line is no surer than its last count.
+    # Neighbouring thresholds count largely the same alarms, so the line is no more certain than its last count.
     own = math.sqrt(float(np.array([at, 1.0]) @ spread @ np.array([at, 1.0])) + 1.0 / tail[-1].alarms)
     threshold = _inverse(rule, at, tail[-1].threshold)
     low, high = (samples * math.exp(way * 1.96 * own) for way in (-1.0, 1.0))
@@ -133,7 +133,7 @@ _STEPS, _TAIL = 14, 6
 def _ladder(
     rule: StoppingRule, records: Sequence[np.ndarray], deviation: float, count: int, samples: float
 ) -> list[MeasuredPoint]:
-    """Thresholds that rise until hardly an alarm is left, or well beyond the wanted run length."""
+    """Counts at rising thresholds, until alarms are too few or the run length is well above the wanted one."""
     points: list[MeasuredPoint] = []
     low, high = 0.05 * rule.unit, rule.unit
     while len(points) < _STEPS and _measured(rule, high, records, deviation, count).alarms >= FEWEST:

@@ -1,4 +1,4 @@
-"""Thresholds for sums of log-likelihood ratios that are not white: measured on records in which one case holds."""
+"""Thresholds for sums of autocorrelated log-likelihood ratios, measured on records in which one hypothesis holds."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from tierod.methods.detectors.control_charts import Cusum
 from tierod.methods.detectors.measured import FEWEST, MeasuredPoint
 
 LADDER = tuple(0.5 * number for number in range(1, 61))
-"""Thresholds that are tried, in nats, until hardly a false alarm is left."""
+"""Candidate thresholds [nat], in rising order until too few false alarms are left."""
 
 TAIL = 8
-"""Of these the highest that make the line: below them it is steeper."""
+"""Number of the highest of them that the line is fitted to: at lower ones the slope is larger."""
 
 
 class RatioDesign(NamedTuple):
-    """A threshold for sums of coloured log-likelihood ratios.
+    """A threshold for sums of autocorrelated log-likelihood ratios.
 
     Args:
-        threshold: of the sum
-        growth: of the logarithm of the time between false alarms, per unit of the threshold
-        longest: samples between false alarms at the highest threshold that had enough of them
-        points: what was counted
+        threshold: of the sum [nat]
+        growth: increase of ln(time between false alarms) per unit of the threshold
+        longest: samples between false alarms at the highest threshold with at least `FEWEST` of them
+        points: false alarms at each threshold
     """
 
     threshold: float
@@ -36,19 +36,19 @@ class RatioDesign(NamedTuple):
 
 
 def threshold_from_ratios(records: Sequence[np.ndarray], samples: float) -> RatioDesign:
-    """The threshold of a sum with so many samples between false alarms.
+    """The threshold of a sum for a mean number of samples between false alarms.
 
-    The increments are coloured, so that no formula for white ones serves: false alarms are counted at thresholds low
-    enough to have some, and the logarithm of their distance is carried on in a straight line. Beyond some hundred times
-    what was observed that is a hope, no measurement.
+    The increments are autocorrelated, so that the formulas for white ones do not hold: false alarms are counted at low
+    thresholds, and the logarithm of the time between them is extrapolated linearly. Beyond some hundred times the
+    observed time the result is an assumption, not a measurement.
 
     Args:
-        records: log-likelihood ratios of what is not the case against what is, (n,) each; NaN where they do not count
-        samples: wanted between false alarms
+        records: log-likelihood ratios of a false hypothesis against the true one, (n,) each; NaN where left out
+        samples: wanted mean number between false alarms
 
     Raises:
-        InputError: too few false alarms to measure their distance, a distance that does not grow with the threshold, or
-            evidence that grows where it must not
+        InputError: too few false alarms to measure the time between them, a time that does not grow with the threshold,
+            or log-likelihood ratios that favour the false hypothesis
     """
     records = [np.asarray(record, float) for record in records]
     count = sum(int(np.isfinite(record).sum()) for record in records)
@@ -56,6 +56,7 @@ def threshold_from_ratios(records: Sequence[np.ndarray], samples: float) -> Rati
         raise InputError("the evidence is not against what is not the case: records of the other case, or a wrong sign")
     points = []
     for threshold in LADDER:
+        # No drift is subtracted, since the ratios themselves have a negative mean.
         block = Cusum(0.0, threshold, threshold, "upper", True)
         alarms = sum(int(scan(block, record[:, None])["alarm"].sum()) for record in records)
         if alarms < FEWEST:

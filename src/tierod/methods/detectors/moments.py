@@ -1,4 +1,4 @@
-"""Mean and variance of a signal: exponentially forgetting, over batches, over a moving window."""
+"""Mean and variance of a signal: with exponential forgetting, over batches, or over a moving window."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from tierod.physics.lag import share_reached
 
 
 class Moments(NamedTuple):
-    """Mean and variance of the values that counted, and how many these were."""
+    """Mean and variance of the values that counted, and their number."""
 
     mean: Annotated[float, ""]
     variance: Annotated[float, ""]
@@ -22,14 +22,14 @@ class Moments(NamedTuple):
 
 @dataclass(frozen=True)
 class ExponentialMoments:
-    """Mean and variance with exponential forgetting; plain ones until a time constant is full.
+    """Mean and variance with exponential forgetting; equal weights until a time constant has passed.
 
     Args:
-        time_constant: age at which a value weighs 37 % [s]; longer is steadier (the variance scatters by
-            sqrt(2 sample_time / time_constant) of itself) and follows a change later
-        sample_time: time between two samples [s]
+        time_constant: age at which the weight of a value has fallen to 37 % [s]; a longer one scatters less (the
+            variance by sqrt(2 sample_time / time_constant) of itself) and follows a change later
+        sample_time: sampling interval [s]
 
-    Missing values, and those not enabled, are left out, and time stands still for them.
+    Missing values, and those not enabled, are left out, and do not age the others.
 
     Source: D. H. D. West, 1979, doi 10.1145/359146.359153 (incremental form, no difference of large sums).
     """
@@ -54,14 +54,15 @@ class ExponentialMoments:
             )
 
     def init(self) -> State:
-        """No value yet."""
+        """State before the first value."""
         return self.State(0.0, 0.0, 0.0)
 
     def step(self, state: State, sample: Value | Scalar, enabled: Truth = True) -> tuple[State, Moments]:
-        """One value on; `enabled` (logic) is whether it counts."""
+        """State and output after one value; `enabled` (logic) is whether the value counts."""
         value = number(sample)
         use = counts(value, enabled)
         count = state.number + where(use, 1.0, 0.0)
+        # 1 / count gives the plain mean at the start, which would otherwise be biased towards zero.
         share = maximum(share_reached(self.sample_time / self.time_constant), 1.0 / maximum(count, 1.0))
         away = where(use, value - state.mean, 0.0)
         share = where(use, share, 0.0)
@@ -72,13 +73,13 @@ class ExponentialMoments:
 
 @dataclass(frozen=True)
 class BatchMoments:
-    """Mean and variance of batches of consecutive values; the last whole batch stands until the next is full.
+    """Mean and variance of batches of consecutive values; the output is that of the last complete batch.
 
     Args:
-        size: values in a batch, at least 2; larger scatters less (the variance by sqrt(2 / size) of itself), and
-            answers only every `size` values
+        size: values in a batch, at least 2; a larger one scatters less (the variance by sqrt(2 / size) of itself), and
+            updates the output only every `size` values
 
-    Missing values, and those not enabled, are left out: a batch lasts as long as it takes.
+    Missing values, and those not enabled, are left out and prolong their batch.
     """
 
     size: int
@@ -86,7 +87,7 @@ class BatchMoments:
     Sample = Value
 
     class State(NamedTuple):
-        """Sums of the batch under way, round its first value, and the last whole batch."""
+        """Sums of the present batch about its first value, and moments and number of the complete batches."""
 
         first: float
         sum: float
@@ -97,7 +98,7 @@ class BatchMoments:
         batches: float
 
     class Output(NamedTuple):
-        """Mean and (unbiased) variance of the last whole batch, their number so far, and whether one has just ended."""
+        """Mean and unbiased variance of the last complete batch, number of batches, and whether one has just ended."""
 
         mean: Annotated[float, ""]
         variance: Annotated[float, ""]
@@ -109,11 +110,11 @@ class BatchMoments:
             raise ParameterError(f"size is {self.size}; a variance needs a batch of at least 2 values")
 
     def init(self) -> State:
-        """No value yet."""
+        """State before the first value."""
         return self.State(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
     def step(self, state: State, sample: Value | Scalar, enabled: Truth = True) -> tuple[State, Output]:
-        """One value on; `enabled` (logic) is whether it counts."""
+        """State and output after one value; `enabled` (logic) is whether the value counts."""
         value = number(sample)
         use = counts(value, enabled)
         first = where(use, where(state.number < 0.5, value, state.first), state.first)
@@ -138,14 +139,14 @@ class BatchMoments:
 
 
 class _Sums(NamedTuple):
-    """Number, sum and sum of squares of values round a reference."""
+    """Number, sum and sum of squares of values about a reference."""
 
     number: Scalar
     sum: Scalar
     squares: Scalar
 
     def changed(self, weight: Scalar, away: Scalar) -> _Sums:
-        """The sums with one value more (weight 1), one less (-1), or unchanged (0)."""
+        """The sums with one value added (weight 1), removed (-1), or unchanged (0)."""
         step = weight * away
         return _Sums(self.number + weight, self.sum + step, self.squares + step * away)
 
@@ -155,12 +156,13 @@ class MovingMoments:
     """Mean and variance over the last `size` samples.
 
     Args:
-        size: samples in the window, at least 2; larger scatters less (the variance by sqrt(2 / size) of itself) and
-            follows a change later
+        size: samples in the window, at least 2; a larger one scatters less (the variance by sqrt(2 / size) of itself)
+            and follows a change later
 
     Missing values, and those not enabled, take their place in the window but do not count in it. The running sums are
-    replaced by fresh ones once per window, round the mean of the last one, so rounding errors do not gather, a large
-    mean does not drown a small variance, and the trace of a huge spike is gone within three windows.
+    replaced by fresh ones once per window, about the mean of the last one, so that rounding errors do not accumulate, a
+    small variance stays accurate beside a large mean, and the rounding error of a huge spike is gone within three
+    windows.
     """
 
     size: int
@@ -169,7 +171,7 @@ class MovingMoments:
     Output = Moments
 
     class State(NamedTuple):
-        """Window (values round `reference`, and whether they count), its sums, and the sums that will replace them."""
+        """Values of the window and whether they count, its sums about `reference`, and the sums that replace them."""
 
         values: Ring
         weights: Ring
@@ -183,15 +185,16 @@ class MovingMoments:
             raise ParameterError(f"size is {self.size}; a variance needs a window of at least 2 samples")
 
     def init(self) -> State:
-        """An empty window."""
+        """State before the first value: an empty window."""
         empty = _Sums(0.0, 0.0, 0.0)
         return self.State(Ring(self.size), Ring(self.size), 0.0, empty, empty, 0.0)
 
     def step(self, state: State, sample: Value | Scalar, enabled: Truth = True) -> tuple[State, Moments]:
-        """One value on; `enabled` (logic) is whether it counts."""
+        """State and output after one value; `enabled` (logic) is whether the value counts."""
         raw = number(sample)
         use = counts(raw, enabled)
         weight = where(use, 1.0, 0.0)
+        # The first value of an empty window becomes the reference, so that the sums hold small differences.
         empty = state.window.number < 0.5
         reference = where(both(empty, use), raw, state.reference)
         value = where(use, raw, reference)
@@ -224,6 +227,6 @@ class MovingMoments:
 
 
 def _moved(sums: _Sums, shift: Scalar) -> _Sums:
-    """The sums round a reference moved by `shift`."""
+    """The sums about a reference that is moved by `shift`."""
     total = sums.sum - sums.number * shift
     return _Sums(sums.number, total, sums.squares - shift * (sums.sum + total))

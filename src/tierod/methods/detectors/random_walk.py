@@ -1,4 +1,4 @@
-"""Time that a random walk stays between two limits: run lengths of stopping rules on white Gaussian residuals."""
+"""First-passage time of a random walk between two limits: run lengths of stopping rules on white Gaussian residuals."""
 
 from __future__ import annotations
 
@@ -12,26 +12,26 @@ import numpy as np
 from tierod.core.errors import ParameterError
 
 LONGEST = 1e11
-"""Run length up to which eight digits of sums and five of averages hold [samples]."""
+"""Run length up to which eight digits are correct for sums and five for averages [samples]."""
 
 WIDEST = 20_000.0
-"""Distance of the limits up to which the equations are set up [standard deviations of a step]."""
+"""Largest distance of the limits for which the equations are solved [standard deviations of a step]."""
 
 PANEL, POINTS = 5.0, 16
-"""Width of a panel of the quadrature [standard deviations of a step], and its nodes: more change no digit."""
+"""Width of a panel of the quadrature [standard deviations of a step], and its number of nodes: more change no digit."""
 
 REACH = 9.5
-"""Steps longer than this are left out of the chain [standard deviations]; one in 1e20 is."""
+"""Longest step of the chain [standard deviations]; longer ones have a probability of less than 1e-20."""
 
 
 @dataclass(frozen=True)
 class Walk:
-    """The next value is factor times the present one, plus a Gaussian step.
+    """A random walk: the next value is factor times the present one, plus a Gaussian step.
 
     Args:
         lower, upper: limits; reaching the upper one ends the walk
-        restart: whether reaching the lower one brings the walk back to zero; it ends it otherwise
-        factor: 1 for a sum, below it for an average that forgets
+        restart: whether reaching the lower one resets the walk to zero; otherwise it ends the walk
+        factor: 1 for a sum, below 1 for a geometric average
         mean, deviation: of the step
     """
 
@@ -49,11 +49,11 @@ def run_length(walk: Walk, start: float = 0.0) -> float:
 
     Args:
         walk: its limits and steps
-        start: where it begins
+        start: initial value
 
-    A Markov chain on the nodes of Gauss's quadrature, panel by panel: the values one step ahead of a node are near it,
-    so that the equations are banded. Chances of ending are summed as such, never as one minus the chance of going on:
-    the figures keep their digits however rare the end is.
+    The walk is a Markov chain on the nodes of a composite Gauss quadrature. One step leads only to nearby nodes, so
+    that the equations are banded. The probability of ending is summed directly, never as one minus the probability of
+    continuing, so that no digits are lost however rare the end is.
 
     Raises:
         ParameterError: a start outside the limits, a step without spread, or limits too far apart
@@ -73,7 +73,7 @@ def run_length(walk: Walk, start: float = 0.0) -> float:
 
 
 def _renewed(walk: Walk, start: float) -> float:
-    """Run length of a walk that restarts at zero: length of one try over the chance that it ends at the upper limit."""
+    """Run length of a walk that restarts at zero: mean length of one cycle over its probability to end at the top."""
     chain = _Chain(walk)
     tries = chain.solve(np.column_stack([np.ones(len(chain.at)), chain.above(chain.at), chain.below(chain.at)]))
 
@@ -91,8 +91,8 @@ def _renewed(walk: Walk, start: float) -> float:
 def _ending(walk: Walk, start: float) -> float:
     """Run length of a walk that ends at both limits.
 
-    Long walks forget where they began, and rounding then spoils one number, the rate at which they end: it is taken
-    anew from the chance of ending in one step, over where a walk that goes on is found.
+    Long run lengths do not depend on the start, and rounding errors then affect one number only, the rate of ending. It
+    is recomputed as the probability of ending in one step, averaged over the quasi-stationary distribution of the walk.
     """
     chain = _Chain(walk)
     lengths = chain.solve(np.ones(len(chain.at)))
@@ -107,7 +107,7 @@ def _ending(walk: Walk, start: float) -> float:
 
 
 class _Chain:
-    """The chain of a walk on the nodes: chances of one step, and sums over all steps to come."""
+    """The Markov chain of a walk on the nodes: probabilities of one step, and sums over all future steps."""
 
     def __init__(self, walk: Walk) -> None:
         width = walk.upper - walk.lower
@@ -119,15 +119,15 @@ class _Chain:
         self.solve = self._solver()
 
     def steps(self, value: float) -> np.ndarray:
-        """Chance of a step from a value to each node."""
+        """Probability of a step from a value to each node."""
         return self._density(self.at - self._centre(value)) * self._weights
 
     def above(self, value: np.ndarray | float) -> np.ndarray | float:
-        """Chance of a step from a value beyond the upper limit."""
+        """Probability of a step from a value beyond the upper limit."""
         return self._tail(self._centre(value) - self.walk.upper)
 
     def below(self, value: np.ndarray | float) -> np.ndarray | float:
-        """Chance of a step from a value beyond the lower limit."""
+        """Probability of a step from a value beyond the lower limit."""
         return self._tail(self.walk.lower - self._centre(value))
 
     def _centre(self, value: np.ndarray | float) -> np.ndarray | float:
@@ -144,7 +144,7 @@ class _Chain:
         return tail
 
     def _solver(self) -> Callable[..., np.ndarray]:
-        """Solves (1 - chain) x = b, or its transpose, by a banded factorisation."""
+        """Solver of (1 - chain) x = b, or its transpose, by a banded LU factorisation."""
         from scipy.linalg.lapack import dgbtrf, dgbtrs
 
         count, centre = len(self.at), np.asarray(self._centre(self.at))

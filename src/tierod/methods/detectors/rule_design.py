@@ -1,4 +1,4 @@
-"""A stopping rule together with what its threshold follows from, so that it can be reported, drawn and checked."""
+"""A stopping rule together with the requirements for its threshold, to be reported, plotted and checked."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from tierod.methods.detectors.value import Detector
 
 @dataclass(frozen=True)
 class RunLengthLine:
-    """Growth with the threshold of the time between false alarms, as counted on fault-free records.
+    """Time between false alarms as a function of the threshold, fitted to counts on fault-free records.
 
     Args:
         start, slope: ln(values between false alarms) = start + slope * growth of the threshold
-        observed: fault-free values that it was counted on
+        observed: number of fault-free values
     """
 
     start: float
@@ -40,10 +40,10 @@ class RuleDesign:
 
     Args:
         rule: with its constant, in standard deviations of the distance
-        values: wanted between false alarms on average
-        shift: that must be found, in standard deviations, greater than zero
-        spacing: between two values [s]; infinite where there is one value in each recording
-        line: counted on fault-free records; None where the values are white, so that the rule calculates its run length
+        values: wanted mean number of values between false alarms
+        shift: that must be detected, in standard deviations, greater than zero
+        spacing: time between two values [s]; infinite where there is one value in each recording
+        line: fitted to fault-free records; None where the values are white, so that the rule calculates its run length
     """
 
     rule: StoppingRule
@@ -54,11 +54,11 @@ class RuleDesign:
 
     @cached_property
     def threshold(self) -> float:
-        """In standard deviations, or as evidence."""
+        """Threshold for `values`, in standard deviations or as evidence."""
         return self.threshold_for(self.values)
 
     def threshold_for(self, values: float) -> float:
-        """The threshold for so many values between false alarms.
+        """The threshold for a mean number of values between false alarms.
 
         Raises:
             ParameterError: so few that no threshold is needed
@@ -68,7 +68,7 @@ class RuleDesign:
         grown = (math.log(values) - self.line.start) / self.line.slope
         if not grown > 0.0:
             raise ParameterError(f"{values:g} values between false alarms need no threshold; ask for more")
-        # The growth of every rule is a power of its threshold, which two of its values determine.
+        # The growth of every rule is a power of its threshold, so that two values give the exponent.
         power = math.log2(self.rule.growth(2.0) / self.rule.growth(1.0))
         return float((grown / self.rule.growth(1.0)) ** (1.0 / power))
 
@@ -79,9 +79,9 @@ class RuleDesign:
         return math.exp(min(self.line.start + self.line.slope * self.rule.growth(threshold), 700.0))
 
     def delay(self, threshold: float, shift: float | None = None) -> float:
-        """Values until a shift is found; the one that must be found where None is given.
+        """Detection delay [values] of a shift, by default the one that must be detected.
 
-        On average where values are white. Where they remember, noise hardly changes while a sum grows: a steady shift.
+        The mean for white values. Autocorrelated noise hardly changes while a sum grows, so that only the shift counts.
         """
         change = self.shift if shift is None else shift
         block = self.rule.block(threshold, 1.0)
@@ -90,10 +90,10 @@ class RuleDesign:
         return self.rule.run_length(threshold, -change if self.rule.sides == "lower" else change)
 
     def block(self, deviation: float = 1.0) -> Detector:
-        """The rule as a block for residuals of a standard deviation."""
+        """The rule with its threshold as a block, for residuals of a standard deviation."""
         return self.rule.block(self.threshold, deviation)
 
 
 def alarms_at(block: Detector, distance: float) -> bool:
-    """Whether a block alarms at the one value that a recording brings; a missing one (NaN) raises no alarm."""
+    """Whether a block alarms at a single value, as from one recording; a missing value (NaN) raises no alarm."""
     return bool(block.step(block.init(), distance)[1].alarm > 0.5)

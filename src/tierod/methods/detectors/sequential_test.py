@@ -1,4 +1,4 @@
-"""Sequential probability ratio test, repeated for as long as it accepts that nothing has changed."""
+"""Sequential probability ratio test, restarted after every decision."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from tierod.methods.detectors.value import Detector, Value, counts, number
 
 @dataclass(frozen=True)
 class SequentialTest:
-    """Weigh "the mean has shifted" against "it has not", and decide as soon as the evidence suffices.
+    """Test of a shifted mean against a mean of zero that decides as soon as the evidence suffices.
 
-    The logarithm of the likelihood ratio grows by shift / deviation^2 (value - shift / 2) per value. At `upper` the
-    test decides for the shift, at `lower` against it; then it begins anew.
+    The log-likelihood ratio grows by shift / deviation^2 (value - shift / 2) per value. At `upper` the test decides for
+    the shift, at `lower` against it; then it restarts from zero.
 
     Args:
-        shift: of the mean that is looked for, with its sign [unit of the residual]
+        shift: of the mean to be detected, with its sign [unit of the residual]
         deviation: standard deviation of the residual [same unit]
-        upper: evidence for the shift that means alarm; ln((1 - missed) / false alarms) for one test
-        lower: evidence against it, below zero; ln(missed / (1 - false alarms))
+        upper: evidence for the shift at which the alarm is raised; ln((1 - missed) / false alarms) for one test
+        lower: evidence against the shift, below zero; ln(missed / (1 - false alarms))
 
-    A missing value, or one that is not enabled, is no evidence.
+    A missing value, or one that is not enabled, leaves the evidence unchanged.
 
     Source: A. Wald, 1945, doi 10.1214/aoms/1177731118.
     """
@@ -37,12 +37,12 @@ class SequentialTest:
     Sample = Value
 
     class State(NamedTuple):
-        """The evidence."""
+        """Accumulated log-likelihood ratio."""
 
         evidence: float
 
     class Output(NamedTuple):
-        """The evidence, whether it decides for the shift (1.0), and 1.0, 0.0, -1.0 for shift, undecided, no shift."""
+        """Evidence, alarm (1.0 on a decision for the shift), decision (1.0 shift, -1.0 no shift, 0.0 none yet)."""
 
         evidence: Annotated[float, ""]
         alarm: Annotated[float, ""]
@@ -57,11 +57,11 @@ class SequentialTest:
             raise ParameterError(f"lower is {self.lower} and upper {self.upper}; expected lower below 0 below upper")
 
     def init(self) -> State:
-        """No evidence."""
+        """State before the first value."""
         return self.State(0.0)
 
     def step(self, state: State, sample: Value | Scalar, enabled: Truth = True) -> tuple[State, Output]:
-        """One value on; `enabled` (logic) is whether it counts."""
+        """State and output after one value; `enabled` (logic) is whether the value counts."""
         value = number(sample)
         slope = self.shift / (self.deviation * self.deviation)
         evidence = state.evidence + where(counts(value, enabled), slope * (value - 0.5 * self.shift), 0.0)
@@ -85,18 +85,18 @@ class TwoSided:
     Sample = Value
 
     class Output(NamedTuple):
-        """Whether one alarms (1.0) or none (0.0)."""
+        """Whether one of the detectors alarms (1.0) or neither (0.0)."""
 
         alarm: Annotated[float, ""]
 
     def init(self) -> tuple[Tree, Tree]:
-        """Both at their beginning."""
+        """States of both before the first value."""
         return self.up.init(), self.down.init()
 
     def step(
         self, state: tuple[Tree, Tree], sample: Value | Scalar, enabled: Truth = True
     ) -> tuple[tuple[Tree, Tree], Output]:
-        """One value on; `enabled` (logic) is whether it counts."""
+        """State and output after one value; `enabled` (logic) is whether the value counts."""
         up, above = self.up.step(state[0], sample, enabled)
         down, below = self.down.step(state[1], sample, enabled)
         return (up, down), self.Output(maximum(above.alarm, below.alarm))

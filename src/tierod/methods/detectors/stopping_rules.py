@@ -1,7 +1,7 @@
-"""Stopping rules designed from what one can bear: samples between false alarms, and the shift that must be found.
+"""Stopping rules and their thresholds for a mean time between false alarms.
 
-Lengths here are in samples and residuals in their own standard deviation; `block` turns a rule into a block. They hold
-for white Gaussian residuals; `tierod.methods.detectors.measured` serves all others.
+Run lengths are in samples, residuals in their standard deviation; `block` turns a rule into a block. Run lengths hold
+for white Gaussian residuals; `tierod.methods.detectors.measured` finds thresholds for all others.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ from tierod.methods.detectors.sequential_test import SequentialTest, TwoSided
 from tierod.methods.detectors.value import Detector
 
 _LEAST = 1e-6
-"""A threshold that is as good as none."""
+"""Threshold that is practically none, at which alarms are most frequent."""
 
 
 @dataclass(frozen=True)
 class StoppingRule(ABC):
-    """A rule whose threshold is still open.
+    """Base of the rules: a detector with its constant, whose threshold is to be designed.
 
     Args:
         sides: "both", "upper" (increases only) or "lower"
@@ -43,27 +43,27 @@ class StoppingRule(ABC):
     @property
     @abstractmethod
     def name(self) -> str:
-        """In a word or two, with its constant."""
+        """Short name with the constant of the rule."""
 
     @abstractmethod
     def run_length(self, threshold: float, change: float = 0.0) -> float:
-        """Expected samples until the alarm, with the mean of the residual shifted by `change` from the start on."""
+        """Expected samples until the alarm, with the mean of the residual shifted by `change` from the start."""
 
     @abstractmethod
     def block(self, threshold: float, deviation: float, restart: bool = False) -> Detector:
-        """The block that does it on residuals of a standard deviation; `restart` makes every alarm one sample."""
+        """The block for residuals of a standard deviation; with `restart` every alarm lasts one sample."""
 
     def scale(self, deviation: float) -> float:
-        """Factor of a threshold for residuals of a standard deviation [their unit]; 1 if it is evidence."""
+        """Factor from this threshold to that of residuals of a standard deviation [their unit]; 1 for evidence."""
         return deviation
 
     def growth(self, threshold: float) -> float:
-        """Quantity proportional to the logarithm of a long run length, for thresholds beyond what is solved."""
+        """Function of the threshold in which the logarithm of a long run length is linear, for extrapolation."""
         return threshold
 
     @property
     def longest(self) -> float:
-        """Run length up to which it is solved [samples]."""
+        """Run length up to which `run_length` is accurate [samples]; beyond, the threshold is extrapolated."""
         return LONGEST
 
     @property
@@ -76,9 +76,9 @@ class StoppingRule(ABC):
         return int(flags.sum())
 
     def threshold_for(self, samples: float) -> float:
-        """The threshold with so many samples between false alarms on average.
+        """The threshold for a mean number of samples between false alarms.
 
-        Beyond `longest` the logarithm of the run length is carried on in a straight line.
+        Beyond `longest` the logarithm of the run length is extrapolated linearly over `growth`.
 
         Raises:
             ParameterError: so few samples that no threshold is needed, or not a finite number
@@ -94,6 +94,7 @@ class StoppingRule(ABC):
         within = min(samples, self.longest)
 
         def off(threshold: float) -> float:
+            # Limited, since an infinite run length would give the root finder no value to interpolate.
             return math.log(min(self.run_length(threshold), 1e3 * within) / within)
 
         low, high = self._bracket(off)
@@ -101,7 +102,7 @@ class StoppingRule(ABC):
         return found if samples <= self.longest else self._beyond(found, samples)
 
     def _bracket(self, off: Callable[[float], float]) -> tuple[float, float]:
-        """Thresholds below and above the answer, near it: the logarithm is nearly a line over `growth`."""
+        """Thresholds just below and above the solution, by steps along the nearly linear logarithm over `growth`."""
         low, high = _LEAST, self.unit
         below, above = off(low), off(high)
         while above < 0.0:
@@ -123,10 +124,10 @@ class StoppingRule(ABC):
 
 @dataclass(frozen=True)
 class CusumRule(StoppingRule):
-    """Cumulative sum; best where the shift is about twice the drift.
+    """Cumulative sum; the delay is shortest where the shift is about twice the drift.
 
     Args:
-        drift: forgiven per sample, in standard deviations
+        drift: subtracted per sample, in standard deviations
     """
 
     drift: float
@@ -138,23 +139,23 @@ class CusumRule(StoppingRule):
 
     @property
     def name(self) -> str:
-        """In a word or two, with its constant."""
+        """Short name with the constant of the rule."""
         return f"CUSUM, drift {self.drift:.3g}"
 
     def run_length(self, threshold: float, change: float = 0.0) -> float:
-        """Expected samples until the alarm."""
+        """Expected samples until the alarm, with the mean shifted by `change`."""
         means = [way * change - self.drift for way in WAYS[self.sides]]
         return together([walked(Walk(0.0, threshold, True, 1.0, mean, 1.0)) for mean in means])
 
     def block(self, threshold: float, deviation: float, restart: bool = False) -> Cusum:
-        """The block."""
+        """The block for residuals of a standard deviation."""
         height = threshold * deviation
         return Cusum(self.drift * deviation, height, 2.0 * height, sides=self.sides, restart=restart)
 
 
 @dataclass(frozen=True)
 class AverageRule(StoppingRule):
-    """Geometric moving average; with weight 1 the bare threshold on each sample.
+    """Geometric moving average; with weight 1 a threshold on each sample.
 
     Args:
         weight: of the newest value, 0 to 1
@@ -169,15 +170,15 @@ class AverageRule(StoppingRule):
 
     @property
     def name(self) -> str:
-        """In a word or two, with its constant."""
+        """Short name with the constant of the rule."""
         return f"geometric average, weight {self.weight:.3g}" if self.weight < 1.0 else "threshold on each sample"
 
     def run_length(self, threshold: float, change: float = 0.0) -> float:
-        """Expected samples until the alarm."""
+        """Expected samples until the alarm, with the mean shifted by `change`."""
         if self.weight == 1.0:
             return self._each_sample(threshold, change)
         way = WAYS[self.sides][0]
-        # One-sided: a limit so low that the average never reaches it.
+        # One-sided: the lower limit is so low that the average never reaches it.
         lower = -threshold if self.sides == "both" else min(-threshold, way * change) - 9.0 * self.unit
         return walked(Walk(lower, threshold, False, 1.0 - self.weight, self.weight * way * change, self.weight))
 
@@ -186,30 +187,30 @@ class AverageRule(StoppingRule):
         return together([1.0 / chance for chance in chances])
 
     def growth(self, threshold: float) -> float:
-        """The square: tails of a Gaussian average."""
+        """Square of the threshold, as in the tail of a Gaussian average."""
         return threshold * threshold
 
     @property
     def longest(self) -> float:
-        """Run length up to which it is solved [samples]; the bare threshold has a closed form."""
+        """Run length up to which `run_length` is accurate [samples]; weight 1 has a closed form."""
         return LONGEST if self.weight < 1.0 else 1e300
 
     @property
     def unit(self) -> float:
-        """Standard deviation of the average."""
+        """Standard deviation of the average, at which alarms are frequent."""
         return math.sqrt(self.weight / (2.0 - self.weight))
 
     def block(self, threshold: float, deviation: float, restart: bool = False) -> GeometricAverage:
-        """The block."""
+        """The block for residuals of a standard deviation."""
         return GeometricAverage(self.weight, threshold * deviation, self.sides, restart)
 
 
 @dataclass(frozen=True)
 class HoldRule(StoppingRule):
-    """A threshold that must be exceeded in so many samples one after the other.
+    """A threshold that must be exceeded in a number of consecutive samples.
 
     Args:
-        hold: samples, at least 1
+        hold: number of consecutive samples, at least 1
     """
 
     hold: int
@@ -221,18 +222,18 @@ class HoldRule(StoppingRule):
 
     @property
     def name(self) -> str:
-        """In a word or two, with its constant."""
+        """Short name with the constant of the rule."""
         return f"threshold held for {self.hold} samples"
 
     def run_length(self, threshold: float, change: float = 0.0) -> float:
-        """Expected samples until the alarm."""
+        """Expected samples until the alarm, with the mean shifted by `change`."""
         chance = sum(_chance_below(way * change - threshold) for way in WAYS[self.sides])
         if chance <= 1e-300 ** (1.0 / self.hold):
             return math.inf
         return (chance**-self.hold - 1.0) / (1.0 - chance) if chance < 1.0 else float(self.hold)
 
     def threshold_for(self, samples: float) -> float:
-        """The threshold with so many samples between false alarms on average.
+        """The threshold for a mean number of samples between false alarms.
 
         Raises:
             ParameterError: so few samples that no threshold is needed, or not a finite number
@@ -243,26 +244,26 @@ class HoldRule(StoppingRule):
         return -NormalDist().inv_cdf(1.0 / (sides * samples))
 
     def growth(self, threshold: float) -> float:
-        """The square: tails of a Gaussian value."""
+        """Square of the threshold, as in the tail of a Gaussian value."""
         return threshold * threshold
 
     @property
     def longest(self) -> float:
-        """Run length up to which it is solved [samples]: it has a closed form."""
+        """Run length up to which `run_length` is accurate [samples]: unlimited in practice, as it has a closed form."""
         return 1e300
 
     def block(self, threshold: float, deviation: float, restart: bool = False) -> HeldThreshold:
-        """The block."""
+        """The block for residuals of a standard deviation."""
         return HeldThreshold(threshold * deviation, self.hold, self.sides, restart)
 
 
 @dataclass(frozen=True)
 class SequentialRule(StoppingRule):
-    """Sequential probability ratio test, repeated; its threshold is the evidence for the shift.
+    """Repeated sequential probability ratio test; its threshold is the evidence for the shift.
 
     Args:
-        shift: that is looked for, in standard deviations, greater than zero
-        lower: evidence against it that ends a test, below zero; ln(missed) of one test
+        shift: to be detected, in standard deviations, greater than zero
+        lower: evidence against the shift that ends a test, below zero; ln(missed) of one test
     """
 
     shift: float
@@ -277,20 +278,20 @@ class SequentialRule(StoppingRule):
 
     @property
     def name(self) -> str:
-        """In a word or two, with its constant."""
+        """Short name with the constant of the rule."""
         return f"sequential test, shift {self.shift:.3g}"
 
     def scale(self, deviation: float) -> float:
-        """1: the threshold is evidence."""
+        """1, since the threshold is evidence."""
         return 1.0
 
     def run_length(self, threshold: float, change: float = 0.0) -> float:
-        """Expected samples until the alarm."""
+        """Expected samples until the alarm, with the mean shifted by `change`."""
         drifts = [self.shift * (way * change - 0.5 * self.shift) for way in WAYS[self.sides]]
         return together([walked(Walk(self.lower, threshold, True, 1.0, drift, self.shift)) for drift in drifts])
 
     def block(self, threshold: float, deviation: float, restart: bool = False) -> Detector:
-        """The block; two tests for both sides."""
+        """The block for residuals of a standard deviation: one test, or two for both sides."""
         up, down = (
             SequentialTest(way * self.shift * deviation, deviation, threshold, self.lower) for way in (1.0, -1.0)
         )
@@ -303,7 +304,7 @@ class LikelihoodRatioRule(StoppingRule):
     """Generalised likelihood ratio over windows, for shifts of unknown size; its run length has no closed form.
 
     Args:
-        windows: lengths of history [samples]
+        windows: their lengths [samples]
     """
 
     windows: tuple[int, ...] = WINDOWS
@@ -315,15 +316,15 @@ class LikelihoodRatioRule(StoppingRule):
 
     @property
     def name(self) -> str:
-        """In a word or two, with its constant."""
+        """Short name with the constant of the rule."""
         return f"likelihood ratio over {self.windows[0]} to {self.windows[-1]} samples"
 
     def scale(self, deviation: float) -> float:
-        """1: the threshold is evidence."""
+        """1, since the threshold is evidence."""
         return 1.0
 
     def run_length(self, threshold: float, change: float = 0.0) -> float:
-        """Not known.
+        """Not available: it has no closed form.
 
         Raises:
             ParameterError: always; `tierod.methods.detectors.measured` finds a threshold, also on simulated residuals
@@ -331,14 +332,14 @@ class LikelihoodRatioRule(StoppingRule):
         raise ParameterError("a likelihood ratio has no run length in closed form; measure it on healthy residuals")
 
     def block(self, threshold: float, deviation: float, restart: bool = False) -> LikelihoodRatio:
-        """The block; it cannot begin anew, so its alarms are counted where they begin."""
+        """The block for residuals of a standard deviation; it does not restart, so the onsets of alarms are counted."""
         return LikelihoodRatio(deviation, threshold, self.windows)
 
     def alarms(self, flags: np.ndarray) -> int:
-        """Number of alarms that begin."""
+        """Number of onsets of alarms in the flags of a block, (n,)."""
         return int(np.count_nonzero(np.diff(flags, prepend=0.0) > 0.5))
 
 
 def _chance_below(value: float) -> float:
-    """Chance that a standard normal variable is below a value; accurate far out, where `NormalDist.cdf` gives zero."""
+    """Standard normal distribution function, accurate far in the tail, where `NormalDist.cdf` gives zero."""
     return 0.5 * math.erfc(-value / math.sqrt(2.0))

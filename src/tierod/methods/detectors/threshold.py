@@ -13,18 +13,19 @@ from tierod.methods.detectors.value import Condition, Value, counts, number
 
 @dataclass(frozen=True)
 class Hysteresis:
-    """On when a value exceeds one threshold, off when it falls below another, for at least a hold time each.
+    """Threshold with hysteresis: on above one threshold, off below another, for at least a hold time each.
 
     Args:
-        on: exceeding this switches on [unit of the value]; higher gives fewer false alarms and a later one
-        off: falling below this switches off [same unit], at most `on`. The distance must exceed the ripple of the value
-        hold_time: how long the output stays after a switch, whatever the value does [s]; hides flicker, and delays the
-            next switch by as much
-        sample_time: time between two samples [s]
+        on: threshold above which the output switches on [unit of the value]; a higher one gives fewer false alarms and
+            later detection
+        off: threshold below which it switches off [same unit], at most `on`. The difference must exceed the ripple of
+            the value
+        hold_time: minimum time between two switches [s]; suppresses flicker, and delays the next switch by as much
+        sample_time: sampling interval [s]
 
-    A missing value, or one that is not enabled, changes nothing; time goes on. For a white Gaussian value with standard
-    deviation sigma, false switching happens every 1 / (1 - Phi(on / sigma)) samples on average: 741 at 3 sigma; a
-    `Debounce` behind it, or a `Cusum` instead, buys orders of magnitude for a little delay.
+    A missing value, or one that is not enabled, does not switch; the hold time runs on. For a white Gaussian value with
+    standard deviation sigma, a false alarm occurs every 1 / (1 - Phi(on / sigma)) samples on average: 741 at 3 sigma. A
+    `Debounce` after it, or a `Cusum` in its place, gives orders of magnitude fewer for a little delay.
     """
 
     on: Annotated[float, "unit of the signal"]
@@ -41,7 +42,7 @@ class Hysteresis:
         since: float
 
     class Output(NamedTuple):
-        """Whether the value counts as high (1.0) or not (0.0), and the time since that changed, up to the hold time."""
+        """Whether the output is on (1.0) or off (0.0), and the time since it switched, at most the hold time."""
 
         active: Annotated[float, ""]
         since: Annotated[float, "s"]
@@ -53,13 +54,14 @@ class Hysteresis:
         _require_sample_time(self.sample_time)
 
     def init(self) -> State:
-        """Off, free to switch."""
+        """State before the first sample: off, and free to switch at once."""
         return self.State(0.0, self.hold_time)
 
     def step(self, state: State, sample: Value | Scalar, enabled: Truth = True) -> tuple[State, Output]:
-        """One value on; `enabled` (logic) is whether it counts."""
+        """State and output after one value; `enabled` (logic) is whether the value counts."""
         value = number(sample)
         since = minimum(state.since + self.sample_time, self.hold_time)
+        # Half a sampling interval covers the rounding of the summed time.
         free = both(counts(value, enabled), since + 0.5 * self.sample_time > self.hold_time)
         wanted = where(value > self.on, 1.0, where(value < self.off, 0.0, state.active))
         active = where(free, wanted, state.active)
@@ -69,18 +71,18 @@ class Hysteresis:
 
 @dataclass(frozen=True)
 class Debounce:
-    """A condition counts once it has held for a while, and stops to count once it has been false for a while.
+    """Debounced condition: on once the condition has held for a time, off once it has been false for a time.
 
     Args:
-        on_time: how long the condition must hold without a break [s]; every further sample multiplies the distance
-            between false alarms by 1 / (probability of one), if samples are independent
-        off_time: how long it must be false without a break until the output ends [s]
-        sample_time: time between two samples [s]
+        on_time: time for which the condition must hold without interruption [s]; every further sample multiplies the
+            time between false alarms by 1 / (probability of one), if samples are independent
+        off_time: time for which it must be false without interruption until the output is off [s]
+        sample_time: sampling interval [s]
 
     With a false condition of probability p per independent sample, and n = on_time / sample_time samples, false alarms
     are (1 / p^n - 1) / (1 - p) samples apart.
 
-    An unknown condition, or a sample that is not enabled, neither confirms nor breaks a run.
+    An unknown condition, or a sample that is not enabled, neither confirms nor interrupts a run.
     """
 
     on_time: Annotated[float, "s"]
@@ -90,13 +92,13 @@ class Debounce:
     Sample = Condition
 
     class State(NamedTuple):
-        """The output, and how long the condition has contradicted it [s]."""
+        """The output, and the time for which the condition has contradicted it [s]."""
 
         active: float
         against: float
 
     class Output(NamedTuple):
-        """The debounced condition (1.0 or 0.0), and how far the next change is confirmed (0 to 1)."""
+        """The debounced condition (1.0 or 0.0), and the progress towards its next change (0 to 1)."""
 
         active: Annotated[float, ""]
         progress: Annotated[float, ""]
@@ -106,11 +108,11 @@ class Debounce:
         _require_sample_time(self.sample_time)
 
     def init(self) -> State:
-        """Off."""
+        """State before the first sample: off."""
         return self.State(0.0, 0.0)
 
     def step(self, state: State, sample: Condition | Scalar, enabled: Truth = True) -> tuple[State, Output]:
-        """One sample of the condition on; `enabled` (logic) is whether it counts."""
+        """State and output after one sample of the condition; `enabled` (logic) is whether the sample counts."""
         condition = number(sample)
         use = counts(condition, enabled)
         holds = where(condition > 0.5, 1.0, 0.0)

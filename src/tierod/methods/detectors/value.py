@@ -1,4 +1,4 @@
-"""Input of every detector: one value, and whether it counts."""
+"""Input and interface of every detector: one value, and whether it counts."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from tierod.core.graph.maths import both, present
 
 
 class Value(NamedTuple):
-    """One sample of a residual, in whatever unit it has; NaN where it is missing."""
+    """One sample of a residual in its own unit; NaN where it is missing."""
 
     value: Annotated[float, "unit of the signal"]
 
@@ -25,20 +25,20 @@ class Detector(Protocol):
 
     @property
     def Sample(self) -> type[Value]:
-        """`Value`."""
+        """Class of the sample, `Value`."""
 
     def init(self) -> Tree:
         """The state before the first value."""
 
     def step(self, state: Tree, sample: Value | Scalar, enabled: Truth = True, /) -> tuple[Tree, Tree]:
-        """One value on; `enabled` is whether it counts."""
+        """State and output after one value; `enabled` is whether the value counts."""
 
 
 def number(sample: Value | Condition | Scalar) -> Scalar:
-    """The value of a sample, given as a `Value` or as the bare number."""
+    """The number of a sample that is given as a `Value`, a `Condition` or the number itself."""
     return sample[0] if isinstance(sample, tuple) else sample
 
 
 def counts(value: Scalar, enabled: Truth) -> Truth:
-    """Whether a value is present and enabled; the Python value True leaves the second question out."""
+    """Whether a value is present and enabled; the Python value True adds no operation to a graph."""
     return present(value) if enabled is True else both(present(value), enabled)

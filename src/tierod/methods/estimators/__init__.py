@@ -1,4 +1,4 @@
-"""State estimators: blocks that turn a discrete model and its noise into estimates with a variance."""
+"""State estimators: blocks that compute estimates with variances from a discrete model and its noise."""
 
 from tierod.methods.estimators.augment import augment, remember
 from tierod.methods.estimators.fixed_lag import FixedLag

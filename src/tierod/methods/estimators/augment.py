@@ -1,4 +1,4 @@
-"""Models with more states: parameters that a filter estimates too, and states that it remembers for a while."""
+"""Augmented models: with parameters as states that a filter estimates too, or with past states."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ def augment(model: Model, *parameters: str) -> Model:
             (`"tyre.stiffness"` becomes the state `tyre_stiffness`)
 
     Returns:
-        a model of the same kind: the same Input, Output and Parameters, and a State with the parameters at its end,
-        annotated as they are. The values of these parameters in `Parameters` are no longer used
+        a model of the same kind: the same Input, Output and Parameters, and a State with the parameters at its end, in
+        their units. The values of these parameters in `Parameters` are no longer used
 
     Raises:
-        ParameterError: no such parameter, one that is not a number, or a state of that name exists
+        ParameterError: no parameter given, no such parameter, one that is not a float, or a state of that name exists
     """
     base_hints = get_type_hints(model.State, include_extras=True)
     fields = [(name, base_hints[name]) for name in model.State._fields]
@@ -103,11 +103,11 @@ def _with(p: Tree, path: str, value: Scalar) -> Tree:
 
 @lru_cache(maxsize=64)
 def remember(model: Model, lag: int, *states: str) -> Model:
-    """A model whose state also holds what some of its states were, sample by sample back to the lag.
+    """A model whose state also holds the past values of some of its states, sample by sample back to the lag.
 
-    A filter of it, extended, unscented or one of a bank, estimates the states of the past from all measurements until
-    now: a fixed-lag smoother. The covariance grows by `lag` rows for each of them; where the gain is stationary,
-    `FixedLag` does the same at a fraction of the cost.
+    A filter of this model (extended, unscented or one of a bank) estimates past states from all measurements until now:
+    a fixed-lag smoother. The covariance grows by `lag` rows for each of the states; where the gain is stationary,
+    `FixedLag` gives the same at a fraction of the cost.
 
     Args:
         model: discrete

@@ -1,4 +1,4 @@
-"""Errors of an observer with a fixed gain: how fast they decay, and what noise makes of them in the long run."""
+"""Estimation error of an observer with a fixed gain: its decay, and its steady-state covariance under noise."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tierod.models.linear import LinearSystem
 
 
 class Spread(NamedTuple):
-    """Covariance of the estimate after a sample, and of the innovation."""
+    """Steady-state covariance of the corrected estimate, and of the innovation."""
 
     corrected: np.ndarray
     innovation: np.ndarray
@@ -20,13 +20,13 @@ class Spread(NamedTuple):
 def stationary_covariance(
     system: LinearSystem, gain: np.ndarray, process: Sequence[float], reading: Sequence[float]
 ) -> Spread:
-    """Stationary spread of an observer with a fixed gain, as noise makes it.
+    """Steady-state covariances of an observer with a fixed gain under process and measurement noise.
 
     Args:
         system: discrete
         gain: K of x = x- + K (y - C x-)
-        process: variance that each state gains per sample
-        reading: variance of each measurement
+        process: process noise variance of each state per sample
+        reading: noise variance of each measurement
 
     Source: P = (I - K C)(A P A' + Q)(I - K C)' + K R K' (Joseph), solved for P.
     """
@@ -39,5 +39,5 @@ def stationary_covariance(
 
 
 def error_radius(system: LinearSystem, gain: np.ndarray) -> float:
-    """Largest size of the eigenvalues of the error, (I - K C) A; below one it decays."""
+    """Spectral radius of the error dynamics (I - K C) A; below one the error decays."""
     return float(np.abs(np.linalg.eigvals((np.eye(len(system.A)) - gain @ system.C) @ system.A)).max())

@@ -1,4 +1,4 @@
-"""Fixed-lag smoothing: estimates of a stationary Kalman filter some samples ago, from all measurements until now."""
+"""Fixed-lag smoothing with a stationary Kalman filter: estimates of past states from all measurements until now."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from tierod.models.linear import LinearSystem
 
 
 class LagState(NamedTuple):
-    """Mean of the filter, and of each smoothed state the estimates of the last samples, the newest first."""
+    """Mean of the filter, and for each smoothed state the estimates of the last samples, the newest first."""
 
     mean: Tree
     recent: tuple[tuple[Scalar, ...], ...]
@@ -31,19 +31,19 @@ class FixedLag(Luenberger):
     """Stationary Kalman filter with some of its states smoothed over a fixed lag.
 
     x(k-N | k) = x(k-N | k-N) + sum over j = 1 .. N of W_j e(k-N+j), where e is the innovation and
-    W_j = P A' [(I - K C)' A']^(j-1) C' S^-1. Each new innovation is added to the N estimates that wait, so a step costs
-    N times as many multiplications as there are outputs, per smoothed state.
+    W_j = P A' [(I - K C)' A']^(j-1) C' S^-1. Each new innovation corrects the N stored estimates, so that a step costs
+    N multiplications per output and smoothed state.
 
     Args:
         model: discrete model
         parameters: of the model; its floats are tuning
         initial_mean: state before the first sample, one float per state
         gain: of the filter, rows by state, columns by output
-        states: names of those that are smoothed
+        states: names of the smoothed states
         weights: W_j of each smoothed state, by lag, then by output
         variances: of each smoothed state, at the lag
 
-    `design` works out gain, weights and variances. A sample is `input` and `measured`; a missing output corrects
+    `design` computes gain, weights and variances. A sample is `input` and `measured`; a missing output corrects
     nothing, a missing input holds the state. The output is `mean` (now), `innovation` and `smoothed` (N samples ago).
 
     Source: B. D. O. Anderson and J. B. Moore, Optimal Filtering, 1979, section 7.3.
@@ -76,9 +76,9 @@ class FixedLag(Luenberger):
 
         Args:
             system: discrete
-            model, parameters: the same as a model, from `as_model`
-            process_noise, measurement_noise: as `stationary_gain` takes them
-            states: names of those to be smoothed
+            model, parameters: the same system as a model, from `as_model`
+            process_noise, measurement_noise: as for `stationary_gain`
+            states: names of the states to be smoothed
             lag: samples, at least 1
 
         Raises:
@@ -107,7 +107,7 @@ class FixedLag(Luenberger):
 
     @property
     def lag(self) -> int:
-        """Samples between the estimate and the newest measurement."""
+        """Lag of the smoothed estimate behind the newest measurement [samples]."""
         return len(self.weights[0])
 
     @property
@@ -116,7 +116,7 @@ class FixedLag(Luenberger):
         return _estimate_class(self.model, self.states)
 
     def at(self, mean: Tree) -> LagState:
-        """The state of a smoother that begins at a mean, as if it had always been so.
+        """The state of a smoother that starts at a mean, with the same value at all past samples.
 
         Args:
             mean: the model's State
@@ -129,7 +129,7 @@ class FixedLag(Luenberger):
         return self.at(super().init())
 
     def step(self, state: LagState, sample: Tree) -> tuple[LagState, Tree]:
-        """One sample on."""
+        """State, and mean, innovation and smoothed states, after one sample."""
         done = observe(self.model, self.parameters, self.gain, state.mean, sample)
         used = [where(present(value), value, 0.0) for value in done.innovation]
         if done.whole is not True:

@@ -38,11 +38,11 @@ COVARIANCE_UPDATES = ("schmidt", "printed")
 
 
 class Prediction(NamedTuple):
-    """The prior estimate of a sample, before its measurements.
+    """The predicted estimate of a sample, before its measurements.
 
     Args:
         mean, covariance: predicted, flat and packed
-        points: values that the kind of filter carries to its correction
+        points: sigma points for the correction, if the filter uses them
     """
 
     mean: Vector
@@ -59,20 +59,20 @@ class GaussianFilter(ABC):
         parameters: of the model; its floats are tuning
         initial_mean: state before the first sample, one float per state
         initial_variance: its variance, one per state [unit of the state squared]
-        process_noise: variance that each state gains per sample [unit squared]; None for a state without noise
+        process_noise: variance added to each state per sample [unit squared]; None for a state without noise
         measurement_noise: variance of each output [unit squared], greater than zero
-        input_noise: variance of each input [unit squared], carried to the state by G Q G' with
+        input_noise: variance of each input [unit squared], propagated to the state by G Q G' with
             G = d transition / d input; None for an exact input, or for all of them
-        maskable: states whose correction the sample can mask, by name; all others are always corrected
-        covariance_update: what a mask e (0 to 1) does to the covariance. "schmidt": consistent with the masked gain
+        maskable: names of the states whose correction a sample can mask; all others are always corrected
+        covariance_update: effect of a mask e (0 to 1) on the covariance. "schmidt": consistent with the masked gain
             Ke = E K (consider form, Joseph); "printed": P = (I - K C) P for every mask, as in Table 3 of Mohtat et al.,
             which lets the variance of a masked state shrink without information
-        hold_missing_input: whether a missing input is looked for. The sample is then left out: the mean is held, the
-            variance grows by the process noise. False only where an input hold comes first
-        full_covariance: whether the estimate carries the packed covariance too (needed for NEES)
+        hold_missing_input: whether inputs are checked for NaN. A sample with a missing input is left out: the mean is
+            held, the variance grows by the process noise. False only where an input hold comes first
+        full_covariance: whether the estimate includes the packed covariance (needed for NEES)
 
     A sample is `input`, `measured` and, with maskable states, `enabled` (0 to 1 each; missing counts as 0). A missing
-    measurement is NaN: it corrects nothing. Samples of NaN alone never reach the state.
+    measurement is NaN: it corrects nothing. NaN never reaches the state.
 
     An estimate is `mean` and `variance` after the sample, `innovation` (measured minus expected from the past; NaN
     where missing) and `innovation_variance`, `nis` (over the outputs present) and `present`, their number.
@@ -116,7 +116,7 @@ class GaussianFilter(ABC):
         return estimate_class(self.model, self.full_covariance)
 
     def init(self) -> Belief:
-        """The prior before the first sample."""
+        """Mean and covariance before the first sample."""
         mean = rebuild(skeleton(self.model.State), leaf_values(self.initial_mean))
         return Belief(mean, from_diagonal(leaf_values(self.initial_variance)))
 
@@ -129,13 +129,13 @@ class GaussianFilter(ABC):
         input_noise: Tree = None,
         measurement_noise: Tree = None,
     ) -> tuple[Belief, Tree]:
-        """One sample on: predict with its inputs, correct with its measurements.
+        """State and estimate after one sample: prediction with its inputs, correction with its measurements.
 
         Args:
             state: estimate after the sample before
             sample: `input`, `measured` and, with maskable states, `enabled`
-            process_noise, input_noise, measurement_noise: variances of this one sample, where they depend on it; they
-                replace those of the tuning, None entries in the same places
+            process_noise, input_noise, measurement_noise: variances of this sample where they vary; they replace those
+                of the tuning and have None entries in the same places
         """
         process = leaf_values(self.process_noise if process_noise is None else process_noise)
         entering = leaf_values(self.input_noise if input_noise is None else input_noise)
@@ -159,13 +159,13 @@ class GaussianFilter(ABC):
 
     @abstractmethod
     def _predict(self, state: Belief, inputs: Tree, process: Noise, entering: Noise) -> Prediction:
-        """The estimate one sample on."""
+        """The estimate predicted by one sample."""
 
     @abstractmethod
     def _correct(
         self, predicted: Prediction, sample: Tree, noise: Vector, start: Vector
     ) -> tuple[Correction, Vector, Vector]:
-        """The correction, the innovations, and the variance of each."""
+        """The correction, the innovations, and the variances of the innovations."""
 
     def _mask(self, sample: Tree) -> tuple[Truth, ...]:
         given = dict(zip(self.maskable, leaf_values(sample.enabled), strict=True)) if self.maskable else {}

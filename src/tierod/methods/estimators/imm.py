@@ -1,4 +1,4 @@
-"""Interacting multiple models (IMM): Kalman filters of one state under several models, weighed by their likelihood."""
+"""Interacting multiple models (IMM): Kalman filters of one state under several models, weighted by likelihood."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ from tierod.methods.estimators.shapes import (
 
 
 class Likely(NamedTuple):
-    """A correction with its likelihood: mean, packed covariance, normalised innovation squared, number, logarithm."""
+    """A correction with its likelihood: mean, packed covariance, NIS, number of measurements, log-likelihood."""
 
     mean: tuple[Scalar, ...]
     covariance: tuple[Scalar, ...]
@@ -44,9 +44,9 @@ class Likely(NamedTuple):
 
 
 def correct_with_likelihood(mean: Vector, covariance: Vector, rows: Matrix, residuals: Vector, noise: Vector) -> Likely:
-    """`kernels.correct` one output after the other, with the logarithm of the likelihood of what is present.
+    """`kernels.correct` output by output, with the log-likelihood of the outputs that are present.
 
-    The constant of the Gaussian density is left out: models that are compared see the same outputs.
+    The constant of the Gaussian density is left out, since the compared models have the same outputs.
     """
     done, _, spreads = correct_in_turn(covariance, rows, residuals, noise)
     logarithms = [where(present(value), log(spread), 0.0) for value, spread in zip(residuals, spreads, strict=True)]
@@ -55,7 +55,7 @@ def correct_with_likelihood(mean: Vector, covariance: Vector, rows: Matrix, resi
 
 
 class ImmState(NamedTuple):
-    """Estimate of every filter, and the probability that its model is the right one."""
+    """Estimate of every filter, and the probability of its model."""
 
     beliefs: tuple[Belief, ...]
     probabilities: tuple[Scalar, ...]
@@ -63,7 +63,7 @@ class ImmState(NamedTuple):
 
 @dataclass(frozen=True)
 class ImmFilter:
-    """Interacting multiple models: Kalman filters of one state whose estimates are mixed by the models' probabilities.
+    """Interacting multiple models: Kalman filters of one state with estimates mixed by the models' probabilities.
 
     Args:
         filters: any number of `KalmanFilter` with the same State, Input and Output, without masks and gate; they may
@@ -71,11 +71,11 @@ class ImmFilter:
         switching: between the models, see `switching_of`
         initial_probabilities: of the models
 
-    A sample is that of a `KalmanFilter`. The estimate has its fields, of the mixture (`nis` weighed by the models'
-    probabilities), and `probabilities`. Missing outputs correct nothing and leave the model probabilities, a missing
-    input holds all means.
+    A sample is that of a `KalmanFilter`. The estimate has the same fields, for the mixture (`nis` is weighted with the
+    models' probabilities), and `probabilities`. Missing outputs neither correct nor change the model probabilities, a
+    missing input holds all means.
 
-    Validity: as `KalmanFilter`; models that last many samples.
+    Validity: as `KalmanFilter`; each model holds for many samples at a time.
     Source: Blom and Bar-Shalom, IEEE Trans. Automatic Control 33 (1988) 780, doi 10.1109/9.1299.
     """
 
@@ -105,11 +105,11 @@ class ImmFilter:
         return imm_estimate_class(self.filters[0].model, len(self.filters))
 
     def init(self) -> ImmState:
-        """The beliefs before the first sample."""
+        """Estimates and probabilities before the first sample."""
         return ImmState(tuple(f.init() for f in self.filters), tuple(self.initial_probabilities))
 
     def step(self, state: ImmState, sample: Tree) -> tuple[ImmState, Tree]:
-        """One sample on: mix, let every filter predict and correct, weigh."""
+        """State and estimate after one sample: mixing, a step of every filter, and new model probabilities."""
         origin = mixing(state.probabilities, self.switching)
         means = [leaf_values(belief.mean) for belief in state.beliefs]
         covariances = [belief.covariance for belief in state.beliefs]
@@ -126,7 +126,7 @@ class ImmFilter:
         return held, self._estimate(held, origin.predicted, done, innovations, spreads, self._whole(sample))
 
     def _held(self, state: ImmState, probabilities: Vector, done: list[Likely], sample: Tree) -> ImmState:
-        """The next state; a missing input holds means and probabilities and lets the covariances grow."""
+        """The next state; a missing input holds means and probabilities, and the covariances grow."""
         whole = self._whole(sample)
         beliefs = []
         for filter_, before, now in zip(self.filters, state.beliefs, done, strict=True):
@@ -167,7 +167,7 @@ class ImmFilter:
 
 @functools.lru_cache(maxsize=64)
 def imm_estimate_class(model: Model, count: int) -> type:
-    """Output of a bank: that of one filter, and the probability of each model."""
+    """Class of the output of a bank: the fields of one filter, and the probability of each model."""
     single = estimate_class(model, False)
     hints = get_type_hints(single, include_extras=True)
     fields = [(name, hints[name]) for name in single._fields]  # type: ignore[attr-defined]

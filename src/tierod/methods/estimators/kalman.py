@@ -15,7 +15,7 @@ from tierod.methods.estimators.shapes import Belief, leaf_values
 
 
 class Innovations(NamedTuple):
-    """Innovations of measurements beyond a prediction.
+    """Innovations of measurements against a prediction.
 
     Args:
         rows: Jacobian of the outputs with respect to the state, m rows of n
@@ -36,17 +36,17 @@ class KalmanFilter(GaussianFilter):
     predicted mean, so that the order of the outputs does not matter. `GaussianFilter` explains the fields, the sample
     and the estimate.
 
-    Valid while the model is nearly linear over a few standard deviations; `UnscentedFilter` is the check. The
-    covariance stays positive in double precision while the initial variance of what is measured is below about 1e12
-    times the measurement noise.
+    Valid while the model is nearly linear over a few standard deviations; compare with `UnscentedFilter` in doubt. The
+    covariance stays positive in double precision while the initial variance of the measured quantity is below about
+    1e12 times the measurement noise.
 
     Args:
         gate: bound of the squared innovation over its variance, a quantile of chi-square with one degree of freedom
-            (10.83 for 99.9 %). A reading beyond counts with the noise that puts it on the bound: the farther out it
-            lies the less it moves the estimate, and none locks the filter out. None: every reading counts as it is
+            (10.83 for 99.9 %). For a measurement beyond, the noise is raised until it lies on the bound: the farther
+            out it is, the less it moves the estimate, and the filter never rejects all. None: no gate
 
     Source: R. E. Kalman, 1960, doi 10.1115/1.3662552; masks after S. F. Schmidt, 1966, and Mohtat et al., Table 3;
-    gate after Chang, Journal of Geodesy 88 (2014) 391, reading by reading.
+    gate after Chang, Journal of Geodesy 88 (2014) 391, for each measurement alone.
     """
 
     gate: Annotated[float, ""] | None = None
@@ -61,7 +61,7 @@ class KalmanFilter(GaussianFilter):
         return Prediction(leaf_values(transition(state.mean)), covariance)
 
     def innovations(self, predicted: Prediction, sample: Tree) -> Innovations:
-        """Innovations of a sample's measurements beyond a prediction."""
+        """Innovations of a sample's measurements against a prediction."""
 
         def output(at: Tree) -> Tree:
             return self.model.output(at, sample.input, self.parameters)
@@ -73,7 +73,7 @@ class KalmanFilter(GaussianFilter):
         return Innovations(rows, tuple(measured - expected for measured, expected in pairs), known)
 
     def bounded_noise(self, noise: Vector, known: Vector, innovation: Vector) -> Vector:
-        """The noise of every reading, raised where its innovation lies beyond the gate."""
+        """Noise variance of every measurement, raised where its innovation lies beyond the gate."""
         if self.gate is None:
             return noise
         return tuple(_widened(self.gate, *each) for each in zip(noise, known, innovation, strict=True))
@@ -88,5 +88,5 @@ class KalmanFilter(GaussianFilter):
 
 
 def _widened(gate: Scalar, noise: Scalar, known: Scalar, innovation: Scalar) -> Scalar:
-    """The noise of a reading, raised where its innovation lies beyond the gate; a missing one keeps its own."""
+    """Noise variance of a measurement, raised where its innovation lies beyond the gate; unchanged where missing."""
     return maximum(noise, where(present(innovation), innovation * innovation, 0.0) / gate - known)

@@ -1,6 +1,6 @@
 """The steps of every Kalman-type estimator, on tuples of scalars: predict, correct, consider, hold.
 
-They take models only as Jacobians and residuals, so monitors with structure of their own can use them directly.
+Models enter only as Jacobians and residuals, so that monitors with a structure of their own can use them directly.
 """
 
 from __future__ import annotations
@@ -36,10 +36,10 @@ class Correction(NamedTuple):
     """Correction by the measurements of one sample.
 
     Args:
-        shift: correction of the mean, before any mask, added to what was given as `start`, (n,)
+        shift: `start` plus the correction of the mean, before any mask, (n,)
         covariance: packed covariance after all measurements
         nis: normalised innovation squared over the measurements that were present
-        present: how many measurements were present
+        present: number of measurements that were present
     """
 
     shift: tuple[Scalar, ...]
@@ -49,7 +49,7 @@ class Correction(NamedTuple):
 
 
 def known_variances(values: Noise) -> tuple[Scalar, ...]:
-    """Variances with None (no noise there) as the structural zero."""
+    """Variances, with the structural zero in place of None (no noise)."""
     return tuple(0.0 if value is None else value for value in values)
 
 
@@ -61,7 +61,7 @@ def predict_covariance(
     Args:
         transition: F, Jacobian of the transition with respect to the state, n rows of n
         covariance: P, packed
-        process_noise: variance that each state gains per sample, (n,); None or 0.0 for none
+        process_noise: variance added to each state per sample, (n,); None or 0.0 for none
         noise_input: G, Jacobian of the transition with respect to the noisy inputs, n rows of m
         input_noise: variance of each input, (m,)
     """
@@ -74,7 +74,7 @@ def predict_covariance(
 def correct(
     covariance: Vector, rows: Matrix, residuals: Vector, noise: Vector, start: Vector | None = None
 ) -> Correction:
-    """Scalar updates, one per measurement, on a symmetric covariance; a missing residual (NaN) changes nothing.
+    """Correction by scalar updates, one per measurement; a missing residual (NaN) changes nothing.
 
     The result does not depend on the order of the measurements: it is the joint update with a diagonal R.
 
@@ -83,7 +83,7 @@ def correct(
         rows: C, Jacobian of the outputs with respect to the state, m rows of n
         residuals: measured minus expected output, (m,); NaN where the measurement is missing
         noise: variance of each measurement, (m,), greater than zero
-        start: what the correction is added to, (n,); zeros where not given. The mean here saves an addition per state
+        start: that the correction is added to, (n,); zeros by default. The mean here saves an addition per state
     """
     after = unpack(covariance)
     n = len(after)
@@ -98,6 +98,7 @@ def correct(
         innovation = where(there, open_residuals[k], 1.0)  # any number: its weight 1 / inf is 0
         weighted = innovation * inverse
         shift = [plus(done, times(value, weighted)) for done, value in zip(shift, cross, strict=True)]
+        # `shift` may have started at the mean, so it cannot correct the residuals that follow; each step does.
         for later in range(k + 1, len(rows)):
             open_residuals[later] = minus(open_residuals[later], times(dot(rows[later], cross), weighted))
         downdate(after, cross, inverse)
@@ -109,14 +110,14 @@ def correct(
 def correct_jointly(
     covariance: Vector, cross: Matrix, spread: Vector, residuals: Vector, start: Vector | None = None
 ) -> Correction:
-    """The same correction from the joint covariance of states and outputs, as sigma points give it.
+    """Correction from the joint covariance of states and outputs, as sigma points give it; otherwise like `correct`.
 
     Args:
         covariance: P, packed
         cross: covariance of each output with the states, m rows of n
         spread: covariance of the outputs, noise included, packed
         residuals: measured minus expected output, (m,); NaN where the measurement is missing
-        start: what the correction is added to, (n,); zeros where not given
+        start: that the correction is added to, (n,); zeros by default
     """
     full = unpack(covariance)
     n, m = len(full), len(residuals)
@@ -140,11 +141,11 @@ def correct_jointly(
 
 
 class InTurn(NamedTuple):
-    """A correction by one measurement after the other.
+    """A sequential correction by one measurement after the other.
 
     Args:
-        correction: by all of them
-        residuals: each given the measurements before it, (m,)
+        correction: by all measurements
+        residuals: innovation of each measurement given those before it, (m,)
         spreads: variance of each residual, (m,)
     """
 
@@ -154,7 +155,7 @@ class InTurn(NamedTuple):
 
 
 def correct_in_turn(covariance: Vector, rows: Matrix, residuals: Vector, noise: Vector) -> InTurn:
-    """`correct`, with each measurement's innovation beyond those before it: the factors of the joint likelihood."""
+    """`correct`, with the innovation of each measurement given those before it: the factors of the joint likelihood."""
     shift: Vector = [0.0] * order(covariance)
     nis: Scalar = 0.0
     count: Scalar = 0.0
@@ -169,12 +170,12 @@ def correct_in_turn(covariance: Vector, rows: Matrix, residuals: Vector, noise: 
 
 
 def clean_mask(mask: Sequence[Truth]) -> tuple[Truth, ...]:
-    """Masks held to 0..1, a missing one counted as 0; the Python value True stays structure."""
+    """Masks limited to 0..1, 0 where missing; the Python value True is kept and adds no operation to a graph."""
     return tuple(True if value is True else minimum(maximum(0.0, value), 1.0) for value in mask)
 
 
 def unmasked_start(mean: Vector, mask: Sequence[Truth]) -> tuple[Scalar, ...]:
-    """Mean that a correction is added to: that of unmasked states; zero for masked ones, whose correction is scaled."""
+    """Start of a correction: the mean of unmasked states; zero for masked ones, whose correction is scaled first."""
     return tuple(value if share is True else 0.0 for value, share in zip(mean, mask, strict=True))
 
 
@@ -203,16 +204,18 @@ def consider(before: Vector, after: Vector, mask: Sequence[Truth]) -> tuple[Scal
         if mask[i] is True or mask[j] is True:
             entries.append(new)
             continue
+        # For an open mask the full update itself: old - (old - new) would round off a variance that is much smaller.
         kept = (1.0 - mask[i]) * (1.0 - mask[j])
         entries.append(where(kept <= 0.0, new, old - (1.0 - kept) * (old - new)))
     return tuple(entries)
 
 
 def usable(inputs: Vector) -> Truth:
-    """Whether every input is present; the Python value True where there is none."""
+    """Whether every input is present; the Python value True for a model without inputs."""
+    # One NaN makes the sum NaN: a single test in place of one for each input.
     return present(sum(inputs[1:], start=inputs[0])) if inputs else True
 
 
 def held_covariance(covariance: Vector, process_noise: Noise) -> tuple[Scalar, ...]:
-    """Covariance of a state that is held for one sample: it grows by the process noise."""
+    """Covariance of a mean that is held for one sample: it grows by the process noise."""
     return add(covariance, from_diagonal(known_variances(process_noise)))

@@ -1,7 +1,7 @@
 """Small dense linear algebra on tuples of scalars, in straight-line code.
 
 A matrix is a tuple of rows; a symmetric matrix is packed as its upper triangle, row by row. Entries are floats or
-symbols; the floats 0.0 and 1.0 are structure and never reach a product, so sparse models give short graphs.
+symbols; the floats 0.0 and 1.0 are structural and never enter a product, so that sparse models give short graphs.
 """
 
 from __future__ import annotations
@@ -15,18 +15,18 @@ from tierod.core.graph.maths import both, is_symbol, sqrt, where
 Vector = Sequence[Scalar]
 Matrix = Sequence[Sequence[Scalar]]
 Noise = Sequence[Scalar | None]
-"""Variances, None where there is no noise."""
+"""Variances; None where there is no noise."""
 
-_SEMIDEFINITE = 1e-13  # of a pivot's own diagonal: below it a direction counts as known exactly
+_SEMIDEFINITE = 1e-13  # pivot over its diagonal entry, below which a direction counts as known exactly
 
 
 def is_structural(value: Scalar, constant: float) -> bool:
-    """Whether a value is this plain number and can be left out of a graph."""
+    """Whether a value is this constant float, which can be left out of a graph."""
     return not is_symbol(value) and isinstance(value, float) and value == constant
 
 
 def times(a: Scalar, b: Scalar) -> Scalar:
-    """a b, without the factors 0.0 and 1.0."""
+    """Product a b; structural factors 0.0 and 1.0 add no operation."""
     if is_structural(a, 0.0) or is_structural(b, 0.0):
         return 0.0
     if is_structural(a, 1.0):
@@ -35,19 +35,19 @@ def times(a: Scalar, b: Scalar) -> Scalar:
 
 
 def plus(a: Scalar, b: Scalar) -> Scalar:
-    """a + b, without the term 0.0."""
+    """Sum a + b; a structural term 0.0 adds no operation."""
     if is_structural(a, 0.0):
         return b
     return a if is_structural(b, 0.0) else a + b
 
 
 def minus(a: Scalar, b: Scalar) -> Scalar:
-    """a - b, without the term 0.0."""
+    """Difference a - b; a structural term b = 0.0 adds no operation."""
     return a if is_structural(b, 0.0) else a - b
 
 
 def dot(a: Vector, b: Vector) -> Scalar:
-    """Sum of a_k b_k, from the first element on."""
+    """Sum of a_k b_k, accumulated from the first element to the last."""
     total: Scalar = 0.0
     for left, right in zip(a, b, strict=True):
         total = plus(total, times(left, right))
@@ -99,7 +99,7 @@ def product(matrix: Matrix, vector: Vector) -> tuple[Scalar, ...]:
 
 
 def quadratic(row: Vector, packed: Vector) -> Scalar:
-    """c P c', the variance of what a row c makes of a state with the covariance P, packed."""
+    """c P c': variance of c x for a row c and a state x with the packed covariance P."""
     return dot(row, product(unpack(packed), row))
 
 
@@ -142,8 +142,8 @@ def scaled_congruence(matrix: Matrix, weights: Vector) -> tuple[Scalar, ...]:
 def cholesky(packed: Vector) -> list[list[Scalar]]:
     """Lower factor L with L L' = P, rows with zeros above the diagonal.
 
-    A direction whose pivot vanishes against its own diagonal (known exactly, or lost to rounding) gets a column of
-    zeros, so a semidefinite P is factored and a NaN never starts here.
+    A direction whose pivot is negligible against its diagonal entry (known exactly, or lost to rounding) gets a column
+    of zeros, so that a semidefinite P is factored without NaN.
     """
     full = unpack(packed)
     n = len(full)
@@ -159,7 +159,7 @@ def cholesky(packed: Vector) -> list[list[Scalar]]:
 
 
 def solve(packed: Vector, right: Vector) -> tuple[Scalar, ...]:
-    """x with P x = b, by L D L' without square roots.
+    """Solution x of P x = b, by L D L' without square roots.
 
     Args:
         packed: P, positive definite

@@ -17,7 +17,7 @@ from tierod.methods.estimators.shapes import check_mean, filled, leaf_names, lea
 
 
 class Step(NamedTuple):
-    """One step of an observer, flat: corrected mean, innovations, and whether the inputs were there (True if none)."""
+    """One step of an observer, flat: corrected mean, innovations, and whether all inputs are present (True if none)."""
 
     mean: Vector
     innovation: Vector
@@ -25,7 +25,7 @@ class Step(NamedTuple):
 
 
 def observe(model: Model, parameters: Tree, gain: Gain, state: Tree, sample: Tree) -> Step:
-    """x- = f(x, u), x = x- + L (y - h(x-)); missing outputs correct nothing, a missing input holds the state."""
+    """Step x- = f(x, u), x = x- + L (y - h(x-)); missing outputs correct nothing, a missing input holds the state."""
     predicted = model.transition(state, sample.input, parameters)
     expected = leaf_values(model.output(predicted, sample.input, parameters))
     innovation = tuple(y - z for y, z in zip(leaf_values(sample.measured), expected, strict=True))
@@ -38,10 +38,10 @@ def observe(model: Model, parameters: Tree, gain: Gain, state: Tree, sample: Tre
 
 
 def check_gain(model: Model, gain: Gain, initial_mean: Tree) -> None:
-    """Refuse a gain or a start of the wrong shape.
+    """Check the shapes of a gain and an initial mean.
 
     Raises:
-        ParameterError: with what was expected
+        ParameterError: a gain without one row per state and one entry per output, or as `check_mean`
     """
     states, outputs = leaf_names(model.State), leaf_names(model.Output)
     if len(gain) != len(states) or any(len(row) != len(outputs) for row in gain):
@@ -60,8 +60,8 @@ class Luenberger:
         model: discrete model
         parameters: of the model; its floats are tuning
         initial_mean: state before the first sample, one float per state
-        gain: L, rows by state, columns by output: `observer_gain` (full order) or `reduced_observer_gain` (outputs
-            taken as measured), with the poles as the choice: faster ones follow changes sooner and pass more noise
+        gain: L, rows by state, columns by output, from `observer_gain` (full order) or `reduced_observer_gain` (outputs
+            taken as measured); faster poles follow changes sooner and pass more noise
 
     A sample is `input` and `measured`; a missing output (NaN) corrects nothing, a missing input holds the state. The
     output is `mean` and `innovation` (measured minus expected; NaN where missing).
@@ -88,7 +88,7 @@ class Luenberger:
         return rebuild(skeleton(self.model.State), leaf_values(self.initial_mean))
 
     def step(self, state: Tree, sample: Tree) -> tuple[Tree, Tree]:
-        """One sample on."""
+        """State, and mean and innovation, after one sample."""
         done = observe(self.model, self.parameters, self.gain, state, sample)
         return rebuild(state, done.mean), filled(_estimate_class(self.model), done.mean, done.innovation)
 

@@ -1,4 +1,4 @@
-"""The interaction of multiple models: switching between them, mixing of their estimates, their probabilities."""
+"""Interaction of multiple models: switching between them, mixing of their estimates, and their probabilities."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from tierod.methods.estimators.linear_algebra import Matrix, Vector, dot, plus, 
 from tierod.methods.estimators.linear_algebra import upper as pairs
 
 Switching = tuple[tuple[float, ...], ...]
-"""Probability of going from one model (row) to another (column) in one sample; each row sums to 1."""
+"""Transition probabilities from one model (row) to another (column) in one sample; each row sums to 1."""
 
 
 def check_switching(switching: Switching, count: int) -> None:
-    """Refuse probabilities that are not those of a chain in which every model can be reached from every other.
+    """Check that probabilities are those of a Markov chain in which every model can be reached from every other.
 
     Raises:
-        ParameterError: of another size, not positive, or rows that do not sum to 1
+        ParameterError: another size, probabilities that are not positive, or rows that do not sum to 1
     """
     if count < 1 or len(switching) != count or any(len(row) != count for row in switching):
         raise ParameterError(f"switching has {len(switching)} rows; expected {count} rows of {count}, one per model")
@@ -32,14 +32,14 @@ def check_switching(switching: Switching, count: int) -> None:
 
 
 def switching_of(lasting: Sequence[float], sample_time: float) -> Switching:
-    """Switching of models that last for mean times and are followed by any other alike.
+    """Transition probabilities from the mean duration of each model, with equal probabilities of all successors.
 
     Args:
-        lasting: mean time of each model [s]
-        sample_time: [s]
+        lasting: mean duration of each model [s]
+        sample_time: sampling interval [s]
 
     Raises:
-        ParameterError: a model that does not last longer than a sample
+        ParameterError: a model that does not last longer than a sampling interval
     """
     if not all(time > sample_time > 0.0 for time in lasting):
         raise ParameterError(f"models last {tuple(lasting)} s; expected more than a sample of {sample_time} s each")
@@ -51,14 +51,14 @@ def switching_of(lasting: Sequence[float], sample_time: float) -> Switching:
 
 
 class Mixing(NamedTuple):
-    """Probability of each model before the sample, and the weights of the old estimates in each new one."""
+    """Predicted probability of each model, and the weights of the previous estimates in the start of each filter."""
 
     predicted: tuple[Scalar, ...]
     weights: tuple[tuple[Scalar, ...], ...]
 
 
 def mixing(probabilities: Vector, switching: Switching) -> Mixing:
-    """Step one of the interaction: where each model comes from.
+    """First step of the interaction: predicted probabilities and mixing weights.
 
     Source: Blom and Bar-Shalom, IEEE Trans. Automatic Control 33 (1988) 780, doi 10.1109/9.1299.
     """
@@ -76,7 +76,7 @@ def weighed(weights: Vector, vectors: Matrix) -> tuple[Scalar, ...]:
 
 
 def mixture_covariance(weights: Vector, mean: Vector, means: Matrix, covariances: Matrix) -> tuple[Scalar, ...]:
-    """Packed covariance of a mixture: that of its parts and that between their means."""
+    """Packed covariance of a mixture: the covariances within its parts plus that of their means."""
     total: list[Scalar] = [0.0] * len(covariances[0])
     for weight, part, covariance in zip(weights, means, covariances, strict=True):
         away = [a - b for a, b in zip(part, mean, strict=True)]
@@ -86,7 +86,7 @@ def mixture_covariance(weights: Vector, mean: Vector, means: Matrix, covariances
 
 
 def posterior(predicted: Vector, log_likelihoods: Vector) -> tuple[Scalar, ...]:
-    """Probability of each model after the sample; the likeliest counts 1 before scaling, so nothing underflows."""
+    """Probability of each model after the sample; the largest likelihood is scaled to 1, so that none underflows."""
     best = greatest_of(*log_likelihoods)
     shares = [prior * exp(value - best) for prior, value in zip(predicted, log_likelihoods, strict=True)]
     scale = 1.0 / sum(shares[1:], start=shares[0])
@@ -94,7 +94,7 @@ def posterior(predicted: Vector, log_likelihoods: Vector) -> tuple[Scalar, ...]:
 
 
 def mixture_variance(weights: Vector, mean: Vector, means: Matrix, variances: Matrix) -> tuple[Scalar, ...]:
-    """Variance of every entry of a mixture; entries that are missing (NaN) count with the variance of the parts."""
+    """Variance of every entry of a mixture; for missing entries (NaN) the mean variance of the parts."""
     total: list[Scalar] = [0.0] * len(mean)
     for weight, part, spread in zip(weights, means, variances, strict=True):
         for k, (a, b, variance) in enumerate(zip(part, mean, spread, strict=True)):
@@ -104,10 +104,10 @@ def mixture_variance(weights: Vector, mean: Vector, means: Matrix, variances: Ma
 
 
 def check_probabilities(values: Sequence[float], count: int) -> None:
-    """Refuse what is not one probability per model.
+    """Check that there is one probability per model.
 
     Raises:
-        ParameterError: of another length, negative, or with another sum than 1
+        ParameterError: another length, a negative probability, or a sum other than 1
     """
     if len(values) != count or not all(value >= 0.0 for value in values) or abs(sum(values) - 1.0) > 1e-9:
         raise ParameterError(f"initial_probabilities is {values}; expected {count} of them whose sum is 1")

@@ -1,4 +1,4 @@
-"""Observer gains that put the poles of the estimation error where they are wanted."""
+"""Observer gains by placement of the poles of the estimation error."""
 
 from __future__ import annotations
 
@@ -31,7 +31,8 @@ def observer_gain(system: LinearSystem, poles: Sequence[complex]) -> Gain:
         rows by state, columns by output
 
     Raises:
-        ParameterError: the poles do not fit, or a direction, which is named, is not observable
+        ParameterError: wrong number of poles or no conjugate pairs, poles that are not reached, or a direction (named)
+            that is not observable
 
     This is the gain of `Luenberger`. The gain of the predictor form, A - L C, is A times this one.
     """
@@ -43,13 +44,13 @@ def reduced_observer_gain(system: LinearSystem, poles: Sequence[complex]) -> Gai
 
     Args:
         system: discrete, its outputs independent
-        poles: wanted eigenvalues of the error of the rest, one per state less one per output
+        poles: wanted eigenvalues of the error of the unmeasured part, as many as states less outputs
 
     Returns:
         a gain for `Luenberger`, with which C x = y after every sample; its other error poles are zero
 
     Raises:
-        ParameterError: the poles do not fit, outputs depend on each other, or a direction is not shown
+        ParameterError: as `observer_gain`; outputs that depend on each other
 
     With y = C x and z = N' x, N spanning the null space of C: z <- z- + L (y - y-), L by pole placement on
     (A22, A12), so K = C^+ + N L.
@@ -74,10 +75,10 @@ def reduced_observer_gain(system: LinearSystem, poles: Sequence[complex]) -> Gai
 
 
 def place(system: LinearSystem, poles: Sequence[complex]) -> np.ndarray:
-    """L with the eigenvalues of A - L C at the poles, (n, outputs).
+    """Gain L that places the eigenvalues of A - L C at the poles, (n, outputs).
 
     Raises:
-        ParameterError: the poles do not fit, or a direction cannot be moved, which is named
+        ParameterError: as `observer_gain`
     """
     wanted = _checked(system, poles)
     _require_observable(system)
@@ -91,7 +92,7 @@ def place(system: LinearSystem, poles: Sequence[complex]) -> np.ndarray:
             f"eigenvalues of the system, {_listed(np.linalg.eigvals(system.A))}"
         )
     rows = np.linalg.norm(system.C * scale, axis=1)
-    # What shows nothing of the state corrects nothing, whatever the placement made of its column.
+    # An output that does not depend on the state gets a gain of zero, whatever the placement gave its column.
     per_row = np.divide(size, rows, out=np.zeros_like(rows), where=rows > 0.0)
     placed: np.ndarray = scale[:, None] * gain * per_row
     return placed
@@ -109,7 +110,7 @@ def _gain(A: np.ndarray, C: np.ndarray, poles: np.ndarray) -> np.ndarray:
             return np.asarray(place_poles(A.T, (left.T @ C).T, poles).gain_matrix.T @ left.T)
     if len(C) == 1:
         return _ackermann(A, C, poles)
-    # Equal poles through several outputs: make A cyclic with a small injection, then use one mixture of the outputs.
+    # Repeated poles with several outputs: a small output injection makes A cyclic, then one output mixture suffices.
     generator = np.random.default_rng(0)
     injection = 0.1 * generator.standard_normal((n, len(C)))
     mixture = generator.standard_normal((1, len(C)))
@@ -117,7 +118,7 @@ def _gain(A: np.ndarray, C: np.ndarray, poles: np.ndarray) -> np.ndarray:
 
 
 def _ackermann(A: np.ndarray, C: np.ndarray, poles: np.ndarray) -> np.ndarray:
-    """phi(A) O^-1 e_n for one output, O the observability matrix."""
+    """Ackermann's formula phi(A) O^-1 e_n for one output, with the observability matrix O."""
     n = len(A)
     rows = [C[0]]
     for _ in range(n - 1):
@@ -154,7 +155,7 @@ def _require_observable(system: LinearSystem) -> None:
 
 
 def _reached(closed: np.ndarray, poles: np.ndarray) -> bool:
-    """Whether a matrix has these eigenvalues, judged by its characteristic polynomial (equal ones scatter)."""
+    """Whether a matrix has these eigenvalues, by its characteristic polynomial, since repeated ones scatter."""
     have, want = np.poly(closed), np.poly(poles).real
     return bool(np.allclose(have, want, rtol=1e-6, atol=1e-6 * np.abs(want).max()))
 

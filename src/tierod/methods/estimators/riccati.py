@@ -13,19 +13,19 @@ from tierod.models.linear import LinearSystem
 from tierod.models.modes import TOLERANCE, describe, modes
 
 Noises: TypeAlias = Sequence[float | None] | Sequence[Sequence[float]] | np.ndarray
-"""Variances, None for none, or a whole covariance."""
+"""Variances (None for no noise), or a full covariance matrix."""
 
 
 @dataclass(frozen=True, eq=False)
 class StationaryGain:
-    """Limit of a Kalman filter for a constant system.
+    """Steady state of a Kalman filter for a time-invariant system.
 
     Args:
-        filter: gain K of x = x- + K (y - C x-), (n, outputs): what every estimator of tierod takes
-        predictor: gain A K of x-(k+1) = A x-(k) + B u + A K (y - C x-), (n, outputs): what dlqe of python-control
-            returns
+        filter: gain K of x = x- + K (y - C x-), (n, outputs), as used by the estimators of tierod
+        predictor: gain A K of x-(k+1) = A x-(k) + B u + A K (y - C x-), (n, outputs), as returned by dlqe of
+            python-control
         predicted_covariance: of x-, before the measurement, (n, n)
-        covariance: of x, after it, (n, n)
+        covariance: of x, after the measurement, (n, n)
         innovation_covariance: C P- C' + R, (outputs, outputs)
     """
 
@@ -43,13 +43,13 @@ def stationary_gain(
 
     Args:
         system: discrete
-        process_noise: variance of each state per sample, (n,), None for none; or the whole Q, (n, n)
-        measurement_noise: variance of each output, (outputs,); or the whole R
+        process_noise: variance of each state per sample, (n,), None for none; or the full Q, (n, n)
+        measurement_noise: variance of each output, (outputs,); or the full R
         input_noise: variance of each input, (inputs,), None for none; adds B diag(w) B'
 
     Raises:
-        ParameterError: there is no stationary gain: a direction that does not decay is not shown by the outputs (it is
-            named), or has no noise
+        ParameterError: noise of the wrong shape, or no stationary gain: a direction that does not decay is not
+            observable (it is named), or has no process noise
     """
     from scipy.linalg import solve_discrete_are
 
@@ -67,6 +67,7 @@ def stationary_gain(
     left = np.eye(len(A)) - gain @ C
     if np.abs(np.linalg.eigvals(left @ A)).max() >= 1.0 - 1e-12:
         raise _no_limit(system, "the error of the filter does not decay")
+    # Joseph's form keeps the covariance positive in spite of rounding.
     after = left @ predicted @ left.T + gain @ R @ gain.T
     return StationaryGain(gain, A @ gain, predicted, 0.5 * (after + after.T), 0.5 * (spread + spread.T))
 

@@ -1,4 +1,4 @@
-"""The trees that filters of any model share: their sample, their memory, their estimate."""
+"""Sample, state and estimate of the filters of any model, as NamedTuple classes, and checks of their tuning."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tierod.core.model import Model
 
 
 class Belief(NamedTuple):
-    """Memory of a filter.
+    """State of a filter: mean and covariance of the estimate.
 
     Args:
         mean: the model's State
@@ -31,18 +31,18 @@ def leaf_names(annotation: type) -> tuple[str, ...]:
 
 
 def leaf_values(tree: Tree) -> tuple[Scalar, ...]:
-    """The leaves of a tree in order, as the tuple that states and gains of estimators are."""
+    """The leaves of a tree in order, as a flat tuple."""
     return tuple(values_of(tree))
 
 
 def filled(shape: type, *parts: Iterable[Scalar]) -> Tree:
-    """The tree that a NamedTuple class declares, its leaves taken from flat parts in order."""
+    """The tree that a NamedTuple class declares, filled with the leaves of flat parts in order."""
     return rebuild(skeleton(shape), itertools.chain(*parts))
 
 
 @lru_cache(maxsize=256)
 def sample_class(model: Model, maskable: tuple[str, ...]) -> type:
-    """Sample of a filter: `input`, `measured` and, where states can be masked, `enabled` (0 to 1 for each)."""
+    """Class of a filter's sample: `input`, `measured` and, where states can be masked, `enabled` (0 to 1 for each)."""
     fields = [("input", model.Input), ("measured", model.Output)]
     if maskable:
         masks = [(name.replace(".", "_"), Annotated[float, ""]) for name in maskable]
@@ -52,7 +52,7 @@ def sample_class(model: Model, maskable: tuple[str, ...]) -> type:
 
 @lru_cache(maxsize=256)
 def estimate_class(model: Model, with_covariance: bool) -> type:
-    """Output of a filter; for the fields see `KalmanFilter`."""
+    """Class of a filter's output; `GaussianFilter` explains the fields."""
     squared = derived(model.State, "Variance", "({})**2")
     innovation = model.Output
     number = Annotated[float, ""]
@@ -71,10 +71,11 @@ def estimate_class(model: Model, with_covariance: bool) -> type:
 
 
 def check_variances(what: str, values: Tree, names: tuple[str, ...], positive: bool = False) -> None:
-    """Refuse a tuple of variances of the wrong length or sign.
+    """Check length and values of a tuple of variances.
 
     Raises:
-        ParameterError: not one value per name, or a value below zero or infinite
+        ParameterError: not one value per name, or a value that is no float, negative, infinite, or zero or None where
+            it must be positive
     """
     flat = leaf_values(values)
     if len(flat) != len(names):
@@ -87,10 +88,10 @@ def check_variances(what: str, values: Tree, names: tuple[str, ...], positive: b
 
 
 def check_mean(values: Tree, names: tuple[str, ...]) -> None:
-    """Refuse an initial mean of the wrong length, or one that is not finite.
+    """Check length and values of an initial mean.
 
     Raises:
-        ParameterError: not one value per name, or NaN or infinity, which the state would never lose
+        ParameterError: not one value per name, or NaN or infinity, which would stay in the state for ever
     """
     flat = leaf_values(values)
     if len(flat) != len(names):
@@ -101,10 +102,10 @@ def check_mean(values: Tree, names: tuple[str, ...]) -> None:
 
 
 def check_names(what: str, given: tuple[str, ...], known: tuple[str, ...]) -> None:
-    """Refuse names that are not states.
+    """Check that given names are names of states.
 
     Raises:
-        ParameterError: with the nearest names
+        ParameterError: another name; the nearest names are proposed
     """
     for name in given:
         if name not in known:

@@ -1,4 +1,4 @@
-"""Interacting bank of Kalman filters with stationary gains: one linear model under several noises."""
+"""Interacting bank of Kalman filters with stationary gains: one linear model with several process noises."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from tierod.models.linear import LinearSystem
 
 
 class BankState(NamedTuple):
-    """Mean of every filter of a bank, flat, and the probability that each is the right one."""
+    """Mean of every filter of a bank, flat, and the probability of each filter."""
 
     means: tuple[tuple[Scalar, ...], ...]
     probabilities: tuple[Scalar, ...]
@@ -54,24 +54,24 @@ class StationaryNoise(NamedTuple):
 
 @dataclass(frozen=True)
 class StationaryBank:
-    """Interacting multiple models with stationary gains, for one linear model under several noises.
+    """Interacting multiple models with stationary gains, for one linear model with several process noises.
 
-    Only means are mixed; each filter keeps the gain that it would settle at if its noise lasted. That loses little
-    where a noise lasts longer than its filter needs to settle, and costs a few multiplications per filter and sample.
-    One filter alone is a `StationaryFilter`.
+    Only means are mixed; each filter keeps its steady-state gain. The loss is small where each noise lasts longer than
+    the settling time of its filter, and the cost is a few multiplications per filter and sample. A bank of one filter
+    is a `StationaryFilter`.
 
     Args:
         model: discrete model
         parameters: of the model; its floats are tuning
         initial_mean: state before the first sample, one float per state
-        noises: of each filter; `design` works them out
+        noises: gain and covariances of each filter; `design` computes them
         switching: between the filters, see `mixing.switching_of`
 
     A sample is `input` and `measured`. The estimate is that of `ImmFilter`. A missing output (NaN) corrects
-    nothing, and a sample with one leaves the model probabilities; a missing input holds the state.
+    nothing, and a sample with one gives no likelihood; a missing input holds the state.
 
-    Source: Blom and Bar-Shalom, IEEE Trans. Automatic Control 33 (1988) 780, doi 10.1109/9.1299, with the covariances
-    of each model taken as settled.
+    Source: Blom and Bar-Shalom, IEEE Trans. Automatic Control 33 (1988) 780, doi 10.1109/9.1299, with the covariance of
+    each model taken at its steady state.
     """
 
     model: Model
@@ -100,13 +100,13 @@ class StationaryBank:
 
         Args:
             system: discrete
-            model, parameters: the same as a model, from `as_model`
-            process_noises: of each filter, as `stationary_gain` takes them
+            model, parameters: the same system as a model, from `as_model`
+            process_noises: of each filter, as for `stationary_gain`
             measurement_noise: variance of each output
             switching: between the filters
 
         Raises:
-            ParameterError: as `stationary_gain`
+            ParameterError: no process noises, or as `stationary_gain`
         """
         if not process_noises:
             raise ParameterError("process_noises is empty; expected the noise of at least one filter")
@@ -124,7 +124,7 @@ class StationaryBank:
         return imm_estimate_class(self.model, len(self.noises))
 
     def at(self, mean: Tree) -> BankState:
-        """The state of a bank that begins at a mean, all filters equally likely.
+        """The state of a bank that starts at a mean, with equal probabilities of all filters.
 
         Args:
             mean: the model's State, or its values in order
@@ -133,7 +133,7 @@ class StationaryBank:
         return BankState((leaf_values(mean),) * count, (1.0 / count,) * count)
 
     def mean(self, state: BankState) -> Tree:
-        """The estimate that a state stands for: the means of all filters, weighed, as the model's State."""
+        """The estimate of a state: the means of all filters weighted with their probabilities, as the model's State."""
         return rebuild(skeleton(self.model.State), weighed(state.probabilities, state.means))
 
     def init(self) -> BankState:
@@ -141,7 +141,7 @@ class StationaryBank:
         return self.at(self.initial_mean)
 
     def step(self, state: BankState, sample: Tree) -> tuple[BankState, Tree]:
-        """One sample on."""
+        """State and estimate after one sample."""
         origin = mixing(state.probabilities, self.switching)
         measured = leaf_values(sample.measured)
         complete = all_of(*(present(value) for value in measured))

@@ -32,18 +32,18 @@ _MOST_STATES = 12
 
 @dataclass(frozen=True)
 class UnscentedFilter(GaussianFilter):
-    """Scaled unscented filter: 2 n + 1 points carry mean and variance through the model, without Jacobians of it.
+    """Scaled unscented filter: 2 n + 1 sigma points propagate mean and covariance through the model without Jacobians.
 
     Args:
         alpha: spread of the points: they lie alpha sqrt(n + kappa) standard deviations from the mean; small values
-            look at the model locally (and cancel digits), large ones average over it
-        beta: weight of the centre in the variance; 2.0 is best for a Gaussian
+            sample the model locally (and lose digits to cancellation), large ones average over it
+        beta: additional weight of the centre in the covariance; 2.0 is optimal for a Gaussian
         kappa: second scale; 0.0 usually, 3 - n matches fourth moments (with a negative centre weight for n > 3)
-        redraw: whether new points are drawn round the prediction before the measurements; True makes it equal the
-            Kalman filter on a linear model, False saves a factorisation
+        redraw: whether new points are drawn about the prediction before the correction; True makes it equal to the
+            Kalman filter for a linear model, False saves a factorisation
 
-    The other fields, the sample and the estimate are those of `GaussianFilter`. Noise of inputs enters by the Jacobian
-    with respect to the input. Work grows with n cubed: up to 12 states.
+    The other fields, the sample and the estimate are those of `GaussianFilter`. Input noise enters by the Jacobian with
+    respect to the input. The computing time grows with n cubed; at most 12 states.
 
     Source: S. Julier, J. Uhlmann, 2004, doi 10.1109/JPROC.2003.823141; scaled form, E. Wan, R. van der Merwe, 2000,
     doi 10.1109/ASSPCC.2000.882463.
@@ -93,7 +93,7 @@ class UnscentedFilter(GaussianFilter):
         return correction, innovation, diagonal(spread)
 
     def _points(self, mean: Vector, covariance: Vector) -> list[Vector]:
-        """The mean, then one point on either side of it along each column of the factor."""
+        """Sigma points: the mean, then one point on either side of it along each column of the Cholesky factor."""
         factor = cholesky(covariance)
         scale = self.alpha * sqrt(len(mean) + self.kappa)
         steps = [[times(scale, row[j]) for row in factor] for j in range(len(mean))]
@@ -110,7 +110,7 @@ class UnscentedFilter(GaussianFilter):
         return 0.5 / (self.alpha * self.alpha * (n + self.kappa))
 
     def _mean(self, images: Sequence[Vector]) -> tuple[Scalar, ...]:
-        """Weighted mean, as the centre plus what the sides add: no large weights of opposite sign."""
+        """Weighted mean, as the centre plus weighted differences to it: avoids large weights of opposite sign."""
         weight = self._side_weight()
         sides = [[minus(image[k], centre) for image in images[1:]] for k, centre in enumerate(images[0])]
         return tuple(plus(c, times(weight, _total(side))) for c, side in zip(images[0], sides, strict=True))

@@ -1,4 +1,4 @@
-"""Filters over several signals at once: blocks that treat them all alike and bridge short gaps."""
+"""Filters of several signals at once: blocks that filter all signals alike and bridge short gaps."""
 
 from tierod.methods.filters.butterworth import Butterworth
 from tierod.methods.filters.each import Delay, InputHold

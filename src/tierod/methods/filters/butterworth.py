@@ -23,7 +23,7 @@ class Biquad(NamedTuple):
 
 
 class Delays(NamedTuple):
-    """Memory of one biquad (transposed direct form II)."""
+    """State of one biquad (transposed direct form II)."""
 
     first: Scalar
     second: Scalar
@@ -34,8 +34,8 @@ class Butterworth(EachSignal):
     """Low-pass that is flat below its cutoff and falls with 20 dB per decade and order above it.
 
     Args:
-        cutoff: where the gain is -3 dB [Hz], below half the sample rate. Lower removes more noise and delays more:
-            second order lags by 0.225 / cutoff seconds at low frequency
+        cutoff: frequency of -3 dB [Hz], below half the sample rate. A lower one removes more noise and delays more: the
+            second order has a delay of 0.225 / cutoff seconds at low frequency
         order: even, at least 2
 
     The other arguments are those of `EachSignal`. Bilinear transform with the cutoff prewarped; the same numbers as

@@ -1,4 +1,4 @@
-"""Filters that treat every one of several signals alike, what they do where samples are missing; hold and delay."""
+"""Base of filters that treat several signals alike and bridge missing samples, with a hold and a delay."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from tierod.core.graph.maths import both, negated, present, where
 
 
 class Held(NamedTuple):
-    """The last value that was present, and how many samples ago that was (infinitely many before the first)."""
+    """The last value that was present, and its age in samples (infinite before the first)."""
 
     value: Scalar
     age: Scalar
@@ -29,12 +29,12 @@ def hold(memory: Held, value: Scalar) -> Held:
 
 
 def is_fresh(memory: Held, maximum_age: Scalar, sample_time: Scalar) -> Truth:
-    """Whether a held value is at most this old [s]; half a sample of slack for rounding."""
+    """Whether a held value is at most as old as a limit [s]; half a sampling interval is a margin for rounding."""
     return (memory.age - 0.5) * sample_time < maximum_age
 
 
 class Channel(NamedTuple):
-    """Memory of one signal."""
+    """State of one signal: its last present value, and the memory of its filter."""
 
     held: Held
     memory: Tree
@@ -42,14 +42,14 @@ class Channel(NamedTuple):
 
 @dataclass(frozen=True)
 class EachSignal(ABC):
-    """Base of the filters over several signals, which are all delayed alike because all are filtered alike.
+    """Base of the filters of several signals, which all have the same delay because all are filtered alike.
 
     Args:
         signals: NamedTuple class of the signals; it is the sample, and the output has its shape
-        sample_time: time between two samples [s]
-        maximum_gap: how long missing samples are bridged with the last value that was present [s]; longer bridges
-            more, and relies on old values longer. After that the output is missing (NaN) too, and the filter starts
-            anew, without a transient, at the next sample that is present
+        sample_time: sampling interval [s]
+        maximum_gap: longest time over which missing samples are bridged with the last present value [s]; a longer one
+            bridges more, and relies on old values longer. After it the output is missing (NaN) too, and the filter
+            restarts without a transient at the next present sample
 
     The memory never holds NaN.
     """
@@ -81,12 +81,13 @@ class EachSignal(ABC):
         return tuple(Channel(NEVER, self._settled(0.0)) for _ in leaves(skeleton(self.signals)))
 
     def step(self, state: tuple[Channel, ...], sample: Tree) -> tuple[tuple[Channel, ...], Tree]:
-        """One sample on."""
+        """State and output after one sample."""
         pairs = [self._channel(channel, value) for channel, (_, value) in zip(state, leaves(sample), strict=True)]
         outputs = rebuild(skeleton(self.Output), [output for _, output in pairs])
         return tuple(channel for channel, _ in pairs), outputs
 
     def _channel(self, channel: Channel, value: Scalar) -> tuple[Channel, Scalar]:
+        # Whether the gap before this sample was too long must be decided before `hold` resets the age.
         known = is_fresh(channel.held, self.maximum_gap, self.sample_time)
         held = hold(channel.held, value)
         restart = both(present(value), negated(known))
@@ -99,19 +100,19 @@ class EachSignal(ABC):
 
     @abstractmethod
     def _settled(self, value: Scalar) -> Tree:
-        """The memory after the signal has had this value for ever."""
+        """The memory in steady state at a constant value."""
 
     @abstractmethod
     def _advance(self, memory: Tree, value: Scalar) -> tuple[Tree, Scalar]:
-        """One (present or bridged) value on."""
+        """Memory and output after one value, present or bridged."""
 
 
 @dataclass(frozen=True)
 class InputHold(EachSignal):
-    """Bridge missing samples with the last value; comes before an estimator whose inputs must be present.
+    """Bridge missing samples with the last value, for an estimator whose inputs must be present.
 
-    The arguments are those of `EachSignal`. Present samples pass unchanged; a signal that is missing for longer than
-    `maximum_gap` comes out as missing (NaN), and so it does before its first sample.
+    The arguments are those of `EachSignal`. Present samples pass unchanged; the output is missing (NaN) before the
+    first sample of a signal and after it has been missing for longer than `maximum_gap`.
     """
 
     def _settled(self, value: Scalar) -> tuple[()]:
@@ -123,11 +124,11 @@ class InputHold(EachSignal):
 
 @dataclass(frozen=True)
 class Delay:
-    """Every signal as it was `samples` samples ago; what is missing, or lies before the first sample, comes out as NaN.
+    """Delay of every signal by a number of samples; NaN where a sample is missing and before the first one.
 
     Args:
         signals: NamedTuple class of the signals; sample and output
-        samples: how many samples late, at least 1
+        samples: delay in samples, at least 1
     """
 
     signals: type
@@ -143,10 +144,10 @@ class Delay:
         return self.signals
 
     def init(self) -> tuple[Ring, ...]:
-        """Delay lines that hold nothing yet."""
+        """Delay lines filled with NaN."""
         return tuple(Ring(self.samples, math.nan) for _ in leaves(skeleton(self.signals)))
 
     def step(self, state: tuple[Ring, ...], sample: Tree) -> tuple[tuple[Ring, ...], Tree]:
-        """One sample on."""
+        """Delay lines and delayed signals after one sample."""
         after = tuple(ring.push(value) for ring, (_, value) in zip(state, leaves(sample), strict=True))
         return after, rebuild(skeleton(self.signals), [ring.oldest for ring in state])

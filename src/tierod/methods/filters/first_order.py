@@ -1,4 +1,4 @@
-"""First-order low-pass and the causal derivative that rests on it."""
+"""First-order low-pass, and a causal derivative based on it."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ def _require_time_constant(value: float) -> None:
 
 @dataclass(frozen=True)
 class FirstOrderLowPass(EachSignal):
-    """Exponential smoothing, y' = (u - y) / time_constant, exact for an input that is constant over a sample.
+    """First-order low-pass y' = (u - y) / time_constant, exact for an input that is constant over a sampling interval.
 
     Args:
-        time_constant: time to 63 % of a step [s]; longer removes more noise and lags by as much
+        time_constant: time to 63 % of a step [s]; a longer one removes more noise and delays by as much
 
     The other arguments are those of `EachSignal`.
     """
@@ -42,17 +42,17 @@ class FirstOrderLowPass(EachSignal):
 
 
 class Smoothed(NamedTuple):
-    """Memory of one derivative."""
+    """State of one derivative: the low-passed signal."""
 
     smooth: Scalar
 
 
 @dataclass(frozen=True)
 class Differentiator(EachSignal):
-    """Causal derivative: slope of the signal after a first-order low-pass; starts at zero.
+    """Causal derivative: rate of change of the signal after a first-order low-pass; starts at zero.
 
     Args:
-        time_constant: of the low-pass [s]; the noise of the result falls, and its lag grows, with it
+        time_constant: of the low-pass [s]; a longer one reduces the noise of the result and increases its delay
 
     The other arguments are those of `EachSignal`; the output has the signals' names and their units per second.
     """

@@ -1,4 +1,4 @@
-"""Gate against jumps: a signal that leaps further than it can move is held until it may have got there."""
+"""Gate against jumps: an implausibly large change of a signal is held back until enough time has passed for it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tierod.methods.filters.each import EachSignal
 
 
 class Accepted(NamedTuple):
-    """The last value that passed, and how many samples ago that was."""
+    """The last value that passed the gate, and its age in samples."""
 
     value: Scalar
     age: Scalar
@@ -20,16 +20,16 @@ class Accepted(NamedTuple):
 
 @dataclass(frozen=True)
 class JumpGate(EachSignal):
-    """Values further from the last accepted one than the signal moves in that time are replaced by it.
+    """Replace values that are further from the last accepted one than the signal moves in that time.
 
-    The allowed distance grows with the time since the last accepted value, so that a step that stays, as of a sensor
-    that was set anew, passes after a while and nothing is locked out.
+    The allowed distance grows with the time since the last accepted value, so that a lasting step, for example of a
+    sensor that was recalibrated, passes after a while and the gate never locks up.
 
     Args:
-        deviation_per_second: what the signal moves in a second, one standard deviation [unit of the signals]
-        interval: longest time between two values as they come, before they were put on the grid [s]; a signal that is
-            held between them moves by as much at once. Zero where every sample is a new value
-        gate: quantile of chi-square with one degree of freedom (10.83 for 99.9 %); larger passes greater jumps
+        deviation_per_second: standard deviation of the change of the signal in a second [unit of the signals]
+        interval: longest time between two values before they were resampled [s]; a signal that is held between them
+            moves by the change of that time in one sample. Zero where every sample is a new value
+        gate: quantile of chi-square with one degree of freedom (10.83 for 99.9 %); a larger one passes larger jumps
 
     The other arguments are those of `EachSignal`.
     """

@@ -1,1 +1,1 @@
-"""Identification of parameters from recordings: of a bench, or of ordinary drives."""
+"""Identification of parameters from recordings of a test bench or of ordinary drives."""

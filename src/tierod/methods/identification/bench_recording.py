@@ -1,4 +1,4 @@
-"""Recordings of a column bench as experiments: looked at, checked, and put on one time grid."""
+"""Recordings of a column bench as experiments: checked, and resampled to one time grid."""
 
 from __future__ import annotations
 
@@ -17,32 +17,32 @@ from tierod.methods.identification.sampled_column import BenchParameters
 
 OUTPUTS = ("steering_wheel_angle", "motor_angle_mechanical", "driver_torque")
 INPUTS = ("motor_torque", "motor_target_torque")
-"""The first of them that a recording holds drives the model."""
+"""Candidates for the input of the model; the first one that a recording contains is used."""
 
 SLOWEST, SHORTEST = 2.5e-3, 2.0
-"""Sample time [s] that still shows the column's mode of 112 Hz more than three times a period; least duration [s]."""
+"""Longest sampling interval [s], over three samples per period of the mode at 112 Hz; shortest duration [s]."""
 
 _FIRST = 20
-"""Samples from which the first state is taken."""
+"""Number of samples from which the initial state is estimated."""
 _STILL = 5.0
-"""A wheel whose angle spreads by less than so many times its noise does not turn."""
+"""Range of the wheel's angle over its noise, below which the wheel counts as locked."""
 _COARSE, _LEVELS = 0.05, 20
-"""Steps of a recorded torque that are coarse, over the friction; fewer levels are those of a test in steps."""
+"""Step of a recorded torque over the friction from which it is coarse; fewer levels belong to a test in steps."""
 _LEAST_KNOWN = 0.25
-"""Share of the samples of an output that must be there: every fourth sample, or the first quarter of a test."""
+"""Smallest share of present samples of an output: every fourth sample, or the first quarter of a test."""
 _RUN, _SHARE = 20, 0.002
-"""A channel is cut off where it stays at its extreme for so many samples in a row, in more than such a share of all."""
+"""A channel is clipped if it stays at its extreme for this number of samples, in more than this share of all."""
 
 
 @dataclass(frozen=True, eq=False)
 class BenchRecording:
-    """A recording ready for identification.
+    """A recording prepared for identification.
 
     Args:
         experiment: for the sampled column
         time: of the grid [s]
-        deviation: noise of every output, from neighbouring samples
-        remarks: what was noticed
+        deviation: standard deviation of the noise of every output, from neighbouring samples
+        remarks: sentences on defects of the recording
     """
 
     experiment: Experiment
@@ -52,19 +52,19 @@ class BenchRecording:
 
     @property
     def locked(self) -> bool:
-        """Whether the wheel does not turn."""
+        """Whether the steering wheel was locked."""
         return self.experiment.setting["wheel_freedom"] == 0.0
 
     @property
     def sample_time(self) -> float:
-        """[s]."""
+        """Sampling interval [s]."""
         return self.experiment.setting["sample_time"]
 
     def part(self, name: str, start: int, stop: int, parameters: BenchParameters) -> BenchRecording:
-        """Some of the samples, as an experiment of its own.
+        """The samples from `start` to before `stop` as a separate experiment.
 
         Raises:
-            InputError: an output is missing there
+            InputError: an output is missing in this part
         """
         inputs, measured = self.experiment.inputs[start:stop], self.experiment.measured[start:stop]
         _require_known(name, measured)
@@ -73,15 +73,16 @@ class BenchRecording:
 
 
 def bench_recording(name: str, recording: Recording, parameters: BenchParameters) -> BenchRecording:
-    """A recording of a column bench on a grid, with its wheel and noise.
+    """A recording of a column bench on a grid, with the state of its wheel (locked or free) and its noise.
 
     Args:
         name: for messages
         recording: with motor torque, both angles and the torque of the bar
-        parameters: of the column, for its first state
+        parameters: of the column, for the initial state
 
     Raises:
-        InputError: channels are missing or constant, the time base cannot be right, or the recording is too short
+        InputError: channels are missing or constant, an implausible time base, a recording that is too short, or too
+            little motion
     """
     driving = next((each for each in INPUTS if each in recording), None)
     missing = [each for each in OUTPUTS if each not in recording] + ([] if driving else ["motor_torque"])
@@ -157,13 +158,13 @@ def _require_known(name: str, measured: np.ndarray) -> None:
 
 
 def bridged(values: np.ndarray) -> np.ndarray:
-    """Values without gaps, straight over them."""
+    """Values with gaps bridged by linear interpolation."""
     index, known = np.arange(len(values)), np.isfinite(values)
     return np.asarray(np.interp(index, index[known], values[known]))
 
 
 def _rounded(name: str, channel: str, values: np.ndarray, friction: float) -> str:
-    """Remark on a motor torque that was recorded in coarse steps; empty without."""
+    """Remark on a motor torque that was recorded in coarse steps; empty if it was not."""
     levels = np.unique(values)
     step = float(np.min(np.diff(levels))) if len(levels) > 1 else 0.0
     if len(levels) < _LEVELS or step < _COARSE * friction:
@@ -175,7 +176,7 @@ def _rounded(name: str, channel: str, values: np.ndarray, friction: float) -> st
 
 
 def _cut_off(name: str, channel: str, values: np.ndarray) -> str:
-    """Take out samples at which a channel stays at its extreme, and give a remark on it."""
+    """Set samples of a clipped channel to NaN, in place, and return a remark on it; empty if it is not clipped."""
     cut = np.zeros(len(values), bool)
     if np.nanmax(values) > np.nanmin(values):
         for extreme in (np.nanmax(values), np.nanmin(values)):
@@ -223,7 +224,7 @@ def _experiment(
     deviation: Sequence[float],
     p: BenchParameters,
 ) -> Experiment:
-    """Experiment whose first state, and its variance, come from the first samples."""
+    """Experiment with initial state and variance from straight lines through the first samples."""
     first = np.arange(_FIRST) - 0.5 * (_FIRST - 1)
     known = np.column_stack([bridged(values)[:_FIRST] for values in measured.T])
     slopes = first @ known / (first @ first) / step

@@ -1,4 +1,4 @@
-"""Identification of the column of an electric power steering from recordings of a test bench."""
+"""Identification of the column of an electric power steering from test bench recordings."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ from tierod.physics.friction import dahl_update
 
 @dataclass(frozen=True)
 class LeftOut:
-    """An experiment left out of the fit.
+    """Cross-validation by an experiment that is left out of the fit.
 
     Args:
         name: of the experiment
-        values: of the parameters from all others, by name
-        errors: simulated against measured output of the experiment, normalised, by output
+        values: of the parameters from all other experiments, by name
+        errors: of the simulated outputs of the experiment, over the standard deviations of the measured ones, by name
     """
 
     name: str
@@ -53,13 +53,13 @@ class Shown:
 
     Args:
         name: of the experiment
-        locked: whether its wheel was
+        locked: whether the wheel was locked
         time: [s]
         motor_torque: [N m]
         measured, simulated: outputs, (n, outputs)
         residuals: standardised innovations, (n, outputs)
-        friction: at the motor as simulated [N m]
-        errors: simulated against measured output, normalised, by output
+        friction: simulated friction at the motor [N m]
+        errors: of the simulated outputs, over the standard deviations of the measured ones, by name
     """
 
     name: str
@@ -78,12 +78,12 @@ class ColumnIdentification:
     """Result of the identification of a column.
 
     Args:
-        found: parameters, in the order of the vehicle file
-        estimate: of the likelihood; its free parameters and what the bench adds
-        left_out: one entry per experiment
+        found: identified parameters, in the order of the vehicle file
+        estimate: maximum-likelihood estimate of the free parameters and the nuisance parameters of the bench
+        left_out: cross-validation, one entry per experiment
         shown: every experiment with its simulation
         whiteness: of the innovations, by output
-        remarks: what was noticed
+        remarks: sentences on defects of recordings and fit
         explained: whether the model explains the recordings
     """
 
@@ -97,14 +97,14 @@ class ColumnIdentification:
 
     @property
     def doubt(self) -> str:
-        """Why the values may not be used; empty where they may."""
+        """Reason why the values should not be used; empty if they may be used."""
         if not self.explained:
             return "the model does not explain these recordings"
         return "" if self.estimate.converged else "the search did not come to an end"
 
 
 _PARTS = 3
-"""Into which a single recording is cut, so that each can be left out."""
+"""Number of parts of a single recording, each of which is left out once."""
 
 Progress = Callable[[float], None]
 
@@ -118,18 +118,18 @@ def identify_column(
 ) -> ColumnIdentification:
     """Parameters of a column from recordings of a bench.
 
-    The wheel's side comes from a regression with instruments, which needs no model of motor and friction; all else from
-    maximum likelihood with an unrecorded torque at the motor.
+    Parameters of the steering wheel come from a regression with instrumental variables, which needs no model of motor
+    and friction; all others from maximum likelihood with an unrecorded torque at the motor.
 
     Args:
-        parameters: of the column, where the search starts
+        parameters: of the column, as the start of the search
         recordings: by name
-        free: parameters that are looked for; damping and friction where none is named
-        deviations: of the vehicle file, by name, for the table
-        progress: called with the share that is done
+        free: parameters to be identified; damping and friction by default
+        deviations: standard deviations in the vehicle file, by name, for the table
+        progress: called with the completed share
 
     Raises:
-        ParameterError: a free parameter that there is not
+        ParameterError: an unknown free parameter
         InputError: recordings that cannot be used, or do not identify a parameter
     """
     wanted = tuple(free) or DEFAULT_FREE
@@ -177,7 +177,7 @@ def _refuse_unknown(wanted: Sequence[str]) -> None:
 
 
 def _parted(rows: list[BenchRecording], parameters: BenchParameters) -> list[BenchRecording]:
-    """A single recording in parts, so that each can be left out; several as they are."""
+    """A single recording cut into parts, for the cross-validation; several recordings unchanged."""
     if len(rows) > 1:
         return rows
     row, count = rows[0], len(rows[0].time)
@@ -189,7 +189,7 @@ def _parted(rows: list[BenchRecording], parameters: BenchParameters) -> list[Ben
 
 
 def _without(fit: ColumnFit, whole: Fitted, others: Sequence[BenchRecording], row: BenchRecording) -> LeftOut:
-    """Fitted anew from the others, and held against the one that was left out."""
+    """Cross-validation: fit of the other experiments, compared with the one that is left out."""
     only = fit if any(not each.locked for each in others) else ColumnFit(fit.parameters, _unlocked(fit.wanted))
     again = only.run(others, near=whole)
     values = {each.name: each.value for each in again.found({})}
@@ -216,7 +216,7 @@ def _shown(row: BenchRecording, parameters: BenchParameters, residuals: np.ndarr
 
 
 def _friction(angle: np.ndarray, parameters: BenchParameters) -> np.ndarray:
-    """Dahl's friction [N m] along a path of the motor."""
+    """Dahl friction [N m] along a sequence of motor angles [rad]."""
     share, out = 0.0, np.zeros(len(angle))
     reach = parameters.motor_friction / parameters.motor_friction_stiffness
     for k, turned in enumerate(np.diff(angle).tolist()):

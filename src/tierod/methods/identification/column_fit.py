@@ -1,4 +1,4 @@
-"""One fit of a column: the side of its wheel by instruments, all else by likelihood."""
+"""Fit of a column: parameters of the wheel by instrumental variables, all others by maximum likelihood."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from tierod.methods.identification.wheel_side import WheelMotion, wheel_side
 from tierod.models.steering_column import ColumnWithFrictionParameters
 
 DEFAULT_FREE = ("steering_wheel_damping", "motor_damping", "motor_friction", "motor_friction_stiffness")
-"""Raffone, section 2.2: damping of wheel and motor, and Dahl's friction."""
+"""Parameters identified by default, as in Raffone, section 2.2: damping of wheel and motor, and Dahl friction."""
 DESIGN = ("motor_ratio",)
-"""Parameters that are counted, not measured."""
+"""Design parameters, which follow from numbers of teeth and are not identified."""
 FRICTION = ("motor_friction", "motor_friction_stiffness")
 WHEEL_SIDE = ("steering_wheel_inertia", "steering_wheel_damping")
 
@@ -29,20 +29,20 @@ _NUISANCES = (
     Free("motor_torque_offset", False, 0.1),
     Free("driver_torque_offset", False, 0.2),
 )
-"""What a bench adds, known before within these standard deviations, and estimated beside the parameters."""
+"""Nuisance parameters of the bench, with prior standard deviations, estimated together with the parameters."""
 TORQUE_DEVIATION = 0.01
-"""Unrecorded torque at the motor [N m] per sample, where the search for it starts: noise of a good drive."""
+"""Initial standard deviation of the unrecorded torque at the motor per sample [N m]: noise of a good drive."""
 _STARTS = tuple((friction, stiffness) for friction in (-1.4, -0.7, 0.7) for stiffness in (-1.1, 0.0, 1.1))
-"""Further starts: friction from a quarter to twice the vehicle file's, its stiffness from a third to three times."""
+"""Further starts, as logarithms: friction from 1/4 to 2 times that of the vehicle file, its stiffness from 1/3 to 3."""
 MOST_UNKNOWN = 0.2
-"""Unrecorded torque, over that recorded, from which the model does not explain a recording: another law of
-friction makes a tenth, hands on the wheel more than half."""
+"""Unrecorded torque over recorded torque, above which the model does not explain a recording [-]: another law of
+friction gives a tenth, hands on the wheel more than half."""
 LEAST_SHARE = 0.3
-"""Torque of the motor's damping, over the unrecorded torque, below which the damping counts as not identified: what
-is unknown is never quite white, and what of it goes with the speed would pass for damping."""
+"""Torque of the motor's damping over the unrecorded torque, below which the damping counts as unidentified [-]: the
+unrecorded torque is not exactly white, and its part that correlates with the speed would appear as damping."""
 LONGEST_GAP, SHORTEST_STRETCH = 0.01, 1.0
-"""Gap over which a signal of the wheel is taken as straight, a third of what smooths it [s]; stretch between longer
-gaps that is used [s], some times the 0.36 s that the smoothing takes."""
+"""Longest gap in a signal of the wheel that is bridged linearly [s], a third of its smoothing time; shortest stretch
+between longer gaps that is used [s], several times the 0.36 s that the smoothing takes."""
 
 CURES = {
     "steering_wheel_inertia": "a sweep with the wheel free and no hands on it",
@@ -62,7 +62,7 @@ Progress = Callable[[float], None]
 
 
 def known_free() -> tuple[str, ...]:
-    """Names of the parameters that can be looked for."""
+    """Names of the parameters that can be identified."""
     return tuple(each.name for each in fields(ColumnWithFrictionParameters) if each.name not in DESIGN)
 
 
@@ -73,15 +73,15 @@ def search_of(
     widened: bool = False,
     known: Mapping[str, float] | None = None,
 ) -> MaximumLikelihood:
-    """The search for parameters of a column.
+    """The maximum-likelihood search for parameters of a column.
 
     Args:
-        parameters: where it starts
-        names: of the free ones
+        parameters: start of the search
+        names: of the free parameters
         rows: recordings, for their noise
-        known: parameters that are known within a standard deviation, relative: they may move, so that what is not known
-            of them is counted in the others
-        widened: whether noises are taken so large that a rough start is not far away
+        known: relative standard deviations of parameters with a prior: they may vary, so that their uncertainty is
+            included in that of the others
+        widened: whether the noises are enlarged, for a rough start
     """
     free = (*(Free(name) for name in names), *_NUISANCES, *(Free(n, spread=s) for n, s in (known or {}).items()))
     places = {name: k for k, name in enumerate(names)}
@@ -107,7 +107,7 @@ def search_of(
 
 @dataclass(frozen=True, eq=False)
 class Fitted:
-    """One fit: wheel side and likelihood."""
+    """Result of one fit: parameters of the wheel by instruments, and the maximum-likelihood estimate of the others."""
 
     base: BenchParameters
     wanted: tuple[str, ...]
@@ -117,12 +117,12 @@ class Fitted:
 
     @property
     def parameters(self) -> BenchParameters:
-        """Parameters of the column, with all that was found."""
+        """Parameters of the column with the identified values."""
         found = self.estimate.parameters(self.base)
         return replace(found, **{name: value for name, (value, _) in self.wheel.items()})
 
     def found(self, deviations: Mapping[str, float | None]) -> list[Found]:
-        """The parameters that were looked for; deviations are those of the vehicle file."""
+        """The identified parameters, before and after; `deviations` are those of the vehicle file."""
         rows = []
         for name in (each for each in known_free() if each in self.wanted):
             before = getattr(self.base, name), deviations.get(name)
@@ -137,7 +137,7 @@ class Fitted:
 
 @dataclass(frozen=True)
 class ColumnFit:
-    """Unknowns of a fit of a column, and where the search starts."""
+    """Fit of a column: the parameters at the start, and the names of those to be identified."""
 
     parameters: BenchParameters
     wanted: tuple[str, ...]
@@ -145,7 +145,7 @@ class ColumnFit:
     def run(
         self, rows: Sequence[BenchRecording], progress: Progress = lambda share: None, near: Fitted | None = None
     ) -> Fitted:
-        """Fit, from far away or from near an earlier fit.
+        """Fit the recordings, from all starts or from an earlier fit `near`.
 
         Raises:
             InputError: a parameter that the recordings do not identify
@@ -168,7 +168,7 @@ class ColumnFit:
         return Fitted(self.parameters, self.wanted, wheel, estimate, tuple(remarks))
 
     def _wheel(self, rows: Sequence[BenchRecording]) -> tuple[dict[str, tuple[float, float]], list[str]]:
-        """Value and deviation of what the wheel's side identifies, and remarks on it."""
+        """Values and standard deviations of the wheel's parameters from the instruments, and remarks on them."""
         motions = [each for row in rows if not row.locked for each in _motions(row, self.parameters.motor_ratio)]
         if not motions:
             return {}, []
@@ -193,7 +193,7 @@ class ColumnFit:
 
 
 def _unidentified(estimate: Estimate, names: Sequence[str], rows: Sequence[BenchRecording]) -> str:
-    """Parameters that the recordings do not identify, and what to record instead; empty where they identify all."""
+    """Message on unidentified parameters and what to record instead; empty if all are identified."""
     blind = blind_directions(estimate, names)
     if blind:
         return refusal(blind, [row.experiment.name for row in rows], CURES)
@@ -209,7 +209,7 @@ def _does_not_fit(wrong: Misfit) -> str:
 
 
 def _slow(estimate: Estimate, rows: Sequence[BenchRecording]) -> str:
-    """Refusal of a damping whose torque is lost in the unrecorded one; empty without."""
+    """Message on a motor damping whose torque is too small against the unrecorded one; empty if it is not."""
     smooth = np.full(10, 0.1)
     turned = [
         np.diff(np.convolve(bridged(row.experiment.measured[:, 1]), smooth, "valid")) / row.sample_time for row in rows
@@ -227,7 +227,7 @@ def _slow(estimate: Estimate, rows: Sequence[BenchRecording]) -> str:
 
 
 def _motions(row: BenchRecording, ratio: float) -> list[WheelMotion]:
-    """A recording with a free wheel, cut where it has gaps that are longer than what the smoothing bridges."""
+    """Motions of the wheel in a recording, separated by gaps that are too long to be bridged."""
     measured, step = row.experiment.measured, row.sample_time
     there = np.flatnonzero(np.isfinite(measured).all(axis=1))
     found = []
@@ -244,7 +244,7 @@ def _driving(experiments: Sequence[Experiment]) -> float:
 
 
 def is_unexplained(estimate: Estimate, experiments: Sequence[Experiment]) -> bool:
-    """Whether the unrecorded torque is so large that the model does not explain the recordings."""
+    """Whether the estimated unrecorded torque is too large for the model to explain the recordings."""
     return estimate.input_deviation[0] > MOST_UNKNOWN * _driving(experiments)
 
 

@@ -1,4 +1,4 @@
-"""Misfits between recordings of a column and its vehicle file: a sign, the time base, a held parameter."""
+"""Contradictions between recordings of a column and its vehicle file: wrong sign, time base or fixed parameter."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from tierod.methods.identification.experiment import Estimate, Experiment, Free
 from tierod.methods.identification.maximum_likelihood import MaximumLikelihood
 
 MARGIN = 2.0
-"""Natural logarithm, per sample, by which a recording has to be likelier with a slip put right before the slip is
-assumed: parameters wrong by half cost as much at most, a wrong sign costs ten times as much where the column moves."""
+"""Increase of the log-likelihood per sample with a mistake corrected, above which the mistake is reported [nat]:
+parameters with an error of 50 % cost at most this much, a wrong sign ten times as much while the column moves."""
 
 _TURNED = {
     "motor_torque": (-1, 1, 1, 1),
@@ -26,19 +26,20 @@ _TURNED = {
     "motor_torque and driver_torque": (-1, 1, 1, -1),
     "motor_torque and steering_wheel_angle": (-1, -1, 1, 1),
 }
-"""Signs of motor torque and of the three outputs, by what is turned; all four turned is no slip but a convention."""
+"""Signs of motor torque and of the three outputs, by the reversed signals; all four reversed are a mere convention."""
 _FACTORS = (0.1, 0.5, 2.0, 10.0)
+"""Candidate factors of a wrong time base."""
 
 
 def refuse_slips(recording: BenchRecording, search: MaximumLikelihood) -> None:
-    """Refuse a recording that would be far likelier with a sign turned or another time base.
+    """Refuse a recording that is far more likely with a reversed sign or another time base.
 
     Args:
-        recording: to be looked at
-        search: where the search starts; its noises should be wide
+        recording: to be checked
+        search: with the start of the search; its noises should be enlarged
 
     Raises:
-        InputError: the slip is named, and what to do
+        InputError: a wrong sign or time base, with what to do
     """
     experiment, place = recording.experiment, search.start()
 
@@ -54,7 +55,8 @@ def refuse_slips(recording: BenchRecording, search: MaximumLikelihood) -> None:
     name, factor = min(found, key=found.__getitem__), min(slower, key=slower.__getitem__)
     bound = surprise(experiment) - MARGIN
     if min(found[name], slower[factor]) < bound:
-        # Rough parameters are no slip: friction far too high holds a motor that in truth turns.
+        # Wrong parameters are no such mistake: with far too much friction the simulated motor stands still. All starts
+        # of the search must therefore be less likely too.
         bound = min(surprise(experiment, at) for at in search.places()) - MARGIN
     if found[name] < min(bound, slower[factor]):
         turned = "signs of " if " and " in name else "sign of "
@@ -88,22 +90,22 @@ def _slower(experiment: Experiment, factor: float) -> Experiment:
 
 
 HELD_MARGIN = 0.1
-"""Natural logarithm, per sample, by which recordings have to be likelier with a held parameter at another value before
-the parameter is named: what a tenth less noise in one output makes, and a thousand times what chance makes in 10 s."""
+"""Increase of the log-likelihood per sample with another value of a fixed parameter, above which the parameter is
+reported [nat]: as much as a tenth less noise of one output gives, and a thousand times the effect of chance in 10 s."""
 _SHIFTS = (-0.9, -0.45, -0.2, 0.2, 0.45, 0.9)
-"""Of the logarithm: factors from 0.4 to 2.5."""
+"""Changes of the logarithm of a fixed parameter that are tried: factors from 0.4 to 2.5."""
 _FITTED, _STEPS = 3, 10
-"""Parameters that are looked for beside the others, the likeliest, and steps of each search: enough to rank them."""
+"""Number of the most likely fixed parameters that are freed in turn; steps of each search, enough to rank them."""
 
 
 class Misfit(NamedTuple):
-    """A held parameter that does not fit.
+    """A fixed parameter that contradicts the recordings.
 
     Args:
         name: of the parameter
-        held: value at which it was held
-        likelier: value near which the recordings are likelier
-        gain: natural logarithm of how much, per sample
+        held: value at which it was fixed
+        likelier: value near which the recordings are more likely
+        gain: increase of the log-likelihood per sample [nat]
     """
 
     name: str
@@ -115,17 +117,17 @@ class Misfit(NamedTuple):
 def misfit(
     search: MaximumLikelihood, estimate: Estimate, experiments: Sequence[Experiment], held: Sequence[str]
 ) -> Misfit | None:
-    """The held parameter of which another value makes the recordings likelier by most; None where none does by much.
+    """The fixed parameter whose change increases the likelihood most; None if no change is significant.
 
-    The score, the slope of the likelihood by a held parameter, is no guide as far away as a fit that failed may be. So
-    every held parameter is put to other values, with the noises that were found and with the free parameters where the
-    search ended and where it began; those that do best are then looked for beside the others.
+    The score (the slope of the likelihood by a fixed parameter) is unreliable far from the maximum, where a failed fit
+    may have ended. Every fixed parameter is therefore set to other values, with the estimated noises and with the free
+    parameters at the end and at the start of the search; the best ones are then fitted together with the others.
 
     Args:
-        search: that led to the estimate
-        estimate: where it ended
+        search: that gave the estimate
+        estimate: result of the search
         experiments: that were fitted
-        held: parameters that may be wrong, all positive
+        held: names of fixed parameters that may be wrong, all positive
     """
     samples = sum(len(each.inputs) for each in experiments)
     tried = [_best(search, estimate, experiments, name) for name in held if name not in estimate.names]
@@ -141,7 +143,7 @@ def misfit(
 def _best(
     search: MaximumLikelihood, estimate: Estimate, experiments: Sequence[Experiment], name: str
 ) -> tuple[float, str, np.ndarray, MaximumLikelihood]:
-    """The least cost with one held parameter at other values; name, place, and the search in which it is free."""
+    """Smallest cost with one fixed parameter at other values; its name, place, and the search in which it is free."""
     free = (*search.free, Free(name))
     wider = replace(search, free=free, starts=(), most_steps=_STEPS, begin_again=0)
     end, count = wider.place_of(estimate), len(free)

@@ -1,4 +1,4 @@
-"""The likelihood of an ordinary drive: what the filter of a car did not foresee, sample by sample."""
+"""The likelihood of an ordinary drive, from the innovations of a car's filter."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from tierod.methods.estimators.shapes import Belief, leaf_values
 from tierod.methods.identification.drive_model import MOVING
 
 SLOWEST = 2.0
-"""Speed below which no sample counts [m/s]: tyres that hardly roll say little, and steering is large."""
+"""Speed below which samples are left out [m/s]: slow tyres give little information, and the steer is large."""
 
 
 class DriveSample(NamedTuple):
-    """Signals that are read from an ordinary drive; NaN where missing."""
+    """Signals of an ordinary drive; NaN where missing."""
 
     vehicle_speed: Annotated[Scalar, "m/s"]
     longitudinal_acceleration: Annotated[Scalar, "m/s**2"]
@@ -28,9 +28,10 @@ class DriveSample(NamedTuple):
 
 
 class DriveScore(NamedTuple):
-    """Innovations of a sample, each over its standard deviation, and the logarithms of those; zeros and their variance.
+    """Innovations of a sample over their standard deviations, logarithms of the latter, and estimated sensor zeros.
 
-    The zeros are those of steering angle at the road wheels, yaw rate and lateral acceleration after the sample.
+    The zeros, with their variances, are those of steering angle at the road wheels, yaw rate and lateral acceleration
+    after the sample.
     """
 
     whitened_yaw_rate: Annotated[Scalar, ""]
@@ -47,11 +48,11 @@ class DriveScore(NamedTuple):
 
 @dataclass(frozen=True)
 class DriveLikelihood:
-    """The terms of a drive's likelihood.
+    """The terms of the likelihood of a drive.
 
     Args:
-        filter: of `drive_filter`
-        ratio: road wheels over the angle that is read
+        filter: from `drive_filter`
+        ratio: road-wheel angle over the measured angle
     """
 
     filter: KalmanFilter
@@ -61,11 +62,11 @@ class DriveLikelihood:
     Output = DriveScore
 
     def init(self) -> Belief:
-        """The prior before the drive."""
+        """Mean and covariance before the drive."""
         return self.filter.init()
 
     def step(self, state: Belief, sample: DriveSample) -> tuple[Belief, DriveScore]:
-        """Predict, score the readings, correct; while the car stands the motion is forgotten, the zeros are kept."""
+        """State and score after one sample; below `SLOWEST` the motion is reset and the zeros are kept."""
         kind = self.filter.model
         angle = self.ratio * sample.steering_angle
         running = both(both(present(sample.vehicle_speed), present(angle)), sample.vehicle_speed > SLOWEST)
@@ -83,7 +84,7 @@ class DriveLikelihood:
         after = Belief(rebuild(state.mean, mean), tuple(covariance))
         size = len(mean)
         at = {pair: k for k, pair in enumerate(upper(size))}
-        zeros = (size - 1, 8, 7)
+        zeros = (size - 1, 8, 7)  # places of steering zero, yaw rate bias and lateral acceleration bias in the state
         score = DriveScore(
             *(where(running, each, 0.0) for each in (*whitened, *spread)),
             *(mean[k] for k in zeros),
@@ -92,7 +93,7 @@ class DriveLikelihood:
         return after, score
 
     def _filtered(self, state: Belief, sample: Tree) -> tuple[Belief, list[Scalar], list[Scalar]]:
-        """One step of the filter, the readings one after the other: the factors of the likelihood."""
+        """One step of the filter with sequential corrections, whose innovations are the factors of the likelihood."""
         predicted = self.filter._predict(state, sample.input, leaf_values(self.filter.process_noise), ())
         rows, residuals, known = self.filter.innovations(predicted, sample)
         noise = self.filter.bounded_noise(leaf_values(self.filter.measurement_noise), known, residuals)
@@ -106,12 +107,12 @@ class DriveLikelihood:
         return Belief(rebuild(state.mean, mean), done.correction.covariance), whitened, spread
 
     def _still(self, state: Belief) -> Vector:
-        """The mean where the car stands: no motion, and what is not known stays."""
+        """Mean at standstill: zero motion, other states unchanged."""
         values = leaf_values(state.mean)
         return tuple(0.0 if k < len(MOVING) else value for k, value in enumerate(values))
 
     def _forgotten(self, covariance: Vector) -> Vector:
-        """The covariance where the car stands: that of the start for the motion, correlated with nothing."""
+        """Covariance at standstill: the initial one for the motion, without correlation with the other states."""
         first = from_diagonal(leaf_values(self.filter.initial_variance))
         moving = len(MOVING)
         pairs = upper(len(leaf_values(self.filter.initial_variance)))

@@ -1,6 +1,7 @@
-"""Lateral motion of a car over an ordinary drive, with what a drive brings of its own: zeros, bank, a soft steering.
+"""Lateral motion of a car in an ordinary drive, with sensor zeros, road bank and steering compliance as states.
 
-Zeros of the sensors are constant states, so that every drive has its own; bank and the twist of the steering wander.
+Zeros of the sensors are constant states, so that every drive has its own; bank and twist of the steering are
+Gauss-Markov processes.
 """
 
 from __future__ import annotations
@@ -29,14 +30,14 @@ START = {
     "roll_angle": 0.01,
     "roll_rate": 0.03,
 }
-"""Standard deviation of the motion where a stretch of driving begins, in the units of the states."""
+"""Standard deviations of the motion at the start of a stretch of driving, in the units of the states."""
 
 GATE = 16.0
-"""Bound of a reading's squared innovation over its variance; one beyond counts with the noise that puts it there."""
+"""Gate of the filter: bound of a squared innovation over its variance, beyond which the noise is raised."""
 
 
 class DriveState(NamedTuple):
-    """Motion with its unknowns, and the reading of the steering angle straight ahead, at the road wheels."""
+    """Motion with its unknowns, and the steering angle reading straight ahead, at the road wheels."""
 
     motion: _MOTION.State  # type: ignore[name-defined]  # made at run time
     steering_zero: Annotated[float, "rad"]
@@ -48,7 +49,7 @@ class DriveParameters:
 
     Args:
         sampled: of the lateral motion
-        superelevation: part of the lateral acceleration in a bend that the bank of the road takes
+        superelevation: share of the lateral acceleration in a bend that the bank of the road compensates
     """
 
     sampled: Sampled
@@ -61,6 +62,7 @@ def _driven(x: DriveState, u: Tree) -> Tree:
 
 def _transition(x: DriveState, u: Tree, p: DriveParameters) -> DriveState:
     bank, pulled = x.motion.bank_angle, u.vehicle_speed * x.motion.yaw_rate
+    # Roads are banked in bends: this part of the bank follows the bend, only the deviation from it is a state.
     on_road = x.motion._replace(bank_angle=bank - p.superelevation / GRAVITY * pulled)
     moved = _MOTION.transition(on_road, _driven(x, u), p.sampled)
     return DriveState(moved._replace(bank_angle=bank * p.sampled.fading[0]), x.steering_zero)
@@ -83,16 +85,17 @@ DRIVE_MODEL: Model = model_like(
 
 @dataclass(frozen=True)
 class DriveNoises:
-    """Noises of model and sensors in an ordinary drive; named as in a vehicle file where it has them.
+    """Noises of model and sensors in an ordinary drive, named as in a vehicle file where it has them.
 
     Args:
-        yaw_rate_noise, lateral_acceleration_noise: of one reading
-        lateral_speed_drift, yaw_rate_drift: growth of the model's error in a second
-        bank_wander, bank_wander_time: of the road, beside what follows the bends
-        superelevation: part of the lateral acceleration in a bend that the bank of the road takes
-        roll_rate_drift: as the other drifts
-        road_wheel_angle_wander, road_wheel_angle_wander_time: of the angle, by twist and gears
-        lateral_acceleration_zero, yaw_rate_zero, steering_zero: of the sensors, before a drive
+        yaw_rate_noise, lateral_acceleration_noise: standard deviation of one measurement
+        lateral_speed_drift, yaw_rate_drift: growth of the model error per square root of time
+        bank_wander, bank_wander_time: standard deviation and correlation time of the bank beside the superelevation
+        superelevation: share of the lateral acceleration in a bend that the bank of the road compensates
+        roll_rate_drift: growth of the model error per square root of time
+        road_wheel_angle_wander, road_wheel_angle_wander_time: standard deviation and correlation time of the error of
+            the angle, by twist and gears
+        lateral_acceleration_zero, yaw_rate_zero, steering_zero: prior standard deviations of the sensor zeros
     """
 
     yaw_rate_noise: Annotated[float, "rad/s"] = 0.004
@@ -111,12 +114,12 @@ class DriveNoises:
 
 
 def drive_filter(car: LateralParameters, noises: DriveNoises, sample_time: float) -> KalmanFilter:
-    """The filter of a car over a drive.
+    """The Kalman filter of a car in a drive.
 
     Args:
         car: its parameters
         noises: of sensors, model and road
-        sample_time: of the samples [s]
+        sample_time: sampling interval [s]
     """
     bank = noises.bank_wander, noises.bank_wander_time
     angle = noises.road_wheel_angle_wander, noises.road_wheel_angle_wander_time

@@ -1,4 +1,4 @@
-"""Ordinary drives as the identification of a vehicle reads them: on one grid, with what a drive must hold."""
+"""Ordinary drives for the identification of a vehicle: required signals, resampled to one grid."""
 
 from __future__ import annotations
 
@@ -14,26 +14,26 @@ from tierod.io.derive import complete, ingredients
 from tierod.methods.identification.drive_likelihood import SLOWEST
 
 RATE = 50.0
-"""Of the samples [Hz]: yaw and roll of a car end below 5 Hz."""
+"""Sample rate [Hz]; yaw and roll of a car are below 5 Hz."""
 HELD = 0.2
-"""For so long a speed or an angle goes on as it was last read [s]."""
+"""Longest gap of a speed or an angle that is bridged [s]."""
 LEAST_DRIVEN = 30.0
-"""Driving above the slowest speed that a drive must hold [s]."""
+"""Smallest time of a drive above the slowest speed [s]."""
 
 SPEED, ALONG, LATERAL, YAW = "vehicle_speed", "longitudinal_acceleration", "lateral_acceleration", "yaw_rate"
 ANGLES = ("road_wheel_angle", "steering_wheel_angle")
-"""Of which the first one that a recording has is read."""
+"""Candidates for the steering angle; the first one that a recording contains is used."""
 SIGNALS = ingredients((SPEED, ALONG, *ANGLES, YAW, LATERAL))
 
 
 class Drive(NamedTuple):
-    """One drive.
+    """One drive, resampled for identification.
 
     Args:
         name: of the recording
-        samples: of `DriveSample`, (n, 5); what drives the model is the mean since the sample before
-        angle: the signal that the angle comes from
-        driven: for how long it counts [s]
+        samples: of `DriveSample`, (n, 5); inputs of the model are means since the sample before
+        angle: name of the signal of the steering angle
+        driven: time above the slowest speed with all signals [s]
     """
 
     name: str
@@ -43,11 +43,11 @@ class Drive(NamedTuple):
 
 
 def drive_of(name: str, recording: Recording) -> Drive:
-    """A recording as a drive.
+    """Conversion of a recording to a drive.
 
     Args:
         name: of the recording, for messages
-        recording: with speed or rear wheel speeds, steering angle and yaw rate; lateral acceleration is better
+        recording: with speed or rear wheel speeds, steering angle and yaw rate, preferably with lateral acceleration
 
     Raises:
         InputError: a signal is missing, or the car hardly moves
@@ -62,6 +62,7 @@ def drive_of(name: str, recording: Recording) -> Drive:
             )
     driven = recording.align((SPEED, ALONG, angle), RATE, "linear", maximum_age=HELD).values
     read = recording.align((YAW, LATERAL), RATE, maximum_age=0.999 / RATE).values
+    # The model takes its inputs as constant over the sample that ends, hence their means.
     driven[1:] = 0.5 * (driven[1:] + driven[:-1])
     samples = np.column_stack([driven, read])
     seconds = _driven(samples)
@@ -77,7 +78,7 @@ def drives_of(recordings: Mapping[str, Recording]) -> list[Drive]:
     """All recordings as drives, in their order.
 
     Raises:
-        InputError: see `drive_of`; two of the same drive; angles of different places
+        InputError: as `drive_of`; two recordings of the same drive; steering angles measured at different places
     """
     drives, seen = [], dict[bytes, str]()
     for name, recording in recordings.items():

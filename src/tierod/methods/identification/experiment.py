@@ -18,9 +18,9 @@ P = TypeVar("P", bound="DataclassInstance")
 """Parameters of a model, a dataclass."""
 
 INTERVAL = 1.959964
-"""Standard deviations to either side that hold 95 % of a normal distribution."""
+"""Half width of the 95 % interval of a normal distribution [standard deviations]."""
 UNKNOWN_BEFORE: tuple[float, float | None] = (math.nan, None)
-"""Value and deviation of a parameter that the vehicle file lacks."""
+"""Value and standard deviation of a parameter that is not in the vehicle file."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +33,7 @@ class Experiment:
         measured: outputs of the model, shape (n, outputs); NaN where missing
         initial_mean: state of the model at the first sample
         initial_variance: its variance, one per state
-        setting: parameters of the model that belong to this experiment alone, by name
+        setting: parameters of the model that are specific to this experiment, by name
     """
 
     name: str
@@ -45,19 +45,18 @@ class Experiment:
 
     @property
     def samples(self) -> np.ndarray:
-        """Inputs and outputs side by side, as a filter takes them."""
+        """Inputs and outputs as columns of one array, the sample of a filter, (n, inputs + outputs)."""
         return np.column_stack([self.inputs, self.measured])
 
 
 @dataclass(frozen=True)
 class Free:
-    """A parameter that is looked for.
+    """A parameter to be identified.
 
     Args:
         name: of a field of the model's parameters
-        positive: whether it cannot be negative or zero: then its logarithm is searched, and its spread is relative
-        spread: standard deviation of what is known before, about the start and in the coordinate of the search; None
-            where nothing is
+        positive: whether it must be positive: then its logarithm is the coordinate of the search, and `spread` relative
+        spread: prior standard deviation about the start, in the coordinate of the search; None without a prior
     """
 
     name: str
@@ -75,16 +74,16 @@ class Free:
         return math.log(value) if self.positive else value
 
     def value(self, coordinate: float) -> float:
-        """At a place of the search."""
+        """Value of the parameter at a coordinate of the search."""
         return math.exp(coordinate) if self.positive else coordinate
 
     def slope(self, value: float) -> float:
-        """Change of the value per coordinate."""
+        """Derivative of the value with respect to the coordinate."""
         return value if self.positive else 1.0
 
 
 def with_values(parameters: P, free: Sequence[Free], place: np.ndarray, setting: Mapping[str, float]) -> P:
-    """Parameters of a model at a place of the search, for one experiment."""
+    """Parameters of a model at a place (vector of coordinates) of the search, with the setting of an experiment."""
     found = {each.name: each.value(float(x)) for each, x in zip(free, place, strict=True)}
     return replace(parameters, **setting, **found)
 
@@ -94,15 +93,15 @@ class Estimate:
     """Estimate of an identification.
 
     Args:
-        free: the parameters, in order
+        free: the identified parameters, in order
         start, values: before and after
-        covariance: of the coordinates of the search; holds with residuals that are coloured
-        information: second derivatives of the cost there, what is known before included
-        cost: half the sum of squares, or the negative log likelihood
+        covariance: of the coordinates of the search, also valid for autocorrelated residuals
+        information: second derivatives of the cost, with the prior
+        cost: half the sum of squares, or the negative log-likelihood
         residuals: standardised, of every experiment, shape (n, outputs); NaN where missing
-        input_deviation, output_deviation: noise that was found or assumed; empty where there is none
-        steps: of the search
-        converged: whether it came to an end
+        input_deviation, output_deviation: estimated or assumed standard deviations of the noise; empty for none
+        steps: number of steps of the search
+        converged: whether the search has converged
     """
 
     free: tuple[Free, ...]
@@ -123,10 +122,10 @@ class Estimate:
         return tuple(each.name for each in self.free)
 
     def index(self, name: str) -> int:
-        """Place of a parameter.
+        """Index of a parameter.
 
         Raises:
-            ParameterError: it was not free
+            ParameterError: a parameter that was not free
         """
         if name not in self.names:
             raise ParameterError(f"'{name}' was not looked for{nearest(name, self.names)}")
@@ -141,32 +140,32 @@ class Estimate:
         return abs(self.free[k].slope(self.values[k])) * math.sqrt(max(self.covariance[k, k], 0.0))
 
     def interval(self, name: str) -> tuple[float, float]:
-        """The interval that holds the parameter with 95 %, were the model exact."""
+        """95 % confidence interval of a parameter, for an exact model."""
         k = self.index(name)
         centre, half = self.free[k].coordinate(self.values[k]), INTERVAL * math.sqrt(max(self.covariance[k, k], 0.0))
         return self.free[k].value(centre - half), self.free[k].value(centre + half)
 
     @property
     def correlation(self) -> np.ndarray:
-        """Correlation of the parameters."""
+        """Correlation matrix of the coordinates of the search."""
         spread = np.sqrt(np.diag(self.covariance))
         return np.asarray(self.covariance / np.outer(spread, spread))
 
     def parameters(self, base: P, setting: Mapping[str, float] | None = None) -> P:
-        """The model's parameters with what was found."""
+        """The model's parameters with the identified values and an experiment's setting."""
         return replace(base, **dict(setting or {}), **dict(zip(self.names, self.values, strict=True)))
 
 
 @dataclass(frozen=True)
 class Found:
-    """A parameter before and after.
+    """A parameter before and after identification.
 
     Args:
         name: as in a vehicle file
-        before, before_deviation: of the vehicle file; the value is NaN, and the deviation None, where it has none
-        value, deviation: found
+        before, before_deviation: value and standard deviation in the vehicle file; NaN and None where it has none
+        value, deviation: identified value and its standard deviation
         low, high: ends of the 95 % interval
-        method: "instruments" or "likelihood"
+        method: name of the method, such as "instruments", "likelihood" or "drives"
     """
 
     name: str
@@ -182,11 +181,11 @@ class Found:
     def normal(
         cls, name: str, before: tuple[float, float | None], value: float, deviation: float, method: str
     ) -> Found:
-        """Result with the interval of a normal distribution; `before` is value and deviation of the vehicle file."""
+        """Result with the interval of a normal distribution; `before` is value and deviation in the vehicle file."""
         half = INTERVAL * deviation
         return cls(name, *before, value, deviation, value - half, value + half, method)
 
     @property
     def change(self) -> float:
-        """Change of the value, relative to that before; NaN where that was zero."""
+        """Relative change of the value; NaN where it was zero before."""
         return self.value / self.before - 1.0 if self.before else math.nan

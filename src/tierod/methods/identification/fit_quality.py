@@ -1,4 +1,4 @@
-"""Quality of a model's fit, and the parameters that the recordings do not identify."""
+"""Quality of a model's fit, and parameters that recordings do not identify."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from tierod.methods.identification.experiment import INTERVAL, Estimate
 from tierod.models.modes import describe
 
 LAGS = 25
-"""Of the correlation of residuals with themselves."""
+"""Number of lags of the autocorrelation of residuals."""
 
 
 LEAST = 100
-"""Third differences of neighbours that give the deviation of a noise within a tenth."""
+"""Smallest number of third differences for the standard deviation of a noise, which they give within a tenth."""
 
 
 class Whiteness(NamedTuple):
-    """Correlation of residuals with themselves.
+    """Autocorrelation of residuals.
 
     Args:
-        largest: of lags 1 to 25, with its sign
-        outside: share of these lags outside the 95 % of white noise; 0.05 is what chance gives
+        largest: in magnitude, of lags 1 to 25, with its sign
+        outside: share of these lags outside the 95 % band of white noise; 0.05 for white residuals
     """
 
     largest: float
@@ -31,7 +31,7 @@ class Whiteness(NamedTuple):
 
 
 def normalised_error(simulated: np.ndarray, measured: np.ndarray) -> float:
-    """Root mean square of the difference over the standard deviation of what was measured; NaN where that is still."""
+    """Root mean square error over the standard deviation of the measured signal [-]; NaN where that is constant."""
     known = np.isfinite(measured)
     spread = float(np.std(measured[known]))
     if not spread > 0.0:
@@ -40,21 +40,22 @@ def normalised_error(simulated: np.ndarray, measured: np.ndarray) -> float:
 
 
 def white_noise(values: np.ndarray) -> float:
-    """Standard deviation of the white noise on a signal, from its third differences, which motion hardly reaches.
+    """Standard deviation of the white noise on a signal, from its third differences, which hardly contain motion.
 
     Args:
-        values: sampled far above the frequencies of the motion; missing ones are left out, and passed over where no
-            four neighbours are there
+        values: sampled far above the frequencies of the motion; differences with missing values are left out, or the
+            gaps closed where that leaves too few
     """
     third = np.diff(values, 3)
     third = third[np.isfinite(third)]
     if len(third) < LEAST:
         third = np.diff(values[np.isfinite(values)], 3)
+    # The third difference of white noise has 1 + 9 + 9 + 1 = 20 times its variance.
     return max(float(np.sqrt(np.mean(third**2) / 20.0)) if len(third) else 0.0, 1e-7)
 
 
 def whiteness(residuals: Sequence[np.ndarray]) -> Whiteness:
-    """Whiteness of the residuals of one output over several experiments, each (n,); missing ones are left out."""
+    """Whiteness of the residuals of one output in several experiments, each (n,); missing ones are left out."""
     power = sum(float(np.nansum(each**2)) for each in residuals)
     count = sum(int(np.isfinite(each).sum()) for each in residuals)
     if not power > 0.0:
@@ -65,17 +66,17 @@ def whiteness(residuals: Sequence[np.ndarray]) -> Whiteness:
 
 
 UNKNOWN = 0.25
-"""Standard deviation, relative to the value, from which a parameter counts as not identified; half of that is a factor
-of two between the ends of the interval."""
+"""Relative standard deviation above which a parameter counts as unidentified [-]; with half of it the ends of the 95 %
+interval differ by a factor of about two."""
 
 
 class Blind(NamedTuple):
     """A direction of the free parameters that the experiments do not identify.
 
     Args:
-        deviation: standard deviation along it, in parts of the values
-        direction: in words: "0.71 motor_friction - 0.7 motor_damping"
-        names: parameters that take part in it
+        deviation: relative standard deviation along it
+        direction: as text: "0.71 motor_friction - 0.7 motor_damping"
+        names: parameters with large components in it
     """
 
     deviation: float
@@ -84,21 +85,21 @@ class Blind(NamedTuple):
 
 
 def profiled(information: np.ndarray, count: int) -> np.ndarray:
-    """Information on the first coordinates when all others are unknown (Schur complement)."""
+    """Information on the first coordinates with all others unknown (Schur complement)."""
     own, cross, rest = information[:count, :count], information[:count, count:], information[count:, count:]
     return own - cross @ np.linalg.pinv(rest, hermitian=True) @ cross.T if len(rest) else own
 
 
 def blind_directions(estimate: Estimate, names: Sequence[str], unknown: float = UNKNOWN) -> list[Blind]:
-    """Directions of little information, the worst first.
+    """Unidentified directions of the parameters, the worst first.
 
-    All named parameters have to be positive, so that the coordinates of the search are logarithms and the singular
-    values are of scaled parameters.
+    All named parameters have to be positive, so that the coordinates of the search are logarithms and standard
+    deviations are relative.
 
     Args:
         estimate: with its information
-        names: of the parameters that matter; the others may be anything
-        unknown: standard deviation from which a direction counts, in parts of the values
+        names: of the parameters of interest; all others are treated as unknown
+        unknown: relative standard deviation above which a direction counts as unidentified
     """
     order = [estimate.index(name) for name in names]
     rest = [k for k in range(len(estimate.information)) if k not in order]
@@ -114,12 +115,12 @@ def blind_directions(estimate: Estimate, names: Sequence[str], unknown: float = 
 
 
 def refusal(blind: Sequence[Blind], experiments: Sequence[str], cures: Mapping[str, str]) -> str:
-    """The sentence on what the experiments do not excite, and what to record instead.
+    """Message on parameters that the experiments do not excite, and on what to record instead.
 
     Args:
         blind: at least one direction
         experiments: their names
-        cures: what excites each parameter
+        cures: test that excites each parameter, by name
     """
     worst = blind[0]
     which = "this recording does" if len(experiments) == 1 else "these recordings do"

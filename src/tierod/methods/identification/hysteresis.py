@@ -37,17 +37,17 @@ class HysteresisFriction:
     """Friction of the steering system over all closed loops of one recording.
 
     Args:
-        support: "hoist" (internal friction only) or "ground" (tyre scrub included)
+        support: "hoist" (internal friction only) or "ground" (with tyre scrub)
         friction_torque: mean over the loops [N m]
-        standard_deviation: of the mean: damping, closing gap, scatter of the loops, work lost in reversals [N m]
-        independent_deviation: the same without the damping, which is common to recordings of one vehicle [N m]
-        damping_deviation: standard deviation of the damping used [N m s/rad]
-        mean_rate: rate at which the damping acted [rad/s]
-        loops: the balance of each loop
+        standard_deviation: of the mean, by damping, closing gap, scatter of the loops, and work lost in reversals [N m]
+        independent_deviation: part without the damping, which is common to recordings of one vehicle [N m]
+        damping_deviation: standard deviation of the damping [N m s/rad]
+        mean_rate: mean rate, at which the damping acted [rad/s]
+        loops: the work balance of each loop
         pre_sliding: angle over which friction builds up after a reversal, None where it is not observable
-        angle, torque: the loops for plotting, of the column below the torsion bar [rad], [N m]; inertia and viscous
-            torque taken off
-        profile_angle, profile_friction: half width of the loop over the angle [rad], [N m]; NaN where not passed
+        angle, torque: the loops for plotting, of the column below the torsion bar [rad], [N m]; without inertial and
+            viscous torque
+        profile_angle, profile_friction: half width of the loop over the angle [rad], [N m]; NaN where not traversed
     """
 
     support: Support
@@ -65,7 +65,7 @@ class HysteresisFriction:
 
     @property
     def estimate(self) -> Estimate:
-        """The friction torque as a finding states it."""
+        """The friction torque as an estimate of a finding."""
         return Estimate(f"{PLACE}, on {self.support}", self.friction_torque, self.standard_deviation, "N*m")
 
 
@@ -73,28 +73,29 @@ class HysteresisFriction:
 class HysteresisIdentification:
     """Work balance over lock-to-lock loops, eqs (15) to (17).
 
-    Over a closed loop the kinetic energy and every spring (tyre, self-alignment) drop out; what remains is friction
-    and damping. The tyre's scrub on the ground is friction too: only the difference to a loop of the unfaulted car,
-    taken on the same ground, is the friction that was added (`friction_increase`).
+    Over a closed loop the work of inertia and of every spring (tyre, self-alignment) vanishes; friction and damping
+    remain. The scrub of the tyres on the ground is friction too: only the difference to a loop of the fault-free car on
+    the same ground is the additional friction (`friction_increase`).
 
-    The driver's torque is that in the torsion bar. It works on what is below the bar: along the angle of the steering
-    wheel less the twist of the bar, against the inertia and damping there. Over a closed loop an elastic bar changes
-    little, but it would pass for pre-sliding at the reversals.
+    The driver's torque is that in the torsion bar. It acts on the parts below the bar: on the angle of the steering
+    wheel less the twist of the bar, against inertia and damping below. The twist hardly changes the work over a closed
+    loop, but would appear as pre-sliding at the reversals.
 
     Args:
-        motor_gear_ratio: motor shaft to steering wheel axis, n []
-        inertia: J_eq at the steering wheel axis of what is below the torsion bar [kg m^2]
-        damping: B_eq likewise [N m s/rad]
-        damping_deviation: its standard deviation [N m s/rad]; goes into the uncertainty at the rate turned
-        minimum_stroke: least distance of the locks [rad]; road cars turn 2 to 3.5 turns, half a turn is left for care
-        closing_tolerance: largest gap between both ends of a loop [rad]; a spring of 1 N m/rad then errs by 2 mN m
+        motor_gear_ratio: motor angle per steering wheel angle, n [-]
+        inertia: J_eq below the torsion bar at the steering wheel axis [kg m^2]
+        damping: B_eq below the torsion bar at the steering wheel axis [N m s/rad]
+        damping_deviation: its standard deviation [N m s/rad], for the uncertainty at the mean rate
+        minimum_stroke: smallest angle from lock to lock [rad]; road cars have 2 to 3.5 turns, less a margin of half a
+            turn
+        closing_tolerance: largest gap between both ends of a loop [rad]; it gives an error of 2 mN m for 1 N m/rad
         maximum_rate: fastest turn [rad/s]; above it the viscous torque is no longer small against friction
-        maximum_speed: of the vehicle [m/s]; above it the wheels roll and the test is none
-        sampling_rate: of the alignment [Hz]
+        maximum_speed: of the vehicle [m/s]; above it the wheels roll and the test is invalid
+        sampling_rate: of the resampled signals [Hz]
         maximum_age: longest gap in a channel [s]
-        noise_angle: motion below this is no reversal [rad]
-        unseen_build_up: pre-sliding angle assumed in the uncertainty where the reversals show none [rad]; each reversal
-            loses twice its share of the path
+        noise_angle: smallest motion that counts as a reversal [rad]
+        unseen_build_up: pre-sliding angle for the uncertainty where the reversals show none [rad]; each reversal loses
+            the work of twice this angle
         torsion_bar_stiffness: [N m/rad]; infinite for a rigid bar
 
     Source: Mohtat et al., appendix A, eqs (15) to (17); read as J/2 * (rate_2^2 - rate_1^2) in (16).
@@ -116,16 +117,17 @@ class HysteresisIdentification:
 
     @classmethod
     def of_vehicle(cls, vehicle: Vehicle, sampling_rate: float = 100.0) -> HysteresisIdentification:
-        """The test for a car.
+        """The identification with the parameters of a vehicle.
 
         Args:
             vehicle: its parameters
-            sampling_rate: of the alignment [Hz]
+            sampling_rate: of the resampled signals [Hz]
 
         Raises:
             ParameterError: the vehicle file lacks a parameter; the message names it
         """
         below = vehicle.parameters_for(BelowBarParameters)
+        # Torques of an uncalibrated vehicle are in counts, to which a stiffness in N*m/rad does not apply.
         stiffness = below.torsion_bar_stiffness if vehicle.calibrated else math.inf
         return cls(
             vehicle["motor_ratio"],
@@ -140,8 +142,8 @@ class HysteresisIdentification:
         """Friction over the closed loops of a recording.
 
         Args:
-            recording: steering_wheel_angle, driver_torque and motor_torque; steering_wheel_rate and vehicle_speed where
-                they exist (without the rate the angle is differentiated)
+            recording: with steering_wheel_angle, driver_torque and motor_torque; steering_wheel_rate and vehicle_speed
+                if available (without the rate the angle is differentiated)
             support: "hoist" or "ground"
 
         Raises:
@@ -166,7 +168,7 @@ class HysteresisIdentification:
         return self._result(support, balances, loops, angle, torque)
 
     def _signals(self, recording: Recording) -> tuple[np.ndarray, ...]:
-        """Time, angle, rate, driver and motor torque on one grid, trimmed to where the angle is known."""
+        """Time, angle, rate, driver and motor torque on one grid, cut to the time in which the angle is present."""
         for name in ("steering_wheel_angle", "driver_torque", "motor_torque"):
             if name not in recording or not len(recording[name].time):
                 raise InputError(
@@ -264,14 +266,14 @@ class HysteresisIdentification:
 def friction_increase(
     faulted: HysteresisFriction, unfaulted: HysteresisFriction | Sequence[HysteresisFriction]
 ) -> Estimate:
-    """Friction that was added between the unfaulted and the faulted state of one vehicle.
+    """Increase of friction from the fault-free to the faulted state of one vehicle.
 
     Args:
-        faulted: of the vehicle as it is
+        faulted: of the vehicle in its present state
         unfaulted: of the same vehicle on the same support before, one or several recordings (their mean is taken)
 
     Raises:
-        ParameterError: no unfaulted loop, or one taken on another support (the tyre's scrub would not drop out)
+        ParameterError: no fault-free loop, or one taken on another support (tyre scrub would not cancel)
     """
     healthy = [unfaulted] if isinstance(unfaulted, HysteresisFriction) else list(unfaulted)
     if not healthy or any(one.support != faulted.support for one in healthy):

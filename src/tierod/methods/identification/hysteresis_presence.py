@@ -1,4 +1,4 @@
-"""Whether the torques of a steering carry the hysteresis of dry friction, where its magnitude is not observable."""
+"""Test whether the torques of a steering contain the hysteresis of dry friction, if its magnitude is not observable."""
 
 from __future__ import annotations
 
@@ -11,22 +11,22 @@ import numpy as np
 from tierod.core.errors import InputError
 from tierod.physics.friction import dahl_update
 
-_SMALLEST = 1e-6  # of a singular value over the largest: below, two columns are dependent
+_SMALLEST = 1e-6  # singular value over the largest, below which columns count as dependent
 
 
 SMALLEST_SHARE = 0.1
-"""Share from which hysteresis is said to be present, whatever chance gives [-]. Virtual cars without friction reach
-0.08, since more than friction goes with the direction of motion; with 2 to 8 N*m they have 0.7 to 0.9."""
+"""Smallest explained share for the presence of hysteresis [-]. Simulated cars without friction reach 0.08, since not
+only friction depends on the direction of motion; with 2 to 8 N*m of friction they have 0.7 to 0.9."""
 
 
 @dataclass(frozen=True)
 class HysteresisPresence:
-    """Evidence of the torques for the build-up of friction, against chance.
+    """Explained share of the build-up of friction, compared with that of time-shifted copies.
 
     Args:
-        share: of the build-up's variance that other causes leave, explained by both torques together []
-        chance: the largest such share when the build-up is shifted in time against the torques []
-        seconds: of recording it rests on [s]
+        share: of the variance of the build-up not explained by other causes, the share explained by both torques [-]
+        chance: the largest such share for copies of the build-up shifted in time [-]
+        seconds: length of the recording [s]
     """
 
     share: float
@@ -35,26 +35,26 @@ class HysteresisPresence:
 
     @property
     def present(self) -> bool:
-        """Whether the torques follow the build-up of friction, and twice as much as any shifted copy of it."""
+        """Whether the torques explain the build-up of friction, and twice as much as any shifted copy of it."""
         return self.share > max(SMALLEST_SHARE, 2.0 * self.chance)
 
 
 @dataclass(frozen=True)
 class HysteresisPresenceTest:
-    """Regress the build-up of friction on both torques, and shifted copies of it likewise.
+    """Permutation test: regression of the build-up of friction, and of time-shifted copies, on both torques.
 
-    Needs neither calibrated torques nor much of a drive: only the sign pattern of hysteresis is asked for. Angle, rate
-    and lateral acceleration are allowed to explain what they can first, so that elasticity and damping do not pass for
-    hysteresis. Driver and motor overcome friction together, in a ratio that need not be known; each alone shows little
-    of it, since the assist makes the one a function of the other.
+    It needs neither calibrated torques nor a long drive, since only the sign pattern of hysteresis matters. Angle, rate
+    and lateral acceleration are regressed out first, so that elasticity and damping do not count as hysteresis. Driver
+    and motor overcome friction together, in a ratio that need not be known; each alone shows little of it, since the
+    assist makes one a function of the other.
 
     Args:
-        dahl_angle: over which friction is supposed to build up [rad]; one degree, and within a factor of three of the
-            truth the outcome hardly changes
-        shifts: copies of the build-up shifted around the recording; the largest of n is passed by chance once in n + 1
-        smallest_shift: share of the recording below which a shift is none []; strokes are much shorter than a tenth of
-            a minute
-        shortest: recording that is needed [s]; with less there are too few strokes
+        dahl_angle: assumed build-up angle of friction [rad]; within a factor of three of the truth the result hardly
+            changes
+        shifts: number of copies of the build-up, shifted cyclically; by chance the largest of n is exceeded once in
+            n + 1
+        smallest_shift: smallest shift over the length of the recording [-]; strokes must be shorter than it
+        shortest: shortest recording [s]; a shorter one has too few strokes
 
     Source: own; a permutation test on the regression that Dahl's law of friction suggests (AIAA J. 14, 1976, 1675).
     """
@@ -73,10 +73,10 @@ class HysteresisPresenceTest:
         motor_torque: np.ndarray,
         lateral_acceleration: np.ndarray,
     ) -> HysteresisPresence:
-        """The outcome for one recording.
+        """The result for one recording.
 
         Args:
-            time: [s], uniform, shape (n,) as all others
+            time: [s], uniform, shape (n,) like all others
             steering_wheel_angle: [rad]
             steering_wheel_rate: [rad/s]
             driver_torque, motor_torque: in any unit
@@ -117,7 +117,7 @@ def _without(basis: np.ndarray, values: np.ndarray) -> np.ndarray:
 
 
 def _basis(columns: np.ndarray) -> np.ndarray:
-    """Orthonormal columns that span the given ones; what is constant zero, or a copy of another, is left out."""
+    """Orthonormal basis of the span of columns; zero or dependent columns are left out."""
     scale = np.linalg.norm(columns, axis=0)
     left, size, _ = np.linalg.svd(columns / np.where(scale > 0.0, scale, 1.0), full_matrices=False)
     return left[:, size > _SMALLEST * size[0]]

@@ -1,4 +1,4 @@
-"""Identification of an inverter's loss and knee from recordings of its commands."""
+"""Identification of an inverter's voltage loss and knee current from recordings of its commands."""
 
 from __future__ import annotations
 
@@ -17,26 +17,26 @@ from tierod.physics.clarke_park import StatorVector
 from tierod.physics.inverter import phase_signs
 
 WINDOW = 2e-3
-"""Over which the voltage is balanced [s]: longer than the noise of a current lasts, short beside a turn."""
+"""Length of the windows of the voltage balance [s]: longer than the noise of a current, short against a turn."""
 BLOCK = 50
-"""Windows whose residuals may hang together: a tenth of a second."""
+"""Number of consecutive windows whose residuals may be correlated: a tenth of a second."""
 KNEES = (0.02, 50.0)
-"""Ends of the search [A]."""
+"""Limits of the search for the knee current [A]."""
 _STEP = 1e-3
-"""Of the logarithm of the knee, for its derivative."""
+"""Step of the logarithm of the knee for its derivative."""
 
 
 class InverterFit(NamedTuple):
     """Least squares of a motor behind an inverter.
 
     Args:
-        loss: of a phase far above the knee [V]
-        loss_deviation: standard deviation [V]
-        knee: [A]
+        loss: voltage loss of a phase far above the knee [V]
+        loss_deviation: standard deviation of the loss [V]
+        knee: knee current [A]
         knee_deviation: standard deviation of its logarithm
         resistance, inductance, flux: of the motor [ohm], [H], [V s]
-        unexplained: root mean square of what is left over, share of the command's
-        without: the same with the command taken for the voltage
+        unexplained: root mean square residual over that of the command [-]
+        without: the same ratio for a model without loss
     """
 
     loss: float
@@ -52,7 +52,7 @@ class InverterFit(NamedTuple):
 
 @dataclass(frozen=True)
 class _Windows:
-    """Columns of the balance without the loss, its right side, and what the loss is made from."""
+    """Regressors of the balance except the loss, its right side, and currents, lengths and steps for the loss."""
 
     fixed: np.ndarray
     command: np.ndarray
@@ -68,10 +68,10 @@ class _Windows:
 
 
 def identify_inverter(recordings: Sequence[MotorRecording], pole_pairs: float) -> InverterFit:
-    """Loss and knee from currents, commanded voltages and the motor's angle.
+    """Least-squares estimate of loss and knee from currents, commanded voltages and the motor's angle.
 
-    The balance of the voltage over short windows is linear in everything but the knee: for each knee the rest follows,
-    and the knee is the one that leaves least. Deviations hold with residuals that hang together over `BLOCK` windows.
+    The voltage balance over short windows is linear in everything except the knee: the other coefficients follow from
+    each knee, and the knee minimises the residuals. Standard deviations allow for correlation over `BLOCK` windows.
 
     Args:
         recordings: with commands in place of voltages, of one motor
@@ -132,7 +132,7 @@ def _sums(values: np.ndarray, length: int) -> np.ndarray:
 
 
 def _least(columns: np.ndarray, right: np.ndarray) -> tuple[np.ndarray, float]:
-    """Real coefficients and the sum of squares that they leave; rows with something missing left out."""
+    """Real least-squares coefficients and the residual sum of squares; rows with missing values are left out."""
     rows, side = _real(columns, right)
     values, *_ = np.linalg.lstsq(rows, side, rcond=None)
     return values, float(np.sum((side - rows @ values) ** 2))
@@ -151,29 +151,29 @@ def _solved(windows: _Windows, knee: float) -> tuple[np.ndarray, float]:
 
 
 def _deviations(windows: _Windows, knee: float, values: np.ndarray) -> np.ndarray:
-    """Standard deviations of all coefficients and of the logarithm of the knee, from residuals in blocks."""
+    """Standard deviations of all coefficients and of the logarithm of the knee, from sums of residuals over blocks."""
     bend = (windows.signs(knee * np.exp(_STEP)) - windows.signs(knee * np.exp(-_STEP))) / (2.0 * _STEP)
     columns = np.column_stack([windows.fixed, windows.signs(knee), values[4] * bend])
     rows, side = _real(columns, windows.command)
     left = side - rows[:, :5] @ values
     inverse = np.linalg.pinv(rows.T @ rows)
     scores = rows * left[:, None]
-    starts = np.arange(0, len(scores), 2 * BLOCK)
+    starts = np.arange(0, len(scores), 2 * BLOCK)  # two rows for each window, the real and the imaginary one
     blocks = np.add.reduceat(scores, starts, axis=0)
     return np.sqrt(np.diag(inverse @ (blocks.T @ blocks) @ inverse))
 
 
 NAMES = ("inverter_voltage_loss", "inverter_knee_current")
-"""Parameters of a vehicle file."""
+"""Names of the parameters in a vehicle file."""
 
 SEEN = 4.0
-"""Standard deviations from which a loss counts as one."""
+"""Smallest significant loss, in standard deviations."""
 WORTH = 0.95
-"""Share of what is left without a loss, above which none is seen: a knee above all currents is a resistance."""
+"""Residual with a loss over that without, above which no loss is found [-]; a knee above all currents is a resistor."""
 VAGUE = 0.3
-"""Standard deviation of the knee's logarithm from which it is not identified."""
+"""Standard deviation of the knee's logarithm above which the knee is not identified."""
 UNEXPLAINED = 0.1
-"""Share of the command that a motor and such an inverter may leave: a fault-free bench leaves 0.01 to 0.02."""
+"""Largest unexplained share of the command [-]: a fault-free bench has 0.01 to 0.02."""
 
 
 @dataclass(frozen=True)
@@ -181,9 +181,9 @@ class InverterIdentification:
     """Result of the identification of an inverter.
 
     Args:
-        found: its parameters
-        fit: the whole fit
-        remarks: what was noticed
+        found: identified parameters
+        fit: all coefficients of the fit
+        remarks: sentences on the fit
     """
 
     found: tuple[Found, ...]
@@ -192,7 +192,7 @@ class InverterIdentification:
 
     @property
     def doubt(self) -> str:
-        """Why the values may not be used; empty where they may."""
+        """Reason why the values should not be used; empty if they may be used."""
         fit = self.fit
         if fit.loss < SEEN * fit.loss_deviation or fit.unexplained > WORTH * fit.without:
             return "the commands show no loss of an inverter; they may be measured voltages"
@@ -215,14 +215,14 @@ def identified_inverter(
     Args:
         recordings: by name, with currents, commanded voltages and the motor's angle
         pole_pairs: electrical turns per turn of the shaft
-        free: those of `NAMES` that are wanted; both where none is named
+        free: those of `NAMES` to be identified; both by default
         before: value and standard deviation in the vehicle file, by name
-        expected: resistance [ohm], inductance [H] and flux [V s] of the motor, with which wrong signs, phases and pole
-            pairs are named; not looked for where None
+        expected: resistance [ohm], inductance [H] and flux [V s] of the motor, to detect wrong signs, phases and pole
+            pairs; None for no such check
 
     Raises:
-        ParameterError: a parameter that there is not
-        InputError: recordings that cannot be used, or whose signals do not belong together
+        ParameterError: an unknown parameter
+        InputError: recordings that cannot be used, or whose signals contradict each other
     """
     for name in free:
         if name not in NAMES:

@@ -14,12 +14,12 @@ from tierod.core.errors import InputError
 
 @dataclass(frozen=True)
 class Loop:
-    """A stretch of samples over which the steering wheel returns to where it began.
+    """A stretch of samples over which the steering wheel returns to its initial angle.
 
     Args:
         first: index of its first sample
         last: index of its last sample (inclusive)
-        turning_points: indices where the direction changes, between first and last, both left out
+        turning_points: indices where the direction changes, between first and last (both excluded)
         gap: angle at the last sample less angle at the first one [rad]
     """
 
@@ -39,11 +39,11 @@ class Loop:
 
 
 def turning_points(angle: np.ndarray, least_return: float) -> list[int]:
-    """Indices of the extremes of an angle that is followed by a return of at least `least_return` [rad].
+    """Indices of the extremes of an angle, each followed by a return of at least `least_return`.
 
     Args:
         angle: shape (n,), without NaN [rad]
-        least_return: smaller returns are noise [rad]
+        least_return: smallest return that is not noise [rad]
     """
     found: list[int] = []
     lowest = highest = 0
@@ -65,14 +65,14 @@ def turning_points(angle: np.ndarray, least_return: float) -> list[int]:
 def closed_loops(angle: np.ndarray, minimum_stroke: float, tolerance: float, least_return: float) -> list[Loop]:
     """All successive loops that visit both locks and close within a tolerance.
 
-    A loop begins where the wheel begins to move (or where the last loop ended), visits both locks and ends where it
-    comes nearest to its own start. What follows the last closed loop is left out.
+    A loop starts where the wheel starts to move (or where the last loop ended), visits both locks, and ends where it
+    is closest to its start. Samples after the last closed loop are left out.
 
     Args:
         angle: steering wheel angle, shape (n,), without NaN [rad]
-        minimum_stroke: least distance between the locks [rad]
-        tolerance: largest difference of the angles at both ends, and between lock visits [rad]
-        least_return: motion below this is noise [rad]
+        minimum_stroke: smallest distance between the locks [rad]
+        tolerance: largest difference of the angles at both ends, and of lock visits [rad]
+        least_return: smallest motion that is not noise [rad]
 
     Raises:
         InputError: the stroke is too small for a lock-to-lock test, or no loop closes
@@ -104,13 +104,13 @@ def closed_loops(angle: np.ndarray, minimum_stroke: float, tolerance: float, lea
 
 
 def _motion_begins(angle: np.ndarray, least_return: float) -> int:
-    """The last sample at rest before the wheel has moved by half of the noise limit."""
+    """Index of the last sample before the wheel has moved by half of the noise limit."""
     moved = np.flatnonzero(np.abs(angle - angle[0]) > 0.5 * least_return)
     return max(int(moved[0]) - 1, 0)
 
 
 def _where_it_closes(angle: np.ndarray, first: int, low: float, high: float, tolerance: float) -> int | None:
-    """Index of the first return to angle[first] after both locks were visited, None where there is none."""
+    """Index of the first return to angle[first] after visits of both locks, or None."""
     rest = angle[first:]
     at_low, at_high = np.flatnonzero(rest <= low), np.flatnonzero(rest >= high)
     if not len(at_low) or not len(at_high):
@@ -129,7 +129,7 @@ def _where_it_closes(angle: np.ndarray, first: int, low: float, high: float, tol
 class Motion(NamedTuple):
     """Signals of a test on one time grid, shape (n,) each; the motor torque referred to the steering wheel axis.
 
-    Angle and rate are those of the column below the torsion bar, on which the driver's torque, measured there, works.
+    Angle and rate are those of the column below the torsion bar, on which the measured torque of the driver acts.
     """
 
     time: np.ndarray
@@ -149,9 +149,9 @@ class WorkBalance:
         path: integral of |d angle| [rad]
         friction_torque: eq (17) [N m]
         friction_towards_left, friction_towards_right: mean resisting torque of the strokes in one direction [N m];
-            they differ by twice the offset of the torque sensor where the locks lie symmetrically about the middle
-        mean_rate: viscous work over path and damping, the rate that the damping acts at [rad/s]
-        gap: angle by which the loop fails to close [rad]
+            for locks symmetrical about the centre they differ by twice the offset of the torque sensor
+        mean_rate: viscous work over path and damping, the mean rate for damping [rad/s]
+        gap: difference of the angles at both ends [rad]
         torque_range: largest less smallest torque [N m]
     """
 
@@ -171,10 +171,10 @@ class WorkBalance:
 
 
 def work_balance(loop: Loop, motion: Motion, inertia: float, damping: float) -> WorkBalance:
-    """The terms of eqs (15) to (17), stroke by stroke, so that noise on the angle adds nothing to the path.
+    """The terms of eqs (15) to (17), by strokes, so that noise of the angle does not lengthen the path.
 
     Args:
-        loop: the stretch of samples that is balanced
+        loop: the stretch of samples
         motion: signals, without NaN
         inertia: J_eq at the steering wheel axis, below the bar [kg m^2]
         damping: B_eq at the steering wheel axis, below the bar [N m s/rad]
@@ -218,7 +218,7 @@ def work_balance(loop: Loop, motion: Motion, inertia: float, damping: float) -> 
 
 
 def half_width(angle: np.ndarray, torque: np.ndarray, corners: list[int]) -> tuple[np.ndarray, np.ndarray]:
-    """Half of the distance between the branches of both directions, over 41 parts of the angle."""
+    """Angles and half the difference of the torques in both directions, in 41 intervals of the angle."""
     edges = np.linspace(float(np.min(angle)), float(np.max(angle)), 42)
     sums = {True: np.zeros(41), False: np.zeros(41)}
     counts = {True: np.zeros(41), False: np.zeros(41)}
@@ -239,7 +239,7 @@ def integral(values: np.ndarray, over: np.ndarray) -> float:
 
 
 def slope(values: np.ndarray, time: np.ndarray) -> np.ndarray:
-    """Derivative by a local parabola over 11 samples, without lag."""
+    """Derivative by a local parabola over 11 samples (Savitzky-Golay), without delay."""
     from scipy.signal import savgol_filter
 
     count = min(11, len(values) - 1 + len(values) % 2)

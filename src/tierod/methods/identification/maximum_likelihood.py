@@ -1,4 +1,4 @@
-"""Maximum likelihood: the parameters and noises under which the innovations of a Kalman filter surprise least."""
+"""Maximum likelihood estimation of parameters and noises of a model, from the innovations of a Kalman filter."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from tierod.methods.identification.regression import sandwich
 from tierod.methods.identification.simulation import Innovations
 
 Progress = Callable[[float], None]
-"""Called with the share that is done."""
+"""Called with the completed share."""
 
 
 class Likelihood(NamedTuple):
-    """The negative log likelihood at a place of the search.
+    """The negative log-likelihood at a place of the search.
 
     Args:
-        cost: negative log likelihood, without its constant
-        gradient: of it
-        information: Fisher's, from the derivatives of innovations and of their spreads
+        cost: negative log-likelihood, without its constant
+        gradient: of the cost
+        information: Fisher information, from the derivatives of innovations and of their standard deviations
         scores: gradient of every sample, per experiment
         residuals: standardised innovations, per experiment
     """
@@ -39,13 +39,13 @@ class Likelihood(NamedTuple):
 
 
 class End(NamedTuple):
-    """Point at which a search stopped.
+    """Result of a search.
 
     Args:
-        place: of the search
-        found: the likelihood there
-        steps: that it took
-        converged: whether that is the end, and not a stop on the way
+        place: coordinates at which the search stopped
+        found: the likelihood at this place
+        steps: number of steps
+        converged: whether the search has converged
     """
 
     place: np.ndarray
@@ -58,25 +58,26 @@ class End(NamedTuple):
 class MaximumLikelihood:
     """Parameters of a discrete model, and the noise of its inputs and outputs, from experiments.
 
-    Noise of an input (an unrecorded torque) drives the model; a simulation alone lacks it and drifts
-    away, which least squares of simulated against measured output take for wrong parameters. Where the input is exact
-    its noise is found to be nil, and the estimate becomes that of least squares (`OutputError`).
+    Noise of an input (an unrecorded torque) drives the model. A simulation without it drifts, which least squares of
+    simulated outputs would attribute to wrong parameters. For an exact input the estimated noise is zero, and the
+    estimate that of least squares (`OutputError`).
 
-    The derivatives are differences of whole runs of the filter: its covariance would make a graph of
-    sensitivities twenty times as large as the filter, which is compiled once and runs in 0.3 microseconds a sample.
+    Derivatives are finite differences of whole runs of the filter: a graph of sensitivities, because of the covariance,
+    would be twenty times as large as the filter, which is compiled once and runs in 0.3 microseconds per sample.
 
     Args:
         model: discrete model
-        parameters: of the model: those that are not free, and where the search starts
-        free: what is looked for
-        input_deviation: noise of every input per sample, where the search starts
-        output_deviation: noise of every output, where the search starts
+        parameters: of the model: values of the fixed ones, and start of the free ones
+        free: parameters to be identified
+        input_deviation: standard deviation of the noise of every input per sample, at the start
+        output_deviation: standard deviation of the noise of every output, at the start
         tangent: model for the filter's Jacobians, see `Innovations`
-        widened: factors on the noise of the inputs with which the parameters are fitted first, the noises held: a
-            likelihood of small noise has many hills far from its top
-        most_steps: of each part of the search
-        starts: further places to start from, as shifts of the coordinates
-        begin_again: searches more at most where one stops before the end: from the start, and on from the lowest place
+        widened: factors on the noise of the inputs with which the parameters are fitted first, at fixed noises, since
+            the likelihood for small noise has many local maxima
+        most_steps: largest number of steps of each part of the search
+        starts: further starts, as shifts of the coordinates
+        begin_again: largest number of further searches if one has not converged: from the start, then from the best
+            place
 
     Source: L. Ljung, System Identification (1999), sections 7.4 and 10.2; Fisher scoring after Levenberg, Marquardt.
     """
@@ -93,24 +94,24 @@ class MaximumLikelihood:
     begin_again: int = 2
 
     STEP = 1e-5
-    """Of the differences, in the coordinates of the search: they shift the end of the search by half of it, far less
-    than its standard deviation, and are still a million times the rounding of a run."""
+    """Step of the finite differences in the coordinates of the search. It shifts the result by half of it, far less
+    than a standard deviation, and is a million times the rounding errors of a run."""
     ENOUGH = 0.01
-    """A step that lowers the cost by less ends the search."""
+    """A smaller decrease of the cost ends the search."""
     NEAR = 0.125
-    """Fall of the cost that an undamped step would still promise where the search has converged: then the end is nearer
-    than half a standard deviation in every direction. A search that is stuck far off has not come to an end."""
+    """Largest decrease of the cost that an undamped step may still predict at convergence: the minimum is then within
+    half a standard deviation in every direction. A search that stops farther off has not converged."""
     LEAST_NOISE = 1e-2
-    """Share of the noises at the start below which none is looked for."""
+    """Lower limit of the noises, over those at the start [-]."""
     FARTHEST = 1.0
-    """Step of a coordinate: a factor of 2.7."""
+    """Largest step of a coordinate: a factor of 2.7."""
 
     @property
     def _count(self) -> int:
         return len(self.free)
 
     def start(self) -> np.ndarray:
-        """Place of the search: free parameters, logarithms of the noises of inputs and outputs."""
+        """Start of the search: coordinates of the free parameters, logarithms of the noises of inputs and outputs."""
         values = [each.coordinate(getattr(self.parameters, each.name)) for each in self.free]
         return np.array([*values, *map(math.log, (*self.input_deviation, *self.output_deviation))])
 
@@ -134,7 +135,7 @@ class MaximumLikelihood:
         )
 
     def cost(self, place: np.ndarray, experiments: Sequence[Experiment]) -> float:
-        """Negative log likelihood alone."""
+        """Negative log-likelihood of experiments at a place of the search, infinite where it is not finite."""
         total = self._known_before(place)[0]
         for each in experiments:
             values, outputs = scan(self.filter(place, each), each.samples).values, each.measured.shape[1]
@@ -142,7 +143,7 @@ class MaximumLikelihood:
         return total if math.isfinite(total) else math.inf
 
     def likelihood(self, place: np.ndarray, experiments: Sequence[Experiment], moving: Sequence[int]) -> Likelihood:
-        """The likelihood and its derivatives by some of the coordinates."""
+        """The likelihood and its derivatives with respect to the coordinates `moving` (indices)."""
         cost, slope, curve = self._known_before(place)
         gradient, information = slope[list(moving)], np.diag(curve[list(moving)])
         scores, residuals = [], []
@@ -167,12 +168,12 @@ class MaximumLikelihood:
         start: np.ndarray | None = None,
         progress: Progress = lambda share: None,
     ) -> Estimate:
-        """The estimate.
+        """The maximum-likelihood estimate.
 
         Args:
             experiments: at least one
-            start: place of the search near the end, which is then looked for at once; the far start where None
-            progress: called with the share that is done, roughly
+            start: place near the maximum, from which the last part of the search starts; None for the whole search
+            progress: called with the completed share, roughly
         """
         place, steps, done = self.start() if start is None else np.array(start, float), 0, 0.0
         if start is None:
@@ -188,10 +189,10 @@ class MaximumLikelihood:
         return self._estimate(end, covariance, steps + end.steps)
 
     def _to_the_end(self, place: np.ndarray, experiments: Sequence[Experiment]) -> End:
-        """The end of the search; where it stopped on its way, begun again and gone on with from the lowest place.
+        """Last part of the search; without convergence it is repeated from the start and from the best place.
 
-        What the parameters lost to a large noise they win back along a narrow bent valley, down which parameters and
-        noise fall together in many small steps; from the start with its own small noise the way is often short.
+        From parameters fitted with a large noise, parameters and noise descend together along a narrow curved valley in
+        many small steps; from the start with its small noise the way is often shorter.
         """
         whole = range(len(place))
         best = self._descend(place, experiments, whole, self.ENOUGH)
@@ -204,7 +205,7 @@ class MaximumLikelihood:
         return best._replace(steps=steps)
 
     def place_of(self, estimate: Estimate) -> np.ndarray:
-        """Start at the end of another search; unknowns that it did not have start where this search does."""
+        """Place at the estimate of another search; parameters that were not free there are at the start of this one."""
         place = self.start()
         for k, each in enumerate(self.free):
             if each.name in estimate.names:
@@ -213,7 +214,7 @@ class MaximumLikelihood:
         return place
 
     def places(self) -> list[np.ndarray]:
-        """All places from which the search may start."""
+        """All starts of the search."""
         place = self.start()
         return [place, *(place + np.pad(each, (0, len(place) - self._count)) for each in self.starts)]
 
@@ -222,7 +223,7 @@ class MaximumLikelihood:
         return min(self.places(), key=lambda at: self.cost(at + noise, experiments))
 
     def _nearest_start(self, experiments: Sequence[Experiment]) -> np.ndarray:
-        """The start with its own noise that is likeliest."""
+        """The start with the largest likelihood at its own noise."""
         return min(self.places(), key=lambda at: self.cost(at, experiments))
 
     def _noise_at(self, factor: float) -> np.ndarray:
@@ -270,11 +271,11 @@ class MaximumLikelihood:
         return End(place, now, self.most_steps, False)
 
     def _is_near(self, place: np.ndarray, now: Likelihood, moving: Sequence[int]) -> bool:
-        """Whether the parabola through this place has its lowest point close by."""
+        """Whether the quadratic approximation has its minimum within `NEAR`."""
         return float(-0.5 * now.gradient @ self._step(place, now, moving, 0.0)) < self.NEAR
 
     def _step(self, place: np.ndarray, now: Likelihood, moving: Sequence[int], damping: float) -> np.ndarray:
-        """A damped step of Fisher scoring; noises that are zero already and would fall further stay."""
+        """A damped step of Fisher scoring; noises at their lower limit that would fall further are fixed."""
         least = np.concatenate([np.full(self._count, -np.inf), self._least])[list(moving)]
         kept = np.flatnonzero((place[list(moving)] > least + 1e-9) | (now.gradient < 0.0))
         information = now.information[np.ix_(kept, kept)]
@@ -289,7 +290,7 @@ class MaximumLikelihood:
         return scan(self.filter(place + step, experiment), experiment.samples).values
 
     def _known_before(self, place: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
-        """Cost, gradient and curvature of what is known before."""
+        """Cost, gradient and curvature of the prior."""
         weights = np.zeros(len(place))
         weights[: self._count] = [0.0 if each.spread is None else each.spread**-2 for each in self.free]
         away = place - self.start()

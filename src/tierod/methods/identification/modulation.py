@@ -1,4 +1,4 @@
-"""Modulating functions: derivatives of noisy signals without differentiating them."""
+"""Modulating functions: weighted means of derivatives of noisy signals without numerical differentiation."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Modulation:
-    """Weighted means over a window that slides along a signal; derivatives go over to the weight, which is known.
+    """Weighted means over a sliding window; by partial integration, derivatives act on the weight, which is known.
 
-    The weight is sin^4: it and its first three derivatives are zero at the ends, so that no value there is needed. Rows
-    whose window holds a missing sample are NaN.
+    The weight is sin^4: it and its first three derivatives are zero at the ends, so that no boundary terms remain. Rows
+    whose window contains a missing sample are NaN.
 
     Args:
-        length: of the window, in steps between samples
+        length: of the window, in sampling intervals
         stride: samples from one row to the next
-        step: time between two samples [s]
+        step: sampling interval [s]
 
     Source: M. Shinbrot, Trans. ASME 79 (1957) 547.
     """
@@ -27,16 +27,16 @@ class Modulation:
     step: float
 
     def growth(self, values: np.ndarray) -> np.ndarray:
-        """Mean rate of a signal, from its gains from sample to sample: exact where its rate stands over a step."""
+        """Mean rate of a signal from its increments; exact for a rate that is constant over a step."""
         return self.between(np.diff(values) / self.step)
 
     def between(self, values: np.ndarray) -> np.ndarray:
-        """Mean of what belongs to the steps between samples, (n - 1,) for a signal of n samples."""
+        """Mean of values that belong to the steps between samples, (n - 1,) for a signal of n samples."""
         return self._rows(values, self._steps)
 
     @property
     def gain(self) -> tuple[float, float]:
-        """Standard deviations of mean [-] and growth [1/s] of white noise of deviation one."""
+        """Standard deviations of `between` [-] and `growth` [1/s] for white noise of standard deviation one."""
         edges = np.diff(np.concatenate([[0.0], self._steps, [0.0]]))
         return float(np.sqrt(np.sum(self._steps**2))), float(np.sqrt(np.sum(edges**2))) / self.step
 

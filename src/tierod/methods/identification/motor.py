@@ -20,7 +20,7 @@ from tierod.models.stator_frame_motor import MotorParameters
 from tierod.physics.pm_motor import COPPER, NEODYMIUM, REFERENCE_TEMPERATURE, flux_at
 
 UNEXPLAINED = 0.25
-"""Share of the voltage from which a motor does not explain it: a fault-free bench leaves below 0.03."""
+"""Unexplained share of the voltage above which the motor model is wrong [-]: a fault-free bench has below 0.03."""
 
 
 class Unidentified(NamedTuple):
@@ -28,8 +28,8 @@ class Unidentified(NamedTuple):
 
     Args:
         name: as in a vehicle file
-        why: what is lacking
-        cure: what to drive
+        why: reason
+        cure: test that would identify it
     """
 
     name: str
@@ -42,12 +42,12 @@ class MotorIdentification:
     """Result of the identification of a motor.
 
     Args:
-        found: parameters, resistance and flux at 20 degrees
+        found: identified parameters, resistance and flux at 20 degrees Celsius
         unidentified: parameters that the recordings do not identify
-        electrical: parameters from currents and voltages, as warm as the motor was
-        mechanical: parameters from torque and angle; None where the shaft did not turn, or the flux is not known
-        torque_ratio: measured torque over that of flux and current; None where no torque was recorded
-        remarks: what was noticed
+        electrical: parameters from currents and voltages, at the temperature of the motor
+        mechanical: parameters from torque and angle; None if the shaft did not turn, or the flux is unknown
+        torque_ratio: measured torque over that of flux and current; None if no torque was recorded
+        remarks: sentences on defects of recordings and fit
     """
 
     found: tuple[Found, ...]
@@ -59,7 +59,7 @@ class MotorIdentification:
 
     @property
     def doubt(self) -> str:
-        """Why the values may not be used; empty where they may."""
+        """Reason why the values should not be used; empty if they may be used."""
         if not self.found:
             return "these recordings identify no parameter of the motor"
         if self.electrical.unexplained > UNEXPLAINED:
@@ -68,23 +68,24 @@ class MotorIdentification:
 
 
 ROOM = 15.0
-"""Standard deviation of an unrecorded temperature, about 20 degrees [K]."""
+"""Standard deviation of an unrecorded temperature about 20 degrees Celsius [K]."""
 SENSOR = 1.0
 """Standard deviation of a recorded temperature of the winding [K]."""
 MAGNETS = 5.0
 """Standard deviation of the magnets' temperature about that of the winding at the start of a recording [K]."""
 _TURNED = 1.0
-"""Angle through which the shaft must have gone for its motion to be identified [rad]."""
+"""Smallest total rotation of the shaft for an identification of its mechanics [rad]."""
 _ZERO = 0.02
-"""Electrical angle of the sensor's zero from which it is remarked [rad]; a degree and more."""
+"""Electrical angle of the sensor's zero above which there is a remark [rad]."""
 _TORQUE = 0.03
-"""Difference of measured torque and that of flux and current from which it is remarked, in parts."""
+"""Relative difference of measured torque and that of flux and current above which there is a remark [-]."""
 _PHASE_SUM = 0.2
-"""Sum of the phase currents from which it is remarked, over a phase's root mean square: noise of sensors makes 0.1."""
+"""RMS of the sum of the phase currents over that of a phase, above which there is a remark [-]; sensor noise: 0.1."""
 _CLEAN = 0.05
-"""Share of the voltage beyond which the residual is remarked: fault-free recordings leave 0.01 to 0.03."""
+"""Unexplained share of the voltage above which there is a remark [-]: fault-free recordings have 0.01 to 0.03."""
 _ALIKE, _WARMTH = 1.15, 1.5
-"""Factors within which two scales are one, and a winding from -40 to 120 degrees stays of its resistance at 20."""
+"""Factor within which two ratios count as equal; factor of a winding's resistance from -40 to 120 degrees to that at 20
+degrees Celsius."""
 
 CURES = {
     "motor_resistance": "currents that change while the motor stands or turns slowly",
@@ -96,13 +97,13 @@ CURES = {
     "motor_friction": "turning to and fro over the same angles",
     "motor_friction_stiffness": "reversals of the direction, many of them slow",
 }
-"""What excites each parameter."""
+"""Test that excites each parameter."""
 
 Progress = Callable[[float], None]
 
 
 class _Estimate(NamedTuple):
-    """A number for a vehicle file."""
+    """A candidate value for a vehicle file."""
 
     name: str
     value: float
@@ -120,15 +121,15 @@ def identify_motor(
     """Parameters of a permanent-magnet motor from recordings of a drive or a bench.
 
     Args:
-        parameters: of the motor, by which it is judged what a recording identifies; the pole pairs are taken as is
+        parameters: of the motor, as the scale on which a parameter counts as identified; the pole pairs are fixed
         recordings: by name
-        free: parameters that are wanted; all that the recordings identify where none is named
+        free: wanted parameters; by default all that the recordings identify
         before: value and standard deviation in the vehicle file, by name, for the table
-        progress: called with the share that is done
+        progress: called with the completed share
 
     Raises:
-        ParameterError: a parameter that there is not
-        InputError: recordings that cannot be used, or do not identify a parameter that is wanted
+        ParameterError: an unknown parameter
+        InputError: recordings that cannot be used, or do not identify a wanted parameter
     """
     for name in free:
         if name not in CURES:
@@ -160,7 +161,7 @@ def identify_motor(
 
 
 def _require_wanted(unidentified: Sequence[Unidentified], free: Sequence[str]) -> None:
-    """Raise InputError where the recordings do not identify a parameter that is wanted."""
+    """Raise InputError if the recordings do not identify a wanted parameter."""
     for each in unidentified:
         if each.name in free:
             raise InputError(
@@ -171,7 +172,7 @@ def _require_wanted(unidentified: Sequence[Unidentified], free: Sequence[str]) -
 def _in_time(
     recordings: Mapping[str, Recording], pole_pairs: float, expected: tuple[float, float, float]
 ) -> tuple[list[MotorRecording], list[str]]:
-    """The recordings without slips, their voltages moved to the steps they belong to, and remarks on those moved."""
+    """The checked recordings with voltages shifted to the right steps, and remarks on the shifted ones."""
     seen = [motor_recording(name, each, pole_pairs) for name, each in recordings.items()]
     for each in seen:
         refuse_slips(each, pole_pairs, expected)
@@ -187,7 +188,7 @@ def _mechanical(seen: Sequence[MotorRecording], electrical: Electrical, pole_pai
 
 
 def _electrical_values(electrical: Electrical, seen: Sequence[MotorRecording]) -> Iterator[_Estimate]:
-    """At 20 degrees; as unsure as the temperature besides."""
+    """Values at 20 degrees Celsius, with the uncertainty of the temperature in their standard deviations."""
     method = "currents and voltages"
     winding = SENSOR if electrical.warm else ROOM
     value, deviation = electrical.resistance
@@ -232,7 +233,7 @@ def _is_identified(
 
 
 def _expected_names(estimates: Sequence[_Estimate]) -> list[str]:
-    """All parameters but saliency, which most motors lack."""
+    """Names of all parameters; saliency, which most motors lack, only if it was found."""
     return [name for name in CURES if name != "motor_saliency" or name in {each.name for each in estimates}]
 
 
@@ -252,11 +253,11 @@ _LACKING = {
     "motor_friction": "the shaft does not go to and fro over the same angles, so that a load may hide it",
     "motor_friction_stiffness": "there are too few reversals",
 }
-"""Why a parameter of the shaft is not identified."""
+"""Reasons why a parameter of the shaft is not identified."""
 
 
 def _doubts(seen: Sequence[MotorRecording], electrical: Electrical, parameters: MotorParameters) -> Iterator[str]:
-    """Doubts about recordings that a motor explains all the same."""
+    """Remarks on suspicious recordings that the motor model explains nevertheless."""
     for each in seen:
         if each.phase_sum > _PHASE_SUM:
             yield (

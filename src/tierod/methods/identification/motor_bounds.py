@@ -1,4 +1,4 @@
-"""Resistance, inductance and flux of a motor with guaranteed intervals, from bounded errors of its sensors."""
+"""Guaranteed intervals of a motor's resistance, inductance and flux, from bounds of its sensor errors."""
 
 from __future__ import annotations
 
@@ -14,24 +14,24 @@ from tierod.methods.identification.motor_recording import MotorRecording
 from tierod.methods.identification.set_membership import Bounded, Box, feasible_box
 
 NAMES = ("motor_resistance", "motor_inductance", "motor_flux")
-"""Of the parameters, in the order of the box."""
+"""Names of the parameters, in the order of the box."""
 
 LENGTHS = (4, 16, 64)
-"""Of the windows over which the voltage is integrated [samples]: short ones meet the bounds, long ones weigh less."""
+"""Lengths of the windows over which the voltage is integrated [samples]."""
 
 MOST_ROWS = 20000
-"""Windows that are used; leaving some out makes the set larger and never wrong."""
+"""Largest number of windows that are used; without the others the set is larger, but still guaranteed."""
 
 
 @dataclass(frozen=True)
 class MotorErrorBounds:
-    """Largest errors of the readings of a motor, offsets and steps included.
+    """Largest errors of the measurements of a motor, with offsets and quantisation.
 
     Args:
         current: of a current in the stator's axes
         voltage: of the mean voltage of a step
         angle: of the shaft
-        curvature: largest second derivative of a current: its course between two samples is taken as a line
+        curvature: largest second derivative of a current, which is interpolated linearly between samples
     """
 
     current: Annotated[float, "A", POSITIVE]
@@ -49,16 +49,16 @@ def guaranteed_motor(
     errors: MotorErrorBounds,
     lengths: Sequence[int] = LENGTHS,
 ) -> Box:
-    """Intervals of resistance, inductance and flux that hold for certain while the errors keep within their bounds.
+    """Intervals that certainly contain resistance, inductance and flux, if all errors are within their bounds.
 
     Args:
         recordings: of one motor at one temperature
         pole_pairs: electrical turns per turn of the shaft
-        errors: of the readings
+        errors: bounds of the measurement errors
         lengths: of the windows [samples]
 
-    Validity: inductance alike along and across the flux, no saturation, resistance and flux constant: what the model
-    lacks has to be covered by the bound of the voltage.
+    Validity: no saliency, no saturation, constant resistance and flux; the bound of the voltage has to cover errors of
+    the model.
 
     Raises:
         InputError: too few samples; no parameters agree with all readings; or the drive does not bound one of them
@@ -75,7 +75,7 @@ def guaranteed_motor(
 
 
 def _rows(seen: MotorRecording, pole_pairs: float, errors: MotorErrorBounds, length: int) -> Bounded:
-    """Both stator axes of all windows of a length: integral of (17) and (18), and how wrong each can be."""
+    """Integrals of (17) and (18) over all windows of a length in both stator axes, with the bounds of their errors."""
     starts = np.arange(0, len(seen.time) - length, max(length // 2, 1))
     ends, step = starts + length, seen.step
 
@@ -90,6 +90,7 @@ def _rows(seen: MotorRecording, pole_pairs: float, errors: MotorErrorBounds, len
     whole = np.isfinite(voltage + sum(columns))
     regressors = np.stack([each[whole] for each in columns], axis=1)
     time = length * step
+    # The trapezoidal rule has an error of up to step^3 / 12 times the second derivative in each step.
     slopes = (
         time * errors.current + length * step**3 / 12.0 * errors.curvature,
         2.0 * errors.current,

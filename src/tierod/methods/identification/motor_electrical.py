@@ -15,25 +15,25 @@ from tierod.methods.identification.regression import Fit, Rows, regress
 from tierod.physics.pm_motor import resistance_at
 
 _TURN = 1.5
-"""Electrical angle that the rotor may turn within a window [rad]: more would average the turning voltages away."""
+"""Largest electrical rotation within a window [rad]: a larger one would average out the rotating voltages."""
 _LENGTHS = (12, 64)
-"""Least and greatest length of a window, in samples."""
+"""Smallest and largest length of a window [samples]."""
 _QUIET = 2e-4
-"""Share of noise in the power of a regressor that biases its coefficient by no more than that."""
+"""Share of noise in the power of a regressor below which its bias, of the same relative size, is negligible [-]."""
 _ALIKE_PAST = 0.8
-"""Correlation of a regressor with its past from which that is the instrument, as noise need not be white then."""
+"""Correlation of a regressor with its past above which the past is the instrument [-]: then noise need not be white."""
 
 
 class Equation(NamedTuple):
-    """One recording over its windows, complex, in the stator's axes, without means.
+    """Voltage equation of one recording in windows, as complex values in the stator's axes, without means.
 
     Args:
-        columns: voltage per resistance (R), per inductance along (D) and across (Q) the flux, per flux along (F) and
+        columns: regressors of resistance (R), inductance along (D) and across (Q) the flux, and flux along (F) and
             across (B) the zero of the angle sensor
-        instruments: the same with noise of their own
+        instruments: instrumental variables of the columns, with independent noise
         voltage: mean [V]
-        arc: change of the mean current in a step, per flux over inductance
-        settling: likewise, per resistance over inductance
+        arc: correction of the mean current within a step, per flux over inductance
+        settling: correction of the mean current within a step, per resistance over inductance
     """
 
     columns: dict[str, np.ndarray]
@@ -44,12 +44,12 @@ class Equation(NamedTuple):
 
 
 def equation(seen: MotorRecording, pole_pairs: float, warm: bool) -> Equation:
-    """The voltage's equation of a recording.
+    """The voltage equation of a recording.
 
     Args:
         seen: the recording
         pole_pairs: electrical turns per turn of the shaft
-        warm: whether the resistance is that at 20 degrees, by the recorded temperature
+        warm: whether the resistance is referred to 20 degrees Celsius by the recorded temperature
     """
     angle = pole_pairs * seen.angle
     turning = float(np.nanpercentile(np.abs(np.diff(angle)), 95.0))
@@ -68,8 +68,8 @@ def equation(seen: MotorRecording, pole_pairs: float, warm: bool) -> Equation:
         "F": window.growth(rotor),
         "B": window.growth(1j * rotor),
     }
-    # The mean current of a step differs from that of both ends by a twelfth of its second derivative: the magnets turn
-    # on an arc, times flux over inductance, and the current settles, times resistance over inductance.
+    # The mean current of a step differs from the mean of its ends by step^2 / 12 of its second derivative, of which one
+    # part is due to the rotating flux (arc) and one to the decay of the current (settling).
     arc = window.between(-(np.diff(angle) ** 2) / 12.0 * rise[1:] * np.exp(0.5j * (angle[1:] + angle[:-1])))
     settling = window.between(seen.step / 12.0 * rise[1:] ** 2 * np.diff(seen.current))
     voltage, middle = window.between(seen.voltage[1:]), window.mean(angle)
@@ -81,7 +81,7 @@ def equation(seen: MotorRecording, pole_pairs: float, warm: bool) -> Equation:
     known = np.isfinite(voltage + sum(columns.values()) + sum(instruments.values()))
 
     def kept(values: np.ndarray) -> np.ndarray:
-        # Without its mean: an offset of voltage or current stands in the stator's axes.
+        # Without the mean, since offsets of voltages and currents are constant in the stator's axes.
         return np.asarray(values[known] - values[known].mean())
 
     return Equation(
@@ -94,7 +94,7 @@ def equation(seen: MotorRecording, pole_pairs: float, warm: bool) -> Equation:
 
 
 def _instruments(columns: dict[str, np.ndarray], turn: np.ndarray, quiet: dict[str, bool]) -> dict[str, np.ndarray]:
-    """Every column as it was earlier, turned on; itself where it is quiet and is hardly correlated with its past."""
+    """Instruments: each column one window earlier, rotated; or itself if it has little noise and correlates little."""
     found, earlier = {}, len(next(iter(columns.values()))) - len(turn)
     for name, values in columns.items():
         past = values[:-earlier] * turn
@@ -104,7 +104,7 @@ def _instruments(columns: dict[str, np.ndarray], turn: np.ndarray, quiet: dict[s
 
 
 def _likeness(values: np.ndarray, others: np.ndarray) -> float:
-    """Correlation of two complex signals; missing samples are left out."""
+    """Real part of the correlation of two complex signals; missing samples are left out."""
     known = np.isfinite(values + others)
     first, second = values[known], others[known]
     size = float(np.linalg.norm(first) * np.linalg.norm(second))
@@ -114,10 +114,10 @@ def _likeness(values: np.ndarray, others: np.ndarray) -> float:
 def _quiet(
     columns: dict[str, np.ndarray], window: Modulation, seen: MotorRecording, pole_pairs: float
 ) -> dict[str, bool]:
-    """Columns in which noise has so small a share that they are their own instruments."""
+    """Whether the noise of each column is small enough for the column to be its own instrument."""
     current = max(white_noise(seen.current.real), white_noise(seen.current.imag))
     mean, growth = window.gain
-    # Between slow readings of the angle there is a line: its noise has to come from the readings themselves.
+    # A slowly sampled angle is interpolated, so that its noise has to be taken from the samples themselves.
     step = seen.angle_step or seen.step
     readings = Modulation(max(round(window.length * seen.step / step), 2), 1, step)
     noise = white_noise(seen.angle) if seen.angle_noise is None else seen.angle_noise
@@ -128,14 +128,14 @@ def _quiet(
 
 
 _SURE, _ALIKE = 4.0, 0.02
-"""Standard deviations, and share of the value, by which the inductances must differ to count as two."""
+"""Smallest difference of both inductances for a salient motor, in standard deviations and over the value."""
 _PLAIN, _APART = ("R", "DQ", "F", "B"), ("R", "D", "Q", "F", "B")
-"""Coefficients: resistance, inductance along and across the flux or one, flux along and beside the sensor's zero."""
+"""Coefficients without and with saliency: resistance, inductances, flux along and across the sensor's zero."""
 _NAMES = ("motor_resistance", "motor_inductance", "motor_saliency", "motor_flux")
 
 
 class Value(NamedTuple):
-    """A number and its standard deviation."""
+    """A value and its standard deviation."""
 
     value: float
     deviation: float
@@ -146,16 +146,16 @@ class Electrical:
     """Parameters from currents and voltages.
 
     Args:
-        resistance: of a phase [ohm]; at 20 degrees where the temperature was recorded
-        inductance: of a phase [H]; along the flux where they are two
-        inductance_q: across the flux [H], or None where they are one
-        flux: linkage of the magnets, as warm as they were [V s]
+        resistance: of a phase [ohm]; at 20 degrees Celsius if the temperature was recorded
+        inductance: of a phase [H]; along the flux for a salient motor
+        inductance_q: across the flux [H]; None without saliency
+        flux: linkage of the magnets at their temperature [V s]
         zero: electrical angle of the flux where the sensor reads zero [rad]
-        along: whether current along the flux identifies its inductance
-        blind: names of parameters that these recordings do not identify, or not separate
-        unexplained: root mean square of what is left over of that of the voltage
+        along: whether the current along the flux identifies its inductance
+        blind: names of parameters that these recordings do not identify or separate
+        unexplained: root mean square residual over that of the voltage [-]
         voltage: root mean square of the voltage, without its mean [V]
-        warm: whether the resistance is that at 20 degrees
+        warm: whether the resistance is that at 20 degrees Celsius
     """
 
     resistance: Value
@@ -173,17 +173,18 @@ class Electrical:
 def identify_electrical(
     recordings: Sequence[MotorRecording], pole_pairs: float, expected: tuple[float, float, float]
 ) -> Electrical:
-    """Resistance, inductance, flux, and the zero of the angle sensor.
+    """Resistance, inductance, flux, and zero of the angle sensor, by regression with instrumental variables.
 
-    The voltage's equation in the stator's axes is linear in all of them and needs no Park transform: the mean voltage
-    over a step is the resistance times the mean current and what the flux gained. Windows slide along it.
-    Instruments are the windows one length earlier, turned on with the rotor: their noise is another one even in a
-    closed loop. Where the past is hardly correlated, as of a step, a regressor without noise worth mention is its own.
+    The voltage equation in the stator's axes is linear in all of them and needs no Park transform: the mean voltage
+    over a step is the resistance times the mean current plus the change of the flux. It is averaged over sliding
+    windows. Instruments are the windows one length earlier, rotated with the rotor: their noise is independent even in
+    closed loop. A regressor with negligible noise that hardly correlates with its past, as for a step, is its own
+    instrument.
 
     Args:
         recordings: of one motor
         pole_pairs: electrical turns per turn of the shaft
-        expected: resistance [ohm], inductance [H], flux [V s] in whose parts a deviation counts as large
+        expected: resistance [ohm], inductance [H], flux [V s], as scales for large standard deviations
 
     Source: Reinelt et al., eqs (17), (18), integrated over a step, with inductances along and across the flux.
     """
@@ -214,10 +215,10 @@ def identify_electrical(
 def electrical_fit(
     recordings: Sequence[MotorRecording], pole_pairs: float, expected: tuple[float, float, float]
 ) -> tuple[Fit, float]:
-    """Resistance, inductance, and flux along and across the sensor's zero; the share of the voltage that is left over.
+    """Fit of resistance, inductance, and flux along and across the sensor's zero; unexplained share of the voltage.
 
     Args:
-        recordings, pole_pairs, expected: as of `identify_electrical`
+        recordings, pole_pairs, expected: as for `identify_electrical`
     """
     return _fitted([equation(each, pole_pairs, False) for each in recordings], _PLAIN, expected)
 
@@ -225,10 +226,10 @@ def electrical_fit(
 def held_fit(
     recordings: Sequence[MotorRecording], pole_pairs: float, expected: tuple[float, float, float]
 ) -> tuple[Fit, float]:
-    """Resistance and flux, with the inductance that is expected and the zero of the sensor as it is.
+    """Fit of resistance and flux, with the expected inductance and no correction of the sensor's zero.
 
     Args:
-        recordings, pole_pairs, expected: as of `identify_electrical`
+        recordings, pole_pairs, expected: as for `identify_electrical`
     """
     parts = [equation(each, pole_pairs, False) for each in recordings]
     less = [
@@ -238,7 +239,7 @@ def held_fit(
 
 
 def _differ(apart: Fit) -> bool:
-    """Whether the inductances along and across the flux do."""
+    """Whether the inductances along and across the flux differ significantly."""
     spread = apart.covariance
     variance = spread[1, 1] + spread[2, 2] - 2.0 * spread[1, 2]
     difference = abs(apart.values[2] - apart.values[1])
@@ -246,19 +247,20 @@ def _differ(apart: Fit) -> bool:
 
 
 def _sizes(kinds: Sequence[str], expected: tuple[float, float, float]) -> np.ndarray:
-    """In whose parts the deviations of coefficients count as large."""
+    """Scales on which the standard deviations of coefficients count as large."""
     of_kind = {"R": expected[0], "F": expected[2], "B": expected[2]}
     return np.array([of_kind.get(kind, expected[1]) for kind in kinds])
 
 
 def _fitted(parts: Sequence[Equation], kinds: Sequence[str], expected: tuple[float, float, float]) -> tuple[Fit, float]:
-    """The fit with currents that bend in a step, as unsure as what that changes; the share left over."""
+    """Fit with the correction of the mean currents, whose effect adds to the covariance; unexplained share."""
     rows = [
         Rows(part.voltage, *(np.column_stack([sum(of[k] for k in kind) for kind in kinds]) for of in part[:2]))
         for part in parts
     ]
     straight = regress(rows)
     known = straight.deviations < UNKNOWN * _sizes(kinds, expected)
+    # `regress` sets an unidentified coefficient to zero; an inductance of zero would bias the others.
     if "DQ" in kinds and not np.isfinite(straight.deviations[1]):
         rows = [row._replace(target=row.target - expected[1] * row.regressors[:, 1]) for row in rows]
         straight = regress(rows)

@@ -1,4 +1,4 @@
-"""Inertia, damping and dry friction of a motor from torque and angle; measured torque over that of the currents."""
+"""Inertia, damping and dry friction of a motor from torque and angle; ratio of measured torque to that of currents."""
 
 from __future__ import annotations
 
@@ -17,27 +17,27 @@ from tierod.physics.friction import dahl_update
 from tierod.physics.pm_motor import torque_constant
 
 _STEP, _WINDOW = 1e-3, 0.04
-"""Signals are averaged to this time step [s], far below that of a rotor's motion; length of a window [s]."""
+"""Time step to which signals are averaged [s], short against the motion of a rotor; length of a window [s]."""
 _KNOTS, _APART = 32, 0.1
-"""Places between which a load that depends on the angle is straight, at most; least angle between them [rad]."""
+"""Largest number of intervals in which a load is linear in the angle; their smallest width [rad]."""
 _REACHES = (2e-3, 0.5)
-"""Angles over which dry friction builds up, least and greatest [rad]."""
+"""Smallest and largest angle of the build-up of dry friction [rad]."""
 _SLOTS = 6.0
-"""Slots' torque per electrical turn; 3 slots per pole pair are usual."""
+"""Periods of the cogging torque per electrical turn, for the usual 3 slots per pole pair."""
 _SAMPLED = 0.005
-"""Of the stiffness: what the path of the friction loses between these samples; as much as twice the step changes."""
+"""Relative uncertainty of the stiffness, by reversals between averaged samples [-]: the effect of a doubled step."""
 _MOVED = 1e-2
-"""Relative change of the reach by which its derivative is taken."""
+"""Relative step of the build-up angle for its derivative."""
 
 
 class Course(NamedTuple):
-    """Torque of a recording over time.
+    """Measured and explained torque of a recording over time.
 
     Args:
         name: of the recording
         time: [s], (n,)
-        driving: of flux and current, less a load that was measured [N m], (n,)
-        explained: by inertia, friction and a load that depends on the angle [N m], (n,)
+        driving: torque of flux and current, less a measured load [N m], (n,)
+        explained: torque of inertia, friction and a load as a function of the angle [N m], (n,)
     """
 
     name: str
@@ -51,13 +51,13 @@ class Mechanical:
     """Parameters of the shaft from torque and angle.
 
     Args:
-        inertia: of the rotor and what it carries [kg m^2]
+        inertia: of the rotor and everything on its shaft [kg m^2]
         damping: viscous [N m s/rad]
-        friction: dry [N m]
-        stiffness: with which dry friction builds up from rest [N m/rad]
-        turned: angle that the shaft went through [rad]
-        residual: root mean square of the torque that is left over [N m]
-        courses: of every recording
+        friction: level of dry friction [N m]
+        stiffness: initial stiffness of the build-up of dry friction [N m/rad]
+        turned: total rotation of the shaft [rad]
+        residual: root mean square of the unexplained torque [N m]
+        courses: torques of every recording
     """
 
     inertia: Value
@@ -70,12 +70,12 @@ class Mechanical:
 
 
 def identify_mechanical(recordings: Sequence[MotorRecording], electrical: Electrical, pole_pairs: float) -> Mechanical:
-    """Inertia, damping and dry friction under a load that is measured, or may depend on the angle in any way.
+    """Inertia, damping and dry friction under a load that is measured or an arbitrary function of the angle.
 
-    The torque is that of flux and current. A load that was not measured is taken as a function of the angle that is
-    straight between some places, so that a spring is no friction; what depends on the direction of turning is friction.
-    The angle over which friction builds up is that which leaves least over. All is as unsure, besides, as
-    half of what half as many places and samples change.
+    The torque is that of flux and current. An unmeasured load is a piecewise linear function of the angle, so that a
+    spring does not count as friction; torque that depends on the direction of rotation is friction. The build-up angle
+    of friction minimises the residuals. The standard deviations include half of the change with half as many intervals
+    and samples.
 
     Args:
         recordings: of one motor
@@ -127,7 +127,7 @@ def identify_mechanical(recordings: Sequence[MotorRecording], electrical: Electr
 
 
 class _Shaft:
-    """One recording at a slower rate: what does not change with the reach of the friction."""
+    """One recording at a lower rate, with all regressors that do not depend on the build-up angle of friction."""
 
     def __init__(self, seen: MotorRecording, electrical: Electrical, pole_pairs: float, fineness: float = 1.0) -> None:
         many = max(round(_STEP / fineness / seen.step), 1)
@@ -168,17 +168,17 @@ class _Shaft:
 
     @cached_property
     def steps(self) -> np.ndarray:
-        """Angle by which the shaft turns from sample to sample; zero over a gap."""
+        """Increments of the angle from sample to sample [rad]; zero over a gap."""
         return np.nan_to_num(np.diff(self.angle))
 
     @property
     def turned(self) -> float:
-        """Angle that the shaft went through [rad]."""
+        """Total rotation of the shaft [rad]."""
         return float(np.sum(np.abs(np.diff(self.angle[:: self.window.length])))) if len(self.angle) else 0.0
 
     def friction(self, reach: float) -> np.ndarray:
-        """Dahl's friction over its level."""
-        # An update is a straight line in what was before; worked out for all steps at once.
+        """Dahl friction over its level, for a build-up angle `reach` [rad]."""
+        # An update is linear in the friction before it, so that the coefficients of all steps are computed at once.
         gained, kept = dahl_update(0.0, self.steps, reach), dahl_update(1.0, self.steps, reach)
         share, out = 0.0, [0.0]
         for gain, keep in zip(gained.tolist(), (kept - gained).tolist(), strict=True):
@@ -188,7 +188,7 @@ class _Shaft:
 
 
 def _rows(shafts: Sequence[_Shaft], reach: float) -> list[Rows]:
-    """Inertia, damping, friction, and per recording the slots' torque and the load."""
+    """Regressors of inertia, damping and friction, and for each recording of cogging torque and load."""
     counts = [len(shaft.others) for shaft in shafts]
     rows = []
     for number, shaft in enumerate(shafts):
@@ -202,7 +202,7 @@ def _rows(shafts: Sequence[_Shaft], reach: float) -> list[Rows]:
 
 
 def _left(shafts: Sequence[_Shaft], reach: float) -> float:
-    """Sum of squares that is left over."""
+    """Residual sum of squares for a build-up angle."""
     rows = _rows(shafts, reach)
     columns = np.concatenate([each.regressors for each in rows])
     target = np.concatenate([each.target for each in rows])
@@ -211,7 +211,7 @@ def _left(shafts: Sequence[_Shaft], reach: float) -> float:
 
 
 def torque_ratio(seen: Sequence[MotorRecording], electrical: Electrical, pole_pairs: float) -> Value | None:
-    """Measured torque of the motor over that of flux and current, at the instants of the former; None without either.
+    """Ratio of the measured torque of the motor to that of flux and current; None without one of them.
 
     Args:
         seen: recordings of one motor

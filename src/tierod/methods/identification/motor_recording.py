@@ -1,4 +1,4 @@
-"""Recordings of a permanent-magnet motor, looked at and put on one time grid for identification."""
+"""Recordings of a permanent-magnet motor, checked and resampled to one time grid for identification."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from tierod.io.derive import complete
 from tierod.methods.identification.fit_quality import white_noise
 
 SHORTEST = 0.2
-"""Least duration [s]."""
+"""Shortest duration [s]."""
 FASTEST = 0.5
-"""Electrical angle that the rotor may turn from sample to sample [rad]: more looks like turning back."""
+"""Largest electrical rotation from sample to sample [rad]; with a larger one the direction becomes ambiguous."""
 _FEW = 50
-"""Samples of a torque that are too few."""
+"""Number of samples of a torque above which it is used."""
 _FEWEST = 200
-"""Samples that a regression over windows needs at least."""
+"""Smallest number of samples for a regression over windows."""
 _MISSING = 0.2
-"""Share of the samples that may be missing."""
+"""Largest share of missing samples [-]."""
 
 
 _CURRENT = ("motor_current_alpha", "motor_current_beta")
@@ -31,21 +31,21 @@ _COMMAND = ("motor_target_voltage_alpha", "motor_target_voltage_beta")
 
 @dataclass(frozen=True, eq=False)
 class MotorRecording:
-    """A recording ready for identification; vectors in the stator's axes as complex numbers, missing samples NaN.
+    """A recording prepared for identification; vectors in the stator's axes as complex numbers, missing samples NaN.
 
     Args:
         name: for messages
-        step: time between two samples [s]
+        step: sampling interval [s]
         time: of the grid [s], (n,)
         current: at the samples [A], (n,)
         voltage: mean over the step that ends at a sample [V], (n,)
-        angle: of the shaft, without jumps [rad], (n,)
+        angle: of the shaft, unwrapped [rad], (n,)
         temperature: of the winding [K], (n,), or None
         load: measured torque that opposes the shaft [N m], (n,), or None
         torque: times [s] and measured torque of the motor [N m], (k,) each, or None
-        angle_noise: of the readings of the angle [rad]; None where `angle` holds them as they were
-        angle_step: time between two readings [s]; likewise
-        phase_sum: root mean square of the sum of the phase currents over that of a phase; 0 where not all are recorded
+        angle_noise: standard deviation of the measured angle [rad]; None if `angle` was not interpolated
+        angle_step: sampling interval of the measured angle [s]; None if `angle` was not interpolated
+        phase_sum: root mean square of the sum of the phase currents over that of a phase; 0 if not all are recorded
     """
 
     name: str
@@ -69,10 +69,10 @@ def motor_recording(name: str, recording: Recording, pole_pairs: float, commande
         name: for messages
         recording: with currents and voltages in the stator's axes or of the phases, and the motor's angle
         pole_pairs: electrical turns per turn of the shaft
-        commanded: whether its voltages are those that the inverter was commanded to make
+        commanded: whether the commands of the inverter are used as voltages
 
     Raises:
-        InputError: channels are missing or constant, too slow, or the recording is too short
+        InputError: channels are missing, constant or too slow, or the recording is too short
     """
     currents, voltages = _CURRENT, _COMMAND if commanded else _VOLTAGE
     recording = complete(recording, (*currents, *voltages))
@@ -148,7 +148,7 @@ def _vector(recording: Recording, channels: tuple[str, ...], grid: np.ndarray, s
 
 
 def _phase_sum(recording: Recording) -> float:
-    """Sum of the phase currents over their size, root mean squares."""
+    """Root mean square of the sum of the phase currents over that of a phase [-]."""
     phases = [recording[name].values for name in _PHASES if name in recording]
     if len(phases) < len(_PHASES) or len({len(each) for each in phases}) > 1:
         return 0.0
@@ -157,7 +157,7 @@ def _phase_sum(recording: Recording) -> float:
 
 
 def _angle(time: np.ndarray, values: np.ndarray, grid: np.ndarray) -> tuple[np.ndarray, float, float]:
-    """An angle on the grid, without jumps; the noise of its readings, and the time between two of them."""
+    """Unwrapped angle on the grid, standard deviation of its noise, and its own sampling interval [s]."""
     known = np.isfinite(values)
     time, values = time[known], np.unwrap(values[known])
     step = float(np.median(np.diff(time)))

@@ -1,4 +1,4 @@
-"""Common mistakes in recordings of a motor: signs, phases, pole pairs; named, with the cure."""
+"""Detection of common mistakes in recordings of a motor: signs, phases, pole pairs, timing of voltages."""
 
 from __future__ import annotations
 
@@ -13,28 +13,31 @@ from tierod.methods.identification.motor_electrical import electrical_fit, held_
 from tierod.methods.identification.motor_recording import MotorRecording
 
 _MOST = 30_000
-"""Samples from the middle of a recording that are looked at."""
+"""Number of samples from the middle of a recording that are checked."""
 _LOOKED_INTO, _UNEXPLAINED, _BETTER = 0.05, 0.25, 0.4
-"""Share of the voltage from which slips are tried, since swapped currents of a fast motor leave a fifth only; from
-which something is wrong in any case; share of what is left over that a slip must leave to be named."""
+"""Unexplained share of the voltage above which mistakes are tried, since swapped currents of a fast motor leave only a
+fifth; share above which the recording is wrong in any case; residual with a mistake corrected over that without, below
+which the mistake is reported [-]."""
 _SURE = 3.0
-"""Standard deviations by which a resistance must be negative."""
+"""Standard deviations by which a resistance must be negative to be reported."""
 _POLE_PAIRS = range(1, 13)
+"""Candidate numbers of pole pairs."""
 _LATE = (-1.0, -0.5, 0.5, 1.0)
-"""Samples by which voltages may come late, as the step that begins at a sample or is around it is recorded."""
+"""Candidate delays of the voltages [samples], if they belong to the step after or about a sample."""
 _IN_TIME = 0.9
-"""What is left over in time, of that as recorded, from which they are moved; the mean of two in a window is no gain."""
+"""Residual with shifted voltages over that without, below which they are shifted [-]. The averaging of two samples by a
+shift of half a sample must not count as an improvement."""
 
 
 class _Slip(NamedTuple):
-    """A recording put right, and what was wrong with it."""
+    """A recording with a mistake corrected, and the description of the mistake."""
 
     recording: MotorRecording
     words: str
 
 
 def refuse_slips(seen: MotorRecording, pole_pairs: float, expected: tuple[float, float, float]) -> None:
-    """See that currents, voltages and angle belong together.
+    """Check that currents, voltages and angle are consistent.
 
     Args:
         seen: the recording
@@ -42,7 +45,7 @@ def refuse_slips(seen: MotorRecording, pole_pairs: float, expected: tuple[float,
         expected: resistance [ohm], inductance [H] and flux [V s] of the vehicle file
 
     Raises:
-        InputError: the currents have the opposite sign, or another slip explains the voltages far better
+        InputError: currents of the opposite sign, or another mistake whose correction explains the voltages far better
     """
     part = _middle(seen)
     fit, share = electrical_fit([part], pole_pairs, expected)
@@ -68,7 +71,7 @@ def refuse_slips(seen: MotorRecording, pole_pairs: float, expected: tuple[float,
 def in_time(
     seen: MotorRecording, pole_pairs: float, expected: tuple[float, float, float]
 ) -> tuple[MotorRecording, str]:
-    """The recording with its voltages moved to the steps that they belong to, and a remark; empty where they stay.
+    """The recording with its voltages shifted to the right steps, and a remark; empty if they are not shifted.
 
     Args:
         seen: the recording
@@ -91,7 +94,7 @@ def in_time(
 
 
 def _moved(seen: MotorRecording, samples: float) -> MotorRecording:
-    """The recording with voltages from so many samples later."""
+    """The recording with the voltages of a number of samples later, interpolated for half samples."""
     whole = int(np.floor(samples))
     padded = np.concatenate([[np.nan], seen.voltage, [np.nan, np.nan]])
     first = 1 + np.arange(len(seen.voltage)) + whole

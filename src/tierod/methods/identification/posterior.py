@@ -1,4 +1,4 @@
-"""The most probable parameters given recordings and what is known before (maximum a posteriori)."""
+"""Maximum a posteriori estimation of parameters from recordings and a prior."""
 
 from __future__ import annotations
 
@@ -15,29 +15,29 @@ from tierod.core.block import Block
 from tierod.core.graph import scan
 
 STEP = 1e-3
-"""Of differences, in standard deviations of what is known before."""
+"""Step of the finite differences [prior standard deviations]."""
 ENOUGH = 0.02
-"""Gain of log posterior below which a search ends [nat]."""
+"""Predicted increase of the log-posterior below which a search ends [nat]."""
 MOST_STEPS = 40
 STALLED = 4
-"""Steps that together gain less than a search asks for before it ends: where readings are bounded, the parabola through
-a place promises what no step finds."""
+"""Number of steps that end a search if they together gain less than the required increase: with gated measurements the
+quadratic approximation may predict an increase that no step finds."""
 LARGEST = 1.0
-"""Step of a coordinate: farther, its derivatives no longer hold."""
+"""Largest step of a coordinate [prior standard deviations], within which the derivatives are valid."""
 TRUSTED = 6000.0
-"""Readings that a drive of any length counts for at most: beyond them the errors of the model decide."""
+"""Upper limit of the effective number of measurements: beyond it, errors of the model determine the accuracy."""
 
 
 @dataclass(frozen=True)
 class Prior:
-    """Prior of a parameter: normal, of its logarithm where it is positive.
+    """Prior of a parameter: normal, or lognormal if it is positive.
 
     Args:
         name: of the parameter
-        value: most probable before
+        value: most probable value
         deviation: one standard deviation, in the unit of the value
-        positive: whether the logarithm is looked for
-        low, high: a value beyond is impossible
+        positive: whether the logarithm is the coordinate
+        low, high: limits of the value
     """
 
     name: str
@@ -49,26 +49,26 @@ class Prior:
 
     @property
     def scale(self) -> float:
-        """Standard deviation of the coordinate that is searched."""
+        """Standard deviation of the value, or of its logarithm if the parameter is positive."""
         return math.log1p(self.deviation / abs(self.value)) if self.positive else self.deviation
 
     def at(self, place: float) -> float:
-        """The value so many standard deviations from the one before."""
+        """The value at a coordinate, which is the distance from the prior value in prior standard deviations."""
         moved = self.scale * place
         value = self.value * math.exp(moved) if self.positive else self.value + moved
         return min(max(value, self.low), self.high)
 
     def spread(self, place: float, deviation: float) -> float:
-        """Standard deviation in the unit of the value, from one in those of before."""
+        """Standard deviation in the unit of the value, from one in prior standard deviations."""
         return deviation * self.scale * (abs(self.at(place)) if self.positive else 1.0)
 
 
 class Place(NamedTuple):
-    """Cost of a set of parameters by recordings and prior, with its derivatives.
+    """Cost of a set of parameters, with its derivatives.
 
     Args:
         cost: negative logarithm of the posterior density, without its constant
-        gradient, information: of it, in standard deviations of what is known before; prior included
+        gradient, information: of the cost with the prior, in prior standard deviations
         scores: gradient of every sample, per recording
         shares: information of each recording alone, without the prior
         whitened: innovations over their standard deviations, per recording
@@ -83,16 +83,16 @@ class Place(NamedTuple):
 
 
 class Posterior(NamedTuple):
-    """Point at which a search ended.
+    """Result of a search.
 
     Args:
-        priors: of what was looked for
-        place: of the most probable parameters, in standard deviations of what is known before
-        covariance: of that place, by what the recordings show
-        at: the posterior there
-        steps: of the search
-        converged: whether it came to an end
-        unseen: covariance that held parameters and the model's errors add, see `considering`
+        priors: of the identified parameters
+        place: of the most probable parameters, in prior standard deviations
+        covariance: of the place, from recordings and prior
+        at: cost and derivatives at the place
+        steps: number of steps of the search
+        converged: whether the search has converged
+        unseen: additional covariance by fixed parameters and model errors, see `considering`
     """
 
     priors: tuple[Prior, ...]
@@ -110,26 +110,27 @@ class Posterior(NamedTuple):
 
     @property
     def deviations(self) -> dict[str, float]:
-        """One standard deviation of every parameter, in its unit; at the most that of before."""
+        """Standard deviation of every parameter, in its unit; at most the prior one."""
         shares = np.sqrt(np.clip(np.diag(self.covariance + self.unseen), 0.0, 1.0))
         each = zip(self.priors, self.place, shares, strict=True)
         return {prior.name: prior.spread(float(x), float(share)) for prior, x, share in each}
 
 
 Built = Callable[[dict[str, float], int], Block]
-"""The block of a recording with parameters by name. Its first outputs are whitened innovations, as many logarithms of
-their standard deviations follow."""
+"""Function that gives the block of a recording (by index) with parameters by name. The first outputs of the block are
+whitened innovations, followed by the logarithms of their standard deviations."""
 
 
 @dataclass(frozen=True, eq=False)
 class Search:
-    """Gauss-Newton from what is known before.
+    """Gauss-Newton search for the most probable parameters.
 
     Args:
-        priors: of what is looked for
+        priors: of the parameters to be identified
         recordings: samples of the blocks, (n, inputs) each
         built: block of a recording with parameters
-        outputs: readings that are scored
+        outputs: number of measurements per sample, the last inputs of the block
+        trusted: upper limit of the effective number of measurements
     """
 
     priors: tuple[Prior, ...]
@@ -140,28 +141,28 @@ class Search:
 
     @cached_property
     def weight(self) -> float:
-        """Power of the likelihood (coarsened posterior)."""
+        """Exponent of the likelihood (coarsened posterior), which limits the effective number of measurements."""
         readings = sum(int(np.isfinite(each[:, -self.outputs :]).sum()) for each in self.recordings)
         return 1.0 / (1.0 + readings / self.trusted)
 
     def values(self, place: np.ndarray) -> dict[str, float]:
-        """Parameters of a place."""
+        """Values of the parameters at a place, by name."""
         return {prior.name: prior.at(float(x)) for prior, x in zip(self.priors, place, strict=True)}
 
     def scored(self, place: np.ndarray, recording: int) -> np.ndarray:
-        """Innovations of a recording, then the logarithms of their standard deviations, (n, 2 outputs)."""
+        """Whitened innovations of a recording and logarithms of their standard deviations, (n, 2 outputs)."""
         block = self.built(self.values(place), recording)
         return scan(block, self.recordings[recording]).values[:, : 2 * self.outputs]
 
     def cost(self, place: np.ndarray) -> float:
-        """Negative logarithm of the posterior density."""
+        """Negative logarithm of the posterior density at a place, infinite where it is not finite."""
         total = 0.5 * float(place @ place)
         for k in range(len(self.recordings)):
             total += self.weight * _cost(self.scored(place, k), self.outputs)
         return total if math.isfinite(total) else math.inf
 
     def at(self, place: np.ndarray) -> Place:
-        """Cost and derivatives."""
+        """Cost and derivatives at a place."""
         count, m = len(place), self.outputs
         cost, gradient, information = 0.5 * float(place @ place), place.copy(), np.eye(count)
         scores, shares, whitened = [], [], []
@@ -191,9 +192,9 @@ class Search:
         """The most probable parameters.
 
         Args:
-            start: place where the search begins; what is known before where None
-            enough: gain of log posterior below which the search ends [nat]
-            progress: called with the share done, roughly
+            start: place where the search starts; the prior values by default
+            enough: predicted increase of the log-posterior below which the search ends [nat]
+            progress: called with the completed share, roughly
         """
         place = np.zeros(len(self.priors)) if start is None else start
         here, damping, steps = self.at(place), 1e-3, 0
@@ -219,16 +220,15 @@ class Search:
 def considering(
     search: Search, found: Posterior, held: Sequence[Prior], model_errors: Mapping[str, float]
 ) -> Posterior:
-    """The posterior with the covariance that held parameters and the model's errors add.
+    """The posterior with the additional covariance by fixed parameters and model errors.
 
-    The deviation before of a parameter that the search has held moves the most probable place, and recordings do not
-    lessen it (consider parameters).
+    An error of a fixed parameter shifts the most probable place, and recordings do not reduce it (consider parameters).
 
     Args:
-        search: that has ended
-        found: where it ended
-        held: priors of the held parameters, at whose values it was searched
-        model_errors: standard deviations by name of a parameter, relative where its logarithm is looked for
+        search: the completed search
+        found: its result
+        held: priors of the parameters that were fixed at their values
+        model_errors: standard deviations by name of a parameter, relative for positive parameters
 
     Source: Schmidt, Application of state-space methods to navigation problems, Advances in Control Systems 3, 1966.
     """
@@ -243,12 +243,12 @@ def considering(
 
 
 def _ended(here: Place, enough: float) -> bool:
-    """Whether the parabola through a place promises next to nothing."""
+    """Whether the quadratic approximation at a place predicts a negligible increase."""
     return float(0.5 * here.gradient @ np.linalg.solve(here.information, here.gradient)) < enough
 
 
 def _stalled(costs: Sequence[float], enough: float) -> bool:
-    """Whether the last steps that were taken have gained next to nothing."""
+    """Whether the last accepted steps together have gained a negligible increase."""
     return len(costs) > STALLED and costs[-1 - STALLED] - costs[-1] < enough
 
 

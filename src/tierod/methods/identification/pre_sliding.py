@@ -12,12 +12,12 @@ import numpy as np
 
 @dataclass(frozen=True)
 class PreSliding:
-    """The Dahl angle seen at the reversals of a loop.
+    """The Dahl angle from the reversals of a loop.
 
     Args:
-        angle: motion after which a reversal of friction is done to 1 - 1/e [rad]
+        angle: motion after which the reversal of friction has reached 1 - 1/e [rad]
         standard_deviation: of the mean over the reversals [rad]
-        reversals: how many it was seen at
+        reversals: number of reversals that were used
     """
 
     angle: float
@@ -36,19 +36,19 @@ def pre_sliding(
 ) -> PreSliding | None:
     """Fit torque = c0 + c1*d - sign*2*F*exp(-d/s) to the motion d after each reversal.
 
-    A reversal counts where the jump that is found is 2 F within 30 % (else an end stop or tyre torsion mixes in) and
-    the angle lies inside its bounds.
+    A reversal counts if the fitted jump is 2 F within 30 % (otherwise an end stop or tyre torsion interferes) and the
+    angle is within its bounds.
 
     Args:
         angle: steering wheel angle [rad], shape (n,)
-        torque: torque without inertia and damping [N m], shape (n,)
+        torque: without inertial and viscous torque [N m], shape (n,)
         corners: indices of the first sample, the reversals and the last sample
         friction_torque: from the work balance [N m]
         window: motion after a reversal that the fit uses [rad]
         smallest, largest: bounds of the Dahl angle [rad]
 
     Returns:
-        the angle, or None where no reversal counts
+        the angle, or None if no reversal counts
 
     Source: Dahl's law with exponent 1 at constant direction: F*(1 - 2*exp(-d/s)) after a reversal from full friction.
     """
@@ -84,7 +84,7 @@ class _Fit(NamedTuple):
 
 
 def _fit(motion: np.ndarray, torque: np.ndarray, smallest: float, largest: float) -> _Fit | None:
-    """The best fit, None where it lies on a bound."""
+    """The least-squares fit; None if the angle is at a bound."""
     candidates = np.geomspace(smallest, largest, 60)
     errors = [_at(motion, torque, candidate)[0] for candidate in candidates]
     best = int(np.argmin(errors))
@@ -104,7 +104,7 @@ def _columns(motion: np.ndarray, angle: float) -> np.ndarray:
 
 
 def _at(motion: np.ndarray, torque: np.ndarray, angle: float) -> tuple[float, float]:
-    """(sum of squared residuals, height of the jump) at one Dahl angle."""
+    """Residual sum of squares, and height of the jump, for one Dahl angle."""
     columns = _columns(motion, angle)
     solution, *_ = np.linalg.lstsq(columns, torque, rcond=None)
     return float(np.sum((columns @ solution - torque) ** 2)), float(solution[2])

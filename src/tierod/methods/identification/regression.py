@@ -1,4 +1,4 @@
-"""Regressions with instruments, real and complex, and covariances that hold with autocorrelated residuals."""
+"""Real and complex regression with instrumental variables, and covariances for autocorrelated residuals."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from tierod.core.errors import InputError
 
 
 def long_run_covariance(scores: Sequence[np.ndarray]) -> np.ndarray:
-    """Covariance of the sum of scores that depend on each other over time, (parameters, parameters).
+    """Covariance of the sum of autocorrelated scores, (parameters, parameters).
 
-    Bartlett's weights over as many samples as Andrews' rule for first-order autoregression gives, the most that any
-    parameter needs, at most a tenth of the shortest experiment.
+    Bartlett weights, with the bandwidth of Andrews' rule for first-order autoregression: the largest of all parameters,
+    at most a tenth of the shortest experiment.
 
     Args:
         scores: derivative of the cost of every sample by the parameters, one array (n, parameters) per experiment
@@ -47,10 +47,10 @@ def sandwich(
 
     Args:
         information: second derivatives of the cost, or their expectation
-        scores: as of `long_run_covariance`
-        known_before: information that came from elsewhere and is part of the whole; its uncertainty is that stated
+        scores: as for `long_run_covariance`
+        known_before: part of `information` that is due to a prior and has no scores
 
-    A coordinate of which there is no information (a noise that was found to be nil) gets no variance.
+    A coordinate without information (a noise that was estimated as zero) has zero variance.
 
     Source: P. J. Huber, Fifth Berkeley Symposium 1 (1967) 221.
     """
@@ -62,14 +62,14 @@ def sandwich(
 
 
 class Regression(NamedTuple):
-    """Result of a regression.
+    """Result of an instrumental-variable regression.
 
     Args:
         values: coefficients
-        covariance: of them, with residuals that are coloured
-        residual: root mean square of what is left over
-        inverse: of instruments against regressors, (coefficients, coefficients)
-        strength: smallest singular value of instruments against regressors, each of size one: 0 is no information
+        covariance: of the coefficients, for autocorrelated residuals
+        residual: root mean square residual
+        inverse: of the products of instruments and regressors, (coefficients, coefficients)
+        strength: smallest singular value of these products, with columns of norm one: 0 is no information
     """
 
     values: np.ndarray
@@ -87,10 +87,10 @@ def instrumental(
     Args:
         target: one array (n,) per experiment
         regressors: one array (n, coefficients) per experiment; noisy
-        instruments: the same shapes: like the regressors, but with noise of their own
+        instruments: one array of the same shape per experiment; correlated with the regressors, with independent noise
 
     Raises:
-        InputError: instruments that do not move with the regressors
+        InputError: instruments that do not correlate with the regressors
 
     Source: T. Soderstrom, P. Stoica, Instrumental Variable Methods for System Identification (1983), chapter 4.
     """
@@ -111,12 +111,12 @@ def instrumental(
 
 
 class Rows(NamedTuple):
-    """Equations target = regressors c of one recording, c real; complex rows count twice.
+    """Equations target = regressors c of one recording, with real c; a complex row counts as two.
 
     Args:
         target: (n,)
         regressors: (n, coefficients)
-        instruments: the same shape, with noise of their own
+        instruments: (n, coefficients), with independent noise
     """
 
     target: np.ndarray
@@ -129,8 +129,8 @@ class Fit(NamedTuple):
 
     Args:
         values: coefficients
-        covariance: of them, with residuals that are coloured
-        residual: root mean square of what is left over
+        covariance: of the coefficients, for autocorrelated residuals; infinite variance of unidentified ones
+        residual: root mean square residual
     """
 
     values: np.ndarray
@@ -139,25 +139,25 @@ class Fit(NamedTuple):
 
     @property
     def deviations(self) -> np.ndarray:
-        """Standard deviations."""
+        """Standard deviations of the coefficients."""
         return np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
 
 
 def regress(rows: Sequence[Rows], correction: Sequence[np.ndarray] | None = None) -> Fit:
-    """Real coefficients of all rows together.
+    """Real coefficients from the rows of all recordings.
 
-    The covariance is the larger of the sandwich and of what the coefficients spread without one stretch after the
-    other: the sandwich is blind to a coefficient that rests on a single transient. Coefficients that the instruments do
-    not identify at all come out as zero with an infinite deviation; those whose regressors are nearly a combination of
-    others keep their value with an infinite deviation, since the least error of the model would decide between them.
+    The variances are the larger of the sandwich estimate and the block jackknife: the sandwich underestimates that of a
+    coefficient that depends on a single transient. Coefficients that the instruments do not identify are zero with
+    infinite standard deviation. Those whose regressors are nearly collinear keep their value with infinite standard
+    deviation, since the smallest model error would decide between them.
 
     Args:
         rows: of every recording
         correction: added to the regressors, not to the instruments
 
     Source: T. Soderstrom, P. Stoica, Instrumental Variable Methods for System Identification (1983), chapter 4; H. R.
-    Kuensch, Annals of Statistics 17 (1989) 1217, on stretches left out; D. Belsley, E. Kuh, R. Welsch, Regression
-    Diagnostics (1980), ch. 3, on regressors that are nearly combinations of others.
+    Kuensch, Annals of Statistics 17 (1989) 1217, block jackknife; D. Belsley, E. Kuh, R. Welsch, Regression Diagnostics
+    (1980), ch. 3, collinearity.
     """
     added = correction or [np.zeros(1)] * len(rows)
     shown = [each.regressors + more for each, more in zip(rows, added, strict=True)]
@@ -184,7 +184,7 @@ def regress(rows: Sequence[Rows], correction: Sequence[np.ndarray] | None = None
 
 
 def _left_out(rows: Sequence[Rows], shown: Sequence[np.ndarray], values: np.ndarray, chosen: np.ndarray) -> np.ndarray:
-    """Variances from coefficients without each of some stretches: large where a coefficient rests on a few samples."""
+    """Variances by the block jackknife: large where a coefficient depends on a few samples."""
     crosses, alongs = [], []
     share = max(1, round(BLOCKS / len(rows)))
     for row, f in zip(rows, shown, strict=True):
@@ -204,7 +204,7 @@ def _left_out(rows: Sequence[Rows], shown: Sequence[np.ndarray], values: np.ndar
 
 
 def _confused(shown: Sequence[np.ndarray]) -> np.ndarray:
-    """Coefficients of which a combination has hardly any regressor left."""
+    """Mask of the coefficients with nearly collinear regressors."""
     if not shown[0].shape[1]:
         return np.zeros(0, bool)
     size = np.sqrt(_power(shown))
@@ -215,20 +215,20 @@ def _confused(shown: Sequence[np.ndarray]) -> np.ndarray:
 
 
 def _larger(covariance: np.ndarray, variances: np.ndarray) -> np.ndarray:
-    """A covariance with its variances no less than others, its correlations kept."""
+    """A covariance with variances raised to at least the given ones, and unchanged correlations."""
     own = np.diag(covariance)
     factor = np.sqrt(np.maximum(variances / np.where(own > 0.0, own, np.inf), 1.0))
     return np.asarray(covariance * np.outer(factor, factor))
 
 
 BLOCKS = 20
-"""Stretches that are left out one by one."""
+"""Number of blocks of the jackknife, over all recordings."""
 
 CONDITION, _PART = 30.0, 0.3
-"""Condition index from which regressors are combinations of others, the usual one; what takes part in a combination."""
+"""Condition index above which regressors count as collinear, the usual one; component above which one is concerned."""
 
 WEAK = 0.1
-"""Correlation of a regressor with its instrument below which the regressor is noise."""
+"""Correlation of a regressor with its instrument below which the coefficient is unidentified [-]."""
 
 
 def _power(parts: Sequence[np.ndarray]) -> np.ndarray:
@@ -241,7 +241,7 @@ class Solution(NamedTuple):
     Args:
         values: in the order of the regressors, (n,)
         deviations: standard deviations for white residuals, (n,)
-        left: sum of the squared residuals
+        left: residual sum of squares
     """
 
     values: np.ndarray
@@ -250,14 +250,14 @@ class Solution(NamedTuple):
 
 
 def solved(normal: np.ndarray, right: np.ndarray, power: float, count: float, worst: float = 1e8) -> Solution | None:
-    """Solution of the normal equations; None where a regressor is zero or they are nearly dependent.
+    """Solution of the normal equations; None if a regressor is zero or they are nearly dependent.
 
     Args:
         normal: sums of the products of the regressors, (n, n)
-        right: sums of their products with what they explain, (n,)
-        power: sum of its squares
-        count: of the samples
-        worst: greatest condition number of the equations, scaled to equal regressors []
+        right: sums of the products of regressors and target, (n,)
+        power: sum of squares of the target
+        count: number of samples
+        worst: largest condition number of the equations, with normalised regressors [-]
     """
     size = np.sqrt(np.diag(normal))
     if not np.all(size > 0.0) or np.linalg.cond(normal / np.outer(size, size)) > worst:

@@ -1,4 +1,4 @@
-"""A steering column on a bench as a discrete model: exact between samples, with Dahl's friction along its path."""
+"""A steering column on a bench as a discrete model: exact for the linear part, with Dahl friction along the path."""
 
 from __future__ import annotations
 
@@ -19,34 +19,35 @@ from tierod.models.steering_column import (
 from tierod.physics.friction import dahl_mean, dahl_update
 
 _TERMS, _HALVINGS = 8, 3
-"""Of the power series of the matrix exponential, for steps up to about 5 ms with the fastest mode of 112 Hz."""
+"""Terms of the power series of the matrix exponential, and halvings of its step: enough for steps up to about 5 ms with
+the fastest mode of 112 Hz."""
 
 _STROKES = 3
-"""Into which a sample is cut for the friction's path: with one, the stiffness of the friction comes out too high by
-0.07 % of a noiseless bench, twice its standard deviation after 25 s; with three by a tenth of that."""
+"""Number of substeps for the path of the friction. With one, the identified stiffness of the friction is too high by
+0.07 % on a noiseless bench, twice its standard deviation after 25 s; with three by a tenth of that."""
 
 _MOTOR_ANGLE = 4
 _Path = Callable[[Scalar], Scalar]
 
 
 class BenchInput(NamedTuple):
-    """Input of a column on a bench: the torque that its motor is commanded to give."""
+    """Input of a column on a bench: the recorded torque of the motor."""
 
     motor_torque: Annotated[float, "N*m"]
 
 
 @dataclass(frozen=True)
 class BenchParameters(ColumnWithFrictionParameters):
-    """A column with dry friction at the motor, and what a bench adds to it.
+    """A column with dry friction at the motor, and parameters of the bench.
 
     Args:
-        motor_torque_gain: true torque of the motor over the recorded one []
+        motor_torque_gain: true torque of the motor over the recorded one [-]
         motor_torque_offset: true torque less the recorded one [N m]
         driver_torque_offset: recorded torque of the bar less the true one [N m]
-        wheel_freedom: 1 for a free wheel, 0 for a locked one []
-        sample_time: between two samples [s]
-        rounding: turn of the motor within a sample over which `RoundedColumn` rounds the friction's kink [rad]; about
-            what a noise of the motor's torque of 0.03 N m makes of a sample, and small beside Dahl's angle
+        wheel_freedom: 1 for a free wheel, 0 for a locked one [-]
+        sample_time: sampling interval [s]
+        rounding: rotation of the motor within a sample over which `RoundedColumn` smooths the kink of the friction
+            [rad]; about the effect of a torque noise of 0.03 N m in a sample, and small against the Dahl angle
     """
 
     motor_torque_gain: Annotated[float, ""] = 1.0
@@ -58,14 +59,14 @@ class BenchParameters(ColumnWithFrictionParameters):
 
 
 class SampledColumn:
-    """The column with Dahl's friction, one sample on.
+    """The column with Dahl friction as a discrete model.
 
-    The linear part is sampled exactly: the matrix exponential is worked out from the parameters once, not in every
-    step, so that the mode of 112 Hz without damping costs no sub-steps and keeps its frequency. The friction of a third
-    of a sample is Dahl's mean over the path of the motor, foreseen with the friction of its start; where the motor
-    reverses within it the path is taken as its net turn, short of it by about a thousandth of Dahl's angle.
+    The linear part is sampled exactly: the matrix exponential is computed from the parameters once, not in every step,
+    so that the undamped mode of 112 Hz needs no substeps and keeps its frequency. The friction of a third of a sample
+    is the Dahl mean over the path of the motor, which is predicted with the initial friction. If the motor reverses
+    within it, the net rotation is used, which is too short by about a thousandth of the Dahl angle.
 
-    Source: Raffone, eqs (1) to (4), corrected as `SteeringColumn` and `ColumnWithFriction` say.
+    Source: Raffone, eqs (1) to (4), corrected as in `SteeringColumn` and `ColumnWithFriction`.
     """
 
     State = ColumnWithFriction.State
@@ -75,7 +76,7 @@ class SampledColumn:
 
     @staticmethod
     def transition(x: ColumnWithFriction.State, u: BenchInput, p: BenchParameters) -> ColumnWithFriction.State:
-        """One sample on, the motor's torque constant over it."""
+        """State after one sample with constant torque of the motor."""
         angle = _dahl_angle(p)
         step = replace(p, sample_time=p.sample_time / _STROKES)
         for _ in range(_STROKES):
@@ -90,23 +91,23 @@ class SampledColumn:
 
     @staticmethod
     def output(x: ColumnWithFriction.State, u: BenchInput, p: BenchParameters) -> ColumnOutput:
-        """Both angles and the torque of the bar, as recorded."""
+        """Both angles, and the torque of the bar with its offset."""
         none = ColumnInput(0.0, 0.0, 0.0)
         output = SteeringColumn.output(SteeringColumn.State(*x[:6]), none, p)
         return output._replace(driver_torque=output.driver_torque + p.driver_torque_offset)
 
 
 class RoundedColumn(SampledColumn):
-    """The sampled column with the kink of its friction rounded: for the Jacobians of a filter, never for its mean.
+    """The sampled column with a smoothed kink of its friction, for the Jacobians of a filter, not for its mean.
 
-    The slope of the friction jumps where the motor reverses. A filter that takes the slope at the estimated rate jumps
-    with it, and so does the likelihood over the parameters, which then has no derivative worth the name. Rounded over
-    the turn that is uncertain anyway it has.
+    The slope of the friction is discontinuous where the motor reverses. With the slope at the estimated rate, the
+    covariance of a filter, and with it the likelihood as a function of the parameters, is discontinuous too. Smoothing
+    over the uncertain rotation makes it differentiable.
     """
 
     @staticmethod
     def transition(x: ColumnWithFriction.State, u: BenchInput, p: BenchParameters) -> ColumnWithFriction.State:
-        """One sample on, the length of the friction's path rounded."""
+        """State after one sample, with the smoothed path of the friction."""
         share, angle = x.normalised_friction, _dahl_angle(p)
 
         def after(turned: Scalar) -> Scalar:
@@ -127,6 +128,7 @@ def _advanced(
     rows, gains = _sampled(p)
     driving = p.motor_torque_gain * u.motor_torque + p.motor_torque_offset
     free = tuple(plus(dot(row, x[:6]), gain * driving) for row, gain in zip(rows, gains, strict=True))
+    # The path is predicted with the friction at the start; the mean friction over it then corrects the step.
     held = gains[_MOTOR_ANGLE] * p.motor_friction * x.normalised_friction
     resisting = p.motor_friction * mean(free[_MOTOR_ANGLE] - held - x.motor_angle)
     ahead = [value - gain * resisting for value, gain in zip(free, gains, strict=True)]
@@ -134,7 +136,7 @@ def _advanced(
 
 
 def _sampled(p: BenchParameters) -> tuple[list[list[Scalar]], list[Scalar]]:
-    """Transition of rates and angles over one sample, and what a torque at the motor adds to each."""
+    """Transition matrix of rates and angles over one sample, and their gains per torque at the motor."""
     zero = SteeringColumn.State(*[0.0] * 6)
     units = [rebuild(zero, [float(i == j) for i in range(6)]) for j in range(6)]
     columns = [_slope(unit, 0.0, p) for unit in units] + [_slope(zero, 1.0, p)]

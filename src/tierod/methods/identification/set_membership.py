@@ -1,4 +1,4 @@
-"""Parameters that are certain: all values that bounded errors allow, as the smallest box round them."""
+"""Set-membership identification: the smallest box around all parameters that bounded errors allow."""
 
 from __future__ import annotations
 
@@ -12,14 +12,13 @@ Array = np.ndarray
 
 
 class Bounded(NamedTuple):
-    """Equations y = regressors p + error, (rows, parameters), whose errors are bounded.
+    """Equations y = regressors p + error with bounded errors.
 
     Args:
         regressors: (rows, parameters)
         values: y, (rows,)
-        bound: largest error whatever the parameters, (rows,)
-        slope: growth of the largest error with each parameter, (rows, parameters): where a regressor itself is
-            measured with a bounded error, that error
+        bound: largest error independent of the parameters, (rows,)
+        slope: largest error per parameter, (rows, parameters): the bound of the error of each regressor
     """
 
     regressors: Array
@@ -29,14 +28,14 @@ class Bounded(NamedTuple):
 
 
 class Box(NamedTuple):
-    """Least and greatest value of every parameter, (parameters,) each."""
+    """Smallest and largest value of every parameter, (parameters,) each."""
 
     low: Array
     high: Array
 
     @property
     def middle(self) -> Array:
-        """Middle of the box."""
+        """Centre of the box."""
         return np.asarray(0.5 * (self.low + self.high))
 
     @property
@@ -46,15 +45,15 @@ class Box(NamedTuple):
 
 
 def feasible_box(rows: Bounded) -> Box:
-    """The smallest box round all parameters, none of them negative, that the equations and bounds allow.
+    """The smallest box around all nonnegative parameters that equations and bounds allow.
 
     The set is a polytope: |y - regressors p| <= bound + slope p with p >= 0 is linear in p, and each side of the box is
-    the optimum of a linear programme. Its truth needs nothing but the bounds: no distribution, no independence, no
-    number of samples; leaving rows out makes it larger and never wrong.
+    the optimum of a linear programme. It is valid if the bounds are: no distribution, independence or number of samples
+    is assumed; with fewer rows it is larger, but still valid.
 
     Raises:
         ParameterError: shapes that differ, or bounds below zero
-        InputError: no parameters are possible: a bound or the model is wrong; or some parameter is not bounded
+        InputError: no parameters are feasible, since a bound or the model is wrong; or some parameter is not bounded
 
     Source: Milanese and Vicino, Automatica 27 (1991) 997, section 3; errors in the regressors as in Cerone, IEEE Trans.
     Automatic Control 38 (1993) 1729, for parameters of known sign.

@@ -1,4 +1,4 @@
-"""A model along a recording: simulated with its sensitivities, or filtered for the likelihood of every sample."""
+"""Simulation of a model with sensitivities, and a filter for the likelihood of every sample of a recording."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ Rows = tuple[tuple[Scalar, ...], ...]
 
 
 class Moving(NamedTuple):
-    """A simulation between two samples: the state, and its derivatives by what is free, one row per state."""
+    """State of a simulation, and its derivatives by the free parameters and states, one row per state."""
 
     mean: Tree
     derivatives: Rows
 
 
 class Simulated(NamedTuple):
-    """Outputs of a sample, and their derivatives by what is free, one row per output."""
+    """Outputs of a sample, and their derivatives by the free parameters and states, one row per output."""
 
     output: Tree
     derivatives: Rows
@@ -34,17 +34,17 @@ class Simulated(NamedTuple):
 
 @dataclass(frozen=True)
 class Simulation:
-    """A discrete model driven by recorded inputs alone, with its sensitivities.
+    """Simulation of a discrete model with recorded inputs, and its sensitivities.
 
-    The sensitivities follow the chain rule through the automatic Jacobians of one step: they are exact, and cost one
-    scan for all of them. A missing input holds the state.
+    The sensitivities follow from the chain rule with the automatic Jacobians of one step: they are exact, and need one
+    scan for all. A missing input holds the state.
 
     Args:
         model: discrete model
         parameters: of the model; its floats are tuning
-        initial: first state
-        free: names of parameters by which is derived
-        free_states: places of entries of the first state by which is derived, after the parameters
+        initial: initial state
+        free: names of the parameters of the derivatives
+        free_states: indices of the entries of the initial state whose derivatives follow those of the parameters
     """
 
     model: Model
@@ -60,14 +60,14 @@ class Simulation:
         return kind
 
     def init(self) -> Moving:
-        """The first state."""
+        """The initial state and its derivatives."""
         values = values_of(self.initial)
         none = (0.0,) * len(self.free)
         rows = tuple((*none, *(float(k == entry) for entry in self.free_states)) for k in range(len(values)))
         return Moving(rebuild(skeleton(self.model.State), values), rows)
 
     def step(self, state: Moving, sample: Tree) -> tuple[Moving, Simulated]:
-        """One sample on; the output belongs to the instant of the sample."""
+        """State after one sample, and output at the instant of the sample."""
         output = self.model.output(state.mean, sample, self.parameters)
         ahead = self.model.transition(state.mean, sample, self.parameters)
         sensitivities = self._derived(self.model.output, state, sample)
@@ -80,7 +80,7 @@ class Simulation:
         return rebuild(state, held), Simulated(output, sensitivities)
 
     def _derived(self, function: Callable[[Tree, Tree, Tree], Tree], state: Moving, sample: Tree) -> Rows:
-        """Derivatives of a function of state and parameters by what is free."""
+        """Total derivatives of a function of state and parameters by the free parameters and states."""
         at = (state.mean, tuple(getattr(self.parameters, name) for name in self.free))
 
         def of(point: Tree) -> Tree:
@@ -96,10 +96,10 @@ class Simulation:
 
 
 class Surprise(NamedTuple):
-    """Innovations of the measurements of a sample, each against its expected spread.
+    """Standardised innovations of a sample.
 
     Args:
-        standardised: measured minus expected from the past and the outputs before it, over its standard deviation
+        standardised: innovation given the past and the outputs before it, over its standard deviation
         logarithm: natural logarithm of that standard deviation; 0 where the output is missing
     """
 
@@ -111,17 +111,17 @@ class Surprise(NamedTuple):
 class Innovations:
     """Extended Kalman filter that gives the terms of the likelihood of a recording.
 
-    The likelihood of a sample is that of its outputs one after the other, each given those before it; then it holds
-    with outputs that are correlated, and a missing one (NaN) leaves no term. A missing input holds the state.
+    The likelihood of a sample is the product over its outputs, each given those before it. It is valid for correlated
+    outputs, and a missing one (NaN) adds no factor. A missing input holds the state.
 
     Args:
         model: discrete model
         parameters: of the model; its floats are tuning
         initial_mean, initial_variance: of the state before the first sample
-        input_variance: of every input, per sample: what drives the model and is not recorded
+        input_variance: of the unrecorded part of every input, per sample
         measurement_variance: of every output
-        tangent: model whose Jacobians the covariance takes; the model itself where None. One with its kinks rounded
-            makes the likelihood smooth over the parameters
+        tangent: model for the Jacobians of the covariance; the model itself by default. One with smoothed kinks makes
+            the likelihood a smooth function of the parameters
 
     Source: F. C. Schweppe, IEEE TIT 11 (1965) 61; L. Ljung, System Identification (1999), section 7.4.
     """
@@ -140,12 +140,12 @@ class Innovations:
         return sample_class(self.model, ())
 
     def init(self) -> Belief:
-        """The prior that the first sample corrects."""
+        """Mean and covariance before the correction with the first sample."""
         mean = rebuild(skeleton(self.model.State), leaf_values(self.initial_mean))
         return Belief(mean, from_diagonal(leaf_values(self.initial_variance)))
 
     def step(self, state: Belief, sample: Tree) -> tuple[Belief, Surprise]:
-        """Correct with the sample's measurements, then go one sample on with its inputs."""
+        """State and innovations after one sample: correction with its measurements, then prediction with its inputs."""
         mean, covariance, surprise = self._corrected(state, sample)
         tangent = self.tangent or self.model
         rows = jacobian(lambda x: tangent.transition(x, sample.input, self.parameters), mean)

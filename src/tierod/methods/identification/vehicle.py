@@ -1,4 +1,4 @@
-"""Parameters of a vehicle from ordinary drives: what they identify, what the file keeps, and what to drive."""
+"""Identification of a vehicle's parameters from ordinary drives, with its vehicle file as the prior."""
 
 from __future__ import annotations
 
@@ -49,29 +49,30 @@ from tierod.vehicles import Vehicle
 from tierod.vehicles.uncertain import BOUND, FREE, bound_distance
 
 STAGES = ((0.1, 0.5), (1.0, ENOUGH))
-"""Share of the trusted readings of every stage of the search, and the gain that ends it: first what is known leads."""
+"""Factor on the trusted measurements in each stage of the search, and the increase of the log-posterior that ends it:
+in the first stage the prior dominates."""
 CROSSFALL = 0.02
-"""Standard deviation of the bank of straight roads [rad]: the zeros hold what it does to them."""
+"""Standard deviation of the bank of straight roads [rad], whose effect is part of the sensor zeros."""
 OUTPUTS = 2
 EXPLAINED = 1.5
-"""Mean squared innovation over its variance from which a model does not follow a drive."""
+"""Mean squared innovation over its variance (mean NIS) above which the model does not explain a drive [-]."""
 WIDENED = 10.0
-"""Factor on what is known before of a parameter where file and drives contradict each other."""
+"""Factor on the prior standard deviation of a parameter for which file and drives contradict each other."""
 NEAR_LIMIT, AT_LIMIT = 0.6, 0.1
-"""Share of the greatest lateral acceleration, by the file's friction, from which tyres are near their limit; share of a
-drive there from which it identifies wrong values: race laps, a third of them there, made the error of sideslip twice
-that of typical values."""
+"""Share of the largest lateral acceleration, by the friction of the vehicle file, above which tyres are near their
+limit; share of a drive near the limit above which it gives wrong values [-]. Race laps, a third of them near the limit,
+doubled the error of the sideslip against that of typical values."""
 LIKE_ROADS = ("roll_share",)
-"""Parameters that roads imitate, and which contradict nothing: bends that are banked add to what a car rolls."""
+"""Parameters without a check for contradictions, since roads have the same effect: bank adds to the roll of a car."""
 _GAUSSIAN = 1.4826
 """Standard deviation of a normal distribution over its median absolute deviation."""
 
 
 class Zeros(NamedTuple):
-    """Readings of a drive's sensors without motion, and their standard deviations.
+    """Zeros of the sensors in a drive: readings without motion, and their standard deviations.
 
     Args:
-        steering: of the angle that is read [rad]
+        steering: of the measured angle [rad]
         yaw_rate: [rad/s]
         lateral_acceleration: with the crossfall of the road [m/s**2]
     """
@@ -86,16 +87,16 @@ class VehicleIdentification:
     """Result of the identification of a vehicle from drives.
 
     Args:
-        found: what goes into the vehicle file
-        judged: every parameter that was looked for
-        zeros: of every drive, in their order
+        found: values for the vehicle file
+        judged: judgement of every parameter
+        zeros: sensor zeros of every drive, in their order
         noises: of sensors, model and road, with their standard deviations
-        drives: that were read
-        posterior: where the search ended
-        contradictory: between file and drives
-        odd: the drive of another car
-        remarks: what was noticed
-        doubt: why nothing may be written; empty where it may
+        drives: that were used
+        posterior: result of the search
+        contradictory: contradictions between file and drives
+        odd: drive of another car, or None
+        remarks: sentences on priors and contradictions
+        doubt: reason why nothing should be written to the file; empty if it may be written
     """
 
     found: tuple[Found, ...]
@@ -120,15 +121,14 @@ def identify_vehicle(
 
     Args:
         recordings: ordinary drives of one car, by name
-        vehicle: its values and standard deviations are what is known before; where it gives no deviation, that of cars
-            of its class
-        free: parameters that may change; all that drives may show where none is given. The others are as uncertain as
-            before all the same
-        progress: called with the share that is done
+        vehicle: its values and standard deviations are the prior; without a standard deviation, that of its class
+        free: parameters that may change; by default all that drives may identify. The prior uncertainty of the others
+            is considered all the same
+        progress: called with the completed share
 
     Raises:
-        InputError: a recording without what is needed, see `drive_of`
-        ParameterError: the vehicle lacks a parameter, or one is free that drives do not show
+        InputError: a recording without the required signals, see `drive_of`
+        ParameterError: the vehicle lacks a parameter, or a free one cannot be identified from drives
     """
     if unknown := [name for name in free if name not in SHOWN]:
         raise ParameterError(f"'{unknown[0]}' is not identified from ordinary drives; there are {', '.join(SHOWN)}")
@@ -150,10 +150,10 @@ def _searched(
     start: np.ndarray | None = None,
     held: Sequence[Prior] | None = None,
 ) -> Posterior:
-    """The end of the search: in all stages, or the last one alone from a start that is near.
+    """Result of the search in all stages, or of the last stage from a start near the result.
 
-    Its deviations hold those of `held` parameters and the errors of the model; None leaves both out, which all drives
-    of a car have alike.
+    With `held`, its standard deviations include fixed parameters and errors of the model; None leaves out both, which
+    are common to all drives of a car.
     """
     samples = [each.samples for each in drives]
     stages = STAGES if start is None else STAGES[-1:]
@@ -167,7 +167,7 @@ def _searched(
 def _by_drives_alone(
     posterior: Posterior, names: Sequence[str], drives: Sequence[Drive], built: Built, held: Sequence[Prior]
 ) -> tuple[Contradiction, ...]:
-    """File and drives, where they lie far apart: the drives with next to no knowledge before of such parameters."""
+    """Contradictions between file and drives, from a search with enlarged priors of the parameters that are far off."""
     far = [name for name in contradictory(posterior, names) if name not in LIKE_ROADS]
     if not far:
         return ()
@@ -184,7 +184,7 @@ def _part(progress: Callable[[float], None], number: int, done: float) -> None:
 
 
 def _usual(drives: Sequence[Drive]) -> DriveNoises:
-    """Noises with which the search starts: those of the readings by themselves, where they lie above usual ones."""
+    """Noises at the start of the search: that of the lateral acceleration is measured if it is above the usual one."""
     usual = DriveNoises()
     lateral = max(white_noise(each.samples[:, 4]) for each in drives)
     return dataclasses.replace(usual, lateral_acceleration_noise=max(usual.lateral_acceleration_noise, lateral))
@@ -261,8 +261,8 @@ WRITTEN_NOISES = {
     "yaw_rate_drift": 0.005,
     "bank_wander": 0.03,
 }
-"""Noises that go into the vehicle file where they lie above these, which estimators take for any car. Lower ones
-make an estimator trust its model of the road too much: the error of sideslip grew by half on virtual cars."""
+"""Noises that go into the vehicle file if they are above these defaults of the estimators. With lower ones an estimator
+gives its model of the road too much weight: the error of the sideslip grew by half on simulated cars."""
 
 
 def _found(name: str, vehicle: Vehicle, value: float, deviation: float) -> Found:
@@ -272,7 +272,7 @@ def _found(name: str, vehicle: Vehicle, value: float, deviation: float) -> Found
 
 
 def _zeros(last: np.ndarray, ratio: float, car: LateralParameters) -> Zeros:
-    """Zeros after the last sample; a road that falls to one side moves those of steering and lateral acceleration."""
+    """Sensor zeros after the last sample; those of steering and lateral acceleration include the crossfall of roads."""
     values, spreads = last[2 * OUTPUTS : 2 * OUTPUTS + 3], np.sqrt(last[2 * OUTPUTS + 3 : 2 * OUTPUTS + 6])
     stiffness = car.front_cornering_stiffness, car.rear_cornering_stiffness
     gradient = understeer_gradient(car.mass, car.front_distance, car.rear_distance, *stiffness)
@@ -283,7 +283,7 @@ def _zeros(last: np.ndarray, ratio: float, car: LateralParameters) -> Zeros:
 
 
 def _reading_noise(results: list[np.ndarray]) -> dict[str, tuple[float, float]]:
-    """Noise of a reading of the lateral acceleration, from the spread of its innovations; empty without readings."""
+    """Noise of one measurement of the lateral acceleration, from its innovations; empty without measurements."""
     innovations = np.concatenate([each[:, 1] * np.exp(each[:, OUTPUTS + 1]) for each in results])
     innovations = innovations[innovations != 0.0]
     if not len(innovations):
@@ -315,7 +315,7 @@ def _remarks(vehicle: Vehicle, every: list[Judged], against: tuple[Contradiction
 
 
 def _refused(vehicle: Vehicle, against: tuple[Contradiction, ...]) -> list[Contradiction]:
-    """Contradictions of values that the file gives with a standard deviation, where any value or all are too far."""
+    """Contradictions of values with a standard deviation in the file, if any distance is too large."""
     far = any(max(each.distance, each.together) > CONTRADICTION for each in against)
     return [each for each in against if far and spread_of(each.name, vehicle)[1]]
 
@@ -327,7 +327,7 @@ def _both(vehicle: Vehicle, each: Contradiction) -> str:
 
 
 def _unexplained(posterior: Posterior) -> str:
-    """Why the model does not follow the drives; empty where it does."""
+    """Message that the model does not explain the drives; empty if it does."""
     squares = [float(np.mean(each[each != 0.0] ** 2)) for each in posterior.at.whitened]
     if posterior.converged and max(squares) < EXPLAINED:
         return ""
@@ -340,7 +340,7 @@ def _unexplained(posterior: Posterior) -> str:
 
 
 def _at_limit(vehicle: Vehicle, drives: tuple[Drive, ...]) -> str:
-    """Drive at the limit of grip; empty where there was none."""
+    """Message on a drive at the limit of grip; empty if there is none."""
     limit = NEAR_LIMIT * GRAVITY * vehicle.parameters_for(LateralParameters).tyre_friction
     for each in drives:
         speed, yaw_rate = each.samples[:, 0], each.samples[:, 3]
@@ -372,7 +372,7 @@ def _doubt(
             f"others, {odd.distance:.0f} σ apart; leave it out, or identify it for itself"
         )
     if given := _refused(vehicle, against):
-        # A value that is usual for the class may be the one that is too far.
+        # Values without a standard deviation in the file are also named, since one of them may be the wrong one.
         far = [each for each in against if each in given or each.distance > CONTRADICTION]
         said = "; ".join(f"{each.name} is {_both(vehicle, each)}" for each in far[:3])
         if far[0].distance <= CONTRADICTION:

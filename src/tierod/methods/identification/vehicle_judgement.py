@@ -1,4 +1,4 @@
-"""Judgement of every parameter of a vehicle by its drives, contradictions to its file, and odd drives."""
+"""Judgement of every parameter of a vehicle after identification, contradictions to its file, and outlier drives."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from tierod.methods.identification.posterior import Posterior, Prior
 
 LEARNT, BOUND, NOT_SEEN = "learnt", "bound", "not seen"
 NARROWED = 0.7
-"""Standard deviation over that before, below which a parameter is learnt: drives halve its variance."""
+"""Standard deviation over the prior one below which a parameter is identified [-]: drives halve its variance."""
 TOGETHER = 0.5
-"""Correlation from which a parameter is bound to another one."""
+"""Correlation above which a parameter cannot be separated from another one [-]."""
 CONTRADICTION = 4.0
-"""Standard deviations between file and drives from which one of them is wrong."""
+"""Distance between file and drives above which one of them is wrong [standard deviations]."""
 REMARKED = 2.0
-"""Standard deviations between them from which both values are said."""
+"""Distance between file and drives above which there is a remark [standard deviations]."""
 ODD = 6.0
-"""Standard deviations between one drive and all others from which it is of another car."""
+"""Distance between one drive and all others above which it is of another car [standard deviations]."""
 
 _AXLES = "drive slow turns and fast bends in one drive; better: measure the wheelbase and weigh the axles"
 CURES = {
@@ -38,7 +38,7 @@ CURES = {
     "roll_share": "drive long steady bends at 2 to 4 m/s², with lateral acceleration recorded",
     "sensor_forward": "drive quick steering at any speed, with lateral acceleration recorded",
 }
-"""What shows a parameter."""
+"""Test or measurement that identifies each parameter."""
 
 
 class Judged(NamedTuple):
@@ -46,10 +46,10 @@ class Judged(NamedTuple):
 
     Args:
         name: of the parameter
-        kind: learnt, bound or not seen
-        before, before_deviation: of file or class
-        value, deviation: most probable now
-        text: a sentence for bound and not seen; empty where learnt
+        kind: `LEARNT` (identified), `BOUND` (only in combination with others) or `NOT_SEEN` (not identified)
+        before, before_deviation: prior value and standard deviation, of file or class
+        value, deviation: most probable value and its standard deviation
+        text: explanation and advice; empty for `LEARNT`
     """
 
     name: str
@@ -62,11 +62,11 @@ class Judged(NamedTuple):
 
 
 def judged(posterior: Posterior, names: Sequence[str]) -> list[Judged]:
-    """Every parameter among those found.
+    """Judgement of each named parameter.
 
     Args:
         posterior: of the drives
-        names: of parameters, noises left out
+        names: of parameters, without noises
     """
     spread = np.sqrt(np.diag(posterior.covariance))
     correlation = posterior.covariance / np.outer(spread, spread)
@@ -90,7 +90,7 @@ def judged(posterior: Posterior, names: Sequence[str]) -> list[Judged]:
 
 
 def kept(name: str, value: float, deviation: float) -> Judged:
-    """A parameter that the file gives better than drives do.
+    """Judgement of a parameter whose prior is more accurate than an identification from drives.
 
     Args:
         name: of the parameter
@@ -112,9 +112,9 @@ class Contradiction(NamedTuple):
 
     Args:
         name: of the parameter
-        value, deviation: of the drives alone
-        distance: from the file's value, in standard deviations of both
-        together: the same of all parameters that contradict, which drives may show only together
+        value, deviation: from the drives alone
+        distance: from the value in the file, in standard deviations of both
+        together: joint distance of all contradicting parameters, which drives may not separate, as a normal deviate
     """
 
     name: str
@@ -125,9 +125,10 @@ class Contradiction(NamedTuple):
 
 
 def contradictory(posterior: Posterior, names: Sequence[str]) -> tuple[str, ...]:
-    """Parameters whose value before lies far from that of the drives alone.
+    """Names of the parameters whose prior value is far from that of the drives alone.
 
-    The drives alone follow from posterior and prior, both normal: precision and information are differences.
+    The result of the drives alone follows from posterior and prior, both normal, as the difference of their precisions
+    and information vectors.
     """
     found = []
     for k, prior in enumerate(posterior.priors):
@@ -139,10 +140,10 @@ def contradictory(posterior: Posterior, names: Sequence[str]) -> tuple[str, ...]
 
 
 def contradictions(posterior: Posterior, priors: Sequence[Prior], names: Sequence[str]) -> tuple[Contradiction, ...]:
-    """Both values of the parameters that contradict each other, the farthest first.
+    """Contradictions between file and drives for some parameters, the largest first.
 
     Args:
-        posterior: with little known before of these parameters
+        posterior: with wide priors of these parameters
         priors: from the file
         names: of the parameters
     """
@@ -166,22 +167,23 @@ def contradictions(posterior: Posterior, priors: Sequence[Prior], names: Sequenc
 
 
 def _normal_deviate(square: float, count: int) -> float:
-    """Distance that a single normal value exceeds as seldom as chi-square exceeds a square."""
+    """Normal deviate with the same two-sided probability as a chi-square value with `count` degrees of freedom."""
     from scipy.special import chdtrc, ndtri
 
+    # The probability underflows for large squares; the deviate is then close to the root of the square.
     found = -float(ndtri(0.5 * chdtrc(count, square)))
     return found if math.isfinite(found) else math.sqrt(square)
 
 
 class Odd(NamedTuple):
-    """A drive that does not fit to the others.
+    """A drive whose parameters differ from those of the others.
 
     Args:
-        drive: its place among the drives
+        drive: its index among the drives
         name: of the parameter that differs most
-        own, others: its value in this drive, and in the others
+        own, others: value of this parameter in this drive, and in the others
         distance: of all parameters, as a normal deviate
-        certain: whether it is known to be this one, and not the only other one
+        certain: whether it is certain which drive is the odd one; false for two drives
     """
 
     drive: int
@@ -193,11 +195,11 @@ class Odd(NamedTuple):
 
 
 def odd_drive(alone: Sequence[Posterior], names: Sequence[str]) -> Odd | None:
-    """The drive whose own parameters lie farthest from those of all others; None where all agree.
+    """The drive whose parameters are farthest from those of all others; None if all agree.
 
     Args:
-        alone: what each drive shows by itself, with the same knowledge before
-        names: of parameters, noises left out
+        alone: posterior of each drive alone, with the same prior
+        names: of parameters, without noises
     """
     if len(alone) < 2:
         return None
@@ -206,13 +208,13 @@ def odd_drive(alone: Sequence[Posterior], names: Sequence[str]) -> Odd | None:
     best = max(found, key=lambda each: each.distance)
     if best.distance < ODD:
         return None
-    if len(alone) == 2:
+    if len(alone) == 2:  # both have the same distance from each other; take the one farther from the prior
         best = max(found, key=lambda each: float(np.sum(alone[each.drive].place[kept] ** 2)))
     return best._replace(certain=len(alone) > 2)
 
 
 def _against_others(alone: Sequence[Posterior], drive: int, kept: Sequence[int]) -> Odd:
-    """Normal deviate of the squared distance (chi-square) of a drive from the mean of the others."""
+    """Distance of a drive from the weighted mean of the others, by the normal approximation of chi-square."""
     size = np.ix_(kept, kept)
     own, others = alone[drive], [each for k, each in enumerate(alone) if k != drive]
     precisions = [np.linalg.inv(each.covariance[size]) for each in others]

@@ -1,4 +1,4 @@
-"""Priors of a vehicle before it is identified: its file, and the spread of its class where that gives none."""
+"""Priors of a vehicle's parameters: its file, and the spread of its class where the file gives no deviation."""
 
 from __future__ import annotations
 
@@ -27,19 +27,19 @@ SHOWN = (
     "roll_share",
     "sensor_forward",
 )
-"""Parameters that ordinary drives may show."""
+"""Parameters that ordinary drives may identify."""
 
 SIGNED = ("roll_share", "sensor_forward")
-"""May be zero or negative."""
+"""Parameters that may be zero or negative."""
 DISTANCES = ("front_distance", "rear_distance")
 LEAST_DISTANCE = 0.13
-"""Standard deviation of a distance of an axle from which drives are asked for it [m].
+"""Prior standard deviation of an axle distance above which it is identified from drives [m].
 
-Trail of the tyres, roll steer and what the steering yields act on the yaw as a centre of gravity further ahead does: in
-drives of two virtual cars and of a race car the most probable one lay 0.19 to 0.23 m ahead of the true one, three to
-five of its deviations."""
+Pneumatic trail, roll steer and compliance of the steering have the same effect on the yaw motion as a centre of gravity
+further ahead: in drives of two simulated cars and of a race car the most probable one was 0.19 to 0.23 m ahead of the
+true one, three to five standard deviations."""
 OF_ROAD = ("superelevation",)
-"""May be negative too, where a road falls off to the outside of its bends."""
+"""Quantities of the road that may be negative, for a bank towards the outside of bends."""
 NOISES: dict[str, float] = {
     "yaw_rate_noise": 1.7,
     "lateral_speed_drift": 1.7,
@@ -48,7 +48,7 @@ NOISES: dict[str, float] = {
     "road_wheel_angle_wander": 1.7,
     "superelevation": 1.0,
 }
-"""Noises that are found beside the parameters, and their spread over drives relative to `DriveNoises`."""
+"""Noises that are identified together with the parameters, and their relative prior standard deviations."""
 
 
 MODEL_ERRORS: dict[str, float] = {
@@ -59,16 +59,16 @@ MODEL_ERRORS: dict[str, float] = {
     "relaxation_length": 0.25,
     "sensor_forward": 0.25,
 }
-"""Standard deviations of what a car has and the model lacks, relative, of the sensor's place in m: a torsion bar that
-yields, load transfer, an inertial unit below the roll axis. What the most probable values of seven virtual cars (13
-minutes each, seed 77) lay off the true ones beyond their deviation by noise and by parameters that are held."""
+"""Standard deviations of the bias by effects that the model lacks (torsion bar, load transfer, an inertial unit below
+the roll axis), relative, for the position of the sensor in m. Measured as the errors of seven simulated cars (13
+minutes each, seed 77) beyond the standard deviations by noise and fixed parameters."""
 
 
 def spread_of(name: str, vehicle: Vehicle) -> tuple[float, bool]:
-    """Standard deviation of a parameter before, and whether the vehicle file gives it.
+    """Prior standard deviation of a parameter, and whether it is from the vehicle file (else from its class).
 
     Args:
-        name: in `SHOWN`
+        name: of a parameter of the lateral motion, or in `SHOWN`
         vehicle: whose file may give it
     """
     given = vehicle.parameters.get(name)
@@ -78,11 +78,11 @@ def spread_of(name: str, vehicle: Vehicle) -> tuple[float, bool]:
 
 
 def held_distances(vehicle: Vehicle, free: Sequence[str] = ()) -> tuple[str, ...]:
-    """Distances of the axles that a brochure gives better than drives do.
+    """Names of the axle distances whose prior is more accurate than an identification from drives.
 
     Args:
-        vehicle: whose file gives them
-        free: parameters that are asked for by name
+        vehicle: with the priors
+        free: parameters that were explicitly requested
     """
     known = (name for name in DISTANCES if name not in free and not (name == BOUND and bound_distance(vehicle)))
     return tuple(name for name in known if 0.0 < spread_of(name, vehicle)[0] < LEAST_DISTANCE)
@@ -91,13 +91,13 @@ def held_distances(vehicle: Vehicle, free: Sequence[str] = ()) -> tuple[str, ...
 def priors_of(
     vehicle: Vehicle, usual: DriveNoises, with_ratio: bool = True, free: Sequence[str] = ()
 ) -> tuple[Prior, ...]:
-    """Priors of parameters and noises; a parameter with a deviation of zero is held.
+    """Priors of parameters and noises; a parameter with a standard deviation of zero is fixed.
 
     Args:
         vehicle: with mass, yaw inertia, distances and cornering stiffnesses, and the steering ratio
-        usual: noises of drives before they are looked at closely
-        with_ratio: whether the steering ratio is among them
-        free: parameters that are asked for by name
+        usual: prior values of the noises
+        with_ratio: whether the steering ratio is identified
+        free: parameters that were explicitly requested
 
     Raises:
         ParameterError: the vehicle lacks a parameter
@@ -121,10 +121,10 @@ def priors_of(
 
 
 def considered(vehicle: Vehicle, priors: Sequence[Prior]) -> tuple[Prior, ...]:
-    """Priors of the parameters of the motion that the search holds, as far as they are uncertain.
+    """Priors of the uncertain parameters of the lateral motion that are fixed in the search.
 
     Args:
-        vehicle: whose file may give their deviation; else that of its class
+        vehicle: with their standard deviations in its file, or else in its class
         priors: of the search
     """
     taken = {each.name for each in priors} | ({BOUND} if bound_distance(vehicle) else set())

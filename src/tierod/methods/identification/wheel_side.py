@@ -12,9 +12,9 @@ from tierod.methods.identification.fit_quality import white_noise
 from tierod.methods.identification.regression import instrumental
 
 SMOOTHING = 0.03
-"""Standard deviation of the smoothing in time [s]: it lets motion up to about 5 Hz pass, which separates inertia from
-damping, and holds the noise of a second derivative down: that falls with its power of -2.5. With 0.05 degrees of noise
-the inertia of 16 s of motion scatters by 0.3 % at 8 ms and by 0.04 % from 24 ms on."""
+"""Standard deviation of the Gaussian smoothing in time [s]. It passes motion up to about 5 Hz, which separates inertia
+from damping, and limits the noise of the second derivative, which falls with its power of -2.5. With a noise of 0.05
+degrees the inertia from 16 s of motion scatters by 0.3 % at 8 ms and by 0.04 % from 24 ms on."""
 
 
 class WheelMotion(NamedTuple):
@@ -22,9 +22,9 @@ class WheelMotion(NamedTuple):
 
     Args:
         steering_wheel_angle: [rad]
-        motor_angle: over the ratio of the gear [rad]; the instrument
+        motor_angle: divided by the ratio of the gear [rad]; the instrument
         bar_torque: [N m], positive towards left
-        sample_time: [s]
+        sample_time: sampling interval [s]
     """
 
     steering_wheel_angle: np.ndarray
@@ -34,14 +34,14 @@ class WheelMotion(NamedTuple):
 
 
 class WheelSide(NamedTuple):
-    """Estimate of the wheel side; NaN where it was given.
+    """Estimate of the wheel's inertia and damping; the inertia is NaN if it was given.
 
     Args:
         inertia: J_sw [kg m^2]
         damping: beta_sw [N m s/rad]
         inertia_deviation, damping_deviation: standard deviations
-        residual: torque that the equation leaves over, root mean square after smoothing [N m]
-        strength: see `Regression`
+        residual: root mean square residual torque after smoothing [N m]
+        strength: of the instruments, see `Regression`
     """
 
     inertia: float
@@ -53,21 +53,21 @@ class WheelSide(NamedTuple):
 
 
 def wheel_side(recordings: Sequence[WheelMotion], inertia: float | None = None) -> WheelSide:
-    """J w' + beta w + bar torque = constant, smoothed, with derivatives of the motor's angle as instruments.
+    """Fit of J w' + beta w + bar torque = constant, smoothed, with derivatives of the motor's angle as instruments.
 
-    Smoothing and derivatives are one weighting by a normal curve and its derivatives, alike for all signals: no
-    derivative is ever taken of a noisy signal. The noise of the wheel's angle in the regressors would pull the
-    coefficients towards zero; the motor turns with the wheel, but its angle has noise of its own.
+    Smoothing and differentiation are weightings with a Gaussian curve and its derivatives, the same for all signals, so
+    that no noisy signal is differentiated. The noise of the wheel's angle in the regressors would bias the coefficients
+    towards zero; the motor's angle follows the wheel, but has independent noise.
 
     Args:
         recordings: with hands off the wheel
-        inertia: [kg m^2] where it is known; looked for where None
+        inertia: known inertia [kg m^2]; None to estimate it
 
     Raises:
         InputError: the wheel hardly moves
 
-    The standard deviations are the larger of two: that of residuals of any colour, vague after a few slow swings,
-    and that of the white noise of both sensors, carried through the smoothing.
+    The standard deviations are the larger of two: the estimate for autocorrelated residuals, which is inaccurate after
+    a few slow oscillations, and the one from the white noise of both sensors, propagated through the smoothing.
 
     Source: Raffone, eq (1) with T_driver = 0.
     """
@@ -104,7 +104,7 @@ def wheel_side(recordings: Sequence[WheelMotion], inertia: float | None = None) 
 
 
 def _noise(motion: WheelMotion, instruments: np.ndarray, inertia: float, damping: float) -> np.ndarray:
-    """Covariance of instruments times residual, from the white noise of angle and torque."""
+    """Covariance of instruments times residual by the white noise of angle and torque."""
     curve, first, second = (weight[::-1] for weight in _weights(motion.sample_time))
     torque = np.array([np.convolve(z, curve) for z in instruments.T]) * white_noise(motion.bar_torque)
     through = inertia * second + damping * first
@@ -113,7 +113,7 @@ def _noise(motion: WheelMotion, instruments: np.ndarray, inertia: float, damping
 
 
 def _weights(sample_time: float) -> list[np.ndarray]:
-    """The normal curve and its first two derivatives in time, as weights of samples."""
+    """The Gaussian curve and its first two derivatives in time, as weights of samples."""
     reach = math.ceil(6.0 * SMOOTHING / sample_time)
     time = np.arange(-reach, reach + 1) * sample_time
     curve = np.exp(-0.5 * (time / SMOOTHING) ** 2) * sample_time / (SMOOTHING * math.sqrt(2.0 * math.pi))

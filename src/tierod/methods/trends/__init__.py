@@ -1,1 +1,1 @@
-"""Quantities that are estimated drive by drive: how they move over months, and how cars and cohorts differ."""
+"""Trends of quantities that are estimated once per drive: changes over months, differences between cars and cohorts."""

@@ -1,15 +1,14 @@
-"""Evidence for a change in each car's level, drive by drive, with every look counted.
+"""Sequential evidence for a change in each car's level, drive by drive, valid however often it is evaluated.
 
 A change that begins before drive j adds a times a signature to the drives from j on: 1 for a step, the time since the
-middle between j and the drive before for a ramp. Seen through the filter of a car that does not change, the signature
-is known, so that the likelihood ratio of a change of size a against none is exp(a d - a^2 c / 2), with d and c summed
-over the drives. Over a half-normal size it has a closed form. A drive is wrong with a small probability and then does
-not depend on the change: it multiplies the ratio by (1 - p) + p r, for the probability p that it is right without a
-change, and the ratio r that it has if it is. What the level of a fault-free car does by itself, see
-`fault_free_shifts`, is in the density that the ratios are held against. Their sum over all beginnings, each weighted
-with the days in which it may have begun, is the Shiryaev-Roberts statistic in days: without a change its mean is the
-time that has passed. A car therefore reaches A days by chance after A days on average or later, however many drives
-were looked at.
+middle between j and the drive before for a ramp. The response of the filter of an unchanged car to the signature is
+known, so that the likelihood ratio of a change of size a against none is exp(a d - a^2 c / 2), with d and c summed over
+the drives. Its mean over a half-normal size has a closed form. A drive is wrong (an outlier) with a small probability
+and then does not depend on the change: it multiplies the ratio by (1 - p) + p r, where p is the probability that it is
+right without a change, and r its ratio if it is right. Shifts of the level of a fault-free car (`fault_free_shifts`)
+are part of the density of the fault-free hypothesis. The sum of the ratios over all beginnings, each weighted with the
+days in which the change may have begun, is the Shiryaev-Roberts statistic in days: without a change its mean is the
+elapsed time. A fault-free car therefore reaches A days after A days on average or later, whatever the number of drives.
 
 Sources: A. S. Willsky, H. L. Jones, 1976, doi 10.1109/TAC.1976.1101146 (signatures); A. N. Shiryaev, 1963, doi
 10.1137/1108002; M. Pollak, 1987, doi 10.1214/aos/1176350373 (mean time between false alarms); A. P. Dawid, 1984, doi
@@ -30,19 +29,19 @@ from tierod.methods.trends.drives import Drives
 from tierod.methods.trends.fault_free_shifts import FaultFreeShifts
 
 STEP, RAMP = 0, 1
-"""Kinds of change."""
+"""Kinds of change: a step of the level, and a ramp that starts a constant slope."""
 
 
 @dataclass(frozen=True)
 class Changes:
-    """Changes that are looked for, and what fault-free drives do.
+    """Prior of the changes to be detected, and of shifts and outliers of fault-free cars.
 
     Args:
         step: standard deviation of the sizes of steps [unit]; the size of a step worth finding
-        ramp: the same of ramps [unit/d]
-        shift: the same of the shifts of fault-free levels, up or down [unit]
+        ramp: standard deviation of the sizes of ramps [unit/d]
+        shift: standard deviation of the shifts of fault-free levels, up or down [unit]
         wrong: share of wrong drives [-]
-        beginnings: how many drives back a change may have begun
+        beginnings: number of latest drives at which a change may have begun
         side: 1 for rising levels, -1 for falling ones
     """
 
@@ -70,14 +69,14 @@ class Right(NamedTuple):
 
 
 def right(normal: np.ndarray, wrong: float) -> Right:
-    """Which drives are right, if the car has not changed.
+    """Probabilities that drives are right and wrong, if the car has not changed.
 
     Args:
-        normal: innovations in their own deviations
+        normal: innovations over their standard deviations
         wrong: share of wrong drives
 
-    Innovations of wrong drives have a Cauchy distribution `WRONG` times as wide: its tail is so heavy that no distance
-    makes one drive proof of a change.
+    Innovations of wrong drives have a Cauchy distribution `WRONG` times as wide: its tail is so heavy that a single
+    drive, however far off, never proves a change.
     """
     usual = np.log1p(-wrong) - 0.5 * (normal**2 + np.log(2.0 * np.pi))
     far = np.log(wrong / (np.pi * WRONG)) - np.log1p((normal / WRONG) ** 2)
@@ -90,9 +89,9 @@ class Evidence:
     """Evidence accumulated up to each drive.
 
     Args:
-        logarithm: of the statistic in days after each drive, (cars, drives); that of the drive before where none is
-        kind: of the likeliest change then, `STEP` or `RAMP`, (cars, drives)
-        began: drive from which on the likeliest change acts, (cars, drives)
+        logarithm: of the statistic in days after each drive, (cars, drives); without a drive, that of the drive before
+        kind: of the likeliest change after each drive, `STEP` or `RAMP`, (cars, drives)
+        began: first drive that the likeliest change affects, (cars, drives)
         size: of the likeliest change [unit] or [unit/d], with its standard deviation, (cars, drives) each
         shift: of the level by that change so far [unit], (cars, drives)
         earliest, latest: drives between which it began with 90 % posterior probability, (cars, drives)
@@ -113,8 +112,8 @@ def evidence(drives: Drives, found: Filtered, changes: Changes) -> Evidence:
 
     Args:
         drives: of all cars
-        found: by the filter of cars that do not change
-        changes: that are looked for
+        found: output of the filter that assumes no change
+        changes: prior of the changes to be detected
     """
     cars, count = drives.day.shape
     rows = observed(drives)
@@ -135,7 +134,7 @@ def evidence(drives: Drives, found: Filtered, changes: Changes) -> Evidence:
 
 
 class _Search:
-    """Running sums of all beginnings that are held, steps first, then ramps; the oldest makes room for the newest."""
+    """Running sums for the latest beginnings, steps first, then ramps; the newest beginning replaces the oldest."""
 
     def __init__(self, cars: int, beginnings: int, order: int, changes: Changes):
         self.changes, self.beginnings = changes, beginnings
@@ -161,7 +160,7 @@ class _Search:
         variance: np.ndarray,
         gain: np.ndarray,
     ) -> None:
-        """One drive of every car on; cars without one keep what they have."""
+        """Update with one drive of every car; cars without a drive keep their sums."""
         ramps = slice(self.beginnings, None)
         self.response[:, :, LEVEL] += gap[:, None] * self.response[:, :, SLOPE]
         self.signature[:, ramps] += np.where(self.days[:, ramps] > 0.0, gap[:, None], 0.0)
@@ -174,7 +173,7 @@ class _Search:
         self.response += unexplained[:, :, None] * gain[:, None, :]
 
     def _weigh(self, signature: np.ndarray, normal: np.ndarray) -> None:
-        """Ratios with one drive more; it counts for a change where it is rather right than wrong with that change."""
+        """Ratios with one more drive, which enters the sums of a change where it is more likely right than wrong."""
         score = self.score + signature * (self.changes.side * normal)[:, None]
         information = self.information + signature**2
         single = half_normal_ratio(score, information, self.deviation)
@@ -197,13 +196,14 @@ class _Search:
         self.begun[slot] = k
 
     def logarithms(self) -> np.ndarray:
-        """Logarithm of each beginning's part of the statistic; minus infinity where nothing can have begun."""
+        """Logarithm of each beginning's part of the statistic; minus infinity where no change can have begun."""
+        # Steps and ramps are equally likely: each kind gets half of the days.
         with np.errstate(divide="ignore"):
             weight = np.log(0.5 * self.days)
         return np.asarray(weight + self.ratio - np.tile(self.shifts.ratio, 2))
 
     def conclude(self, k: int, there: np.ndarray, result: Evidence) -> None:
-        """Write what is known after drive k."""
+        """Write statistic, likeliest change and interval of its beginning after drive k into the result."""
         parts = self.logarithms()
         top = parts.max(axis=1)
         sane = np.isfinite(top)
@@ -230,7 +230,7 @@ def half_normal_ratio(score: np.ndarray, information: np.ndarray, deviation: np.
 
     Args:
         score, information: d and c
-        deviation: of the size
+        deviation: standard deviation of the normal distribution that is folded
     """
     from scipy.special import log_ndtr
 

@@ -1,8 +1,8 @@
-"""Cohorts of cars that differ from the rest, each with its odds: a mixed model with few cohorts that differ.
+"""Cohorts of cars that differ from the rest, each with its odds: a mixed model with sparse cohort effects.
 
-value of a car = common mean + effects of its cohorts + the car's own part + error of its estimate. Most cohorts have no
-effect; the effect of the others is drawn from a normal distribution. The odds of a cohort are its prior odds times the
-ratio of the likelihoods of its contrast to the rest with and without an effect.
+value of a car = common mean + effects of its cohorts + deviation of the car + error of its estimate. Most cohorts have
+no effect; the effects of the others are normally distributed. The odds of a cohort are its prior odds times the
+likelihood ratio of its contrast to the rest, with an effect against without.
 
 Sources: N. M. Laird, J. H. Ware, 1982, doi 10.2307/2529876 (mixed model); T. J. Mitchell, J. J. Beauchamp, 1988, doi
 10.1080/01621459.1988.10478694 (effects that are mostly zero).
@@ -19,22 +19,23 @@ from tierod.core.errors import InputError
 from tierod.methods.trends.robust import usual_deviation
 
 LEAST = 3
-"""Cars of a cohort without which nothing is said about it."""
+"""Smallest number of cars inside and outside a cohort that is tested."""
 
 ALIKE = 0.8
-"""Share of common cars beyond which two cohorts of different kinds cannot be separated."""
+"""Number of common cars over that of the cars in either cohort, from which on two cohorts cannot be separated."""
 
 
 @dataclass(frozen=True)
 class Cohort:
-    """One cohort.
+    """A cohort with its effect and the odds that it differs from the rest.
 
     Args:
         kind, name: such as "rack batch" and "2026-03"
-        cars: how many
-        effect, deviation: of its cars against the rest, shrunk by the odds' prior [unit], and its standard deviation
+        cars: number of its cars
+        effect, deviation: of its cars against the rest, shrunk towards zero by the prior of effects [unit], and its
+            standard deviation
         log_odds: natural logarithm of the odds that it differs
-        alike: other cohorts of nearly the same cars, as (kind, name): the effect may be theirs
+        alike: other cohorts of nearly the same cars, as (kind, name); the effect may be theirs
     """
 
     kind: str
@@ -51,7 +52,7 @@ class Cohorts:
     """The fleet as a mixed model.
 
     Args:
-        mean, deviation: of fault-free cars of no cohort that differs, and the standard deviation of the mean [unit]
+        mean, deviation: mean of the cars with the effects of their cohorts removed, and its standard deviation [unit]
         between: standard deviation from car to car [unit]
         all: cohorts, largest odds first
         usual: expected value of each car with its cohorts' effects, (cars,)
@@ -74,14 +75,13 @@ def cohorts(
     """Every cohort with the odds that its cars differ from the rest.
 
     Args:
-        value, deviation: of each car, (cars,)
+        value, deviation: estimate of each car and its standard deviation [unit], (cars,)
         labels: kind of cohort -> name of each car's cohort, "" where it is not known
         effect: standard deviation of the effects of cohorts that differ [unit]
-        prior_share: of cohorts that differ; one in a hundred where nothing is known
+        prior_share: prior share of cohorts that differ
 
-    Cohorts are taken up one after the other while their odds exceed 1, the likeliest first, each against the rest with
-    the effects found so far removed: what follows from another cohort is not counted twice. Cars far from all others
-    have a bounded weight.
+    Cohorts are selected one by one while their odds exceed 1, the likeliest first, each tested with the effects
+    selected so far removed, so that an effect is not counted twice. Cars far from all others have a bounded weight.
 
     Raises:
         InputError: fewer than `LEAST` cars
@@ -115,7 +115,7 @@ def cohorts(
 def _between(value: np.ndarray, deviation: np.ndarray) -> tuple[float, np.ndarray]:
     """Standard deviation from car to car, and the weight of each car.
 
-    The variance is that for which the clipped squared residuals have their expected mean (R. C. Paule, J. Mandel, 1982,
+    The variance makes the mean of the clipped squared residuals equal to its expectation (R. C. Paule, J. Mandel, 1982,
     with the bound of P. J. Huber's proposal 2).
     """
     centre = float(np.median(value))
@@ -137,8 +137,8 @@ def _between(value: np.ndarray, deviation: np.ndarray) -> tuple[float, np.ndarra
 def _judged(
     key: tuple[str, str], of: np.ndarray, value: np.ndarray, weight: np.ndarray, effect: float, prior: float
 ) -> Cohort:
-    """The contrast of a cohort to the rest."""
-    # Inside a cohort that differs every car is far from the fleet's centre; its own centre decides its weights.
+    """A cohort with effect and odds from its contrast to the rest."""
+    # In a cohort that differs every car is far from the fleet's centre, so the weights are taken about its own centre.
     inside, within = _centre(value[of], weight[of].max())
     outside, without = float(weight[~of] @ value[~of] / weight[~of].sum()), 1.0 / float(weight[~of].sum())
     contrast, variance = inside - outside, within + without

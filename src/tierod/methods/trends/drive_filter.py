@@ -1,4 +1,4 @@
-"""Kalman filter over drives: level and slope of a quantity of many cars at once, with regressors."""
+"""Kalman filter over drives: level and slope of a quantity, with regressors, for many cars in parallel."""
 
 from __future__ import annotations
 
@@ -11,20 +11,21 @@ from tierod.core.errors import ParameterError
 from tierod.methods.trends.drives import Drives
 
 LEVEL, SLOPE = 0, 1
-"""Places in the state; the coefficients of the regressors follow."""
+"""Indices of level and slope in the state; the coefficients of the regressors follow."""
 
 
 @dataclass(frozen=True)
 class TrendNoise:
-    """Noise of a car's changes between drives, and of a drive's deviation from its car.
+    """Process noise between the drives of a car, and measurement noise of a drive.
 
     Args:
-        level_walk: random walk of the level [unit/sqrt(d)]: what wear, grease and settling move without a direction
+        level_walk: random walk of the level [unit/sqrt(d)], by wear, grease and settling without a direction
         slope_walk: random walk of the slope [unit/d/sqrt(d)]: how fast an ageing may set in or end
-        scatter: standard deviation from drive to drive that no drive's deviation holds [unit]: road, tyres, load
+        scatter: standard deviation from drive to drive beside the deviations that the drives state [unit], by road,
+            tyres and load
         scale: true error of a drive over the deviation that it states [-]
-        clip: innovation, in its own deviations, beyond which a drive counts no more than at it [-]; 2.5 loses 1 % of
-            the evidence of Gaussian drives, and bounds that of a drive that is wrong altogether
+        clip: bound of the normalised innovation [-]; 2.5 loses 1 % of the information of Gaussian drives, and bounds
+            the influence of an outlier
     """
 
     level_walk: Annotated[float, "unit of the quantity/d**0.5"]
@@ -38,16 +39,16 @@ class TrendNoise:
             raise ParameterError(f"{self} has a negative deviation, or a scale or clip that is not positive")
 
     def variance(self, deviation: np.ndarray) -> np.ndarray:
-        """Variance of a drive about the level of its car [unit**2]."""
+        """Variance of a drive about the level of its car [unit**2], from its stated standard deviation [unit]."""
         return np.asarray((self.scale * deviation) ** 2 + self.scatter**2)
 
 
 @dataclass(frozen=True, eq=False)
 class Prior:
-    """Prior of a car before its first drive.
+    """Prior of the state before the first drive, common to all cars or one for each.
 
     Args:
-        mean: level, slope [unit/d] and coefficients, (n,) or (cars, n)
+        mean: level [unit], slope [unit/d] and coefficients, (n,) or (cars, n)
         covariance: (n, n) or (cars, n, n)
     """
 
@@ -55,7 +56,7 @@ class Prior:
     covariance: np.ndarray
 
     def of(self, cars: slice | np.ndarray) -> Prior:
-        """Prior that some of the cars give."""
+        """Prior of some of the cars, given as a slice, mask or indices."""
         mean = self.mean[cars] if self.mean.ndim == 2 else self.mean
         return Prior(mean, self.covariance[cars] if self.covariance.ndim == 3 else self.covariance)
 
@@ -66,10 +67,10 @@ class Filtered:
 
     Args:
         mean, covariance: of the state, (cars, drives, n) and (cars, drives, n, n)
-        innovation, variance: of each drive against what was expected of it, (cars, drives); NaN without a drive
-        weight: of each drive, 1 or less where it was clipped, (cars, drives); 0 without one
-        gain: by which an innovation moved the state, its weight included, (cars, drives, n)
-        gap: time since the drive before [d], (cars, drives); 0 at the first one and without a drive
+        innovation, variance: of each drive, (cars, drives); NaN without a drive
+        weight: of each drive, below 1 where the innovation was clipped, (cars, drives); 0 without a drive
+        gain: Kalman gain times the weight, (cars, drives, n)
+        gap: time since the drive before [d], (cars, drives); 0 at the first drive and without a drive
     """
 
     mean: np.ndarray
@@ -82,24 +83,24 @@ class Filtered:
 
 
 def observed(drives: Drives) -> np.ndarray:
-    """Row of the measurement of each drive: 1, 0 and the regressors, (cars, drives, n)."""
+    """Row of the measurement matrix of each drive: 1, 0 and the regressors, (cars, drives, n)."""
     one = np.ones((*drives.day.shape, 1))
     return np.concatenate((one, 0.0 * one, drives.effects), axis=2)
 
 
 def gaps(drives: Drives) -> np.ndarray:
-    """Time since the drive before [d], (cars, drives); 0 at the first one and where there is none."""
+    """Time since the drive before [d], (cars, drives); 0 at the first drive and without a drive."""
     held = np.maximum.accumulate(np.where(drives.present, drives.day, -np.inf), axis=1)
     before = np.concatenate((np.full((len(held), 1), -np.inf), held[:, :-1]), axis=1)
     return np.where(drives.present & np.isfinite(before), drives.day - np.where(np.isfinite(before), before, 0.0), 0.0)
 
 
 def moved(mean: np.ndarray, covariance: np.ndarray, gap: np.ndarray, noise: TrendNoise) -> None:
-    """Carry states over a time without drives, in place: a straight trend on which level and slope wander.
+    """Predict states over the time between drives, in place: a constant slope plus random walks of level and slope.
 
     Args:
-        mean, covariance: (cars, n) and (cars, n, n)
-        gap: [d], (cars,)
+        mean, covariance: of the state, (cars, n) and (cars, n, n)
+        gap: time [d], (cars,)
         noise: of both walks
 
     Source: Y. Bar-Shalom et al., Estimation with Applications to Tracking and Navigation, 2001, (6.2.2-13).
@@ -123,8 +124,8 @@ def filtered(drives: Drives, prior: Prior, noise: TrendNoise) -> Filtered:
         prior: of all, or of each
         noise: of the walks and of the drives
 
-    An innovation beyond `noise.clip` deviations is held there and reduces the covariance in the same ratio. Source of
-    the bounded correction: C. J. Masreliez, R. D. Martin, 1977, doi 10.1109/TAC.1977.1101538.
+    An innovation beyond `noise.clip` standard deviations is limited to them, and the reduction of the covariance is
+    scaled by the same factor. Source: C. J. Masreliez, R. D. Martin, 1977, doi 10.1109/TAC.1977.1101538.
     """
     cars, count = drives.day.shape
     order = 2 + drives.regressors.shape[2]

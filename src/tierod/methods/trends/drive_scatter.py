@@ -1,4 +1,4 @@
-"""Scatter between drives of the same car, learnt from a fleet beside what each drive states of itself."""
+"""Scatter between drives of the same car, estimated from a fleet beside the deviation that each drive states."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from tierod.methods.trends.drives import Drives
 from tierod.methods.trends.robust import VARIANCE_ERROR, usual_deviation
 
 LEAST = 30
-"""Pairs of drives without which nothing is learnt: they give a deviation to 13 %."""
+"""Smallest number of pairs of drives for an estimate: they give a standard deviation to 13 %."""
 
 MOST = 400_000
-"""Pairs of drives that are used at most, evenly out of all: they give a deviation to a ninth of a per cent."""
+"""Largest number of pairs that are used, evenly spaced among all: they give a standard deviation to 0.11 %."""
 
 NEAR = 30.0
-"""Longest time between two drives of a pair [d], so that wear hardly counts."""
+"""Longest time between two drives of a pair [d], over which wear is negligible."""
 
 WRONG = 5.0
-"""Deviation of outlier drives over that of the others."""
+"""Standard deviation of wrong drives (outliers) over that of the others [-]."""
 
 
 @dataclass(frozen=True)
@@ -28,12 +28,12 @@ class DriveScatter:
     """Estimated scatter of drives of the same car.
 
     Args:
-        scatter: standard deviation from drive to drive that the drives do not state [unit]
-        scale: true error over the stated one [-]; 1 where the stated deviations are too alike to separate both
-        wrong_share: of drives with an error `WRONG` times as large
+        scatter: standard deviation from drive to drive beside the stated ones [unit]
+        scale: true error over the stated one [-]; where the stated deviations are too alike to separate both, 1 or less
+        wrong_share: share of drives with an error `WRONG` times as large
         effects: change of the estimate per unit of each regressor, (regressors,)
-        differing: standard deviation of each effect from car to car that the drives leave possible, (regressors,)
-        pairs: of drives that it rests on
+        differing: upper estimate of the standard deviation of each effect from car to car, (regressors,)
+        pairs: number of pairs of drives that were used
         separated: whether scale and scatter could be separated
     """
 
@@ -47,14 +47,14 @@ class DriveScatter:
 
 
 def drive_scatter(drives: Drives) -> DriveScatter:
-    """Scatter and scale that make the differences between neighbouring drives of one car likeliest.
+    """Maximum-likelihood estimate of scatter and scale from the differences between neighbouring drives of each car.
 
     Args:
         drives: of all cars
 
-    Differences are free of the level of the car, and nearly so of its wear. Their likelihood is that of two Gaussian
-    errors, each of which may be an outlier, so that a few wrong drives do not widen it; it is composite, since
-    neighbouring differences share a drive, which leaves the estimates consistent. Source: C. Varin et al., 2011,
+    Differences do not depend on the level of the car, and hardly on its wear. Their likelihood is that of two Gaussian
+    errors, each of which may be an outlier, so that a few wrong drives do not widen it. It is a composite likelihood,
+    since neighbouring differences share a drive; the estimates stay consistent. Source: C. Varin et al., 2011,
     Statistica Sinica 21, 5-42; outliers after J. W. Tukey, 1960.
 
     Raises:
@@ -73,6 +73,7 @@ def drive_scatter(drives: Drives) -> DriveScatter:
     stated = first**2 + second**2
     level = usual_deviation(rest)
     low, high = np.quantile(stated, (0.1, 0.9))
+    # Only stated deviations that differ between drives separate the scale from a constant scatter.
     separated = bool(high > 2.0 * low)
     begin = [np.log(max(level, 1e-9) / np.sqrt(2.0)), np.log(0.5) if separated else -np.inf, np.log(0.03 / 0.97)]
 
@@ -91,7 +92,7 @@ def drive_scatter(drives: Drives) -> DriveScatter:
 
 
 def _rest_scale(whole: float, stated: np.ndarray) -> float:
-    """1, or less where drives agree better than they state."""
+    """Scale where it cannot be separated from the scatter: 1, or less where the drives scatter less than they state."""
     return float(min(1.0, whole / np.sqrt(0.5 * np.median(stated))))
 
 
@@ -100,7 +101,7 @@ def _rest_scatter(whole: float, stated: np.ndarray) -> float:
 
 
 def _mixture(square: np.ndarray, variance: np.ndarray, share: float) -> np.ndarray:
-    """Logarithm of the density of differences of two drives, of which none, one or both are wrong."""
+    """Log-density of differences of two drives, of which none, one or both are wrong."""
     chances = ((1.0 - share) ** 2, 2.0 * share * (1.0 - share), share**2)
     wider = (1.0, 0.5 * (1.0 + WRONG**2), WRONG**2)
     parts = [
@@ -111,7 +112,7 @@ def _mixture(square: np.ndarray, variance: np.ndarray, share: float) -> np.ndarr
 
 
 def _pairs(drives: Drives) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Change between neighbouring drives, both stated deviations, and the change of the regressors."""
+    """Difference of neighbouring drives, both stated deviations, and the difference of the regressors."""
     both = drives.present[:, 1:] & drives.present[:, :-1]
     with np.errstate(invalid="ignore"):
         near = np.flatnonzero(both & (np.diff(drives.day, axis=1) <= NEAR))
@@ -127,9 +128,9 @@ def _pairs(drives: Drives) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarr
 
 
 def _differing(rest: np.ndarray, moved: np.ndarray) -> np.ndarray:
-    """Standard deviations of effects from car to car: pairs with large differences of a regressor scatter wider.
+    """Standard deviations of effects from car to car, from the wider scatter of pairs with large regressor differences.
 
-    Each variance is what was found, not negative, and its standard error: what the drives cannot exclude.
+    Each variance is its estimate, at least zero, plus its standard error: an upper value that the drives allow.
     """
     found = np.full(moved.shape[1], np.inf)
     for number, along in enumerate(moved.T**2):
@@ -144,7 +145,7 @@ def _differing(rest: np.ndarray, moved: np.ndarray) -> np.ndarray:
 
 
 def _robust_slopes(change: np.ndarray, moved: np.ndarray) -> np.ndarray:
-    """Least squares with Huber's weights; regressors that hardly move within pairs keep a coefficient near zero."""
+    """Least squares with Huber's weights; a ridge keeps the coefficients of nearly constant regressors near zero."""
     weight = np.ones(len(change))
     count = moved.shape[1]
     if not count:

@@ -1,4 +1,4 @@
-"""The past in the light of all drives: level and slope of every car at each of its drives, backwards."""
+"""Fixed-interval smoother over drives: level and slope of every car at each drive, given all its drives."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ def smoothed(found: Filtered, noise: TrendNoise) -> tuple[np.ndarray, np.ndarray
     """Mean and covariance of the state at each drive, given all drives of the car.
 
     Args:
-        found: what the filter knew after each drive
-        noise: that the filter had
+        found: output of the filter
+        noise: of the walks, the same as in the filter
 
     Returns:
-        (cars, drives, n) and (cars, drives, n, n)
+        smoothed means and covariances, (cars, drives, n) and (cars, drives, n, n)
 
     Source: H. E. Rauch, F. Tung, C. T. Striebel, 1965, doi 10.2514/3.3166.
     """
@@ -33,7 +33,7 @@ def smoothed(found: Filtered, noise: TrendNoise) -> tuple[np.ndarray, np.ndarray
 
 
 def _regular(matrix: np.ndarray) -> np.ndarray:
-    """The covariance, with so little added that a coefficient which is known exactly does not make it singular."""
+    """The covariance with a small diagonal added: a coefficient without uncertainty would make it singular."""
     order = matrix.shape[-1]
     size = np.einsum("cii->c", matrix) / order
     return np.asarray(matrix + 1e-12 * np.maximum(size, 1e-12)[:, None, None] * np.eye(order))

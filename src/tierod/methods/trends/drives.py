@@ -1,4 +1,4 @@
-"""Estimates of one quantity from the drives of many cars, in one table."""
+"""Table of the estimates of one quantity from the drives of many cars."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ class Drives:
     Args:
         day: of each drive [d], (cars, drives)
         estimate: of the quantity [unit of the quantity], (cars, drives)
-        deviation: standard deviation that the drive itself states [same unit], (cars, drives)
-        regressors: what moves the estimate beside the car (temperature, mileage), each less its reference, in the unit
-            of choice, (cars, drives, regressors); NaN counts as the reference
+        deviation: standard deviation that the drive states for its estimate [same unit], (cars, drives)
+        regressors: other influences on the estimate (temperature, mileage), each less its reference, in any unit,
+            (cars, drives, regressors); NaN counts as the reference
     """
 
     day: np.ndarray
@@ -43,7 +43,7 @@ class Drives:
 
     @property
     def effects(self) -> np.ndarray:
-        """The regressors with the reference where they are not known, (cars, drives, regressors)."""
+        """The regressors, with the reference in place of unknown values, (cars, drives, regressors)."""
         return np.asarray(np.where(np.isfinite(self.regressors), self.regressors, 0.0))
 
     def of(self, cars: slice | np.ndarray) -> Drives:
@@ -54,7 +54,7 @@ class Drives:
 def gathered(
     car: np.ndarray, day: np.ndarray, estimate: np.ndarray, deviation: np.ndarray, regressors: np.ndarray
 ) -> tuple[Drives, np.ndarray]:
-    """The table of drives that come in any order, and the place of every drive in it.
+    """The table of drives that are given in any order, and the place of every drive in it.
 
     Args:
         car: number of the car of each drive, from 0 on, (n,)

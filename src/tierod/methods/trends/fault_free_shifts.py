@@ -1,8 +1,8 @@
-"""Shifts of the levels of fault-free cars, such as a change of tyres: errors that last for weeks.
+"""Shifts of the levels of fault-free cars, for example by a change of tyres: errors that last for weeks.
 
 The level of a fault-free car shifts with a small probability before each drive, up or down by a normally distributed
-size. The density of the next drive is the mean over the shifts that may be, each weighted with its probability given
-the drives so far. The filter has followed a shift that began longer ago than all beginnings that are held.
+size. The density of the next drive is the mean over all possible shifts, each weighted with its probability given the
+drives so far. Shifts before the stored beginnings are neglected, since the filter has followed them.
 
 Source: R. P. Adams, D. J. C. MacKay, 2007, arXiv:0710.3742 (probabilities of the last shift, drive by drive).
 """
@@ -16,10 +16,10 @@ EVERY = 182.6
 
 
 class FaultFreeShifts:
-    """Probability of a shift at each beginning that is held, and what shifts explain of the drives since then.
+    """Probability that the last shift was at each stored beginning, and the likelihood ratio of levels with shifts.
 
     Args:
-        cars, beginnings: how many
+        cars, beginnings: numbers of cars and of stored beginnings
         deviation: standard deviation of the sizes [unit]
     """
 
@@ -28,16 +28,17 @@ class FaultFreeShifts:
         self.none = np.ones(cars)
         self.share = np.zeros((cars, beginnings))
         self.single = np.zeros((cars, beginnings))
-        # Of levels that may shift against those that do not, since each beginning.
+        # Log-likelihood ratio of a level that may shift against one that does not, accumulated since each beginning.
         self.ratio = np.zeros((cars, beginnings))
 
     def begin(self, slot: int, gap: np.ndarray) -> None:
-        """Let shifts begin at a drive, in the place of those that are held there.
+        """Let shifts begin at a drive, in place of the oldest beginning.
 
         Args:
-            slot: of the beginning
+            slot: index of the beginning that is replaced
             gap: time since the drive before [d], (cars,)
         """
+        # The filter has followed the shifts of the replaced beginning, so their probability goes to "no shift".
         self.none += self.share[:, slot]
         new = -np.expm1(-gap / EVERY)
         self.none *= 1.0 - new
@@ -47,11 +48,11 @@ class FaultFreeShifts:
     def step(
         self, score: np.ndarray, information: np.ndarray, counts: np.ndarray, right: np.ndarray, wrong: np.ndarray
     ) -> None:
-        """One drive on.
+        """Update with one drive.
 
         Args:
-            score, information: of steps from each beginning on, this drive counted, (cars, beginnings)
-            counts: whether it counts from here on, (cars, beginnings)
+            score, information: of steps from each beginning on, with this drive, (cars, beginnings)
+            counts: whether the drive enters the sums of each beginning, (cars, beginnings)
             right, wrong: logarithms of the probabilities that it is right and wrong without any shift, (cars,)
         """
         single = normal_ratio(score, information, self.deviation)
@@ -68,7 +69,7 @@ def normal_ratio(score: np.ndarray, information: np.ndarray, deviation: float) -
 
     Args:
         score, information: d and c
-        deviation: of the size
+        deviation: standard deviation of the size
     """
     more = 1.0 + information * deviation**2
     return np.asarray(0.5 * ((score * deviation) ** 2 / more - np.log(more)))

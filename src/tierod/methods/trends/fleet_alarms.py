@@ -1,8 +1,8 @@
-"""Alarms of a whole fleet from evidence that counts every look: a bound for each car, and a list of bounded error.
+"""Alarms of a fleet: a bound of the false alarms of each car, and a list of cars with a bounded false-discovery rate.
 
-The statistic in days of `change_evidence` divided by a horizon is an e-value of the car, whenever one looks: its mean
-without a change is at most 1. The e-BH rule therefore bounds the share of wrong cars in a list that may be drawn up
-anew after every drive, whatever the dependence between cars (a heat wave acts on all of them).
+The statistic in days of `change_evidence` divided by a horizon is an e-value of the car at any stopping time: its mean
+without a change is at most 1. The e-BH rule therefore bounds the share of fault-free cars in a list that may be updated
+after every drive, for any dependence between cars (a heat wave acts on all of them).
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ DAYS_PER_YEAR = 365.25
 
 
 def alarm_level(vehicle_years: float) -> float:
-    """Logarithm of the statistic in days at which a car alarms.
+    """Threshold of an alarm: logarithm of the statistic in days.
 
     Args:
-        vehicle_years: between false alarms, at least, for fault-free cars [a]
+        vehicle_years: smallest mean time between false alarms of fault-free cars [a]
 
     Raises:
         ParameterError: a time that is not positive
@@ -36,10 +36,10 @@ def log_e_values(logarithm: np.ndarray, watched: np.ndarray, horizon: float) -> 
     Args:
         logarithm: of the statistic in days, (cars,)
         watched: time since the first drive of the car [d], (cars,)
-        horizon: over which a change is equally likely to begin [d], such as the life of a car
+        horizon: time over which a change is equally likely to begin [d], such as the life of a car
 
-    The change may begin later with the share of the horizon that is left. Beyond the horizon the statistic is divided
-    by the time watched.
+    The share of the horizon that is left counts for changes that have not begun yet. Beyond the horizon the statistic
+    is divided by the time watched.
     """
     left = np.maximum(1.0 - watched / horizon, 0.0)
     with np.errstate(divide="ignore"):
@@ -47,21 +47,21 @@ def log_e_values(logarithm: np.ndarray, watched: np.ndarray, horizon: float) -> 
 
 
 def stopped(logarithm: np.ndarray, level: float) -> np.ndarray:
-    """Place at which each car's e-value is taken: where its statistic first reaches a level, else the last one.
+    """Index of the drive at which each car's e-value is taken: the first one at or above a level, or else the last one.
 
     Args:
         logarithm: of the statistic in days after each drive, (cars, drives)
-        level: logarithm
+        level: logarithm of the threshold in days
 
-    A car that has been sure once stays so, although the search forgets old beginnings and follows the new level. The
-    first passage is a stopping time, at which an e-value is one.
+    A car that has reached the level once stays changed, although the search drops old beginnings and the filter follows
+    the new level. The first passage is a stopping time, at which the statistic still is an e-value.
     """
     reached = logarithm >= level
     return np.asarray(np.where(reached.any(axis=1), reached.argmax(axis=1), logarithm.shape[1] - 1))
 
 
 def selected(log_e: np.ndarray, share: float) -> np.ndarray:
-    """The cars of a list of which on average at most a share is wrong.
+    """The changed cars, selected so that on average at most a share of them is fault-free.
 
     Args:
         log_e: logarithms of e-values, (cars,)

@@ -1,23 +1,23 @@
-"""Time at which a level that moves along a straight trend reaches a limit, as an interval."""
+"""Time until a level with a linear trend reaches a limit, by quantiles."""
 
 from __future__ import annotations
 
 import numpy as np
 
 HORIZON = 3652.5
-"""Longest time that is looked ahead [d]: ten years. What is later counts as never."""
+"""Prediction horizon [d]: ten years. A later time counts as never."""
 
 _STEPS = 60
 
 
 def chance_by(level: np.ndarray, covariance: np.ndarray, limit: np.ndarray, ahead: np.ndarray) -> np.ndarray:
-    """Chance that the level has reached the limit at a time ahead.
+    """Probability that the level is above the limit at a time ahead.
 
     Args:
         level: mean of level and slope now, (cars, 2)
-        covariance: of both, (cars, 2, 2)
-        limit: above the level, in its unit, (cars,)
-        ahead: time [d], (cars,)
+        covariance: of level and slope, (cars, 2, 2)
+        limit: upper limit in the unit of the level, (cars,)
+        ahead: time from now [d], (cars,)
     """
     from scipy.special import ndtr
 
@@ -27,15 +27,15 @@ def chance_by(level: np.ndarray, covariance: np.ndarray, limit: np.ndarray, ahea
 
 
 def time_to_limit(level: np.ndarray, covariance: np.ndarray, limit: np.ndarray, share: float) -> np.ndarray:
-    """Time after which a share of all trends that fit have reached the limit [d]; infinite beyond `HORIZON`.
+    """Time from now at which the probability of being above the limit reaches a share [d]; infinite beyond `HORIZON`.
 
     Args:
         level, covariance: of level and slope, see `chance_by`
-        limit: (cars,)
-        share: 0.05 for the earliest time, 0.5 for the likely one
+        limit: upper limit in the unit of the level, (cars,)
+        share: probability [-]; 0.05 for the earliest time, 0.5 for the median
 
-    The chance is looked for on times that grow by a twelfth, then bisected: it need not rise for ever where the slope
-    falls, and its first passage counts. No walk beyond now is added: a trend that goes on as it is.
+    The first passage is bracketed on a grid of times that grow by a twelfth, then bisected, since the probability need
+    not be monotonic for a falling slope. The trend is extrapolated without process noise.
     """
     times = np.concatenate(([0.0], np.geomspace(1.0, HORIZON, 104)))
     low, high = np.zeros(len(level)), np.full(len(level), np.inf)

@@ -1,4 +1,4 @@
-"""Wandering and drift of the levels of fault-free cars, learnt from a fleet in which most cars are fault-free."""
+"""Random walk and slope of the levels of fault-free cars, estimated from a fleet in which most cars are fault-free."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from tierod.methods.trends.fault_free_shifts import EVERY
 from tierod.methods.trends.robust import VARIANCE_ERROR, usual_deviation
 
 LEAST = 50
-"""Pairs of drives at a distance without which the distance is left out."""
+"""Smallest number of pairs of drives for a point of the variogram."""
 
 
 @dataclass(frozen=True)
 class Wandering:
-    """Estimated wandering and drift of the levels.
+    """Estimated random walk and slope of the levels.
 
     Args:
-        level_walk: random walk of the level [unit/sqrt(d)], with what the drives cannot exclude
-        slope: of the usual car [unit/d]
-        slope_deviation: from car to car [unit/d], with what the drives cannot exclude
-        longest: distance in time that it rests on [d]; 0 where nothing was learnt
+        level_walk: random walk of the level [unit/sqrt(d)]; its variance includes its standard error
+        slope: median slope of the cars [unit/d]
+        slope_deviation: standard deviation from car to car [unit/d]; its variance includes its standard error
+        longest: largest time between drives that was used [d]; 0 where nothing could be estimated
     """
 
     level_walk: float
@@ -32,16 +32,17 @@ class Wandering:
 
 
 def wandering(drives: Drives, effects: np.ndarray) -> Wandering:
-    """Walk and slopes from how far drives of one car are apart, over how far they are apart in time.
+    """Walk and slopes from a robust variogram: variance of the difference of two drives over the time between them.
 
     Args:
         drives: of all cars
         effects: of the regressors on the estimate, (regressors,)
 
-    The variance of the difference of two drives is 2 s^2 + w^2 T + v^2 T^2 over their distance T, for drive scatter s,
-    walk w and slopes of deviation v. Distances go up to half a year: beyond, the seasons return. Medians make it that
-    of the majority of cars. Least squares, not negative: the variogram of N. Cressie, Statistics for Spatial Data,
-    1993, 2.4, in its robust form. To both variances the standard error is added.
+    The variance of the difference of two drives is 2 s^2 + w^2 T + v^2 T^2 over the time T between them, for drive
+    scatter s, walk w and slopes of standard deviation v. T goes up to half a year, beyond which the seasons repeat.
+    Medians make it robust against a minority of faulty cars. The coefficients are fitted by non-negative least squares;
+    the variogram is that of N. Cressie, Statistics for Spatial Data, 1993, 2.4, in its robust form. The standard error
+    is added to both variances.
     """
     from scipy.optimize import nnls
 
@@ -67,6 +68,7 @@ def wandering(drives: Drives, effects: np.ndarray) -> Wandering:
     if len(distance) < 3:
         return Wandering(0.0, 0.0, 0.0, 0.0)
     apart, variance = np.array(distance), np.array(spread)
+    # Divided by the variances, the fit minimises relative errors, since the error of a variance is in proportion to it.
     terms = np.stack((np.ones(len(apart)), apart, apart**2), axis=1) / variance[:, None]
     found, _ = nnls(terms, np.ones(len(apart)))
     error = VARIANCE_ERROR / np.sqrt(pairs) * variance[-1]

@@ -1,4 +1,4 @@
-"""Structural analysis of equations alone: redundancy, detectable and isolable faults."""
+"""Structural analysis of a model from the incidence of its equations: redundancy, detectable and isolable faults."""
 
 from tierod.methods.analysis.structure.isolability import Isolability, SensorGain, gain_of_sensors, isolability
 from tierod.methods.analysis.structure.redundancy import (

@@ -1,4 +1,4 @@
-"""Detectability and isolability of faults by a set of equations, and the gain by another sensor."""
+"""Detectability and isolability of faults by a set of equations, and the improvement by another sensor."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ class Isolability:
 
     Args:
         faults: names, in the order of rows and columns
-        detectable: one per fault
-        mistaken: row: the fault that is there, column: a fault that explains all that is seen as well; its diagonal is
-            true. Several at once are no explanation of what a part of them explains
+        detectable: whether each fault is detectable
+        mistaken: whether the fault of the column explains everything that the fault of the row causes; true on the
+            diagonal. A set of faults does not count as an explanation of a part of itself
     """
 
     faults: tuple[str, ...]
@@ -43,7 +43,7 @@ class Isolability:
 
     @property
     def undetectable(self) -> tuple[str, ...]:
-        """Faults that nothing shows."""
+        """Faults that are not detectable."""
         return tuple(fault for fault, seen in zip(self.faults, self.detectable, strict=True) if not seen)
 
     @property
@@ -54,24 +54,24 @@ class Isolability:
 
     @property
     def isolated_pairs(self) -> int:
-        """Ordered pairs of faults of which the first, being there, is not mistaken for the second."""
+        """Number of ordered pairs of faults of which the first is detectable and not mistaken for the second."""
         return int(np.sum(~self.mistaken & self.detectable[:, None]))
 
     def mistaken_for(self, fault: str) -> tuple[str, ...]:
-        """Other faults that explain what `fault` shows."""
+        """Other faults that explain everything that `fault` causes."""
         row = self.mistaken[self.faults.index(fault)]
         return tuple(other for other, same in zip(self.faults, row, strict=True) if same and other != fault)
 
 
 def isolability(model: StructuralModel, at_once: int = 1) -> Isolability:
-    """Detectable and isolable faults of a model, of each by itself or of several at once.
+    """Detectable and isolable faults of a model, for single faults or for several at once.
 
-    Fault A is isolable from B where its equation is still in the overdetermined part once that of B is left out. The
-    smallest explanation is meant: A and B together explain whatever A does, and do not count as one of it.
+    Fault A is isolable from B if its equation is still in the overdetermined part after that of B is removed. Only
+    minimal explanations count: A and B together explain whatever A causes, but are no explanation of A.
 
     Args:
         model: its equations
-        at_once: faults at once; with 2, rows and columns are the single faults and all pairs ("A + B")
+        at_once: largest number of simultaneous faults; with 2, rows and columns are single faults and pairs ("A + B")
 
     Source: Krysander, Frisk, Sensor placement for fault diagnosis, IEEE Trans. SMC A 38 (2008), section III.
     """
@@ -95,13 +95,13 @@ def _faults_of(equations: Iterable[Equation]) -> set[str]:
 
 @dataclass(frozen=True)
 class SensorGain:
-    """Gain by one more sensor.
+    """Improvement by one more sensor.
 
     Args:
         sensor: name of its equation
-        detectable: faults that it makes detectable, its own left aside
-        isolated_pairs: ordered pairs of the present faults that it isolates
-        own_isolable: whether a fault of its own is isolable from all others
+        detectable: faults of the present model that it makes detectable
+        isolated_pairs: number of ordered pairs of the model's faults that it additionally isolates
+        own_isolable: whether its own fault is isolable from all others
     """
 
     sensor: str
@@ -111,12 +111,12 @@ class SensorGain:
 
 
 def gain_of_sensors(model: StructuralModel, sensors: Sequence[Equation], at_once: int = 1) -> tuple[SensorGain, ...]:
-    """Gains by each of several sensors alone, the most helpful first.
+    """Improvement by each of several sensors alone, the largest first.
 
     Args:
-        model: as it is
-        sensors: an equation each, with the fault of its own
-        at_once: faults at once that are to be isolated, see `isolability`
+        model: without the sensors
+        sensors: an equation for each, with its own fault
+        at_once: largest number of simultaneous faults, see `isolability`
     """
     now = isolability(model, at_once)
     gains = []

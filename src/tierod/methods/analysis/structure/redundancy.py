@@ -1,4 +1,4 @@
-"""Redundancy of a set of equations with more of them than unknowns, and the smallest sets that give a residual."""
+"""Redundancy of a set of equations, and its minimal sets that give a residual."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from tierod.methods.analysis.structure.structural_model import Equation, Structu
 
 @dataclass(frozen=True)
 class Decomposition:
-    """Equations of the three parts of a structure, and its degree of redundancy.
+    """Dulmage-Mendelsohn parts of a structure, and its degree of redundancy.
 
     Args:
-        overdetermined: names of equations with more of them than unknowns: here, and only here, can be checked
-        just_determined: as many as unknowns
-        underdetermined: fewer
-        redundancy: equations of the overdetermined part less its unknowns
+        overdetermined: names of the equations in the part with more equations than unknowns, the only checkable one
+        just_determined: names in the part with as many equations as unknowns
+        underdetermined: names in the part with fewer equations than unknowns
+        redundancy: number of equations less number of unknowns of the overdetermined part
     """
 
     overdetermined: tuple[str, ...]
@@ -29,7 +29,7 @@ class Decomposition:
 
 
 def decompose(model: StructuralModel) -> Decomposition:
-    """Decompose a structural model.
+    """Dulmage-Mendelsohn decomposition of a structural model.
 
     Args:
         model: its equations
@@ -47,14 +47,14 @@ def decompose(model: StructuralModel) -> Decomposition:
 
 
 def overdetermined(equations: Sequence[Equation]) -> tuple[Equation, ...]:
-    """The equations of a set that can be checked against each other."""
+    """The overdetermined part of a set of equations, in which they can be checked against each other."""
     rows, columns = _incidence(equations)
     over = _from_unmatched_rows(rows, _matched(rows, len(columns)))
     return tuple(equations[i] for i in sorted(over))
 
 
 def redundancy(equations: Iterable[Equation]) -> int:
-    """Number of equations less number of their unknowns."""
+    """Degree of redundancy: number of equations less number of their unknowns."""
     every = list(equations)
     return len(every) - len(frozenset().union(*(each.unknowns for each in every)))
 
@@ -66,7 +66,7 @@ def _incidence(equations: Sequence[Equation]) -> tuple[list[list[int]], dict[str
 
 
 def _matched(rows: list[list[int]], columns: int) -> np.ndarray:
-    """The equation that each unknown is matched with, -1 for none, in a matching as large as can be."""
+    """The equation that each unknown is matched with in a maximum matching, -1 for none."""
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import maximum_bipartite_matching
 
@@ -79,7 +79,7 @@ def _matched(rows: list[list[int]], columns: int) -> np.ndarray:
 
 
 def _from_unmatched_rows(rows: list[list[int]], row_of: np.ndarray) -> set[int]:
-    """Rows on alternating paths that begin in a row without partner."""
+    """Rows on alternating paths that start at an unmatched row."""
     seen = set(range(len(rows))) - set(row_of.tolist())
     waiting = list(seen)
     while waiting:
@@ -92,7 +92,7 @@ def _from_unmatched_rows(rows: list[list[int]], row_of: np.ndarray) -> set[int]:
 
 
 def _from_unmatched_columns(rows: list[list[int]], row_of: np.ndarray) -> set[int]:
-    """Rows on alternating paths that begin in a column without partner."""
+    """Rows on alternating paths that start at an unmatched column."""
     rows_with: dict[int, list[int]] = {}
     for i, inside in enumerate(rows):
         for column in inside:
@@ -111,7 +111,7 @@ def _from_unmatched_columns(rows: list[list[int]], row_of: np.ndarray) -> set[in
 
 
 MOST = 100_000
-"""Sets that are listed at most: their number grows exponentially with the redundancy."""
+"""Largest number of sets that are listed, since it grows exponentially with the redundancy."""
 
 
 def minimal_redundant_sets(model: StructuralModel, most: int = MOST) -> tuple[frozenset[str], ...]:
@@ -119,7 +119,7 @@ def minimal_redundant_sets(model: StructuralModel, most: int = MOST) -> tuple[fr
 
     Args:
         model: its equations
-        most: number of sets at which the search is given up
+        most: largest number of sets
 
     Raises:
         ParameterError: there are more than `most`
@@ -140,7 +140,7 @@ def minimal_redundant_sets(model: StructuralModel, most: int = MOST) -> tuple[fr
 
 
 def _minimal(equations: Sequence[Equation], removable: Sequence[Equation]) -> Iterator[Sequence[Equation]]:
-    """Minimal sets of an overdetermined set; only those of `removable` may be taken away, so that none comes twice."""
+    """Minimal sets of an overdetermined set; only equations of `removable` are removed, so that no set occurs twice."""
     if not equations:
         return
     if redundancy(equations) == 1:
@@ -163,8 +163,8 @@ def minimal_test_sets(model: StructuralModel) -> tuple[frozenset[str], ...]:
         model: its equations
 
     Returns:
-        sets of faults, none of which holds another; equations without fault do not count, so there are far fewer than
-        minimal redundant sets
+        sets of faults, none of which contains another; equations without fault do not count, so that there are far
+        fewer than minimal redundant sets
 
     Source: Krysander, Aslund, Frisk, A structural algorithm for finding testable sub-models and multiple fault
     isolability analysis, 21st Workshop on Principles of Diagnosis (2010).
@@ -177,7 +177,7 @@ def minimal_test_sets(model: StructuralModel) -> tuple[frozenset[str], ...]:
 
 
 def _testable(equations: Sequence[Equation], removable: Sequence[Equation]) -> Iterator[Sequence[Equation]]:
-    """Overdetermined sets from which no fault can be taken without taking all."""
+    """Overdetermined sets with faults of which no smaller overdetermined part has any."""
     smaller = False
     left = list(removable)
     while left:

@@ -1,4 +1,4 @@
-"""Incidence of unknowns in equations: all that structural analysis looks at, read from a model's own functions."""
+"""Structural model: the incidence of unknowns in equations, derived from the functions of a model."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from tierod.core.model import Model
 
 @dataclass(frozen=True)
 class Equation:
-    """One equation by what stands in it.
+    """One equation, by the variables that it contains.
 
     Args:
         name: of the equation
-        unknowns: that stand in it
-        knowns: measured signals and targets that stand in it
-        fault: that makes it wrong; empty where none does
+        unknowns: unknown variables in it
+        knowns: measured signals and targets in it
+        fault: that violates it; empty for none
     """
 
     name: str
@@ -39,11 +39,11 @@ class Equation:
 class StructuralModel:
     """A set of equations.
 
-    A fault stands in one equation only; one that acts on several is given an unknown of its own, and an equation that
-    holds it at zero.
+    A fault occurs in one equation only. A fault that acts on several is modelled as an unknown, with an equation that
+    sets it to zero and contains the fault.
 
     Args:
-        equations: with names of their own
+        equations: with different names
 
     Raises:
         ParameterError: two equations of one name, or a fault in two equations
@@ -67,7 +67,7 @@ class StructuralModel:
 
     @cached_property
     def unknowns(self) -> tuple[str, ...]:
-        """Unknowns in the order in which they first stand."""
+        """Unknowns in the order of their first occurrence."""
         return tuple(dict.fromkeys(name for each in self.equations for name in sorted(each.unknowns)))
 
     @cached_property
@@ -76,7 +76,7 @@ class StructuralModel:
         return {each.fault: each.name for each in self.equations if each.fault}
 
     def without(self, *names: str) -> StructuralModel:
-        """The model without some of its equations: a sensor that the car does not have.
+        """The model without some of its equations, for example of a sensor that the car does not have.
 
         Raises:
             ParameterError: there is no such equation
@@ -87,7 +87,7 @@ class StructuralModel:
         return StructuralModel(tuple(each for each in self.equations if each.name not in names))
 
     def plus(self, *equations: Equation) -> StructuralModel:
-        """The model with further equations: another sensor."""
+        """The model with further equations, for example of another sensor."""
         return StructuralModel((*self.equations, *equations))
 
 
@@ -99,18 +99,18 @@ def structure_of(
     without: Collection[str] = (),
     free: Collection[str] = (),
 ) -> StructuralModel:
-    """The equations of a model by what stands in them.
+    """The structural model of a dynamic model.
 
-    Every state x has its equation "motion of x", in which its change stands, and one that says that the change is its
-    own ("d x": its derivative, or its next value). Every output is a sensor's equation of its name.
+    Every state x has an equation "motion of x" for its change, and an equation "d x" that relates the change to x (as
+    its derivative, or its next value). Every output is an equation of a sensor, with the name of the output.
 
     Args:
         model: continuous or discrete
         parameters: of the model; terms that are structurally zero with them are left out
         faults: name of the fault of an equation, by the equation's name: "motion of <state>", output, "known <input>"
-        known_inputs: inputs that are known, each by an equation "known <input>"; the others are unknown
-        without: states that stay at zero (what the model may be wrong by), and outputs that are not measured
-        free: states that may be anything at any time: their equation of motion is left out
+        known_inputs: known inputs, each with an equation "known <input>"; the others are unknown
+        without: states that are zero (such as model errors), and outputs that are not measured
+        free: states that may vary arbitrarily: their equation of motion is left out
 
     Raises:
         ParameterError: a name that the model does not have
