@@ -140,3 +140,14 @@ def test_no_signal_of_a_real_recording_is_stuck(parts, monitor):
     given = {"dbc": rav4.database, "channel_map": rav4.channel_map} if parts[0].startswith("rav4") else {}
     names = (*monitor.required, *monitor.optional)
     assert ever_stuck(complete(read(path, **given), names), names) == ()
+
+
+def test_a_coarse_rate_that_reads_zero_while_the_wheel_turns_slowly_is_not_stuck(driven):
+    angle, rate = (driven.names.index(name) for name in ("steering_wheel_angle", "steering_wheel_rate"))
+    values, step, begin = driven.values.copy(), math.radians(8.0), 26000
+    values[begin:, rate] = math.radians(3.5)
+    turned = math.radians(3.5) * (driven.time[begin:] - driven.time[begin])
+    values[begin:, angle] = values[begin, angle] + turned
+    values[:, rate] = step * np.round(values[:, rate] / step)
+    end = begin + 1500
+    assert "steering_wheel_rate" not in watched(Aligned(driven.time[:end], values[:end], driven.names))

@@ -94,7 +94,7 @@ def _rows(seen: MotorRecording, pole_pairs: float, errors: MotorErrorBounds, len
     slopes = (
         time * errors.current + length * step**3 / 12.0 * errors.curvature,
         2.0 * errors.current,
-        2.0 * min(pole_pairs * errors.angle, 1.0),
+        2.0 * min(pole_pairs * errors.angle, 2.0),  # a component of a direction changes by 2 at most
     )
     count = 2 * int(whole.sum())
     return Bounded(

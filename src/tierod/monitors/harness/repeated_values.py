@@ -134,7 +134,7 @@ def rate_beside_angle(
     since = run.seconds - limits.delay
     start = where(both(there, since < 0.0), now[angle], old.start)
     apart = absolute(now[angle] - start - (run.value - offset) * since)
-    return Contradiction(start, 0.0, old.seconds), _beyond(limits, apart, since, runs[rate], runs[angle])
+    return Contradiction(start, 0.0, old.seconds), _beyond(limits, apart, since, runs, rate, angle, other=angle)
 
 
 def angle_beside_rate(
@@ -150,17 +150,16 @@ def angle_beside_rate(
     since = runs[angle].seconds - limits.delay
     moved = where(both(present(now[rate]), present(now[angle])), limits.sample_time * (now[rate] - offset), 0.0)
     way = where(since < 0.0, 0.0, old.far + moved)
-    return Contradiction(0.0, way, old.seconds), _beyond(limits, absolute(way), since, runs[angle], runs[rate])
+    return Contradiction(0.0, way, old.seconds), _beyond(limits, absolute(way), since, runs, rate, angle, other=rate)
 
 
-def _beyond(limits: PairLimits, apart: Scalar, since: Scalar, run: EqualValues, other: EqualValues) -> Scalar:
-    """Whether rate and angle differ by more than their steps and offsets explain."""
-    rate, angle = minimum(run.step, other.step), maximum(run.step, other.step)
-    return all_of(
-        since > 0.0,
-        other.stuck < 0.5,
-        apart > limits.angle + STEPS * angle + (limits.drift + STEPS * rate) * since,
-    )
+def _beyond(
+    limits: PairLimits, apart: Scalar, since: Scalar, runs: dict[str, EqualValues], rate: str, angle: str, other: str
+) -> Scalar:
+    """Whether rate and angle differ by more than their steps and offsets explain; `other` is not the one tested."""
+    # The error of a coarse rate grows with time, that of a coarse angle does not.
+    allowed = limits.angle + STEPS * runs[angle].step + (limits.drift + STEPS * runs[rate].step) * since
+    return all_of(since > 0.0, runs[other].stuck < 0.5, apart > allowed)
 
 
 def beside_turn(
