@@ -1,1 +1,1 @@
-"""Measurements against peers, as ratios in the same run: `make bench`."""
+"""Benchmarks against peers, as ratios within the same run: `make bench`."""

@@ -1,4 +1,4 @@
-"""Run every benchmark, print the table, write bench.json."""
+"""Run all benchmarks, print the table, and write bench.json."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ MODULES = (
 
 
 def main() -> int:
-    """Measure, print, write."""
+    """Run, print and write; returns the exit code."""
     console = Console(width=None if sys.stdout.isatty() else 120)
     rows: list[dict] = []
     for module in MODULES:

@@ -1,4 +1,4 @@
-"""Fifty filters on one signal and a judge over them: as a bank, and as a Python loop over the same compiled filters."""
+"""Fifty filters on one signal with a judge: as a bank, and as a Python loop over the same compiled filters."""
 
 from __future__ import annotations
 
@@ -24,20 +24,20 @@ REPEATS = 5
 
 @dataclass(frozen=True)
 class LeastFriction:
-    """Finds the least friction that any filter estimates."""
+    """Judge that selects the smallest friction estimated by any filter."""
 
     lanes: int
 
     def feedback(self) -> Tree:
-        """Nothing is said to the filters."""
+        """No feedback to the filters."""
         return ()
 
     def init(self) -> Tree:
-        """Nothing is remembered."""
+        """No state."""
         return ()
 
     def step(self, state: Tree, sample: JudgeSample) -> tuple[Tree, Verdict]:
-        """The least of all frictions."""
+        """Smallest friction estimate, and the number of its filter."""
         values = [lane.friction_torque for lane in sample.lanes]
         least, chosen = values[0], 0.0
         for number, value in enumerate(values[1:], 1):
@@ -47,7 +47,7 @@ class LeastFriction:
 
 
 def run() -> list[dict]:
-    """Rows of the bench: name, value, unit, peer, value of the peer, ratio (peer over ours)."""
+    """Rows of the benchmark table: name, value, unit, peer, its value, ratio (peer over ours)."""
     monitor = printed(load("midsize-eps").parameters_for(FrictionParameters))
     noises = np.geomspace(0.1, 10.0, LANES)
     filters = [_filter(monitor, float(noise)) for noise in noises]
@@ -85,7 +85,7 @@ def _looped(streams: list[Stream], samples: np.ndarray) -> list[float]:
 
 
 def _timed(function: Any) -> float:
-    """Nanoseconds of one call."""
+    """Duration of one call [ns]."""
     start = time.perf_counter_ns()
     function()
     return float(time.perf_counter_ns() - start)

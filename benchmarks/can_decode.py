@@ -1,4 +1,4 @@
-"""How fast whole CAN messages are decoded, against cantools' own loop over the same frames in the same run."""
+"""Decoding rate of CAN messages, compared with cantools' own loop over the same frames in the same run."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ _DBC = _ROOT / "src" / "tierod" / "vehicles" / "rav4.dbc"
 
 
 def recorded() -> Frames | None:
-    """The frames of the RAV4 log where it is present."""
+    """Frames of the RAV4 log; None if it is not available."""
     folder = Path(os.environ.get("TIEROD_DATA", _ROOT.parent / "shared" / "data"))
     path = folder / "rav4_highway_minute" / "can.log"
     return joined(list(frames_of([path.read_bytes()]))) if path.exists() else None
 
 
 def synthetic(seconds: float = 60.0) -> Frames:
-    """A log of the same make: the five messages at their rates, random payloads."""
+    """A synthetic log with the same five messages at their rates, and random payloads."""
     rates = {0x260: 50.0, 0x025: 83.0, 0x024: 83.0, 0x0AA: 83.0, 0x2E4: 100.0}
     stamps = [np.arange(0.0, seconds, 1.0 / rate) for rate in rates.values()]
     time_ = np.concatenate(stamps)
@@ -39,7 +39,7 @@ def synthetic(seconds: float = 60.0) -> Frames:
 
 
 def run() -> list[dict]:
-    """Rows of the benchmark table: messages per second, and the ratio to the peer."""
+    """Rows of the benchmark table: messages per second, and ratio to the peer."""
     import cantools
 
     frames = recorded()

@@ -1,6 +1,6 @@
-"""The extended filter of the combined sideslip estimator against filterpy's, with Jacobians by differences.
+"""Extended Kalman filter of the combined sideslip estimator, compared with filterpy's with numerical Jacobians.
 
-What surrounds the filter (holding, gates, limits, what is reported of the limit) is left out on both sides.
+The functions around the filter (holding, gates, limits and their reports) are excluded on both sides.
 """
 
 from __future__ import annotations
@@ -22,18 +22,18 @@ STEPS = 20_000
 
 RATE = 0.01
 STEP = 1e-5
-"""Of the differences, in states whose size is one."""
+"""Step of the numerical differences, in states with a magnitude of one."""
 
 
 class ByDifferences:
-    """`ExtendedKalmanFilter` over a model that is evaluated as plain Python."""
+    """filterpy's `ExtendedKalmanFilter` for a model that is evaluated in plain Python."""
 
     def __init__(self, block: KalmanFilter):
         self.block, self.model = block, block.model
         self.shape, self.inputs = skeleton(block.model.State), skeleton(block.model.Input)
 
     def __call__(self, samples: np.ndarray) -> tuple[np.ndarray, float]:
-        """Lateral speeds, yaw rates, and seconds."""
+        """Lateral speeds and yaw rates, and duration [s]."""
         from filterpy.kalman import ExtendedKalmanFilter as Peer
 
         block, count = self.block, len(self.block.model.Input._fields)
@@ -67,7 +67,7 @@ def _differences(function: Any, at: np.ndarray) -> np.ndarray:
 
 
 def observers() -> list[tuple[str, Block, np.ndarray, Any, tuple[str, ...]]]:
-    """Name, our block, samples, the peer, and what is compared: with the steering's torque and without."""
+    """Name, our block, samples, peer, and compared outputs, with and without the steering torque."""
     rows = []
     for name, steering in (("sideslip-combined-torque", True), ("sideslip-combined", False)):
         whole = CombinedSideslip.of_vehicle(load("steer-by-wire"), RATE, steering=steering)
@@ -77,7 +77,7 @@ def observers() -> list[tuple[str, Block, np.ndarray, Any, tuple[str, ...]]]:
 
 
 def _samples(block: KalmanFilter) -> np.ndarray:
-    """A weave at 25 m/s with noise, as a linear car would answer it; columns as the filter's sample has them."""
+    """Noisy samples of sinusoidal steering of a linear car at 25 m/s, with the columns of the filter's sample."""
     chance, time_ = np.random.default_rng(0), np.arange(STEPS) * RATE
     sine = np.sin(2.0 * np.pi * 0.3 * time_)
     known = {

@@ -1,6 +1,6 @@
-"""How long the tests of sensors and actuators of one vehicle take, and an hour of healthy driving: simulated, judged.
+"""Duration of the sensor and actuator tests of one vehicle, and of an hour of fault-free driving with its judgement.
 
-Run it by `python -m benchmarks.condition_tests`. The vehicle is calibrated first, which is left out of the times.
+Run it by `python -m benchmarks.condition_tests`. The preceding calibration of the vehicle is not included.
 """
 
 from __future__ import annotations
@@ -16,18 +16,18 @@ from tierod.papers.condition.runs import BEST, calibrations, scores
 
 VEHICLE = 1
 HOURS = 100.0
-"""Of healthy driving in the thorough study."""
+"""Hours of fault-free driving in the thorough study [h]."""
 
 
 class Took(NamedTuple):
-    """Time by the clock, and of both processors together [s]."""
+    """Elapsed time, and processor time of all processes [s]."""
 
     clock: float
     processors: float
 
 
 def main() -> int:
-    """Measure and print."""
+    """Measure and print; returns the exit code."""
     effort = Effort(processes=2)
     calibrations((BEST,), (VEHICLE,), effort)
     tests = [*sensor_tests(VEHICLE), *actuator_tests(VEHICLE)]
@@ -42,14 +42,14 @@ def main() -> int:
 
 
 def _timed(drives: list[Drive], effort: Effort) -> Took:
-    """From the first drive to the last score, two processes at work."""
+    """Times from the first drive to the last score, with two processes."""
     begin, before = time.perf_counter(), _processors()
     scores(drives, effort, (BEST,))
     return Took(time.perf_counter() - begin, _processors() - before)
 
 
 def _processors() -> float:
-    """Time of this process and of those that it has ended [s]."""
+    """Processor time of this process and of its finished children [s]."""
     own, others = resource.getrusage(resource.RUSAGE_SELF), resource.getrusage(resource.RUSAGE_CHILDREN)
     return own.ru_utime + own.ru_stime + others.ru_utime + others.ru_stime
 

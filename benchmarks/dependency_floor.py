@@ -1,6 +1,6 @@
-"""The time that no reordering can beat: the slowest loop of dependent operations from one sample to the next.
+"""Lower bound on the time per step: the slowest cycle of dependent operations from one sample to the next.
 
-Latencies of single operations are measured here and now; the floor of a block is the largest mean weight of a cycle in
+Latencies of single operations are measured at run time; the bound of a block is the largest mean weight of a cycle in
 its graph from state to next state (maximum cycle mean, Karp).
 """
 
@@ -23,13 +23,13 @@ CHAINS = {
     "sqrt": "x = sqrt(x);",
     "fma": "x = fma(x, a, b);",
 }
-"""Each line depends on itself alone. `select`: comparison and choice, with an addition that is taken off again."""
+"""C statements that depend on their own result only; `select` needs an addition, which is subtracted again."""
 
 UNROLLED, ROUNDS = 100, 20_000
 
 
 def latencies() -> dict[str, float]:
-    """Nanoseconds from operand to result of each kind of operation on this machine."""
+    """Latency of each kind of operation on this machine [ns]."""
     source = "#include <math.h>\n"
     for name, line in CHAINS.items():
         signature = f"double chain_{name}(double x, double a, double b, long n)"
@@ -53,7 +53,7 @@ def _timed(chain: ctypes._NamedFuncPointer) -> float:
 
 
 def floor(graph: Graph) -> float:
-    """Nanoseconds per step that the chain of dependent operations takes at the least."""
+    """Lower bound on the time per step, from the chain of dependent operations [ns]."""
     operations = program(graph.function)
     weights = _weights(operations, latencies())
     count = len(graph.state)
@@ -90,6 +90,7 @@ def _longest(operations: Program, weights: list[float], start: int) -> list[floa
 
 def _maximum_cycle_mean(paths: np.ndarray) -> float:
     count = len(paths)
+    # Karp: longest walks of each length; the largest mean cycle weight follows from their differences.
     reach = np.full((count + 1, count), -np.inf)
     reach[0] = 0.0
     for k in range(1, count + 1):

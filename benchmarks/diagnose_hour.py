@@ -1,4 +1,4 @@
-"""The whole command on an hour of driving: process start to JSON, and what ten hours add to its memory."""
+"""The whole command on an hour of driving, from process start to JSON, and its memory for ten hours."""
 
 from __future__ import annotations
 
@@ -32,14 +32,15 @@ print(time.perf_counter() - start, usage.ru_maxrss, os.waitstatus_to_exitcode(st
 
 
 def run() -> list[dict]:
-    """One row: seconds for an hour, against filterpy's filter alone over as many samples that it need not read."""
+    """One row: seconds for an hour, compared with filterpy's filter alone over as many samples already in memory."""
     with tempfile.TemporaryDirectory() as folder:
         hour, ten = Path(folder, "hour.parquet"), Path(folder, "ten-hours.parquet")
         for minutes, path in ((60.0, hour), (600.0, ten)):
-            # In a process of its own: a child's peak memory counts from what its parent had when it was started.
+            # In a separate process, because the peak memory of a child process starts from that of its parent.
             maker = get_context("spawn").Process(target=_make, args=(minutes, path))
             maker.start()
             maker.join()
+        # The first run fills the caches of kernels and byte code.
         _timed(hour, folder)
         hours = [_timed(hour, folder) for _ in range(REPEATS)]
         without_report = [_timed(hour, folder, "--no-report") for _ in range(REPEATS)]
@@ -70,14 +71,14 @@ def _make(minutes: float, path: Path) -> None:
 
 
 def _timed(recording: Path, folder: str, report: str = "--report") -> tuple[float, float]:
-    """Seconds from process start to its end, and its largest resident memory [MB]."""
+    """Seconds from start to end of the process, and its peak resident memory [MB]."""
     command = [
         sys.executable, "-m", "tierod", "diagnose", str(recording), "--vehicle", "midsize-eps", "--json", report,
     ]  # fmt: skip
-    # With its byte code kept, as an installed package has it: to compile the sources takes .1 to .3 s.
+    # With cached byte code, as in an installed package; compiling the sources takes 0.1 to 0.3 s.
     environment = {**os.environ, "PYTHONPYCACHEPREFIX": str(Path(folder, "byte-code"))}
     environment.pop("PYTHONDONTWRITEBYTECODE", None)
-    # From a small process: a child's peak memory counts from what its parent had when it was started.
+    # From a small process, because the peak memory of a child process starts from that of its parent.
     ran = subprocess.run([sys.executable, "-c", WATCH, *command], cwd=folder, env=environment, capture_output=True)
     seconds, kilobytes, code = map(float, ran.stdout.split())
     if code not in (0, 1):

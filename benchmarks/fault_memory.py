@@ -1,4 +1,4 @@
-"""How many test results a second a fault memory takes in, against the same counters as plain Python."""
+"""Test results per second processed by a fault memory, compared with the same counters in plain Python."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _CODES = 10
 
 @dataclass
 class Plain:
-    """A debounce counter as one would write it by hand."""
+    """Debounce counter written by hand."""
 
     counter: int = 0
     verdict: int = 0
@@ -33,7 +33,7 @@ class Plain:
 
 
 def run() -> list[dict]:
-    """Rows of the benchmark table: results per second, and the ratio to the peer."""
+    """Rows of the benchmark table: results per second, and ratio to the peer."""
     shipped = next(iter(load_trouble_codes().codes.values()))
     codes = {
         f"code-{k}": replace(shipped, code=f"C1B{k:02X}-62", increment=1, decrement=1, consequence_of=())

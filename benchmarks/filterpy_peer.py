@@ -1,4 +1,4 @@
-"""The same five-state filter as a user of filterpy writes it."""
+"""The same five-state filter, as a user of filterpy writes it."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ import numpy as np
 
 
 def nanoseconds_per_step(samples: np.ndarray, matrices: dict[str, np.ndarray], repeats: int = 3) -> float:
-    """Time of one predict and update, with the direction of motion set in the transition; the best of some repeats.
+    """Best duration of one predict and update, with the direction of motion set in the transition [ns].
 
     Args:
         samples: driver torque, motor torque, lateral acceleration, angle, rate, yaw rate, shape (n, 6)
-        matrices: A at standstill, friction (entry of A per direction), B, GQG, C, R, P, x
+        matrices: A at standstill, friction (entry of A per direction of motion), B, GQG, C, R, P, x
     """
     from filterpy.kalman import KalmanFilter
 

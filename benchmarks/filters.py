@@ -1,4 +1,4 @@
-"""The five-state enabled filter of the friction paper: one recording, many vehicles, live, and without a compiler."""
+"""Five-state enabled filter of the friction paper: one recording, many vehicles, live, and without a compiler."""
 
 from __future__ import annotations
 
@@ -32,12 +32,12 @@ LANE_STEPS = 1_000
 REPEATS = 9
 
 ALLOCATIONS = 4
-"""Times that the tiles are laid anew: where they lie in memory moves a lane's time by a tenth."""
+"""Number of memory allocations of the tiles, whose location changes the time of a lane by a tenth."""
 
 
 @dataclass(frozen=True)
 class EnabledFilter:
-    """What the peer does, and the enabling that it lacks: predict, update, friction corrected only while it shows."""
+    """Filter of the peer with an enabling condition added: friction is corrected only while it is excited."""
 
     filter: KalmanFilter
     gate: FrictionGate
@@ -58,7 +58,7 @@ class EnabledFilter:
 
 
 def run() -> list[dict]:
-    """Rows of the bench: name, value, unit, peer, value of the peer, ratio (peer over ours)."""
+    """Rows of the benchmark table: name, value, unit, peer, its value, ratio (peer over ours)."""
     monitor = printed(load("midsize-eps").parameters_for(FrictionParameters))
     block = EnabledFilter(monitor.filter, monitor.gate)
     peer = nanoseconds_per_step(_samples(20_000), matrices(block), REPEATS)
@@ -79,7 +79,7 @@ def run() -> list[dict]:
 
 
 def matrices(block: EnabledFilter) -> dict[str, np.ndarray]:
-    """The filter's matrices as a textbook writes them, read off the same model by finite steps (it is affine)."""
+    """Matrices of the filter in textbook form, derived from the same affine model by finite steps."""
     filter_ = block.filter
     zero_state, zero_input = np.zeros(5), np.zeros(4)
 

@@ -1,8 +1,8 @@
-"""What a fleet costs: processor time per hour, memory, scaling, overhead of the engine, and of keeping results.
+"""Cost of a fleet: processor time per hour, memory, scaling, overhead of the engine, and storage of results.
 
 python -m benchmarks.fleet                 # all, on generated recordings of ten minutes
 python -m benchmarks.fleet --seconds 3600  # longer recordings
-python -m benchmarks.fleet --dask          # the overhead on a Dask cluster of this machine, too
+python -m benchmarks.fleet --dask          # additionally the overhead on a Dask cluster of this machine
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ RESULTS = 5000
 
 
 def recordings(folder, count, seconds):
-    """Recordings with other noise each, since the same one would be a double."""
+    """Recordings that differ in their noise, because identical ones would be rejected as duplicates."""
     import numpy as np
 
     from tierod.core.recording import Recording
@@ -58,7 +58,7 @@ def recordings(folder, count, seconds):
 
 
 def alone(path, asked, repeats):
-    """Processor time of judging a recording without any engine, the best of some [s]."""
+    """Processor time of judging a recording without the engine, best of some repeats [s]."""
     car = load(VEHICLE)
     best = float("inf")
     for _ in range(repeats):
@@ -70,7 +70,7 @@ def alone(path, asked, repeats):
 
 
 def judged(paths, folder, workers, asked, with_levels=True):
-    """(wall [s], summary) of a run into a new folder."""
+    """(elapsed time [s], summary) of a run into a new folder."""
     shutil.rmtree(folder, ignore_errors=True)
     began = time.perf_counter()
     found = run(list(map(str, paths)), one_vehicle(VEHICLE), folder, asked, workers, with_levels=with_levels)
@@ -80,8 +80,8 @@ def judged(paths, folder, workers, asked, with_levels=True):
 def engine(paths, folder, workers, asked):
     """Overhead of the engine as a share of the processor time of its tasks, from the first result to the last.
 
-    What is counted is the processor time of this process, which hands out tasks, and with Dask runs the scheduler too,
-    and keeps the ledger. Other programs do not change it; the wait for a pipe, which is no work, is left out.
+    It is the processor time of this process, which distributes tasks, keeps the ledger and runs the scheduler of Dask.
+    Processor time is independent of other programs, and excludes waiting for pipes.
     """
     shutil.rmtree(folder, ignore_errors=True)
     seen = []
@@ -95,7 +95,7 @@ def engine(paths, folder, workers, asked):
 
 
 def keeping(path, folder):
-    """Seconds for results of so many recordings: written, put together, read."""
+    """Time to write, compact and read the results of many recordings; the second is processor time of writing [s]."""
     car = load(VEHICLE)
     together = FRICTION.together(car)
     found = judge(pieces_of(path, car, together.needs, chunk(FRICTION)), together, FRICTION)
@@ -134,7 +134,7 @@ def size_of(folder):
 
 
 class Shown(dict):
-    """Figures that are shown as they are found: a measurement that is ended has not been in vain."""
+    """Figures that are printed as soon as they are measured, so that an interrupted run is not lost."""
 
     def __setitem__(self, name, value):
         print(f"{name}: {value}", file=sys.stderr, flush=True)

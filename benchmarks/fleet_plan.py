@@ -1,4 +1,4 @@
-"""From what `python -m benchmarks.fleet` measured to a million vehicles: cores, storage, money, as Markdown.
+"""Extrapolation of `python -m benchmarks.fleet` to a million vehicles: cores, storage and cost, as Markdown.
 
 python -m benchmarks.fleet --dask > measured.json
 python -m benchmarks.fleet_plan measured.json
@@ -12,15 +12,15 @@ from pathlib import Path
 
 VEHICLES = 1_000_000
 HOURS_A_DAY = 1.0
-USED = 0.7  # share of the time in which a rented core works: tasks come unevenly
+USED = 0.7  # utilisation of a rented core, since tasks arrive unevenly
 CORE_HOUR = 0.04  # $, a rented virtual core; assumed
 GB_MONTH = 0.023  # $, object storage; assumed
-PUTS, GETS = 2, 3  # requests for one recording: result and levels; listing, result looked for, recording
-PUT, GET = 5e-6, 4e-7  # $ for a request; assumed
+PUTS, GETS = 2, 3  # requests per recording: write result and levels; list, look up result, read recording
+PUT, GET = 5e-6, 4e-7  # $ per request; assumed
 
 
 def plan(measured):
-    """Rows of (what, friction alone, all monitors)."""
+    """Rows of (quantity, friction alone, all monitors)."""
     hours = VEHICLES * HOURS_A_DAY
     recordings = hours * 3600.0 / measured["seconds"]
     rows = {}

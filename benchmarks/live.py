@@ -1,10 +1,10 @@
-"""Live monitoring: share of a core, ticks, memory over a long drive.
+"""Live monitoring: processor share, tick delays, and memory over a long drive.
 
-python -m benchmarks.live                 shares of a core: monitors, column monitor at 1 kHz; ticks over loopback
-python -m benchmarks.live --soak 20       twenty minutes of drive at 5 000 frames/s with 1 000 disturbances, by seed 5
+python -m benchmarks.live                 processor share of the monitors and of the column monitor at 1 kHz; ticks
+python -m benchmarks.live --soak 20       twenty minutes of driving at 5 000 frames/s with 1 000 disturbances, seed 5
 
-The frames of the first and third are given to the engine in the time of the drive, as fast as it takes them; what is
-measured is processor time. The second receives 5 000 frames/s over udp_multicast in real time.
+Processor shares and the long drive are measured by feeding frames to the engine as fast as it accepts them, in terms
+of processor time. The loopback test receives 5 000 frames/s over udp_multicast in real time.
 """
 
 from __future__ import annotations
@@ -34,13 +34,13 @@ from tierod.live.quiet import quiet
 from tierod.vehicles import load
 
 MONITORS = ("friction", "sideslip", "driver-torque", "condition")
-"""The last one only where the vehicle has what it needs; `smartload` has."""
+"""Monitors; the last one runs only on a vehicle with the parameters that it needs, such as `smartload`."""
 VEHICLE = "midsize-eps"
 CHANNEL = "239.74.163.99"
 
 
 def padded(drive: list[Frame], rate: float) -> list[Frame]:
-    """A drive with further frames, of messages that the database does not describe, up to so many a second."""
+    """A drive padded with frames of unknown messages up to a given frame rate [1/s]."""
     seconds = drive[-1].time - drive[0].time
     more = max(int(rate * seconds) - len(drive), 0)
     others = [Frame(drive[0].time + seconds * n / more, 0x600 + n % 40, 1, bytes(8)) for n in range(more)]
@@ -48,7 +48,7 @@ def padded(drive: list[Frame], rate: float) -> list[Frame]:
 
 
 def repeated(drive: list[Frame], seconds: float) -> Iterator[Frame]:
-    """The drive over and over, with time going on."""
+    """The drive repeated with continuous time stamps."""
     length, begun = drive[-1].time - drive[0].time + 0.005, 0.0
     while begun < seconds:
         for frame in drive:
@@ -57,7 +57,7 @@ def repeated(drive: list[Frame], seconds: float) -> Iterator[Frame]:
 
 
 def disturbed(frames: Iterator[Frame], seed: int, count: int, seconds: float) -> Iterator[Frame]:
-    """About `count` disturbances: frames lost in a row, doubled, held back, pauses, jumps of the clock."""
+    """Frames with about `count` disturbances: lost, duplicated and delayed frames, pauses, and jumps of the clock."""
     chance, added, hold = random.Random(seed), 0.0, None
     due = [START + chance.uniform(5.0, seconds) for _ in range(count)]
     due.sort(reverse=True)
@@ -83,7 +83,7 @@ def disturbed(frames: Iterator[Frame], seed: int, count: int, seconds: float) ->
 
 
 def fed(engine: Engine, frames: Iterator[Frame]) -> None:
-    """Give frames to an engine, forty at a time, by the clock of the undisturbed drive."""
+    """Feed frames to an engine in groups of forty, with the arrival times of the undisturbed drive."""
     part: list[Frame] = []
     came = START
     for frame in frames:
@@ -103,14 +103,14 @@ def used() -> float:
 
 
 SHORT = 0.2
-"""Period of judging by which a verdict comes half a second late at the most [s]."""
+"""Judging period with which a verdict is at most half a second late [s]."""
 
 BEGUN = 75.0
-"""Time of a drive from which on every monitor has begun; that of the driver's torque waits for a minute [s]."""
+"""Time of a drive after which all monitors are active; the driver torque monitor waits for a minute [s]."""
 
 
 def share(folder: Path, rate: float = 2000.0, seconds: float = 150.0) -> None:
-    """Processor time of four monitors per second of drive, decode and log included."""
+    """Print the processor time of the monitors per second of driving, including decoding and log."""
     drive = padded(frames_of_drive(folder, 30.0), rate)
     making = generated(drive, seconds)
     cases = [(VEHICLE, names, PACE) for names in ((), *((name,) for name in MONITORS[:3]), MONITORS[:3])]
@@ -125,12 +125,12 @@ def share(folder: Path, rate: float = 2000.0, seconds: float = 150.0) -> None:
 
 
 def cost(engine: Engine, frames: Iterable[Frame], together: int) -> float:
-    """Processor time per second of drive that the engine takes once every monitor has begun.
+    """Processor time per second of driving, from the time at which all monitors are active.
 
     Args:
-        engine: new
-        frames: of the drive
-        together: frames that are taken at a time
+        engine: a new one
+        frames: frames of the drive
+        together: number of frames fed at a time
     """
     begun, first, last = None, 0.0, 0.0
     part: list[Frame] = []
@@ -148,7 +148,7 @@ def cost(engine: Engine, frames: Iterable[Frame], together: int) -> float:
 
 
 def column(folder: Path, seconds: float = 150.0) -> None:
-    """Processor time of the monitor of the driver's torque whose signals come at 1 kHz."""
+    """Print the processor time of the driver torque monitor with signals at 1 kHz."""
     frames = [each for each in frames_of_drive(folder, 30.0) if each.identifier == 0x100]
     fast = [each._replace(time=each.time + 0.001 * n) for each in frames for n in range(10)]
     engine = Engine(messages(folder), None, ("driver-torque",), Plan(load(VEHICLE)))
@@ -159,7 +159,7 @@ def column(folder: Path, seconds: float = 150.0) -> None:
 
 
 def generated(drive: list[Frame], seconds: float) -> float:
-    """Processor time that making the frames takes, per second of drive; it is no part of the engine's."""
+    """Processor time of generating the frames per second of driving, which is not part of the engine."""
     begun = used()
     for _ in repeated(drive, seconds):
         pass
@@ -167,7 +167,7 @@ def generated(drive: list[Frame], seconds: float) -> float:
 
 
 def ticks(folder: Path, rate: float = 5000.0, seconds: float = 20.0) -> None:
-    """Real time over loopback: frames that came of those sent, share of a core, and how late ticks were."""
+    """Print received and sent frames over loopback in real time, processor share, and tick delays."""
     from tierod.live.buses import Address
     from tierod.live.receiving import receiver
 
@@ -201,7 +201,7 @@ def ticks(folder: Path, rate: float = 5000.0, seconds: float = 20.0) -> None:
 
 
 def send(rate: float, seconds: float) -> None:
-    """Send frames at a rate; print how many."""
+    """Send frames at a given rate, and print their number."""
     import can
 
     count = int(rate * seconds)
@@ -217,12 +217,12 @@ def send(rate: float, seconds: float) -> None:
 
 
 def resident() -> int:
-    """Memory of this process [kB]."""
+    """Resident memory of this process [kB]."""
     return int(Path("/proc/self/statm").read_text().split()[1]) * resource.getpagesize() // 1024
 
 
 def soak(folder: Path, minutes: float, rate: float = 5000.0, seed: int = 5) -> None:
-    """A long drive with disturbances: what was counted, and the memory at a tenth and at the end."""
+    """Print counts of a long drive with disturbances, and the growth of memory."""
     drive = padded(frames_of_drive(folder, 30.0), rate)
     seconds = 60.0 * minutes
     engine = Engine(messages(folder), None, ("friction", "sideslip"), Plan(load(VEHICLE)))
@@ -243,7 +243,7 @@ def soak(folder: Path, minutes: float, rate: float = 5000.0, seed: int = 5) -> N
           f"late {engine.clock.late}, too late {engine.tally.too_late}, doubled {engine.clock.doubled}, "
           f"lost {engine.gaps.lost}")  # fmt: skip
     print("verdicts: " + ", ".join(f"{judge.name} {each.findings[0].status}" for judge, each, _ in found))
-    # Until then the spread of parameters is learnt, and buffers that hold the first minutes fill.
+    # Before that the spread of parameters is computed and buffers for the first minutes fill.
     settled = sizes[int(0.35 * len(sizes)) :] or [resident()]
     change = 100.0 * (max(settled) - settled[0]) / settled[0]
     print(f"memory: {settled[0] / 1024:.0f} MB after 35 % of the time, {max(settled) / 1024:.0f} MB at the most then "

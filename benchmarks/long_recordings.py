@@ -1,6 +1,6 @@
 """Peak memory of `diagnose` on ten hours of driving at 100 Hz, in every format: `python -m benchmarks.long_recordings`.
 
-Memory is the sum over the process and its children of the largest resident set each ever had: an upper bound.
+Memory is the sum of the peak resident sets of the process and its children, which is an upper bound.
 """
 
 from __future__ import annotations
@@ -37,16 +37,16 @@ SIGNALS = {
 FORMATS = ("parquet", "csv", "csv.gz", "mf4", "log", "log.gz", "asc", "blf", "mat")
 
 _STEP = 36_000
-"""Samples that are made at a time."""
+"""Samples generated at a time."""
 
 _SCALE = 1e-3
-"""Physical value of one bit on the bus."""
+"""Physical value of one bit in a CAN signal."""
 
 _MESSAGES = (tuple(SIGNALS)[:4], tuple(SIGNALS)[4:])
 
 
 def main() -> int:
-    """Make the recordings that are not there yet, diagnose each, print the table."""
+    """Generate missing recordings, diagnose each, and print the table; returns 1 if the memory target is exceeded."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("formats", nargs="*", default=FORMATS)
     parser.add_argument("--hours", type=float, default=HOURS)
@@ -60,7 +60,7 @@ def main() -> int:
         for ending in arguments.formats:
             path = folder / f"ten-hours.{ending}"
             if not path.exists():
-                # In a process of its own: a child's peak memory counts from what its parent had when it was started.
+                # In a separate process, because the peak memory of a child process starts from that of its parent.
                 made = subprocess.run([sys.executable, "-c", _MAKE, str(path), str(arguments.hours)], check=False)
                 if made.returncode:
                     raise RuntimeError(f"{path} could not be made")
@@ -79,7 +79,7 @@ make(Path(sys.argv[1]), float(sys.argv[2]))
 
 
 def measured(path: Path, dbc: Path) -> tuple[float, float, int]:
-    """Seconds, peak memory of the process and its children [MB], exit code of the diagnosis of one file."""
+    """Elapsed time [s], peak memory of the process and its children [MB], and exit code for one file."""
     command = [sys.executable, "-m", "tierod", "diagnose", str(path), "--vehicle", "midsize-eps", "--no-report"]
     command += ["--dbc", str(dbc)] if path.name.split(".")[1] in ("log", "asc", "blf") else []
     begin = time.perf_counter()
@@ -93,7 +93,7 @@ def measured(path: Path, dbc: Path) -> tuple[float, float, int]:
 
 
 def _family(pid: int) -> list[int]:
-    """A process and its children."""
+    """Process numbers of a process and all its descendants."""
     with contextlib.suppress(OSError):
         children = Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
         return [pid, *(each for child in children for each in _family(int(child)))]
@@ -109,7 +109,7 @@ def _largest(pid: int) -> float:
 
 
 def signals(hours: float) -> Iterator[tuple[np.ndarray, dict[str, np.ndarray]]]:
-    """Time [s] and signals of a made-up drive, piece by piece: sines and noise, no physics."""
+    """Time [s] and signals of a synthetic drive, piece by piece: sines and noise without vehicle dynamics."""
     chance = np.random.default_rng(1)
     count = round(hours * 3600.0 * RATE)
     for begin in range(0, count, _STEP):
@@ -126,7 +126,7 @@ def signals(hours: float) -> Iterator[tuple[np.ndarray, dict[str, np.ndarray]]]:
 
 
 def make(path: Path, hours: float = HOURS) -> None:
-    """Write the drive in the format of the file's ending, without holding it in memory where the format allows."""
+    """Write the drive in the format of the file's suffix, in pieces where the format permits."""
     ending = path.name.split(".", 1)[1]
     maker = {"csv": _text, "csv.gz": _text, "log": _text, "log.gz": _text, "asc": _text, "blf": _blf}.get(
         ending, _whole
@@ -137,7 +137,7 @@ def make(path: Path, hours: float = HOURS) -> None:
 
 
 def database() -> str:
-    """The DBC of the made-up bus."""
+    """DBC of the synthetic bus."""
     text = 'VERSION ""\n\nNS_ :\n\nBS_:\n\nBU_: A\n\n'
     for number, names in enumerate(_MESSAGES):
         text += f"BO_ {256 + number} M{number}: 8 A\n"
@@ -147,7 +147,7 @@ def database() -> str:
 
 
 def _frames(columns: dict[str, np.ndarray]) -> list[np.ndarray]:
-    """The payloads of the messages, shape (n, 8) each."""
+    """Payloads of the messages, (n, 8) each."""
     payloads = []
     for names in _MESSAGES:
         words = np.zeros((len(columns[names[0]]), 4), dtype="<i2")
@@ -181,7 +181,7 @@ def _text(path: Path, ending: str, hours: float) -> None:
 
 
 def _blf(path: Path, ending: str, hours: float) -> None:
-    """A log of Vector's binary format: CAN_MESSAGE objects in packed containers of some 128 kB."""
+    """Write a log in Vector's binary format: CAN_MESSAGE objects in compressed containers of about 128 kB."""
     kind = np.dtype(
         [("sign", "S4"), ("header", "<u2"), ("version", "<u2"), ("size", "<u4"), ("type", "<u4"), ("flags", "<u4"),
          ("client", "<u2"), ("object", "<u2"), ("time", "<u8"), ("channel", "<u2"), ("dir", "u1"), ("dlc", "u1"),

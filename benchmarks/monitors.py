@@ -1,6 +1,6 @@
-"""The default monitors as `diagnose` runs them, on a simulated drive: one vehicle, and several side by side.
+"""Default monitors as run by `diagnose`, on a simulated drive: one vehicle, and several side by side.
 
-The peer is the same graph on CasADi's virtual machine, as it runs where there is no compiler.
+The peer is the same graph on CasADi's virtual machine, which runs it without a compiler.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ REPEATS = 7
 
 
 def run() -> list[dict]:
-    """Two rows for each monitor: name, value, unit, peer, value of the peer, ratio (peer over ours)."""
+    """Two rows per monitor: name, value, unit, peer, its value, ratio (peer over ours)."""
     recording = drive(minutes=MINUTES, seed=1)
     vehicle, rows = load(VEHICLE), []
     for name in MONITORS_TIMED:
@@ -53,7 +53,7 @@ def run() -> list[dict]:
 
 
 def _least(work: Callable[[], object], repeats: int = REPEATS) -> float:
-    """Processor time of the fastest whole run [ns]."""
+    """Processor time of the fastest of several runs [ns]."""
     seconds = []
     for _ in range(repeats):
         begin = time.process_time()
@@ -69,7 +69,7 @@ def _single(block: Block, samples: np.ndarray, engine: Engine = "auto") -> float
 
 
 def _lanes(block: Block, samples: np.ndarray) -> float:
-    """Every lane has a stretch of the drive of its own."""
+    """Time per step and lane, with a different stretch of the drive in every lane [ns]."""
     runner = LaneKernel([block] * LANES)
     starts = np.linspace(0, len(samples) - LANE_STEPS, LANES).astype(int)
     given, outputs = lane_array(LANE_STEPS, samples.shape[1]), lane_array(LANE_STEPS, len(runner.graph.output))

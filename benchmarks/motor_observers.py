@@ -1,4 +1,4 @@
-"""The printed observers of a motor's angle against NumPy: the same equations, the same numbers, in one run."""
+"""Observers of a motor angle as printed in the paper, compared with NumPy: the same equations and results."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from tierod.papers.motor_angle.printed_observers import RotorFrameObserver, exte
 STEPS, PEER_STEPS = 20_000, 2_000
 REPEATS, PEER_REPEATS = 9, 3
 TOLERANCE = 1e-9
-"""Relative, of the comparison of the numbers."""
+"""Relative tolerance of the comparison."""
 
 
 def run() -> list[dict]:
-    """Rows of the bench: name, value, unit, peer, value of the peer, ratio (peer over ours)."""
+    """Rows of the benchmark table: name, value, unit, peer, its value, ratio (peer over ours)."""
     p, _ = parameters()
     seen = to_and_fro(0, STEPS * SAMPLE_TIME)
     whole = extended_kalman(p, SAMPLE_TIME, load=False)
@@ -39,7 +39,7 @@ def run() -> list[dict]:
 
 
 def _turned(samples: np.ndarray, angle: np.ndarray) -> np.ndarray:
-    """Voltages, no load, and currents in the rotor's true axes: what the filter alone is fed with."""
+    """Voltages, zero load and currents in the true rotor frame: the input of the filter alone."""
     current, voltage = (samples[:, k] + 1j * samples[:, k + 1] for k in (0, 2))
     own = np.exp(-1j * angle)
     i, u = current * own, voltage * own
@@ -47,7 +47,7 @@ def _turned(samples: np.ndarray, angle: np.ndarray) -> np.ndarray:
 
 
 class _FilterPart:
-    """The filter of three states as one writes it with NumPy: (34) to (45)."""
+    """The filter with three states written with NumPy: (34) to (45)."""
 
     def __init__(self, block: KalmanFilter):
         p, self.T = block.parameters.continuous, block.parameters.sample_time
@@ -119,7 +119,7 @@ def _kalman(block: KalmanFilter) -> Peer:
 
 
 def _angle(block: RotorFrameObserver, kind: type) -> Peer:
-    """Park's transforms, the speed, the angle."""
+    """Peer with Park's transforms, speed estimation and angle integration."""
     inner: Any = block.inner
     estimator = inner.filter if kind is _FilterPart else inner
 

@@ -1,7 +1,7 @@
-"""The default observer of a motor's angle beside motulator's sensorless one, on motulator's own 2.2 kW machine.
+"""Default motor angle observer compared with motulator's sensorless one, on motulator's own 2.2 kW machine.
 
-`python -m benchmarks.motulator_peer` prints the table of docs/explanation/motor-angle.md; it takes half a minute and is
-no part of `make bench`.
+`python -m benchmarks.motulator_peer` prints the table of docs/explanation/motor-angle.md in half a minute; it is not
+part of `make bench`.
 """
 
 from __future__ import annotations
@@ -20,19 +20,19 @@ from tierod.monitors.motor_angle.tuning import MotorAngleTuning
 
 SAMPLE_TIME = 250e-6
 RESISTANCE, ALONG, ACROSS, FLUX, PAIRS, INERTIA = 3.6, 0.036, 0.051, 0.545, 3, 0.015
-"""Of motulator's permanent-magnet machine, example "2.2-kW PMSM"."""
+"""Parameters of motulator's permanent-magnet machine, example "2.2-kW PMSM" [SI units]."""
 
 SUPPLY, TORQUE = 540.0, 14.0
-"""Of the converter [V], and nominal of the machine [N*m]."""
+"""Supply voltage of the converter [V], and rated torque of the machine [N*m]."""
 
 COURSE = (0.0, 0.05, -0.02, 0.1, -0.05, 0.02, -0.1, 0.0)
-"""Speeds, per unit of 75 Hz, each for `HELD`, with 40 % of the nominal torque from the middle of each on."""
+"""Speeds, per unit of 75 Hz, each for `HELD`, with 40 % of the rated torque in the second half of each."""
 
 HELD, SETTLED = 0.8, 0.2
-"""Of each speed, and left out of the figures after each change [s]."""
+"""Duration of each speed, and settling time after each change that is not evaluated [s]."""
 
 CURRENT_NOISE, ANGLE_NOISE = 0.02, 5e-4
-"""Put on both observers' currents [A], and on the sensor that begins ours [rad]."""
+"""Noise added to the currents of both observers [A], and to the sensor that initialises ours [rad]."""
 
 TUNING = MotorAngleTuning(
     current_noise=CURRENT_NOISE,
@@ -45,21 +45,21 @@ TUNING = MotorAngleTuning(
     first_load=3.0,
     first_speed=5.0,
 )
-"""In the units of a machine of 540 V and 4.3 A; chosen on another course with another noise."""
+"""Tuning for a machine of 540 V and 4.3 A, chosen on a different course with different noise."""
 
 WARM = 1.2
-"""Resistance of the machine over what both observers assume."""
+"""Ratio of the machine's resistance to that assumed by both observers."""
 
 
 class Drive(NamedTuple):
-    """What is measured, vectors as complex numbers, and the truth.
+    """Measurements, with vectors as complex numbers, and the true angle.
 
     Args:
-        time: [s]
-        current: in the stator's axes [A]
-        voltage: mean over the sample that ends [V]
-        realised: what motulator gives to its observer: the mean of that and the next [V]
-        angle: electrical [rad]
+        time: of the samples [s]
+        current: in stator coordinates [A]
+        voltage: mean over the preceding sampling interval [V]
+        realised: voltage input of motulator's observer: mean of this interval's and the next one's voltage [V]
+        angle: true electrical angle [rad]
     """
 
     time: np.ndarray
@@ -77,10 +77,10 @@ def _machine(factor: float = 1.0):
 
 @lru_cache(maxsize=4)
 def drive(warm: float) -> Drive:
-    """A run of motulator's simulation under its own current vector control with its sensor.
+    """Simulation by motulator with its own current vector control and a sensor.
 
     Args:
-        warm: resistance of the machine over what its control assumes
+        warm: ratio of the machine's resistance to that assumed by the control
     """
     from motulator.common.utils import abc2complex
     from motulator.drive import model
@@ -101,19 +101,19 @@ def drive(warm: float) -> Drive:
     model.Simulation(machine, control).simulate(t_stop=HELD * len(COURSE))
     seen = control.data
     made = abc2complex(np.asarray(seen.ref.d_abc).T) * SUPPLY
-    # A command is made one sample after it was computed, and stands until the sample after that.
+    # A voltage command takes effect one sample after its computation, and remains for one sample.
     voltage = np.concatenate([[0.0, 0.0], made[:-2]])
     angle = np.unwrap(np.asarray(seen.fbk.theta_m))
     return Drive(np.asarray(seen.ref.t), np.asarray(seen.fbk.i_ss), voltage, np.asarray(seen.fbk.u_ss), angle)
 
 
 def theirs(seen: Drive, current: np.ndarray, bandwidth: float) -> np.ndarray:
-    """Electrical angle of motulator's sensorless observer [rad], begun at the true one.
+    """Electrical angle estimated by motulator's sensorless observer, initialised at the true angle [rad].
 
     Args:
-        seen: the drive
+        seen: measurements
         current: with noise [A]
-        bandwidth: of its speed estimation [rad/s]
+        bandwidth: of its speed estimator [rad/s]
     """
     from motulator.drive.control.sm import Observer, ObserverCfg
 
@@ -129,14 +129,14 @@ def theirs(seen: Drive, current: np.ndarray, bandwidth: float) -> np.ndarray:
 
 
 def ours(seen: Drive, current: np.ndarray, increments: bool) -> np.ndarray:
-    """Electrical angle of the default observer [rad].
+    """Electrical angle estimated by the default observer [rad].
 
-    With the inductance across the flux, its flux is the active flux psi + (L_d - L_q) i_d of a salient machine.
+    With the q-axis inductance, its flux is the active flux psi + (L_d - L_q) i_d of a salient machine.
 
     Args:
-        seen: the drive
+        seen: measurements
         current: with noise [A]
-        increments: whether the sensor goes on to help while the motor is slow, or only begins it
+        increments: whether the sensor is used at low speed, or only for initialisation
     """
     parameters = SampledMotorParameters(RESISTANCE, ACROSS, FLUX, float(PAIRS), INERTIA, 0.0, SAMPLE_TIME)
     sensor = seen.angle / PAIRS + ANGLE_NOISE * np.random.default_rng(11).normal(size=len(seen.time))
@@ -147,7 +147,7 @@ def ours(seen: Drive, current: np.ndarray, increments: bool) -> np.ndarray:
 
 
 def by_speed(seen: Drive, found: np.ndarray) -> dict[float, float]:
-    """Root mean square of the electrical error, whole turns left out, by per-unit speed [rad]."""
+    """Root-mean-square electrical error without whole turns, by per-unit speed [rad]."""
     error = np.angle(np.exp(1j * (found - seen.angle)))
     step = np.minimum((seen.time / HELD).astype(int), len(COURSE) - 1)
     speed, settled = np.abs(np.array(COURSE))[step], seen.time - step * HELD > SETTLED
@@ -158,7 +158,7 @@ def by_speed(seen: Drive, found: np.ndarray) -> dict[float, float]:
 
 
 def run() -> list[dict]:
-    """Rows: resistance over what the observers assume, observer, error by per-unit speed [rad]."""
+    """Rows: ratio of resistances, observer, error by per-unit speed [rad]."""
     rows = []
     for warm in (1.0, WARM):
         seen = drive(warm)
@@ -178,7 +178,7 @@ def run() -> list[dict]:
 
 
 def main() -> int:
-    """Print the table; with --json, the rows."""
+    """Print the table, or with --json the rows; returns the exit code."""
     rows = run()
     if "--json" in sys.argv:
         import json

@@ -1,4 +1,4 @@
-"""The observers of the steering column as a user of filterpy writes them."""
+"""Observers of the steering column, as a user of filterpy writes them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from tierod.physics.friction import dahl_update
 
 
 def full(packed: tuple[float, ...]) -> np.ndarray:
-    """The symmetric matrix of a packed one."""
+    """Symmetric matrix from its packed upper triangle."""
     n = round(((8 * len(packed) + 1) ** 0.5 - 1) / 2)
     matrix = np.zeros((n, n))
     matrix[np.triu_indices(n)] = packed
@@ -25,14 +25,14 @@ def full(packed: tuple[float, ...]) -> np.ndarray:
 
 
 def system_of(block: Any) -> LinearSystem:
-    """Matrices of a linear discrete model."""
+    """Matrices of a linear discrete-time model."""
     model = block.model
     state, inputs = model.State(*(0.0 for _ in model.State._fields)), model.Input(*(0.0 for _ in model.Input._fields))
     return linearise(model, block.parameters, state, inputs)
 
 
 def filled(kind: type, system: LinearSystem, process: Any, noise: Any, covariance: np.ndarray) -> Any:
-    """A filter of filterpy with these matrices."""
+    """A filterpy filter with these matrices."""
     peer = kind(dim_x=len(system.A), dim_z=len(system.C), dim_u=system.B.shape[1])
     peer.F, peer.B, peer.H = system.A.copy(), system.B.copy(), system.C.copy()
     peer.Q, peer.R, peer.P = _diagonal(process), _diagonal(noise), covariance.copy()
@@ -44,18 +44,18 @@ def _diagonal(values: Any) -> np.ndarray:
 
 
 SETTLE = 20_000
-"""Steps until the gain of the augmented filter is its last one to seven digits."""
+"""Steps until the gain of the augmented filter has converged to seven digits."""
 
 
 class PlainFilter:
-    """Predict, update."""
+    """Kalman filter with predict and update."""
 
     def __init__(self, peer: Any, rows: list[int]):
         self.peer, self.rows = peer, rows
 
     @classmethod
     def stationary(cls, block: StationaryFilter) -> PlainFilter:
-        """A filter that begins with its stationary covariance, so that its gain is constant."""
+        """Filter initialised with its steady-state covariance, so that its gain is constant."""
         from filterpy.kalman import KalmanFilter as Peer
 
         system, gain = system_of(block), np.array(block.gain)
@@ -67,7 +67,7 @@ class PlainFilter:
         return cls(peer, [system.states.index("hand_torque")])
 
     def __call__(self, samples: np.ndarray) -> tuple[np.ndarray, float]:
-        """Estimates and seconds."""
+        """Estimates, and duration [s]."""
         peer, found = self.peer, np.empty((len(samples), len(self.rows)))
         inputs, measured = samples[:, :1, None], samples[:, 1:, None]
         start = time.perf_counter()
@@ -79,7 +79,7 @@ class PlainFilter:
 
 
 class InteractingModels:
-    """`IMMEstimator` over Kalman filters."""
+    """filterpy's `IMMEstimator` over Kalman filters."""
 
     def __init__(self, block: ImmFilter, system: LinearSystem):
         from filterpy.kalman import IMMEstimator
@@ -92,7 +92,7 @@ class InteractingModels:
         self.peer = IMMEstimator(filters, np.array(block.initial_probabilities), np.array(block.switching))
 
     def __call__(self, samples: np.ndarray) -> tuple[np.ndarray, float]:
-        """Estimates and seconds."""
+        """Estimates, and duration [s]."""
         peer, found = self.peer, np.empty((len(samples), len(self.peer.x)))
         inputs, measured = samples[:, :1, None], samples[:, 1:, None]
         start = time.perf_counter()
@@ -104,14 +104,14 @@ class InteractingModels:
 
 
 class BankOfConstantGains(InteractingModels):
-    """`IMMEstimator` over filters that keep their gain, by filterpy's functions for the steady state."""
+    """filterpy's `IMMEstimator` over filters with constant gain, by filterpy's steady-state functions."""
 
     def __init__(self, block: StationaryBank, system: LinearSystem):
         from filterpy.kalman import IMMEstimator
         from filterpy.kalman import KalmanFilter as Peer
 
         class Steady(Peer):
-            """Predicts and updates its mean alone."""
+            """Predicts and updates the mean only."""
 
             def predict(self, u: Any = None, *_: Any) -> None:
                 self.predict_steadystate(u)
@@ -129,7 +129,7 @@ class BankOfConstantGains(InteractingModels):
 
 
 class AugmentedLag:
-    """A Kalman filter whose state also holds the smoothed one at every lag; filterpy's own smoother approximates."""
+    """Kalman filter with the smoothed state at every lag as further states; filterpy's own smoother is approximate."""
 
     def __init__(self, block: FixedLag, process: np.ndarray, noise: tuple[float, ...]):
         from filterpy.kalman import KalmanFilter as Peer
@@ -147,7 +147,7 @@ class AugmentedLag:
             self.peer.update(np.zeros((len(C), 1)))
 
     def __call__(self, samples: np.ndarray) -> tuple[np.ndarray, float]:
-        """Estimates and seconds."""
+        """Estimates, and duration [s]."""
         peer, found = self.peer, np.empty((len(samples), 1))
         inputs, measured = samples[:, :1, None], samples[:, 1:, None]
         start = time.perf_counter()
@@ -159,7 +159,7 @@ class AugmentedLag:
 
 
 class ExtendedFilter:
-    """`ExtendedKalmanFilter` of the column with Dahl's friction, its Jacobian written out."""
+    """filterpy's `ExtendedKalmanFilter` of the column with Dahl friction and analytical Jacobian."""
 
     def __init__(self, block: KalmanFilter):
         n, linear = len(block.model.State._fields), block.parameters.linear
@@ -172,7 +172,7 @@ class ExtendedFilter:
         self.peer.Q, self.peer.R = _diagonal(block.process_noise), _diagonal(block.measurement_noise)
 
     def __call__(self, samples: np.ndarray) -> tuple[np.ndarray, float]:
-        """Estimates and seconds."""
+        """Estimates, and duration [s]."""
         peer, C = self.peer, self.C
         found = np.empty((len(samples), len(peer.x)))
         inputs, measured = samples[:, :1, None], samples[:, 1:, None]
@@ -192,7 +192,7 @@ class ExtendedFilter:
 
 
 def _friction_peer(block: KalmanFilter, A: np.ndarray, B: np.ndarray) -> Any:
-    """The class that moves mean and Jacobian by the column's equations."""
+    """Filter class that propagates mean and Jacobian by the column's equations."""
     from filterpy.kalman import ExtendedKalmanFilter
 
     states, n = block.model.State._fields, len(A)

@@ -1,4 +1,4 @@
-"""The observers of column and sideslip against filterpy: the same filters, the same numbers, measured in one run."""
+"""Observers of column and sideslip compared with filterpy: the same filters and results, measured in one run."""
 
 from __future__ import annotations
 
@@ -36,26 +36,26 @@ STEPS = 40_000
 """Samples of one run: 40 s at 1 kHz."""
 
 PEER_STEPS = 1_500
-"""Samples of the peer's run; the numbers of all of them are compared."""
+"""Samples of the peer's run, all of which are compared unless `compared` is smaller."""
 
 PEER_REPEATS = 2
-"""Further runs of the peer, for its best time."""
+"""Further runs of the peer, the fastest of which counts."""
 
 REPEATS = 7
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """One estimator and the peer that does the same.
+    """One estimator and the equivalent peer.
 
     Args:
-        name: of the row
-        block: ours
-        samples: for it, (n, inputs)
-        peer: from some samples to its estimates, (m, states), the time of building it left out
-        states: names of our outputs that the peer's estimates are compared with
-        tolerance: relative, of the comparison
-        compared: samples of it; where friction sticks and slides, differences and derivatives part sooner or later
+        name: of the table row
+        block: our estimator
+        samples: input of our estimator, (n, inputs)
+        peer: returns estimates (m, states) for given samples, and the duration without its construction [s]
+        states: our outputs that correspond to the peer's estimates
+        tolerance: relative tolerance of the comparison
+        compared: number of compared samples; with stick-slip friction, the two kinds of Jacobians diverge in time
     """
 
     name: str
@@ -68,7 +68,7 @@ class Comparison:
 
 
 def column_comparisons() -> list[Comparison]:
-    """Those of the steering column."""
+    """Comparisons of the steering column observers."""
     vehicle = load("column-bench")
     parameters, tuning = vehicle.parameters_for(ColumnParameters), ColumnTuning()
     samples = _samples()
@@ -91,14 +91,14 @@ def column_comparisons() -> list[Comparison]:
 
 
 def _samples() -> np.ndarray:
-    """A run of the bench, with the motor's torque of the sample before, as the filters take it."""
+    """Samples from a run of the bench, with the motor torque of the preceding sample as the filters require."""
     run = swept("steps", STEPS * 1e-3, 1)
     before = np.r_[0.0, run["motor_torque"][:-1]]
     return np.column_stack([before, run["steering_wheel_angle"], run["motor_angle_mechanical"], run["driver_torque"]])
 
 
 def _interacting(bank: StationaryBank, noises: Sequence[np.ndarray], tuning: ColumnTuning) -> ImmFilter:
-    """The default's bank with covariances that are worked out anew in every sample."""
+    """Default bank, with covariances that are recomputed at every sample."""
     start = tuple(map(float, np.diag(full(bank.noises[0].covariance))))
     filters = tuple(
         KalmanFilter(
@@ -115,17 +115,17 @@ def _interacting(bank: StationaryBank, noises: Sequence[np.ndarray], tuning: Col
 
 
 def sideslip_comparisons() -> list[Comparison]:
-    """Those of the sideslip."""
+    """Comparisons of the sideslip observers."""
     placed = [Comparison(*each) for each in sideslip.observers()]
     return [*placed, *(Comparison(*each, tolerance=1e-5, compared=100) for each in combined_sideslip.observers())]
 
 
 COMPARISONS: list[Callable[[], Sequence[Comparison]]] = [column_comparisons, sideslip_comparisons]
-"""Where the comparisons come from: other estimators are added to the list."""
+"""Sources of the comparisons, to which other estimators can be added."""
 
 
 def run() -> list[dict]:
-    """Rows of the bench: name, value, unit, peer, value of the peer, ratio (peer over ours)."""
+    """Rows of the benchmark table: name, value, unit, peer, its value, ratio (peer over ours)."""
     return [_row(each) for source in COMPARISONS for each in source()]
 
 

@@ -1,6 +1,7 @@
-"""The block of the condition monitor that `diagnose` runs, in times real time.
+"""Block of the condition monitor that `diagnose` runs, as a multiple of real time.
 
-Others load the machine: what counts is the least processor time of several whole runs, of ours and of the peer's alike.
+Because other processes load the machine, the smallest processor time of several whole runs counts, for ours and for the
+peer's alike.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from tierod.papers.condition.recorded import recorded
 from tierod.vehicles import load
 
 LANES, STATES, READINGS = len(hypotheses()), len(AutomatedVehicle.State._fields), len(AutomatedVehicle.Output._fields)
-"""Filters of the bank without that of sliding tyres; what each estimates, what corrects it."""
+"""Number of filters in the bank without that for sliding tyres, of their states, and of their measurements."""
 RATE = 100.0
 STEPS = 6_000
 PEER_STEPS = 100
@@ -30,7 +31,7 @@ REPEATS = 10
 
 
 def run() -> list[dict]:
-    """One row: hours of driving judged in an hour of one core, against the same filters' algebra alone in NumPy."""
+    """One row: hours of driving judged per hour of one core, compared with the filters' algebra alone in NumPy."""
     healthy, faulty = _samples(healthy_drives(1.0)[0]), _samples(sensor_tests(1)[0])
     lost = _samples(actuator_tests(1)[0])
     whole = condition_monitor(load("smartload"))
@@ -54,13 +55,13 @@ def run() -> list[dict]:
 def _samples(drive: Drive) -> np.ndarray:
     recording = recorded(drive)
     length = max(len(recording[name].values) for name in ConditionSample._fields if name in recording)
-    absent = np.full(length, np.nan)  # signals that these cars do not have
+    absent = np.full(length, np.nan)  # signals that these cars lack
     columns = [recording[name].values if name in recording else absent for name in ConditionSample._fields]
     return np.ascontiguousarray(np.column_stack(columns)[:STEPS])
 
 
 def _times_real_time(block: Bank, samples: np.ndarray) -> float:
-    """Seconds of driving in one second of processor time, by the fastest whole run."""
+    """Seconds of driving per second of processor time, in the fastest run."""
     runner = kernel(block)
     outputs = np.empty((len(samples), len(runner.graph.output)))
     return len(samples) / RATE / _least(lambda: runner.scan(initial_memory(block), samples, outputs, 0))
@@ -77,7 +78,7 @@ def _least(work: Callable[[], object]) -> float:
 
 
 def _numpy_bank() -> np.ndarray:
-    """Prediction and correction of all lanes at once as arrays; model, derivatives and judge left out."""
+    """Prediction and correction of all filters at once as arrays, without model, derivatives and judge."""
     transition = np.tile(np.eye(STATES) + 0.01 * np.eye(STATES, k=1), (LANES, 1, 1))
     noise, rows = 1e-4 * np.eye(STATES), np.tile(np.eye(READINGS, STATES), (LANES, 1, 1))
     mean, covariance = np.zeros((LANES, STATES)), np.tile(np.eye(STATES), (LANES, 1, 1))

@@ -1,4 +1,4 @@
-"""Put the figures of bench.json into the page on performance and the README, between marks: part of `make docs`."""
+"""Insert the figures of bench.json into the performance page and the README, between marks; part of `make docs`."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ SAID = {
 
 
 def table(rows: list[dict]) -> str:
-    """The rows as Markdown."""
+    """The rows as a Markdown table."""
     lines = ["| what | figure | peer | times the peer |", "|---|---:|---|---:|"]
     for row in rows:
         figure, peer = (f"{_number(row[key])} {row['unit']}" for key in ("value", "peer_value"))
@@ -67,11 +67,11 @@ SHORT = (
     "diagnose-1h",
     "simulate-eps-car",
 )
-"""Rows that the README shows; the page on performance shows all."""
+"""Rows shown in the README; the performance page shows all."""
 
 
 def put(page: Path, text: str) -> None:
-    """Replace what stands between the marks of a page."""
+    """Replace the text between the marks of a page."""
     before, rest = page.read_text(encoding="utf-8").split(BEGIN)
     _, after = rest.split(END)
     page.write_text(f"{before}{BEGIN}\n{text}\n{END}{after}", encoding="utf-8")
@@ -79,7 +79,7 @@ def put(page: Path, text: str) -> None:
 
 
 def main() -> int:
-    """Write the figures; nothing happens without bench.json."""
+    """Insert the figures; does nothing without bench.json. Returns the exit code."""
     measured = ROOT / "bench.json"
     if not measured.exists():
         return 0

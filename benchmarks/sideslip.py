@@ -1,8 +1,8 @@
-"""The sideslip observers against filterpy: the same filters over a changing speed, the same numbers, in one run.
+"""Sideslip observers compared with filterpy: the same filters at varying speed, with the same results, in one run.
 
-The peer makes its matrices anew at every sample from eqs (9), (13) and (18) in NumPy, and reads the placed gains from a
-table over the speed, as ours do. Ours also hold where nothing can be estimated and give standard deviations. Friction
-of the steering is left out, since filterpy's linear filter has no place for it.
+The peer computes its matrices at every sample from eqs (9), (13) and (18) in NumPy, and reads the placed gains from a
+table over speed, as ours do. Ours additionally hold the estimate where it is not observable, and give standard
+deviations. Steering friction is omitted, because filterpy's linear filter cannot represent it.
 """
 
 from __future__ import annotations
@@ -25,18 +25,18 @@ from tierod.monitors.sideslip.two_stage import two_stage_kalman, two_stage_poles
 from tierod.vehicles import load
 
 SPEED, SWING = 20.0, 5.0
-"""Mean of the speed, and how far it swings [m/s]."""
+"""Mean speed, and amplitude of its variation [m/s]."""
 
 STEPS = 40_000
 """Samples of one run: 40 s at 1 kHz."""
 
 RATE = 1e-3
 ANGLE = 2
-"""Column of the road wheels' angle in the samples."""
+"""Column of the road wheel angle in the samples."""
 
 
 def observers() -> list[tuple[str, Block, np.ndarray, Any, tuple[str, ...]]]:
-    """Name, our block, samples, the peer, and what is compared, for each of the four observers."""
+    """Name, our block, samples, peer, and compared outputs, for each of the four observers."""
     p = load("steer-by-wire").parameters_for(SteeredVehicle.Parameters)
     free = dataclasses.replace(p, road_wheel_friction=0.0)
     one, fixed = conventional_kalman(free, RATE), conventional_poles(free, RATE)
@@ -56,13 +56,13 @@ def observers() -> list[tuple[str, Block, np.ndarray, Any, tuple[str, ...]]]:
 
 
 class Stages:
-    """One filter of filterpy, or two: the second one takes the aligning torque of the first as measured."""
+    """One filterpy filter, or two, the second of which uses the aligning torque of the first as measurement."""
 
     def __init__(self, stages: Sequence[Any]):
         self.stages = stages
 
     def __call__(self, samples: np.ndarray) -> tuple[np.ndarray, float]:
-        """Sideslip angles and seconds."""
+        """Sideslip angles, and duration [s]."""
         for each in self.stages:
             each.start()
         found = np.empty((len(samples), 1))
@@ -82,7 +82,7 @@ class Stages:
 
 
 class Steering:
-    """Eq (18), whatever the speed; sampled once."""
+    """Eq (18), independent of speed; discretised once."""
 
     def __init__(self, p: Any):
         J, b = p.road_wheel_inertia, p.road_wheel_damping
@@ -91,12 +91,12 @@ class Steering:
         self.A, self.B = sampled(A, np.array([[0.0], [1.0 / J], [0.0]]))
 
     def at(self, speed: float) -> tuple[np.ndarray, ...]:
-        """F, B, H, D."""
+        """Matrices F, B, H and D."""
         return self.A, self.B, self.C, self.D
 
 
 class Vehicle:
-    """Eqs (9) and (23) at a speed."""
+    """Eqs (9) and (23) at a given speed."""
 
     def __init__(self, p: Any):
         front, rear = p.front_cornering_stiffness, p.rear_cornering_stiffness
@@ -112,14 +112,14 @@ class Vehicle:
         self.through = np.array([[0.0], [trail * front]])
 
     def at(self, speed: float) -> tuple[np.ndarray, ...]:
-        """F, B, H, D."""
+        """Matrices F, B, H and D."""
         A = self.constant + self.over_speed / speed + self.over_square / (speed * speed)
         F, B = sampled(A, self.steer + self.steer_over_speed / speed)
         return F, B, self.shown + self.shown_over_speed / speed, self.through
 
 
 class Whole:
-    """Eq (13) at a speed."""
+    """Eq (13) at a given speed."""
 
     def __init__(self, p: Any):
         self.vehicle, self.inertia, self.damping = Vehicle(p), p.road_wheel_inertia, p.road_wheel_damping
@@ -127,7 +127,7 @@ class Whole:
         self.C, self.D = np.array([[0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]]), np.zeros((2, 1))
 
     def at(self, speed: float) -> tuple[np.ndarray, ...]:
-        """F, B, H, D."""
+        """Matrices F, B, H and D."""
         v, A = self.vehicle, np.zeros((4, 4))
         A[:2, :2] = v.constant + v.over_speed / speed + v.over_square / (speed * speed)
         A[:2, 2:3] = v.steer + v.steer_over_speed / speed
@@ -140,13 +140,13 @@ class Whole:
 
 
 def sampled(A: np.ndarray, B: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """One sample on by the midpoint rule."""
+    """Discrete-time matrices by the midpoint rule."""
     half = np.eye(len(A)) + 0.5 * RATE * A
     return np.eye(len(A)) + RATE * A @ half, RATE * half @ B
 
 
 class _Learning:
-    """Predict, update."""
+    """Kalman filter with predict and update."""
 
     def __init__(self, model: Any, block: KalmanFilter):
         from filterpy.kalman import KalmanFilter as Peer
@@ -157,12 +157,12 @@ class _Learning:
         self.peer = filled(Peer, system, block.process_noise, block.measurement_noise, self.covariance)
 
     def start(self) -> None:
-        """From the beginning."""
+        """Reset the filter."""
         self.peer.x = np.zeros_like(self.peer.x)
         self.peer.P = self.covariance.copy()
 
     def step(self, speed: float, inputs: np.ndarray, measured: np.ndarray) -> np.ndarray:
-        """One sample on."""
+        """Process one sample."""
         peer = self.peer
         peer.F, peer.B, peer.H, feedthrough = self.model.at(speed)
         peer.predict(inputs)
@@ -171,7 +171,7 @@ class _Learning:
 
 
 class _Placed:
-    """Predict, correct by a gain that is read from a table over the speed."""
+    """Observer with a gain interpolated from a table over speed."""
 
     def __init__(self, model: Any, table: np.ndarray):
         from filterpy.kalman import KalmanFilter as Peer
@@ -181,11 +181,11 @@ class _Placed:
         self.peer = filled(Peer, LinearSystem.of(F, H, B), [0.0] * len(F), [1.0] * len(H), np.eye(len(F)))
 
     def start(self) -> None:
-        """From the beginning."""
+        """Reset the observer."""
         self.peer.x = np.zeros_like(self.peer.x)
 
     def step(self, speed: float, inputs: np.ndarray, measured: np.ndarray) -> np.ndarray:
-        """One sample on."""
+        """Process one sample."""
         peer, table = self.peer, self.table
         peer.F, peer.B, peer.H, feedthrough = self.model.at(speed)
         if len(table) == 1:
@@ -207,7 +207,7 @@ def _table(observer: Any) -> np.ndarray:
 
 
 def _samples() -> np.ndarray:
-    """Speed, yaw rate, angle and torque: a sine of the steering with noise at a speed that swings, (n, 4)."""
+    """Speed, yaw rate, angle and torque, (n, 4): sinusoidal steering with noise at a varying speed."""
     chance, time_ = np.random.default_rng(0), np.arange(STEPS) * RATE
     sine = np.sin(2.0 * np.pi * 0.3 * time_)
     noise = chance.normal(size=(3, STEPS))

@@ -1,4 +1,4 @@
-"""The virtual EPS car with its sensors, against the chassis of CommonRoad's multi-body car; and how drives scale."""
+"""Virtual EPS car with sensors, compared with the chassis of CommonRoad's multi-body car, and scaling of drives."""
 
 from __future__ import annotations
 
@@ -19,7 +19,8 @@ COMMONROAD_STEPS = 300
 
 
 def run() -> list[dict]:
-    """One row: times real time of the two-track car on one core, one drive with its recording after another."""
+    """One row: speed of the two-track car on one core as a multiple of real time, with its recording."""
+    # The first drive compiles the kernels.
     _driven(5.0)
     two_track = _times_real_time()
     peer = _commonroad()
@@ -58,7 +59,7 @@ def _interpreted() -> float:
 
 
 def _commonroad() -> float:
-    """Times real time of another open simulator's chassis, integrated as its users do: in Python."""
+    """Speed of another open simulator's chassis, integrated in Python as its users do, as a multiple of real time."""
     from vehiclemodels.init_mb import init_mb
     from vehiclemodels.parameters_vehicle2 import parameters_vehicle2
     from vehiclemodels.vehicle_dynamics_mb import vehicle_dynamics_mb
@@ -80,7 +81,7 @@ def _commonroad() -> float:
 
 
 def _scaling() -> float:
-    """How much sooner two processes are done with eight drives than one."""
+    """Speed-up of eight drives by two processes over one."""
     times = {}
     for workers in (1, 2):
         with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:

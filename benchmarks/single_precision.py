@@ -1,4 +1,4 @@
-"""Single precision on a control unit beside double on this machine: a fault-free and a faulty drive of every monitor.
+"""Single precision on a control unit compared with double here: fault-free and faulty drives of every monitor.
 
 `python -m benchmarks.single_precision` prints the table of docs/how-to/control-unit.md.
 """
@@ -28,12 +28,12 @@ _TABLE = 'name = "given"\ndescription = "With a fault or without."\n'
 
 
 class Case(NamedTuple):
-    """A monitor, and the drives that it is run over.
+    """A monitor, and the drives on which it is run.
 
     Args:
         monitor, vehicle: names
-        drive: table of a scenario without its name
-        faults: tables of those that the drive is run with, one after the other, by what a row is to call them
+        drive: scenario table without its name
+        faults: fault tables, one per further drive, by the name of their row
     """
 
     monitor: str
@@ -67,10 +67,10 @@ CASES = (
 
 
 def run() -> Iterator[tuple[Interface, list[Apart]]]:
-    """Every monitor with what single precision does to it.
+    """Every monitor, with the effect of single precision on its results.
 
     Raises:
-        SystemExit: gcc is absent
+        SystemExit: gcc is not available
     """
     for case in CASES:
         subject = subject_of(case.monitor, case.vehicle)
@@ -91,7 +91,7 @@ def _inputs(subject: Subject, case: Case, text: str) -> np.ndarray:
 
 
 def main() -> int:
-    """Print the table; fail where a figure is beyond its aim."""
+    """Print the table; returns 1 if a requirement is not met."""
     failed = 0
     print("| monitor | drive | clocks began at | largest difference | aim | changes of the status | they differ for |")
     print("|---|---|---|---|---|---|---|")

@@ -1,7 +1,7 @@
-"""The live page over a long time: `python -m benchmarks.web_live --minutes 60`.
+"""Live page over a long time: `python -m benchmarks.web_live --minutes 60`.
 
-50 signals at 100 Hz on a multicast bus, shown in chromium: memory of the page after collection, and the time from the
-moment at which a frame is sent until its value stands on the page.
+50 signals at 100 Hz on a multicast bus are shown in chromium. Measured are the memory of the page after garbage
+collection, and the delay from sending a frame until its value is shown.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from typing import Any
 from benchmarks.web_page import shown
 
 RATE, MESSAGES = 100.0, 13
-"""Messages of four signals each: 52, of which the first is the clock."""
+"""Sending rate [Hz], and number of messages with four signals each: 52 signals, the first of which is the clock."""
 
 CHANNEL = "239.74.163.61"
 
@@ -33,14 +33,14 @@ KNOWN = (
 )  # fmt: skip
 
 ROOM = 600.0
-"""In which the page fills the room that it takes for samples [s]."""
+"""Time in which the page fills its memory for samples [s]."""
 
 TURN = 60.0
-"""After which the clock on the bus begins anew [s]."""
+"""Period after which the clock on the bus wraps around [s]."""
 
 
 def main() -> int:
-    """Send, follow, look, and print a line for every figure."""
+    """Send, observe the page, and print a line per figure; returns the exit code."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--minutes", type=float, default=60.0)
     given = parser.parse_args()
@@ -69,7 +69,7 @@ def signals() -> list[tuple[str, float, str]]:
 
 
 def database() -> str:
-    """The database of the bus, four signals of 16 bits a message."""
+    """Database of the bus, with four signals of 16 bits per message."""
     lines = ['VERSION ""', "NS_ :", "BS_:", "BU_: ECU"]
     for number in range(MESSAGES):
         lines += ["", f"BO_ {256 + number} Message{number}: 8 ECU"]
@@ -79,7 +79,7 @@ def database() -> str:
 
 
 def send() -> None:
-    """Send all messages a hundred times a second, the first signal being the clock of this computer."""
+    """Send all messages a hundred times a second, with the clock of this computer as first signal."""
     import can
 
     every, begin, turn = signals(), time.time(), 0
@@ -97,7 +97,7 @@ def send() -> None:
 
 
 def looked(address: str, seconds: float, server: int) -> None:
-    """Look at the page over the time."""
+    """Observe the page for a time [s], and print its figures."""
     from playwright.sync_api import sync_playwright
 
     others = ",".join(f"Message2.channel_{number}" for number in range(3))
@@ -107,7 +107,7 @@ def looked(address: str, seconds: float, server: int) -> None:
         page = browser.new_page(viewport={"width": 1500, "height": 1000})
         page.goto(f"{address}/live?signals={panels}")
         page.wait_for_function("() => document.querySelectorAll('.panel .uplot').length === 4", timeout=240_000)
-        page.wait_for_timeout(10_000)  # what came before the page was there is shown at once
+        page.wait_for_timeout(10_000)  # frames received before the page was open are shown at once
         page.evaluate(_WATCH, TURN)
         session = page.context.new_cdp_session(page)
         session.send("Performance.enable")
@@ -122,7 +122,7 @@ def looked(address: str, seconds: float, server: int) -> None:
         browser.close()
     delays.sort()
     shown("signals and estimates on the page", f"{count}", "50")
-    # The page fills its room in ten minutes and thins what is older; from then on it must not grow.
+    # The page fills its memory in ten minutes and then thins older samples; from then on it must not grow.
     full = [each for place, each in enumerate(heaps, 1) if place * seconds / len(heaps) > ROOM] or heaps
     half = len(full) // 2 or 1
     grown = f"{max(full[:half]):.0f}, {max(full[-half:]):.0f} MB"
@@ -150,14 +150,14 @@ _WATCH = """(turn) => {
 
 
 def heap(session: Any) -> float:
-    """What the page holds after collection [MB]."""
+    """Heap of the page after garbage collection [MB]."""
     session.send("HeapProfiler.collectGarbage")
     metrics = session.send("Performance.getMetrics")["metrics"]
     return float(next(each["value"] for each in metrics if each["name"] == "JSHeapUsedSize")) / 1e6
 
 
 def resident(process: int) -> float:
-    """Resident set of a process, without mapped files [MB]."""
+    """Resident memory of a process without mapped files [MB]."""
     status = Path(f"/proc/{process}/status").read_text()
     return sum(float(line.split()[1]) for line in status.splitlines() if line.startswith("RssAnon")) / 1024.0
 

@@ -1,7 +1,7 @@
-"""The page to work in against its targets: `python -m benchmarks.web_page`.
+"""Web application compared with its targets: `python -m benchmarks.web_page`.
 
-Ten hours of 20 signals at 100 Hz, a folder of 100 GB, a fleet of 10 000 cars, 50 clients at once; with Playwright and
-chromium also what a browser sees. A part is named to run it alone: recording, browser, listing, fleet, clients.
+Ten hours of 20 signals at 100 Hz, a folder of 100 GB, a fleet of 10 000 cars, 50 concurrent clients; with Playwright
+and chromium also the view in a browser. Parts can be run alone by name: recording, browser, listing, fleet, clients.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ PARTS = ("recording", "browser", "listing", "fleet", "clients")
 
 
 def main() -> int:
-    """Measure the parts that are named, print a line for every figure."""
+    """Measure the named parts, and print a line per figure; returns the exit code."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("parts", nargs="*", default=PARTS)
     parser.add_argument("--hours", type=float, default=10.0)
@@ -70,7 +70,7 @@ def shown(what: str, figure: str, target: str) -> None:
 
 
 def record(path: Path, hours: float) -> None:
-    """Signals with noise, drift and edges, as another program writes them."""
+    """Write signals with sines and noise as a Parquet file of another program."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -85,7 +85,7 @@ def record(path: Path, hours: float) -> None:
 
 
 def sparse(folder: Path, count: int) -> None:
-    """Files with 100 GB together that take no room."""
+    """Create sparse files of 100 GB in total that take no disk space."""
     for number in range(count):
         with open(folder / f"drive-{number:06}.mf4", "wb") as file:
             file.truncate(100_000_000_000 // count)
@@ -99,7 +99,7 @@ def fleet_of(folder: Path, cars: int) -> None:
 
 
 class Server:
-    """A server in a process of its own."""
+    """A server in a separate process."""
 
     def __init__(self, process: subprocess.Popen[str], address: str):
         self.process, self.address = process, address
@@ -116,7 +116,7 @@ class Server:
         return json.loads(self.raw(path, body, method, **query))
 
     def memory(self) -> float:
-        """Resident set of the server itself, without mapped files [MB]."""
+        """Resident memory of the server without mapped files [MB]."""
         status = Path(f"/proc/{self.process.pid}/status").read_text()
         return sum(float(line.split()[1]) for line in status.splitlines() if line.startswith("RssAnon")) / 1024.0
 
@@ -136,8 +136,8 @@ def served(top: Path) -> Iterator[Server]:
 
 
 def first_picture(server: Server) -> str:
-    """From the request of an unknown file to its first picture; then until all signals are kept. Key of the signals."""
-    time.sleep(4.0)  # the process that waits for work has imported everything by then
+    """Measure the time from the request of a new file to its first picture and to its storage; returns its key."""
+    time.sleep(4.0)  # the waiting worker process has finished its imports by then
     begin = time.perf_counter()
     job = server.json("/api/analyses", {"file": "drives/long.parquet"}, "POST")
     pictured = False
@@ -159,7 +159,7 @@ def first_picture(server: Server) -> str:
 
 
 def zooms(server: Server, key: str) -> None:
-    """Stretches of all signals, as the server gives them."""
+    """Measure the transfer of stretches of all signals from the server."""
     names = [each["name"] for each in server.json(f"/api/series/{key}")["signals"]]
     first, last = server.json(f"/api/series/{key}")["span"]
     took, chance = [], random.Random(1)
@@ -199,7 +199,7 @@ def in_browser(server: Server, key: str) -> None:
 
 
 def _pictured(page: Any, address: str) -> float:
-    """From the first byte of the server's answer until every chart is drawn [ms]."""
+    """Time from the first byte of the server's response until every chart is drawn [ms]."""
     page.goto(address, wait_until="commit")
     drawn = page.wait_for_function(
         "() => document.querySelectorAll('.panel .uplot').length === 5 && performance.now()", polling="raf"
@@ -270,7 +270,7 @@ def table(server: Server) -> None:
 
 
 def crowd(server: Server, key: str, seconds: float) -> None:
-    """Fifty clients at once, every tenth request broken off in the middle."""
+    """Fifty concurrent clients, of whose requests every tenth is aborted."""
     import socket
 
     names = [each["name"] for each in server.json(f"/api/series/{key}")["signals"]][:6]

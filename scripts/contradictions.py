@@ -1,6 +1,6 @@
-"""Print what the sideslip monitor says of signals that are wrong and of files of other cars: `... SEED [MINUTES]`.
+"""Print verdicts of the sideslip monitor on faulty signals and with files of other cars: `... SEED [MINUTES]`.
 
-Tolerances were chosen on seeds 31, 32 and 33; report others. Real cars are taken where `TIEROD_DATA` has them.
+The tolerances were chosen on seeds 31, 32 and 33; report others. Real cars are included if `TIEROD_DATA` has them.
 """
 
 from __future__ import annotations
@@ -32,11 +32,11 @@ OFFSETS = {
 }
 CHANGES = ("times 0.8", "times 1.25", "offset", "late by 200 ms", "frozen for 20 s", "missing")
 HELD = 0.8
-"""Share of the truth in the 95 % band below which an estimate without objection is wrong."""
+"""Share of the true values in the 95 % band below which an unobjected estimate counts as wrong."""
 
 
 class Car(NamedTuple):
-    """A car with its own file, and a recording with the truth."""
+    """A car with its own vehicle file, and a recording with true values."""
 
     name: str
     vehicle: Vehicle
@@ -44,7 +44,7 @@ class Car(NamedTuple):
 
 
 def cars(seed: int, minutes: float) -> Iterator[Car]:
-    """Real cars with their files, and one virtual car of every kind with brochure values."""
+    """Real cars with their vehicle files, and one virtual car of each kind with data-sheet values."""
     for known in real.KNOWN:
         recording = real.recording_of(known)
         if recording is not None:
@@ -57,7 +57,7 @@ def cars(seed: int, minutes: float) -> Iterator[Car]:
 
 
 def changed(recording: Recording, names: tuple[str, ...], change: str) -> Recording:
-    """The recording with signals that are wrong in one way."""
+    """The recording with one kind of change applied to the named signals."""
     channels = dict(recording.channels)
     begin, end = recording.span
     for name in names:
@@ -82,7 +82,7 @@ def changed(recording: Recording, names: tuple[str, ...], change: str) -> Record
 
 
 def judged(vehicle: Vehicle, recording: Recording) -> tuple[str, float]:
-    """The word for the verdict without the truth, and the share of the truth in the band."""
+    """Verdict on the recording without its true values, and the share of these in the 95 % band."""
     bare = Recording({n: each for n, each in recording.channels.items() if n not in TRUTHS}, recording.metadata)
     try:
         found = over("sideslip", vehicle, bare, uncertain=True)
@@ -96,6 +96,7 @@ def judged(vehicle: Vehicle, recording: Recording) -> tuple[str, float]:
     known = np.isfinite(truth.values)
     error = value.values - np.interp(value.time, truth.time[known], truth.values[known], np.nan, np.nan)
     length = value.time[-1] - value.time[0]
+    # The filter's convergence at the beginning of the drive is not evaluated.
     settled = value.time > value.time[0] + (20.0 if length > 60.0 else 2.0)
     counted = settled & np.isfinite(error) & np.isfinite(deviation.values)
     if not counted.any():
@@ -104,7 +105,7 @@ def judged(vehicle: Vehicle, recording: Recording) -> tuple[str, float]:
 
 
 def main() -> None:
-    """Print the matrix."""
+    """Print the table."""
     seed, minutes = int(sys.argv[1]), float(sys.argv[2]) if len(sys.argv) > 2 else 4.0
     every = list(cars(seed, minutes))
     cells: dict[str, list[tuple[str, float]]] = {}
@@ -116,6 +117,7 @@ def main() -> None:
                 cells.setdefault(f"{names[0]} {change}", []).append(wrong)
         for other in every:
             if other is not car:
+                # Only the parameters are foreign; the unit of the recorded torques is known.
                 foreign = replace(other.vehicle, torque_unit=car.vehicle.torque_unit)
                 cells.setdefault("file of another car", []).append(judged(foreign, car.recording))
     print("| change | cells | inconsistent | no value | wrong | least share in the band |\n| --- |" + " ---: |" * 5)

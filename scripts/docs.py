@@ -1,7 +1,7 @@
-"""Write the pages of docs/ that are generated from the code, and build the site.
+"""Write the generated pages of docs/, or check that they agree with the code.
 
 python scripts/docs.py            # write the generated pages
-python scripts/docs.py --check    # list the pages that differ from the code; exit code 1 where one does
+python scripts/docs.py --check    # list the pages that differ from the code; exit code 1 if there are any
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ DOCS = ROOT / "docs"
 
 
 def pages() -> dict[str, Callable[[], str]]:
-    """Every generated page: path below docs/ -> function that gives its text."""
+    """All generated pages: path below docs/ -> function that returns the text."""
     return {
         **docs_commands.pages(),
         **docs_monitors.pages(),
@@ -34,7 +34,7 @@ def pages() -> dict[str, Callable[[], str]]:
 
 
 def stale() -> list[str]:
-    """The generated pages that differ from the code, as paths below docs/."""
+    """Generated pages that differ from the code, as paths below docs/."""
     return [
         page
         for page, text in pages().items()
@@ -43,7 +43,7 @@ def stale() -> list[str]:
 
 
 def main() -> int:
-    """Write or check all generated pages."""
+    """Write or check all generated pages; returns the exit code."""
     changed = stale()
     if "--check" in sys.argv:
         print("\n".join(f"stale: docs/{page}; run make docs" for page in changed) or "all pages are up to date")

@@ -1,4 +1,4 @@
-"""Reference pages of what tierod ships: signals, parameters, vehicles, residuals, trouble codes, faults, scenarios."""
+"""Reference pages of what is shipped: signals, parameters, vehicles, residuals, trouble codes, faults, scenarios."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from tierod.vehicles import QUANTITIES, load, shipped
 
 
 def pages() -> dict[str, Callable[[], str]]:
-    """Path below docs/ -> function that gives the text."""
+    """Path below docs/ -> function that returns the text."""
     return {
         "reference/signals.md": nomenclature,
         "reference/parameters.md": parameters,
@@ -34,7 +34,7 @@ def pages() -> dict[str, Callable[[], str]]:
 
 @functools.cache
 def printed(*arguments: str) -> Any:
-    """The JSON document that a command prints."""
+    """JSON document printed by a command."""
     text = io.StringIO()
     with contextlib.redirect_stdout(text):
         assert main([*arguments, "--json"]) == 0
@@ -42,7 +42,7 @@ def printed(*arguments: str) -> Any:
 
 
 def parameters() -> str:
-    """The names that a vehicle file may hold."""
+    """Page of the parameters of a vehicle file."""
     rows = []
     for each in QUANTITIES.values():
         measure = unit(each.unit) + (" or count" if each.torque else "")
@@ -56,7 +56,7 @@ def parameters() -> str:
 
 
 def vehicles() -> str:
-    """The vehicles that are shipped."""
+    """Page of the shipped vehicles."""
     parts = []
     for name in shipped():
         vehicle = load(name)
@@ -74,7 +74,7 @@ def vehicles() -> str:
 
 
 def residuals() -> str:
-    """The residuals of the condition monitor."""
+    """Page of the residuals of the condition monitor."""
     rows = []
     for each in RESIDUALS.values():
         equation = each.equation.removeprefix("Li, Frey, Gauterin, ")
@@ -90,7 +90,7 @@ def residuals() -> str:
 
 
 def trouble_codes() -> str:
-    """The table of trouble codes."""
+    """Page of the trouble codes."""
     rows = []
     for name, code in load_trouble_codes().codes.items():
         lamp = "yes" if code.lamp else ""
@@ -111,7 +111,7 @@ def trouble_codes() -> str:
 
 
 def faults() -> str:
-    """Shipped faults, and the behaviours that elements can have."""
+    """Page of the shipped faults, and of the behaviours of faulty elements."""
     rows = []
     for each in printed("faults")["faults"]:
         effects = "; ".join(f"`{one['element']}` {one['behaviour']['kind']}" for one in each["effects"])
@@ -133,7 +133,7 @@ def faults() -> str:
 
 
 def scenarios() -> str:
-    """Shipped scenarios."""
+    """Page of the shipped scenarios."""
     rows = []
     for each in printed("scenarios")["scenarios"]:
         found = printed("scenarios", each["name"])
@@ -148,7 +148,7 @@ def scenarios() -> str:
 
 
 def cars_and_courses() -> str:
-    """Shipped virtual cars and courses."""
+    """Page of the shipped virtual cars and courses."""
     cars = []
     for each in printed("scenarios", "--cars")["cars"]:
         found = printed("scenarios", each["name"], "--cars")

@@ -1,4 +1,4 @@
-"""The reference of the command line and the index of the Python API, from the commands and the package themselves."""
+"""Reference of the command line and index of the Python API, generated from commands and package."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ EXIT_CODES = (
 
 
 def pages() -> dict[str, Callable[[], str]]:
-    """Path below docs/ -> function that gives the text."""
+    """Path below docs/ -> function that returns the text."""
     every: dict[str, Callable[[], str]] = {f"reference/cli/{verb}.md": _page_of(verb) for verb in commands()}
     packages = {f"reference/python/{target}": _package_page_of(package) for package, target in PAGE_OF.items()}
     own = {"reference/python/index.md": python_index, "reference/python/tierod.md": tierod_page}
@@ -44,7 +44,7 @@ def _page_of(verb: str) -> Callable[[], str]:
 
 
 def index() -> str:
-    """All commands with their summaries, and the exit codes."""
+    """Page of all commands with their summaries, and of the exit codes."""
     rows = [(f"[`{verb}`]({verb}.md)", first_sentence(_module(verb).__doc__).split(". ")[0]) for verb in commands()]
     return page(
         "Command line",
@@ -93,7 +93,7 @@ def index() -> str:
 
 
 def command_page(verb: str) -> str:
-    """One command: usage, description, arguments and options."""
+    """Page of one command: usage, description, arguments and options."""
     function = getattr(_module(verb), verb.replace("-", "_"))
     hints = typing.get_type_hints(function)
     app = typer.Typer(add_completion=False)
@@ -129,7 +129,7 @@ def _shape(argument: Any) -> str:
 
 
 WORDS = {str: "text", int: "whole number", float: "number", Path: "path"}
-"""Type of an argument -> word in the table."""
+"""Type of an argument -> its name in the table."""
 
 
 def _kind(parameter: Any, hint: Any) -> str:
@@ -156,7 +156,7 @@ def _meaning(parameter: Any) -> str:
 
 
 def python_index() -> str:
-    """Every name of `tierod` with its home and the first sentence of its docstring."""
+    """Page of every name of `tierod` with its module and the first sentence of its docstring."""
     rows = []
     for name in tierod.__all__:
         if name.startswith("__"):
@@ -191,7 +191,7 @@ PAGE_OF = {
 """Package below tierod -> page with the docstrings of all its modules."""
 
 WITHOUT = {"core": '\n    options:\n      filters: ["!^_", "!^graph$"]'}
-"""Package -> option that leaves a part of it to another page."""
+"""Package -> mkdocstrings option that excludes a part with a page of its own."""
 
 
 def _packages() -> list[tuple[str, str]]:
@@ -207,7 +207,7 @@ def _package_page_of(package: str) -> Callable[[], str]:
 
 
 def package_page(package: str) -> str:
-    """The docstrings of a package, which mkdocstrings puts in place of the last line."""
+    """Page of a package, whose last line mkdocstrings replaces by the docstrings."""
     module = importlib.import_module(f"tierod.{package}")
     return page(
         f"tierod.{package}",
@@ -219,12 +219,12 @@ def package_page(package: str) -> str:
 
 
 def tierod_page() -> str:
-    """The docstrings of the names of `tierod`."""
+    """Page of the docstrings of the names of `tierod`."""
     homes = []
     for name in tierod.__all__:
         value = getattr(tierod, name)
         if inspect.isclass(value) or inspect.isfunction(value):
-            # The pages of the packages are where links to these objects lead.
+            # Links to these objects must lead to the pages of their packages.
             home = f"{value.__module__}.{value.__qualname__}"
             homes.append(f"::: {home}\n    options:\n      skip_local_inventory: true\n      show_root_toc_entry: true")
     return page("tierod", "Docstrings of what `import tierod` gives.", *homes)

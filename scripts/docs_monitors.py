@@ -1,6 +1,6 @@
-"""The reference of the monitors, from the monitors themselves: signals, parameters, variants, decisions, trouble codes.
+"""Reference of the monitors, generated from the monitors: signals, parameters, variants, decisions, trouble codes.
 
-The parameters are found by opening every variant with every shipped vehicle and recording what it reads.
+The parameters are found by opening every variant with every shipped vehicle and recording which of them are read.
 """
 
 from __future__ import annotations
@@ -20,17 +20,17 @@ from tierod.monitors.registry import MONITORS
 from tierod.vehicles import QUANTITIES, shipped
 
 EXPLANATION = {name: f"../../explanation/{name}.md" for name in MONITORS}
-"""Page with the equations of each monitor."""
+"""Page with the equations of each monitor, by its name."""
 
 
 def pages() -> dict[str, Callable[[], str]]:
-    """Path below docs/ -> function that gives the text."""
+    """Path below docs/ -> function that returns the text."""
     every = {f"reference/monitors/{name}.md": functools.partial(monitor_page, name) for name in MONITORS}
     return {"reference/monitors/index.md": index, **every}
 
 
 def index() -> str:
-    """All monitors, and which shipped vehicle has the parameters of which."""
+    """Page of all monitors, with the shipped vehicles that have their parameters."""
     rows = [
         (f"[`{each.name}`]({each.name}.md)", each.summary, f"`{each.default}`" if each.default else "to be chosen")
         for each in MONITORS.values()
@@ -55,7 +55,7 @@ def index() -> str:
 
 
 def monitor_page(name: str) -> str:
-    """Everything that a user of one monitor looks up."""
+    """Reference page of one monitor."""
     monitor = MONITORS[name]
     return page(
         name,
@@ -96,7 +96,7 @@ def _signals(monitor: Monitor) -> str:
 
 
 def _linked(source: str) -> str:
-    """A source with links in place of the pages that it names."""
+    """A source in which page names are replaced by links."""
     return re.sub(r"docs/([\w/-]+\.md)", r"[this page](../../\1)", source)
 
 
@@ -128,13 +128,13 @@ def _parameters(monitor: Monitor) -> str:
 
 
 def _in_some(name: str, cars: Mapping[str, Reading]) -> str:
-    """Use of a parameter that some kinds of car need, and others do not."""
+    """Use of a parameter that only some kinds of cars need."""
     needing = [car for car, reading in cars.items() if name in reading.needed]
     return f"needed in a car such as {names(needing)}" if needing else "optional"
 
 
 def _use(by_variant: Mapping[str, str], every: Collection[str]) -> str:
-    """The use of a parameter in words, by variant where variants differ."""
+    """Use of a parameter as text, by variant where variants differ."""
     kinds: dict[str, list[str]] = {}
     for variant in every:
         kinds.setdefault(by_variant.get(variant, ""), []).append(variant)

@@ -1,4 +1,4 @@
-"""Reference pages of the five papers: every equation, table and figure, and where it is found."""
+"""Reference pages of the five papers: every equation, table and figure with its location in the code."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tierod.papers.contents import PAPERS, Entry, contents
 
 
 def pages() -> dict[str, Callable[[], str]]:
-    """Path below docs/ -> function that gives the text."""
+    """Path below docs/ -> function that returns the text."""
     found: dict[str, Callable[[], str]] = {"reference/papers/index.md": overview}
     return found | {f"reference/papers/{_file(package)}.md": partial(paper, package) for package in PAPERS}
 
@@ -21,7 +21,7 @@ def _file(package: str) -> str:
 
 
 def overview() -> str:
-    """How much of each paper is there."""
+    """Page with the number of implemented items of each paper."""
     rows = []
     for package in PAPERS:
         held = contents(package)
@@ -44,7 +44,7 @@ def overview() -> str:
 
 
 def paper(package: str) -> str:
-    """One paper."""
+    """Page of one paper."""
     held = contents(package)
     return page(
         held.paper,

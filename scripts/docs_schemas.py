@@ -1,4 +1,4 @@
-"""Reference pages of the JSON documents, from their schemas."""
+"""Reference pages of the JSON documents, generated from their schemas."""
 
 from __future__ import annotations
 
@@ -28,16 +28,16 @@ SCHEMAS = {
     ),
     "claims": ("tierod.core", "`tierod study` writes this list as `claims.json`, one object for each claim."),
 }
-"""Name -> package that holds the schema, and where the document comes from."""
+"""Name -> package that contains the schema, and origin of the document."""
 
 
 def pages() -> dict[str, Callable[[], str]]:
-    """Path below docs/ -> function that gives the text."""
+    """Path below docs/ -> function that returns the text."""
     return {f"reference/json/{name}.md": functools.partial(schema_page, name) for name in SCHEMAS}
 
 
 def schema_page(name: str) -> str:
-    """The fields of one document, table by table."""
+    """Page of one document with the tables of its fields."""
     package, words = SCHEMAS[name]
     schema = json.loads(files(package).joinpath(f"{name}.schema.json").read_text(encoding="utf-8"))
     parts = [words, f"The schema (draft 2020-12) is installed with the package as `{name}.schema.json` of `{package}`:"]

@@ -1,4 +1,4 @@
-"""The pages of every number in the monitors: defaults of fields, constants of modules, and what was demonstrated."""
+"""Pages of all numbers in the monitors: defaults of fields, module constants, and demonstrated performance."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ PAGES: dict[str, tuple[Any, ...]] = {
     "sideslip-2": ("The sideslip monitor, conventional to z", ("sideslip",), "conventional"),
     "inputs": ("Checks of the inputs", (".", "harness", "harness/spread")),
 }
-"""End of a page's name -> its title, the folders of its numbers, and from where to where their modules are listed."""
+"""End of a page's name -> title, folders, and optionally first and end name of the listed modules."""
 
 
 class Number(NamedTuple):
     """A number in the code.
 
     Args:
-        where: module, and class where it is a field
-        name, value: as written
+        where: module, and class for a field
+        name, value: as in the code
         unit: of a field
-        reason: what stands about it in the code
+        reason: explanation in the docstring
     """
 
     where: str
@@ -43,12 +43,12 @@ class Number(NamedTuple):
 
 
 def pages() -> dict[str, Callable[[], str]]:
-    """Path below docs -> what makes the text of a page."""
+    """Path below docs -> function that returns the text."""
     return {f"reference/tuning/{name}.md": partial(_page, *about) for name, about in PAGES.items()}
 
 
 def _page(title: str, folders: tuple[str, ...], first: str = "", last: str = "~") -> str:
-    """The numbers of the modules of some folders whose names are from one word to before another."""
+    """Page of the numbers in the modules of some folders, with module names from `first` to before `last`."""
     files = [
         file for folder in folders for file in sorted((MONITORS / folder).glob("*.py")) if first <= file.stem < last
     ]
@@ -64,7 +64,7 @@ def _page(title: str, folders: tuple[str, ...], first: str = "", last: str = "~"
 
 
 def numbers(path: Path) -> Iterator[Number]:
-    """Every number of a module that somebody chose: not 0 or 1 of an equation, but what has a name.
+    """All chosen numbers of a module: named constants and defaults, not the 0 or 1 of an equation.
 
     Args:
         path: of the module
@@ -107,7 +107,7 @@ def _has_number(node: ast.expr) -> bool:
 
 
 def _written(node: ast.expr) -> str:
-    """A number as written; of anything longer its numbers alone, in their order."""
+    """An expression as in the code; of a long one its numbers only, in their order."""
     text = ast.unparse(node)
     if len(text) <= 40:
         return f"`{text}`"
@@ -116,14 +116,14 @@ def _written(node: ast.expr) -> str:
 
 
 def _below(body: list[ast.stmt], place: int) -> str:
-    """The text that stands below a constant."""
+    """The docstring below a constant."""
     after = body[place + 1] if place + 1 < len(body) else None
     text = after.value.value if isinstance(after, ast.Expr) and isinstance(after.value, ast.Constant) else ""
     return _short(text) if isinstance(text, str) else ""
 
 
 def _meanings(docstring: str) -> dict[str, str]:
-    """Field -> what the list of arguments says about it."""
+    """Field -> its explanation in the list of arguments."""
     listed = re.search(r"Args:\n(.*?)(\n\n|\Z)", docstring, re.DOTALL)
     found: dict[str, str] = {}
     for entry in re.split(r"\n(?=    \w)", "\n" + listed[1] if listed else ""):
@@ -134,6 +134,6 @@ def _meanings(docstring: str) -> dict[str, str]:
 
 
 def _short(text: str) -> str:
-    """On one line, up to the first semicolon or full stop, as a cell of a table."""
+    """A text on one line, up to its first semicolon or full stop, for a table cell."""
     line = " ".join(text.split())
     return re.split(r"(?<=[^0-9]); |\. ", line)[0].rstrip(".")

@@ -1,6 +1,6 @@
-"""Take the picture of the README anew: python scripts/report_picture.py out/demo-friction.html docs/report.png.
+"""Take the screenshot of the README: python scripts/report_picture.py out/demo-friction.html docs/report.png.
 
-The page is what `make demo` writes. Needs playwright and chromium.
+`make demo` writes the page. Requires playwright and chromium.
 """
 
 import shutil
@@ -11,7 +11,7 @@ SIZE = {"width": 1280, "height": 1290}
 
 
 def take(page: Path, picture: Path) -> None:
-    """The top of a page as a reader sees it first."""
+    """Save the top of a page as an image."""
     from playwright.sync_api import sync_playwright
 
     path = shutil.which("chromium") or shutil.which("chromium-browser")

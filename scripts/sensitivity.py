@@ -1,13 +1,13 @@
-"""Print which verdicts change where a number of a monitor's tuning is a fifth larger or smaller.
+"""Print the verdicts that change when a tuning parameter of a monitor is 20 % larger or smaller.
 
 python scripts/sensitivity.py friction
 python scripts/sensitivity.py motor-angle
 python scripts/sensitivity.py sideslip
 python scripts/sensitivity.py driver-torque
 
-The drives are none that a study reports: their seeds are below those that the monitors draw. A number that changes no
-verdict rests on no choice; every other one is listed with what it changes. `tierod study condition --thorough` has
-those of condition, with drives that its monitor draws.
+The drives are not used in any study: their seeds are below those that the monitors draw. A number that changes no
+verdict is uncritical; all others are listed with their effects. `tierod study condition --thorough` contains the same
+for the condition monitor, with drives drawn for it.
 """
 
 from __future__ import annotations
@@ -24,15 +24,15 @@ from tierod.core.graph import scan
 
 FACTORS = (0.8, 1.2)
 GIVEN = ("parameters", "limits", "sample_time", "learnt_level", "learnt_deviation", "pole_pairs", "nominal_flux")
-"""Of the vehicle file and of the recording: no tuning."""
+"""Fields that come from the vehicle file or the recording, and are no tuning parameters."""
 
 
 class Case(NamedTuple):
-    """A drive, and the verdict of a block over it.
+    """A drive, and the verdict of a block on it.
 
     Args:
-        name: what happens in it
-        verdict: of a block
+        name: what happens in the drive
+        verdict: function of the block
     """
 
     name: str
@@ -40,7 +40,7 @@ class Case(NamedTuple):
 
 
 def numbers(block: Any, path: tuple[str, ...] = ()) -> Iterator[tuple[str, ...]]:
-    """Paths of all numbers of a block that are chosen: fields of dataclasses that are not derived from others."""
+    """Paths of all tuning parameters of a block: fields of dataclasses that are not derived from others."""
     for field in dataclasses.fields(block):
         value = getattr(block, field.name)
         if not field.init or field.name in GIVEN:
@@ -66,12 +66,12 @@ def scaled(block: Any, path: Sequence[str], factor: float) -> Any:
         return block._replace(**{name: changed})  # type: ignore[attr-defined]
     changes = {name: changed}
     if name == "threshold" and getattr(block, "ceiling", None) == value:
-        changes["ceiling"] = changed  # A ceiling that is the threshold is no number of its own.
+        changes["ceiling"] = changed  # A ceiling equal to the threshold is derived from it.
     return dataclasses.replace(block, **changes)
 
 
 def friction() -> tuple[Any, list[Case]]:
-    """Fault-free, rising and faulty cars, and recordings that no verdict may rest on."""
+    """Friction monitor with fault-free and faulty cars, and with recordings that permit no verdict."""
     from tierod.core.block import leaves, skeleton
     from tierod.papers.friction.cases import Case as Drive
     from tierod.papers.friction.estimators import monitor
@@ -99,7 +99,7 @@ def friction() -> tuple[Any, list[Case]]:
 
 
 def motor_angle() -> tuple[Any, list[Case]]:
-    """Fault-free motors, and every kind of fault of the angle sensor."""
+    """Motor angle monitor with fault-free motors, and with every kind of sensor fault."""
     from tierod.papers.motor_angle.fault_drives import drive
     from tierod.papers.motor_angle.fault_kinds import FAULTS
     from tierod.papers.motor_angle.healthy_drives import bench_monitor
@@ -118,7 +118,7 @@ def motor_angle() -> tuple[Any, list[Case]]:
 
 
 def sideslip() -> tuple[Any, list[Case]]:
-    """Roads and manoeuvres of a car steered by wire; the verdict is whether the 95 % band keeps what it promises."""
+    """Sideslip monitor of a steer-by-wire car on several courses; the verdict is whether the 95 % band is valid."""
     from tierod.papers.sideslip.combined_drives import COURSES, errors, estimator, on
 
     def case(name: str) -> Case:
@@ -134,7 +134,7 @@ def sideslip() -> tuple[Any, list[Case]]:
 
 
 def driver_torque() -> tuple[Any, list[Case]]:
-    """Benches with hands that come and go; the verdict is whether every change is seen, and no other."""
+    """Hands-on monitor on benches; the verdict is whether every change is detected without false ones."""
     from tierod.monitors.driver_torque.hands import HandsMonitor
     from tierod.papers.column.handled_bench import STEP, drawn, pieces, score
     from tierod.vehicles import load
@@ -156,13 +156,13 @@ def driver_torque() -> tuple[Any, list[Case]]:
 
 
 HELD = 0.9
-"""Share of the truth that a 95 % band must hold in a drive: two standard deviations of 20 independent errors less."""
+"""Required share of true values in the 95 % band of a drive: 0.95 less one standard deviation for 20 errors."""
 
 MONITORS = {"friction": friction, "motor-angle": motor_angle, "sideslip": sideslip, "driver-torque": driver_torque}
 
 
 def rows(block: Any, cases: Sequence[Case]) -> Iterator[tuple[str, ...]]:
-    """(number, value, verdicts that change at 0.8 and at 1.2 of it, which) of every number of a block."""
+    """(number, value, changed verdicts at 0.8 and at 1.2 times the value, effects) of every number of a block."""
     usual = [case.verdict(block) for case in cases]
     for path in numbers(block):
         value = block
@@ -172,7 +172,7 @@ def rows(block: Any, cases: Sequence[Case]) -> Iterator[tuple[str, ...]]:
         for factor in FACTORS:
             try:
                 found = [case.verdict(scaled(block, path, factor)) for case in cases]
-            except Exception as error:  # a tuning that the block itself refuses
+            except Exception as error:  # a tuning that the block rejects
                 cells.append("refused")
                 changes.append(str(error).split(";")[0])
                 continue
@@ -183,7 +183,7 @@ def rows(block: Any, cases: Sequence[Case]) -> Iterator[tuple[str, ...]]:
 
 
 def main(name: str = "") -> int:
-    """Print the table of a monitor."""
+    """Print the table of a monitor; returns the exit code."""
     if name not in MONITORS:
         print(f"there is no table of '{name}'; known: {', '.join(MONITORS)}", file=sys.stderr)
         return 1
@@ -194,7 +194,7 @@ def main(name: str = "") -> int:
 
 
 def page(name: str, every: Sequence[tuple[str, ...]], cases: Sequence[str]) -> str:
-    """The page of a monitor: the numbers that change a verdict, and how many do not."""
+    """Page of a monitor: numbers that change a verdict, and the number of those that do not."""
     changed = [list(row) for row in every if row[2:4] != ("0", "0")]
     return "\n\n".join(
         (

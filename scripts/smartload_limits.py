@@ -1,10 +1,10 @@
-"""Limits of the condition monitor for vehicles that are not calibrated, from fault-free drives of four demonstrators.
+"""Limits of the condition monitor for uncalibrated vehicles, from fault-free drives of four demonstrators.
 
-python scripts/smartload_limits.py     # prints [thresholds.condition], and how far the shipped limits are from it
+python scripts/smartload_limits.py     # prints [thresholds.condition], and the ratio of the new to the shipped limits
 
-The demonstrators are none of those that are reported, and the vehicle file describes none of them: it is the nominal
-one. A limit is twice the largest ratio that lasted for three samples on any of them, and that of two actuators no less
-than that of either alone.
+These demonstrators are not used in reported results, and the nominal vehicle file describes none of them. A limit is
+twice the largest ratio that lasted for three samples on any of them; the limit of two actuators is at least that of
+each one alone.
 """
 
 from __future__ import annotations
@@ -23,21 +23,21 @@ from tierod.papers.condition.recorded import recorded
 from tierod.vehicles import load
 
 DEMONSTRATORS = (11, 12, 13, 14)
-"""Numbers of vehicles that only this script drives."""
+"""Numbers of vehicles that only this script uses."""
 TWICE = 2.0
-"""Limit over the largest ratio: the vehicles that it holds for differ more than four demonstrators show."""
+"""Factor between limit and largest ratio; vehicles in use vary more than four demonstrators show."""
 LEGS = 2
-"""Drives of ten minutes of each."""
+"""Drives of ten minutes per demonstrator."""
 
 
 def watched(number: int) -> list[Watched]:
-    """The ratios of all hypotheses on fault-free drives of a demonstrator, by the shipped vehicle file."""
+    """Ratios of all hypotheses on fault-free drives of a demonstrator, computed with the shipped vehicle file."""
     drives = calibration_drives(number)[1][:LEGS]
     return watch([recorded(drive) for drive in drives], load("smartload"))
 
 
 def limits(found: list[Watched]) -> tuple[np.ndarray, np.ndarray]:
-    """Fast and slow limits of all hypotheses but the healthy one."""
+    """Fast and slow limits of all hypotheses except the fault-free one."""
     largest = np.concatenate([each.blocks for each in found]).max(axis=0).reshape(2, -1)
     both = np.maximum(TWICE * largest, np.array(LEAST)[:, None])
     names = [each.name for each in hypotheses()[1:]]
@@ -49,7 +49,7 @@ def limits(found: list[Watched]) -> tuple[np.ndarray, np.ndarray]:
 
 
 def main() -> int:
-    """Print the limits as a table of a vehicle file, and beside them the shipped ones."""
+    """Print the limits as tables of a vehicle file, and their ratio to the shipped ones."""
     found = [each for several in Effort().made(watched, DEMONSTRATORS) for each in several]
     names, made, shipped = [each.name for each in hypotheses()[1:]], limits(found), limits_of(load("smartload"))
     hours = sum(each.hours for each in found)

@@ -1,9 +1,9 @@
-"""Write what a study prints as pages of docs/reference/studies.
+"""Write the output of a study as pages of docs/reference/studies.
 
 tierod study column | python scripts/study_docs.py column
 
-A page holds the claims, group by group; further pages hold the tables, by topic. With the output folder of the study as
-a second argument the claims carry their sentences, from its claims.json.
+One page contains the claims by group, further pages the tables by topic. With the output folder of the study as second
+argument, the claims are printed with their sentences from claims.json.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ TITLE = re.compile(r"^\*\*(.+)\*\*$")
 PRINTED_BY = re.compile(r"^Printed by `(?P<command>.+)` of tierod (?P<version>\S+)\n?", re.MULTILINE)
 CLAIMS, DESCRIBED, WHY = "Claims", "Figures of description", "What does not hold, and why"
 PROGRESS = "measuring: "
-"""Begins a line that the study writes for who waits; it is there where both outputs went into one file."""
+"""Beginning of a progress line of the study, which is present if both outputs were redirected to one file."""
 COUNTED = re.compile(
     r"^(\d+) claims: (\d+) hold, (\d+) do not(?:, (\d+) of the source do not come out)?(?:, (\d+) not measured)?.*$",
     re.MULTILINE,
@@ -88,11 +88,11 @@ TOPICS = {
     "foreign": (Topic("plants", "Motors, column, car", ""),),
     "fleet": (Topic("years", "Errors, vehicle-years and batches", ""),),
 }
-"""Study -> topics of its tables, in the order in which it prints them."""
+"""Study -> topics of its tables, in the order of the output."""
 
 
 def sections(printed: str) -> list[tuple[str, str]]:
-    """(title, text below it) of everything that a study printed."""
+    """(title, text below it) of all parts of a study's output."""
     found: list[tuple[str, list[str]]] = []
     for line in printed.splitlines():
         if title := TITLE.match(line):
@@ -107,8 +107,8 @@ def pages(name: str, printed: str, sentences: Mapping[str, str] | None = None) -
 
     Args:
         name: of the study
-        printed: what it printed
-        sentences: identifier of a claim -> what it claims
+        printed: output of the study
+        sentences: identifier of a claim -> its sentence
     """
     by = PRINTED_BY.search(printed)
     every = sections(PRINTED_BY.sub("", printed))
@@ -146,7 +146,7 @@ def pages(name: str, printed: str, sentences: Mapping[str, str] | None = None) -
 
 
 def _origin(name: str, by: re.Match[str] | None) -> str:
-    """Which command of which version measured the figures."""
+    """Command and version that measured the figures, as a sentence."""
     if by is None:
         return f"`tierod study {name}` measures these figures."
     quick = " It drives a few minutes only, so that figures of rare events say little." * ("--quick" in by["command"])
@@ -161,13 +161,13 @@ def _rows(printed: str) -> tuple[list[str], list[list[str]]]:
 
 
 def _causes(printed: str) -> str:
-    """What does not hold, with its cause."""
+    """Section of the claims that do not hold, with their causes."""
     header, rows = _rows(printed)
     return f"## {WHY}\n\n{CAUSES}\n\n" + table(header, [[f"`{row[0]}`", *row[1:]] for row in rows])
 
 
 def _described(printed: str, sentences: Mapping[str, str]) -> str:
-    """The figures that claim nothing, with their whole names: their groups stand together."""
+    """Section of the descriptive figures without claim, with their full names because groups are not separated."""
     header, rows = _rows(printed)
     cells = [[*([sentences.get(row[0], "")] if sentences else []), *row[1:], f"`{row[0]}`"] for row in rows]
     titles = (*(["figure"] if sentences else []), *header[1:], "id")
@@ -177,7 +177,7 @@ def _described(printed: str, sentences: Mapping[str, str]) -> str:
 
 
 def _groups(name: str, listed: str, sentences: Mapping[str, str]) -> list[str]:
-    """The printed table of claims, cut into its groups, with the sentences of the claims where they are known."""
+    """Sections of the printed table of claims, one per group, with the sentences of the claims where known."""
     titles, rows = _rows(listed)
     by_group: dict[str, list[list[str]]] = {}
     for row in rows:
@@ -194,7 +194,7 @@ def _groups(name: str, listed: str, sentences: Mapping[str, str]) -> list[str]:
 
 
 def overview() -> str:
-    """How many claims of every study hold, from their pages."""
+    """Page with the number of claims of every study that hold, read from its pages."""
     rows, total = [], [0] * 5
     for name in TOPICS:
         counted = COUNTED.search((STUDY_PAGES / f"{name}.md").read_text(encoding="utf-8"))
@@ -209,7 +209,7 @@ def overview() -> str:
 
 
 def main(name: str, folder: str = "") -> int:
-    """Write the pages; nothing happens without a list of claims."""
+    """Write the pages, provided that the input contains claims; returns the exit code."""
     if name not in TOPICS:
         print(f"there is no page of a study '{name}'; known: {', '.join(TOPICS)}", file=sys.stderr)
         return 1

@@ -1,6 +1,6 @@
-"""Measures what every substitute of a sensor is off by, and writes it into the table that the condition monitor uses.
+"""Measure the error of every substitute of a sensor, and write the table used by the condition monitor.
 
-python scripts/substitutes.py     # some minutes: it calibrates three virtual vehicles and drives them
+python scripts/substitutes.py     # takes some minutes: calibrates three virtual vehicles and drives them
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ SOURCES = {
 
 
 def text(errors: dict[str, dict[str, Error]]) -> str:
-    """The table, the best substitute of every sensor first."""
+    """Text of the table, the most accurate substitute of every sensor first."""
     parts = [HEAD]
     for sensor, ways in substitution_graph().substitutes.items():
         for way in sorted(ways, key=lambda each: errors[sensor][each.name].calibrated):
@@ -46,7 +46,7 @@ def text(errors: dict[str, dict[str, Error]]) -> str:
 
 
 def main() -> int:
-    """Measure and write."""
+    """Measure the errors and write the table."""
     write_text(TABLE, text(measured(Effort())))
     return 0
 

@@ -1,1 +1,1 @@
-"""Single changes of the source, and whether the tests find them."""
+"""Mutation testing: single changes of the source, and whether the tests detect them."""

@@ -1,4 +1,4 @@
-"""Draw single changes of the source, and say which of them no test finds.
+"""Draw single changes of the source, and list those that no test detects.
 
 python -m scripts.mutants --number 60 --seed 1 src/tierod/physics src/tierod/models
 """
@@ -21,16 +21,16 @@ from scripts.mutants.trying import Copy, Outcome
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = Path("tests/examples/test_site.py")
-"""Holds the generated pages against the code: they state every number of the monitors, and so concern every file."""
+"""Test of the generated pages, which contain every number of the monitors and therefore concern every file."""
 
 
 def drawn(paths: Sequence[Path], number: int, seed: int) -> Iterator[Change]:
-    """Changes of files, every kind as likely as any other: there are far more constants than signs.
+    """Randomly drawn changes, with equal probability for each kind, because constants far outnumber signs.
 
     Args:
         paths: files and folders
-        number: of changes at most
-        seed: of the draw
+        number: largest number of changes
+        seed: of the random generator
     """
     files = sorted({file for path in paths for file in ([path] if path.is_file() else path.rglob("*.py"))})
     kinds: dict[str, list[Change]] = {}
@@ -49,12 +49,12 @@ def drawn(paths: Sequence[Path], number: int, seed: int) -> Iterator[Change]:
 
 
 def outcomes(changes: Sequence[Change], processes: int, limit: float) -> Iterator[Outcome]:
-    """What the tests make of every change, in order.
+    """Results of the tests for every change, in order.
 
     Args:
-        changes: the changes
-        processes: how many at a time
-        limit: of the tests of one change [s]
+        changes: to be tried
+        processes: number of concurrent tests
+        limit: time limit for the tests of one change [s]
     """
     tests = ChosenTests(ROOT)
     chosen = {path: [*tests.of(path), PAGES] for path in {change.path for change in changes}}
@@ -74,7 +74,7 @@ def outcomes(changes: Sequence[Change], processes: int, limit: float) -> Iterato
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Print every change and who found it, and the share that was found; 1 where one was not."""
+    """Print every change with the test that detected it, and the detected share; returns 1 if one was not detected."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("paths", nargs="*", type=Path, default=[ROOT / "src" / "tierod"])
     parser.add_argument("--number", type=int, default=60, help="of changes")

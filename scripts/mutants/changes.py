@@ -1,4 +1,4 @@
-"""Every single change that can be applied to a file of Python: of a sign, an operator, a bound, a constant, a term."""
+"""All single changes of a Python file: of signs, operators, bounds, constants and terms."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ BOUNDARY = {ast.Lt: "<=", ast.LtE: "<", ast.Gt: ">=", ast.GtE: ">"}
 REVERSED = {ast.Lt: ">", ast.LtE: ">=", ast.Gt: "<", ast.GtE: "<=", ast.Eq: "!=", ast.NotEq: "=="}
 EXCHANGED = {"minimum": "maximum", "maximum": "minimum", "min": "max", "max": "min", "sin": "cos", "cos": "sin"}
 TENTH = 1.1
-"""Factor of a changed constant."""
+"""Factor applied to a changed constant."""
 
 
 @dataclass(frozen=True)
@@ -24,8 +24,8 @@ class Change:
         path: of the file, relative to the root of the source
         kind: of the change
         line: number of its first line
-        begin, end: of the bytes that are replaced
-        text: what stands there afterwards
+        begin, end: limits of the replaced bytes
+        text: replacement
     """
 
     path: Path
@@ -36,11 +36,11 @@ class Change:
     text: str
 
     def applied(self, source: bytes) -> bytes:
-        """The source with the change."""
+        """Source with the change."""
         return source[: self.begin] + self.text.encode() + source[self.end :]
 
     def valid(self, source: bytes) -> bool:
-        """Whether the changed source is Python, and not the same program."""
+        """Whether the changed source is valid Python and a different program."""
         try:
             changed = ast.parse(self.applied(source))
         except SyntaxError:
@@ -48,18 +48,18 @@ class Change:
         return ast.dump(changed) != ast.dump(ast.parse(source))
 
     def diff(self, source: bytes) -> str:
-        """The changed lines, before and after."""
+        """Changed lines, before and after."""
         before, after = source.decode().splitlines(), self.applied(source).decode().splitlines()
         lines = difflib.unified_diff(before, after, n=0, lineterm="")
         return "\n".join(line for line in lines if line[:1] in "+-" and line[:3] not in ("+++", "---"))
 
 
 def changes_of(path: Path, source: bytes) -> list[Change]:
-    """Every change of a file; some few leave it no valid Python.
+    """All changes of a file; a few of them are not valid Python.
 
     Args:
-        path: of the file, carried along
-        source: its content
+        path: of the file, copied to the changes
+        source: content of the file
     """
     starts = [0]
     for line in source.splitlines(keepends=True):
@@ -82,7 +82,7 @@ def changes_of(path: Path, source: bytes) -> list[Change]:
 
 
 def _values(node: ast.AST) -> Iterator[ast.expr]:
-    """Expressions that decide a value: no annotations, decorators, texts or messages of errors."""
+    """Expressions that determine a value: no annotations, decorators, f-strings or raise statements."""
     for name, field in ast.iter_fields(node):
         if name in ("annotation", "returns", "decorator_list", "bases", "type_params"):
             continue
@@ -99,7 +99,7 @@ def _is_type(node: ast.AST) -> bool:
 
 
 def _replacements(node: ast.expr, text: Callable[[ast.expr], str]) -> Iterator[tuple[str, str]]:
-    """(kind, text) of every change of one expression."""
+    """(kind, replacement) of every change of one expression."""
     match node:
         case ast.Constant(value=bool(value)):
             yield "constant", str(not value)

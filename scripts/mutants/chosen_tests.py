@@ -1,4 +1,4 @@
-"""Which tests concern a file: those that mirror it, those that import it, and those of what imports it."""
+"""Selection of the tests that concern a file: its mirror, tests that import it, and tests of modules importing it."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from functools import cached_property
 from pathlib import Path
 
 FAR = ("attack", "cli", "examples", "plugins", "contract")
-"""Folders of tests of the whole program: they concern a file only where they import it."""
+"""Folders with tests of the whole program, which concern a file only if they import it directly."""
 
 DISTANCE = 3
-"""Imports between a test and a file at most: 1 is the test that imports the file itself."""
+"""Largest number of import steps between a test and a file; 1 means a direct import."""
 
 
 @dataclass(frozen=True)
 class ChosenTests:
-    """The tests of a checkout and what they import.
+    """Tests of a checkout and their imports.
 
     Args:
-        root: folder that holds `src` and `tests`
+        root: folder with `src` and `tests`
     """
 
     root: Path
@@ -31,7 +31,7 @@ class ChosenTests:
 
     @cached_property
     def _importers(self) -> dict[str, set[str]]:
-        """Module -> modules of the source that import it."""
+        """Module -> source modules that import it."""
         found: dict[str, set[str]] = {}
         for name, path in self._sources.items():
             for imported in self._imported(path):
@@ -40,7 +40,7 @@ class ChosenTests:
 
     @cached_property
     def _tests(self) -> dict[Path, set[str]]:
-        """Test file -> modules that it imports, also over helpers beside it."""
+        """Test file -> modules that it imports, directly or through helpers in tests/."""
         folder = self.root / "tests"
         return {path: set(self._of_test(path, set())) for path in sorted(folder.rglob("test_*.py"))}
 
@@ -56,7 +56,7 @@ class ChosenTests:
         return {name for name in _names(path) if name in self._sources}
 
     def of(self, path: Path) -> list[Path]:
-        """Test files that concern a file of the source, nearest first, relative to the root.
+        """Test files that concern a source file, nearest first, relative to the root.
 
         Args:
             path: of the file, relative to `src`
@@ -76,7 +76,7 @@ class ChosenTests:
         return [test for *_, test in sorted(ranked)]
 
     def _distances(self, module: str) -> dict[str, int]:
-        """Module -> imports between a test that imports it and the given one."""
+        """Module -> number of import steps from a test that imports it to the given module."""
         found, edge = {module: 1}, [module]
         for distance in range(2, DISTANCE + 1):
             edge = [each for name in edge for each in self._importers.get(name, ()) if each not in found]

@@ -1,4 +1,4 @@
-"""One change in a copy of the checkout, and the tests that concern it."""
+"""Trial of one change in a copy of the checkout, with the tests that concern it."""
 
 from __future__ import annotations
 
@@ -14,24 +14,24 @@ from pathlib import Path
 from scripts.mutants.changes import Change
 
 BATCH = 6
-"""Test files of one run of pytest: few, so that the nearest tests answer soon."""
+"""Test files per run of pytest; few, so that the nearest tests report early."""
 
 HUNG = 300
-"""A process of a batch that computes longer [s] hangs because of the change; waiting for other work does not count."""
+"""Processor time [s] after which a test process counts as hung because of the change; waiting does not count."""
 
 FAILED = re.compile(r"^(?:FAILED|ERROR) (\S+)", re.MULTILINE)
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """Of one change.
+    """Result of one change.
 
     Args:
-        change: the change
-        diff: lines before and after
-        found_by: the test that failed; None where all passed
-        tests: how many test files were run, of how many that concern the file
-        seconds: how long that took [s]
+        change: tried change
+        diff: changed lines, before and after
+        found_by: failed test; None if all passed
+        tests: number of test files run, and of those that concern the file
+        seconds: duration [s]
     """
 
     change: Change
@@ -43,11 +43,11 @@ class Outcome:
 
 @dataclass
 class Copy:
-    """A copy of a checkout in which single changes are tried.
+    """A copy of a checkout in which changes are tried one by one.
 
     Args:
         root: of the checkout
-        folder: of the copy
+        folder: for the copy
     """
 
     root: Path
@@ -55,7 +55,7 @@ class Copy:
     passing: set[str] = field(default_factory=set)
 
     def make(self) -> Copy:
-        """Copy what git knows, and link the environment."""
+        """Copy the files known to git, and link the virtual environment."""
         listed = subprocess.run(
             ["git", "ls-files", "-co", "--exclude-standard", "-z"], cwd=self.root, capture_output=True, check=True
         )
@@ -68,18 +68,19 @@ class Copy:
         return self
 
     def tried(self, change: Change, tests: list[Path], limit: float) -> Outcome:
-        """Whether a test finds a change; a test that fails without it too does not count.
+        """Try whether a test detects a change; a test that also fails without it does not count.
 
         Args:
-            change: the change
-            tests: files, nearest first
-            limit: no further batch begins after so long [s]
+            change: to be tried
+            tests: test files, nearest first
+            limit: time after which no further batch is started [s]
         """
         path = self.folder / "src" / change.path
         source, begin, run = path.read_bytes(), time.monotonic(), 0
         found: str | None = None
         try:
             while run < len(tests) and found is None and time.monotonic() - begin < limit:
+                # The first batch is smaller still, because the nearest tests are the likeliest to detect the change.
                 batch = tests[run : run + (2 if run == 0 else BATCH)]
                 run += len(batch)
                 path.write_bytes(change.applied(source))
@@ -93,7 +94,7 @@ class Copy:
         return Outcome(change, change.diff(source), found, (run, len(tests)), time.monotonic() - begin)
 
     def _passes(self, test: str) -> bool:
-        """Whether a test passes without any change."""
+        """Whether a test passes without a change."""
         if test not in self.passing and self._first_failure([test]) is None:
             self.passing.add(test)
         return test in self.passing
@@ -105,6 +106,7 @@ class Copy:
         command = [sys.executable, "-B", "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "-m", "not slow", *what]
         limited = ["bash", "-c", f'ulimit -t {HUNG}; exec "$@"', "limited", *command]
         done = subprocess.run(limited, cwd=self.folder, env=environment, capture_output=True, text=True)
+        # Exit code 5 of pytest: no test was collected.
         if done.returncode in (0, 5):
             return None
         failed = FAILED.search(done.stdout)

@@ -1,1 +1,1 @@
-"""Handling of findings: trouble codes, the memory of faults, and its readout for a workshop."""
+"""Handling of findings: trouble codes, fault memory, and its readout by a workshop tester."""

@@ -1,4 +1,4 @@
-"""Counters between single test results and the verdict that a fault memory keeps."""
+"""Debounce counters, which turn single test results into the verdicts of the fault memory."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ LOWEST, HIGHEST = -128.0, 127.0
 
 @dataclass(frozen=True)
 class DebounceCounter:
-    """A counter that rises with every failed result and falls with every passed one, held to -128 to 127.
+    """Counter that rises with every failed and falls with every passed result, limited to -128 to 127.
 
-    The verdict is failed from 127 on and passed from -128 on; between them the last verdict holds. Without a result the
-    counter is frozen.
+    The verdict is failed from 127 on and passed from -128 on; in between the last verdict remains. Without a result the
+    counter keeps its value.
 
     Args:
-        increment: steps per failed result, 127 for a monitor that has its own stopping rule
+        increment: steps per failed result; 127 for a monitor with a stopping rule of its own
         decrement: steps per passed result
-        jump: whether the counter goes to zero first when the direction changes
+        jump: whether the counter first goes to zero when the direction changes
 
     Source: counter-based debouncing of AUTOSAR's Diagnostic Event Manager; ISO 14229-1:2020, annex D.
     """
@@ -38,13 +38,13 @@ class DebounceCounter:
         result: Annotated[float, ""]
 
     class State(NamedTuple):
-        """Counter, and the verdict that holds: 1 failed, -1 passed, 0 none yet."""
+        """Counter, and present verdict: 1 failed, -1 passed, 0 none yet."""
 
         counter: Scalar
         verdict: Scalar
 
     class Output(NamedTuple):
-        """Counter, and the verdict that holds: 1 failed, -1 passed, 0 none yet."""
+        """Counter, and present verdict: 1 failed, -1 passed, 0 none yet."""
 
         counter: Annotated[float, ""]
         verdict: Annotated[float, ""]
@@ -60,7 +60,7 @@ class DebounceCounter:
         return self.State(0.0, 0.0)
 
     def step(self, state: State, sample: Sample) -> tuple[State, Output]:
-        """One result on."""
+        """Count one result."""
         result = where(present(sample.result), sample.result, 0.0)
         counter, verdict = state
         up, down = (maximum(counter, 0.0), minimum(counter, 0.0)) if self.jump else (counter, counter)
@@ -73,14 +73,14 @@ class DebounceCounter:
 
 @dataclass(frozen=True)
 class DebounceCounters:
-    """One counter for each of many codes; those of a consequence stand still while one of its causes has failed.
+    """One debounce counter per code; the counter of a consequence is frozen while one of its causes has failed.
 
-    A consequence that has failed already loses its verdict meanwhile: if it is still there when its causes have passed,
-    it fails anew.
+    A consequence that has failed before loses its verdict then: if it is still present when its causes have passed, it
+    fails again.
 
     Args:
         counters: one per code
-        causes: places of the codes of which each is a consequence
+        causes: positions of the codes that cause each code
     """
 
     counters: tuple[DebounceCounter, ...]
@@ -108,8 +108,9 @@ class DebounceCounters:
     def step(
         self, state: tuple[DebounceCounter.State, ...], sample: Tree
     ) -> tuple[tuple[DebounceCounter.State, ...], Tree]:
-        """One result of each code on."""
+        """Count one result of each code."""
         after, verdicts = [], []
+        # Causes are judged by their verdicts before this result, so that the order of the codes does not matter.
         for counter, own, causes, result in zip(self.counters, state, self.causes, sample, strict=True):
             if causes:
                 caused = any_of(*[state[k].verdict > 0.5 for k in causes])

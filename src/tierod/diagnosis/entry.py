@@ -16,14 +16,14 @@ from tierod.diagnosis.trouble_codes import TroubleCode
 
 @dataclass(frozen=True)
 class FreezeFrame:
-    """Signals around the instant at which a test failed.
+    """Signals around the instant of a failed test.
 
     Args:
         cycle: number of the operation cycle
-        date: when that cycle began, ISO 8601
-        instant: at which the test failed, in the time of the recording [s]
-        time: of the values, from the instant on [s], negative before it
-        values: by signal, one per time, SI; None where nothing was measured
+        date: beginning of the cycle, ISO 8601
+        instant: time of the failure in the recording [s]
+        time: times of the values relative to the instant [s]
+        values: values by signal, one per time, in SI units; None where nothing was measured
     """
 
     cycle: int
@@ -33,8 +33,9 @@ class FreezeFrame:
     values: Mapping[str, tuple[float | None, ...]]
 
     def at_instant(self) -> dict[str, float | None]:
-        """Each signal's last value measured up to the instant."""
+        """Latest measured value of each signal up to the instant."""
         found: dict[str, float | None] = {}
+        # The small tolerance covers rounding errors of the times.
         for name, values in self.values.items():
             until = [value for at, value in zip(self.time, values, strict=True) if at <= 1e-9 and value is not None]
             found[name] = until[-1] if until else None
@@ -46,14 +47,14 @@ class Entry:
     """Entry of one trouble code.
 
     Args:
-        status: its status byte
-        counter: of the debouncing, -128 to 127
-        verdict: that holds: 1 failed, -1 passed, 0 none yet
-        occurrences: how often the test changed to failed since the memory was cleared
-        failed_cycles: in a row, up to confirmation
-        passed_cycles: in a row, for healing and then for aging
-        healed: whether the lamp is let go, and aging has begun
-        consequence_of: name of the code that caused the latest failure, until a test passes; "" where none did
+        status: status byte
+        counter: debounce counter, -128 to 127
+        verdict: present verdict: 1 failed, -1 passed, 0 none yet
+        occurrences: number of changes to failed since the memory was cleared
+        failed_cycles: number of consecutive failed cycles, up to confirmation
+        passed_cycles: number of consecutive passed cycles, for healing and then for aging
+        healed: whether the lamp request has been withdrawn and aging has begun
+        consequence_of: name of the code that caused the latest failure, until a test passes; "" for none
         first, last: freeze frame of the first and of the latest failure
     """
 
@@ -70,25 +71,25 @@ class Entry:
 
     @property
     def stored(self) -> bool:
-        """Whether it takes a place in the memory: it is pending or confirmed, and was not displaced since."""
+        """Whether the code occupies a place in the memory: pending or confirmed, and not displaced."""
         return bool(self.status & (CodeStatus.PENDING | CodeStatus.CONFIRMED))
 
     def with_(self, **changes: Any) -> Entry:
-        """The entry with some of its fields replaced."""
+        """A copy of the entry with some fields replaced."""
         return dataclasses.replace(self, **changes)
 
     def document(self) -> dict[str, Any]:
-        """The entry as the file holds it."""
+        """Entry as content of the JSON file."""
         content = dataclasses.asdict(self)
         content["status"] = int(self.status)
         return content
 
     @classmethod
     def of(cls, content: Mapping[str, Any]) -> Entry:
-        """The entry that a file holds.
+        """Entry from the content of the JSON file.
 
         Raises:
-            ValueError: it is not an entry
+            ValueError: the content is not a valid entry
         """
         names = {each.name for each in dataclasses.fields(cls)}
         if set(content) != names:
@@ -103,7 +104,7 @@ class Entry:
 
 
 _MOST = 2**31 - 1
-"""Cycles and failures of a car's life are far fewer."""
+"""Upper limit of counts in a file, far above those of a car's life."""
 
 _RANGES = {
     "status": (0, 255),
@@ -120,7 +121,7 @@ def _is_whole(value: object) -> bool:
 
 
 def _is_finite(value: object) -> bool:
-    """Whether it is a number that a float holds: JSON has neither a largest number nor, in Python, NaN."""
+    """Whether a value is a number within the range of floats; Python's JSON reader also accepts NaN and any integer."""
     return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= sys.float_info.max
 
 
@@ -142,7 +143,7 @@ def _frame(content: object) -> FreezeFrame | None:
 
 
 def failed(entry: Entry, code: TroubleCode) -> Entry:
-    """The entry after its test has failed."""
+    """Entry after a failed test."""
     again = bool(entry.status & CodeStatus.FAILED_THIS_CYCLE)
     cycles = min(entry.failed_cycles + (not again), code.confirmation_cycles)
     status = after_test(entry.status, failed=True)
@@ -163,21 +164,21 @@ def failed(entry: Entry, code: TroubleCode) -> Entry:
 
 
 def displaced(entry: Entry) -> Entry:
-    """The entry after it made room for another: no longer kept, but the present result of its test still stands."""
+    """Entry after it was displaced by another one: no longer stored, but its present test result remains."""
     gone = CodeStatus.PENDING | CodeStatus.CONFIRMED | CodeStatus.WARNING_REQUESTED
     return Entry(status=entry.status & ~gone, counter=entry.counter, verdict=entry.verdict)
 
 
 def begun(entry: Entry) -> Entry:
-    """The entry at the beginning of an operation cycle: tests start anew, what was found before stays."""
+    """Entry at the beginning of an operation cycle: tests start again, earlier results remain."""
     return entry.with_(status=at_cycle_start(entry.status), counter=0, verdict=0)
 
 
 def ended(entry: Entry, code: TroubleCode) -> Entry:
-    """The entry at the end of an operation cycle: passed cycles let the lamp go, and then the code itself.
+    """Entry at the end of an operation cycle: passed cycles first withdraw the lamp request, then delete the code.
 
-    A code that never asked for the lamp ages from its first passed cycle on. A cycle in which the test failed as the
-    consequence of another is no step towards healing.
+    A code that never requested the lamp ages from its first passed cycle on. A cycle in which the test failed as a
+    consequence of another code does not count as passed.
     """
     status = at_cycle_end(entry.status)
     if not passed_this_cycle(entry.status) or entry.consequence_of:
@@ -195,21 +196,21 @@ def ended(entry: Entry, code: TroubleCode) -> Entry:
 
 
 BEFORE, AFTER = 2.0, 1.0
-"""What a freeze frame shows around the instant of the failure [s]."""
+"""Time before and after the failure that a freeze frame covers [s]."""
 
 MOST = 61
-"""Values per signal in a frame."""
+"""Largest number of values per signal in a freeze frame."""
 
 
 class Window:
-    """Signals of the last moments."""
+    """Recent samples of the signals for freeze frames."""
 
     def __init__(self) -> None:
         self.time = np.zeros(0)
         self.values: dict[str, np.ndarray] = {}
 
     def add(self, time: np.ndarray, signals: Mapping[str, np.ndarray]) -> None:
-        """More samples, later than those before; a signal that a piece lacks is missing there."""
+        """Append later samples; a signal missing in a piece is NaN there."""
         old, new = len(self.time), len(time)
         self.time = np.concatenate([self.time, time])
         for name in {**self.values, **signals}:
@@ -217,13 +218,13 @@ class Window:
             self.values[name] = np.concatenate([before, signals.get(name, np.full(new, np.nan))])
 
     def forget(self, until: float) -> None:
-        """Drop what lies before a time [s]."""
+        """Remove samples before a time [s]."""
         first = int(np.searchsorted(self.time, until))
         self.time = self.time[first:]
         self.values = {name: values[first:] for name, values in self.values.items()}
 
     def frame(self, cycle: int, date: str, instant: float) -> FreezeFrame:
-        """Freeze frame of the signals around an instant [s], thinned out so that the instant stays."""
+        """Freeze frame of the signals around an instant [s], thinned such that the sample of the instant is kept."""
         begin = int(np.searchsorted(self.time, instant - BEFORE))
         end = int(np.searchsorted(self.time, instant + AFTER, "right"))
         centre = max(int(np.searchsorted(self.time, instant + 1e-9)) - 1, begin)

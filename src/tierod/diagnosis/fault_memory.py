@@ -1,4 +1,4 @@
-"""The memory of faults: results of tests come in, trouble codes with status, history and freeze frames are kept."""
+"""Fault memory: turns test results into trouble codes with status, history and freeze frames."""
 
 from __future__ import annotations
 
@@ -20,26 +20,26 @@ from tierod.diagnosis.status import CodeStatus, after_test
 from tierod.diagnosis.trouble_codes import REACTIONS, TroubleCodes, load_trouble_codes
 
 CAUSE_DELAY = 2.0
-"""A cause may fail this much later than its consequence and still take its place [s]: it may be slower to find."""
+"""Longest delay by which a slower cause may fail after its consequence and still replace it [s]."""
 
 PLACES = 24
-"""Codes that the memory holds at a time."""
+"""Number of codes that the memory can hold."""
 
 
 RECORDINGS = 1000
-"""Fingerprints that the memory holds at a time: a year of three recordings a day, in some 100 kB."""
+"""Number of recording fingerprints that the memory can hold: a year of three recordings a day, about 100 kB."""
 
 
 class FaultMemory:
-    """Debounced results of tests, as trouble codes over many operation cycles.
+    """Fault memory: debounced test results as trouble codes over many operation cycles.
 
     Args:
-        codes: the table
-        vehicle: whose memory it is
-        path: of a new file that it is kept in, None to keep it in the program only; `opened` goes on with one
-        places: how many codes it holds; a further one takes the place of the least important
+        codes: table of trouble codes
+        vehicle: name of the vehicle
+        path: of a new file; None for a memory without file; `opened` continues with an existing file
+        places: number of codes that it can hold; a further one displaces the least important
 
-    With a path, every change of a status is on the disk before `absorb` returns.
+    With a path, every status change is on disk before `absorb` returns.
 
     Source: ISO 14229-1:2020, annex D; the failure management of Reinelt, Lundquist, Johansson, section "Functional
     safety".
@@ -69,16 +69,17 @@ class FaultMemory:
     def changing(
         cls, path: str | Path, vehicle: str | None = None, codes: TroubleCodes | None = None
     ) -> Iterator[FaultMemory]:
-        """The memory in a file, held against other programs: what the block does to it is written as one, at its end.
+        """Open the memory in a file under a lock against other programs; changes are written at the end of the block.
 
         Args:
             path: of the file; it need not exist
-            vehicle: whose memory it must be; the one that the file names where None
-            codes: the table
+            vehicle: required vehicle name; None for that in the file
+            codes: table of trouble codes
 
         Raises:
-            InputError: the file is damaged, of another version, table or vehicle; it was copied aside
-            OutputError: it cannot be written, or another program holds it without end
+            InputError: the file is of another vehicle; or it is damaged or of another version or table, and was copied
+                aside
+            OutputError: the file cannot be written, or another program keeps it locked
         """
         with holding(path) as target:
             memory = cls.opened(target, vehicle, codes)
@@ -89,15 +90,16 @@ class FaultMemory:
 
     @classmethod
     def opened(cls, path: str | Path, vehicle: str | None = None, codes: TroubleCodes | None = None) -> FaultMemory:
-        """The memory in a file, or a new one that will be kept there.
+        """Open the memory in a file, or create a new one for it.
 
         Args:
             path: of the file; it need not exist
-            vehicle: whose memory it must be; the one that the file names where None
-            codes: the table
+            vehicle: required vehicle name; None for that in the file
+            codes: table of trouble codes
 
         Raises:
-            InputError: the file is damaged, of another version, table or vehicle; it was copied aside
+            InputError: the file is of another vehicle; or it is damaged or of another version or table, and was copied
+                aside
         """
         memory = cls(codes, vehicle or "", path)
         assert memory.path
@@ -111,15 +113,15 @@ class FaultMemory:
         return memory
 
     def begin_cycle(self, date: str | None = None, recording: str = "") -> None:
-        """An operation cycle begins: a drive, or one recording. One that a lost program left open is ended first.
+        """Begin an operation cycle: a drive, or one recording. A cycle left open by a crashed program is ended first.
 
         Args:
-            date: when, ISO 8601; now where not given
-            recording: fingerprint of the recording that the cycle is; "" where it has none
+            date: beginning of the cycle, ISO 8601; None for now
+            recording: fingerprint of the recording; "" for none
 
         Raises:
-            InputError: the memory has taken that recording already
-            ParameterError: the last cycle has not ended
+            InputError: the memory has counted this recording already
+            ParameterError: the present cycle has not ended
         """
         if self.open and self._live:
             raise ParameterError("an operation cycle is open; end it before the next begins")
@@ -136,6 +138,7 @@ class FaultMemory:
         self.open, self.cycles = True, self.cycles + 1
         self.date = date or datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
         if recording:
+            # In order of insertion: the oldest fingerprints are dropped.
             self.recordings = dict(list(self.recordings.items())[1 - RECORDINGS :])
             self.recordings[recording] = (self.cycles, self.date)
         self.entries = {name: begun(entry) for name, entry in self.entries.items()}
@@ -147,19 +150,20 @@ class FaultMemory:
     def absorb(
         self, time: np.ndarray, results: Mapping[str, np.ndarray], signals: Mapping[str, np.ndarray] | None = None
     ) -> tuple[tuple[float, str, str], ...]:
-        """Take in results of tests.
+        """Process test results.
 
         Args:
-            time: of the results within the cycle [s], (n,), rising, later than those before
-            results: by name of the code, (n,) each: 1 failed, -1 passed, 0 or NaN no result
-            signals: for the freeze frames, by canonical name, (n,) each; kept are those of the table
+            time: times of the results within the cycle [s], (n,), increasing and later than all before
+            results: test results by name of the code, (n,) each: 1 failed, -1 passed, 0 or NaN no result
+            signals: for freeze frames, by canonical name, (n,) each; only those in the table are stored
 
         Returns:
-            what changed: (time [s], name of the code, "failed" or "passed")
+            changes: (time [s], name of the code, "failed" or "passed")
 
         Raises:
-            InputError: no such code or signal, lengths that differ, or times that do not rise
-            OutputError: the file cannot be written; the results stand in the program, and `save` tries again
+            InputError: a code or signal does not exist, lengths differ, or times do not increase
+            ParameterError: no operation cycle is open
+                OutputError: the file cannot be written; the results remain in the program, and `save` tries again
         """
         if not self._live:
             raise ParameterError("no operation cycle is open; begin one before results come")
@@ -181,7 +185,12 @@ class FaultMemory:
         return tuple((each.time, each.name, "failed" if each.verdict > 0 else "passed") for each in changes)
 
     def end_cycle(self) -> None:
-        """The operation cycle ends: pending codes, healing and aging move on."""
+        """End the operation cycle: update pending codes, healing and aging.
+
+        Raises:
+            ParameterError: no operation cycle is open
+            OutputError: the file cannot be written
+        """
         if not self._live:
             raise ParameterError("no operation cycle is open; there is none to end")
         self._frames(np.inf)
@@ -193,12 +202,12 @@ class FaultMemory:
         self.open = self._live = False
 
     def clear(self, name: str | None = None) -> None:
-        """Forget one code, given its name or the code itself, or all and all recordings; others count on as they did.
+        """Clear one code, given its name or the code itself, or all codes and recordings; other codes are unaffected.
 
-        Within a cycle its test begins anew, as if the cycle had begun: what still fails is pending again.
+        Within a cycle the test of a cleared code starts again, so that a persistent fault becomes pending again.
 
         Raises:
-            ParameterError: no such code
+            ParameterError: the code does not exist
             OutputError: the file cannot be written
         """
         chosen = tuple(self.entries) if name is None else (self.codes.named(name),)
@@ -213,12 +222,12 @@ class FaultMemory:
 
     @property
     def lamp(self) -> bool:
-        """Whether the warning lamp is asked for."""
+        """Whether the warning lamp is requested."""
         return any(entry.status & CodeStatus.WARNING_REQUESTED for entry in self.entries.values())
 
     @property
     def reaction(self) -> str:
-        """The strongest reaction of the confirmed codes whose tests fail now."""
+        """Strongest reaction of the confirmed codes whose tests fail at present."""
         wanted = CodeStatus.CONFIRMED | CodeStatus.TEST_FAILED
         asked = [
             REACTIONS.index(self.codes.codes[name].reaction)
@@ -228,10 +237,10 @@ class FaultMemory:
         return REACTIONS[max(asked, default=0)]
 
     def save(self) -> None:
-        """Write the file, whole or not at all; nothing without a path, or where the end of `changing` writes it.
+        """Write the file atomically; does nothing without a path, or within `changing`, which writes at its end.
 
         Raises:
-            OutputError: it cannot be written, or another program has written it meanwhile
+            OutputError: the file cannot be written, or another program has changed it
         """
         if self.path is not None and not self._held:
             self._digest = store.save(self.path, self.codes, self.vehicle, self._content(), self._digest)
@@ -277,7 +286,7 @@ class FaultMemory:
         self._make_room(name)
 
     def _take_back(self, instant: float, cause: str) -> None:
-        """Consequences that failed shortly before their cause stand again as they stood."""
+        """Restore consequences that failed shortly before their cause to their state before that failure."""
         for name, (since, entry) in list(self._before.items()):
             if (
                 cause in self._counting.causes[name]
@@ -292,14 +301,14 @@ class FaultMemory:
         if len(stored) <= self.places:
             return
         failing = {name for name in stored if self.entries[name].status & CodeStatus.TEST_FAILED}
-        # The least important goes; among equals one that is not failing now, then the one that is not the newest.
+        # The least important code is displaced; among equals one that is not failing now, and rather not the newest.
         least = max(stored, key=lambda name: (self.codes.codes[name].priority, name not in failing, name != newest))
         self.entries[least] = displaced(self.entries[least])
         self._waiting.pop(least, None)
         self.overflowed = True
 
     def _frames(self, now: float) -> bool:
-        """Freeze frames of failures long enough ago that what follows them is known; whether there were any."""
+        """Take the freeze frames whose time after the failure has passed; returns whether there were any."""
         ready = [name for name, instant in self._waiting.items() if instant + AFTER <= now]
         for name in ready:
             frame = self._window.frame(self.cycles, self.date, self._waiting.pop(name))

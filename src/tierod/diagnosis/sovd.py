@@ -1,4 +1,4 @@
-"""The fault memory in the shape of a service-oriented diagnosis: the resource `faults`."""
+"""Fault memory in the format of service-oriented vehicle diagnostics (SOVD): the resource `faults`."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ _BITS = {
 
 
 def faults(memory: FaultMemory, everything: bool = False) -> dict[str, Any]:
-    """The answer to GET /faults: one item for each code that the memory holds.
+    """Response to GET /faults: one item per stored code.
 
     Args:
         memory: whose codes are listed
-        everything: every code of the table too, of which nothing is known
+        everything: whether to list also the codes of the table that are not stored
 
     Source: ASAM SOVD 1.0, "faults" (ISO 17978-3).
     """
@@ -36,10 +36,10 @@ def faults(memory: FaultMemory, everything: bool = False) -> dict[str, Any]:
 
 
 def fault(memory: FaultMemory, name_or_code: str) -> dict[str, Any]:
-    """The answer to GET /faults/{code}: the item with its environment data.
+    """Response to GET /faults/{code}: the item with its environment data.
 
     Raises:
-        ParameterError: no such code, or one that the memory does not hold
+        ParameterError: the code does not exist, or is not stored
     """
     name = memory.codes.named(name_or_code)
     entry = memory.entries[name]
@@ -88,7 +88,7 @@ def _environment(entry: Entry) -> dict[str, Any]:
 
 
 def snapshot(name: str, frame: FreezeFrame) -> dict[str, Any]:
-    """A freeze frame: values at the instant of the failure, and the signals around it."""
+    """A freeze frame: values at the instant of the failure, and signals around it."""
     at = frame.at_instant()
     return {
         "name": name,

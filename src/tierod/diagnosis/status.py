@@ -18,7 +18,7 @@ class CodeStatus(IntFlag):
     PENDING = 0x04
     """A test failed in this or the last operation cycle in which it was completed."""
     CONFIRMED = 0x08
-    """It failed in as many cycles as confirmation takes, and has not aged since."""
+    """The test failed in the cycles required for confirmation, and the code has not aged since."""
     NOT_COMPLETED_SINCE_CLEAR = 0x10
     """No test was completed since the memory was cleared."""
     FAILED_SINCE_CLEAR = 0x20
@@ -26,20 +26,20 @@ class CodeStatus(IntFlag):
     NOT_COMPLETED_THIS_CYCLE = 0x40
     """No test was completed in this operation cycle."""
     WARNING_REQUESTED = 0x80
-    """The warning lamp is asked for."""
+    """The warning lamp is requested."""
 
     @property
     def words(self) -> tuple[str, ...]:
-        """The bits that are set, in words."""
+        """Names of the bits that are set."""
         return tuple((bit.name or "").lower().replace("_", " ") for bit in CodeStatus if bit in self)
 
 
 CLEARED = CodeStatus.NOT_COMPLETED_SINCE_CLEAR | CodeStatus.NOT_COMPLETED_THIS_CYCLE
-"""Of a code of which nothing is known yet."""
+"""Status of a code that has never been tested."""
 
 
 def after_test(status: CodeStatus, failed: bool) -> CodeStatus:
-    """The status after a completed test; confirmation and lamp are the memory's to decide."""
+    """Status after a completed test; confirmation and lamp request are decided elsewhere."""
     status &= ~(CodeStatus.NOT_COMPLETED_SINCE_CLEAR | CodeStatus.NOT_COMPLETED_THIS_CYCLE)
     if not failed:
         return status & ~CodeStatus.TEST_FAILED
@@ -58,10 +58,10 @@ def passed_this_cycle(status: CodeStatus) -> bool:
 
 
 def at_cycle_end(status: CodeStatus) -> CodeStatus:
-    """The status when an operation cycle ends: pending falls where the cycle passed."""
+    """Status at the end of an operation cycle: the pending bit is reset if the cycle passed."""
     return status & ~CodeStatus.PENDING if passed_this_cycle(status) else status
 
 
 def at_cycle_start(status: CodeStatus) -> CodeStatus:
-    """The status when an operation cycle begins: nothing completed in it yet."""
+    """Status at the beginning of an operation cycle: no test completed yet."""
     return (status | CodeStatus.NOT_COMPLETED_THIS_CYCLE) & ~CodeStatus.FAILED_THIS_CYCLE

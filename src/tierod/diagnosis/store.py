@@ -1,4 +1,4 @@
-"""The file of a fault memory: whole at every instant, checked when read, and never silently emptied."""
+"""File of a fault memory: written atomically, checked when read, and never emptied without a copy."""
 
 from __future__ import annotations
 
@@ -18,20 +18,20 @@ from tierod.diagnosis.entry import Entry
 from tierod.diagnosis.trouble_codes import TroubleCodes
 
 SCHEMA = "tierod.fault-memory/1"
-"""Name and version of the file."""
+"""Name and version of the file format."""
 
 _FIELDS = {"cycles": int, "date": str, "open": bool, "overflowed": bool, "entries": dict}
 
 
 @dataclass(frozen=True)
 class Kept:
-    """A file that was read.
+    """Content of a file.
 
     Args:
         content: of the memory
-        entries: by the name of their code, those of the table when it was written
+        entries: by name of their code; the codes are those of the table at the time of writing
         digest: of the content
-        vehicle: whose memory it is
+        vehicle: name of the vehicle
     """
 
     content: Mapping[str, Any]
@@ -45,12 +45,12 @@ def load(path: Path, codes: TroubleCodes, vehicle: str | None = None) -> Kept:
 
     Args:
         path: of the file
-        codes: the table; it may have codes that it had not when the file was written
-        vehicle: whose memory it must be; anyone's where None
+        codes: table of trouble codes; it may contain codes added since the file was written
+        vehicle: required vehicle name; None for any
 
     Raises:
-        InputError: it cannot be read, is damaged, of another version, table or vehicle. What cannot be read as a memory
-            is copied aside first; the message names the place
+        InputError: the file cannot be read, is damaged, or is of another version, table or vehicle; a file that is no
+            valid memory is copied aside first, and the message names the copy
     """
     raw = _raw(path)
     try:
@@ -73,7 +73,7 @@ def _raw(path: Path) -> bytes:
 
 
 def _kept_aside(path: Path, raw: bytes) -> str:
-    """Half a sentence on the copy; a folder that takes none must not hide what is wrong with the file."""
+    """Part of a sentence on the copy; a failure to copy must not hide the defect of the file."""
     try:
         return f"a copy is kept as {_aside(path, raw)}"
     except OutputError:
@@ -81,7 +81,7 @@ def _kept_aside(path: Path, raw: bytes) -> str:
 
 
 def _checked(raw: bytes, codes: TroubleCodes) -> Kept:
-    """Content of a checked file; ValueError names the defect in words, as the end of a sentence."""
+    """Content of a checked file; the ValueError states the defect as the end of a sentence."""
     try:
         document = json_document(raw)
     except ValueError:
@@ -110,38 +110,38 @@ def _checked(raw: bytes, codes: TroubleCodes) -> Kept:
 
 
 def _are_recordings(found: object) -> bool:
-    """Whether this is fingerprint -> (number of the cycle, its date)."""
+    """Whether a value maps fingerprints to (number of the cycle, its date)."""
     return isinstance(found, dict) and all(
         isinstance(each, list) and [type(part) for part in each] == [int, str] for each in found.values()
     )
 
 
 def save(path: Path, codes: TroubleCodes, vehicle: str, content: Mapping[str, object], before: str) -> str:
-    """Write a file, whole or not at all, and give the digest of what was written.
+    """Write a file atomically, and return the digest of its content.
 
     Args:
         path: of the file
-        codes: the table
-        vehicle: whose memory it is
+        codes: table of trouble codes
+        vehicle: name of the vehicle
         content: of the memory
-        before: digest of what was read or written last; "" for a new file
+        before: digest of the content read or written last; "" for a new file
 
     Raises:
-        OutputError: it cannot be written, or another program has written it meanwhile
+        OutputError: the file cannot be written, or another program has changed it
     """
     with holding(path) as target:
         return save_held(target, codes, vehicle, content, before)
 
 
 def save_held(path: Path, codes: TroubleCodes, vehicle: str, content: Mapping[str, object], before: str) -> str:
-    """Save into a file that is locked already; otherwise as `save`.
+    """Write a file that is locked already; otherwise like `save`.
 
     Args:
-        path: of the file, as `holding` gives it
-        codes, vehicle, content, before: as of `save`
+        path: of the file, as returned by `holding`
+        codes, vehicle, content, before: as for `save`
 
     Raises:
-        OutputError: it cannot be written, or a program that does not hold it has written it meanwhile
+        OutputError: the file cannot be written, or a program without the lock has changed it
     """
     digest = digest_of(content, vehicle)
     document = {"schema": SCHEMA, "vehicle": vehicle, "codes": codes.numbers, "digest": digest, "content": content}
@@ -158,27 +158,27 @@ def save_held(path: Path, codes: TroubleCodes, vehicle: str, content: Mapping[st
 
 
 def digest_of(content: Mapping[str, object], vehicle: object) -> str:
-    """A digest of content and vehicle."""
+    """Digest of content and vehicle."""
     text = json.dumps([vehicle, content], sort_keys=True, ensure_ascii=False)
     return hashlib.sha256(text.encode()).hexdigest()
 
 
 def aside(path: Path) -> Path:
-    """Copy a file beside itself under a name of its own and return it.
+    """Copy a file to its folder under a unique name, and return the path of the copy.
 
     Raises:
-        InputError: it cannot be read
+        InputError: the file cannot be read
         OutputError: the copy cannot be written
     """
     return _aside(path, _raw(path))
 
 
 def remove(path: Path) -> Path:
-    """Remove a held file that cannot be read as a memory after a copy of it, whose path is returned.
+    """Remove a locked file that is no valid memory after copying it, and return the path of the copy.
 
     Raises:
-        InputError: it cannot be read
-        OutputError: it cannot be copied or removed
+        InputError: the file cannot be read
+        OutputError: the file cannot be copied or removed
     """
     kept = aside(path)
     try:
@@ -191,6 +191,7 @@ def remove(path: Path) -> Path:
 
 
 def _aside(path: Path, raw: bytes) -> Path:
+    # Named by its content, so that repeated attempts to open the file leave one copy.
     copy = path.with_name(f"{path.stem}.kept-{hashlib.sha256(raw).hexdigest()[:8]}{path.suffix}")
     if not copy.exists():
         with replacing(copy) as temporary:
@@ -202,11 +203,12 @@ def _digest_in(path: Path) -> str:
     try:
         return str(json_document(_raw(path))["digest"]) if path.exists() else ""
     except (InputError, OSError, ValueError, TypeError, LookupError):
+        # Differs from any digest, so that a damaged file is not overwritten.
         return "unreadable"
 
 
 def _settled(folder: Path) -> None:
-    """The new name on the disk too, so that a power cut cannot bring the old file back."""
+    """Flush the folder to disk, so that a power loss cannot bring the old file back."""
     with contextlib.suppress(OSError):
         handle = os.open(folder, os.O_RDONLY)
         try:

@@ -1,4 +1,4 @@
-"""Substitutes of sensors: a graph from every signal to the signals that its substitutes are made of."""
+"""Substitutes of sensors, as a graph from every sensor to the sensors that its substitutes need."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from tierod.core.errors import ParameterError, nearest
 
 @dataclass(frozen=True)
 class Substitute:
-    """One way to replace a signal.
+    """One substitute of a signal.
 
     Args:
-        name: of the way, a few words with hyphens
-        needs: judged sensors without which it has no value
-        deviation: root-mean-square error beside the true signal, as measured [unit of the signal]
-        source: where and how the deviation was measured
+        name: of the method, a few words with hyphens
+        needs: monitored sensors that it requires
+        deviation: measured root-mean-square error relative to the true signal [unit of the signal]
+        source: origin of the measured error
     """
 
     name: str
@@ -35,14 +35,14 @@ class Substitute:
 
 @dataclass(frozen=True)
 class SubstitutionGraph:
-    """The substitutes of every sensor, the best first.
+    """Substitutes of every sensor, the most accurate first.
 
     Args:
-        sensors: that are judged, and can be replaced or not
-        ways: substitutes of each, in the same order
+        sensors: monitored sensors, with or without substitutes
+        ways: substitutes of each sensor, in the same order
 
     Raises:
-        ParameterError: a substitute needs what is not judged, or the very sensor that it replaces; or two of one name
+        ParameterError: a substitute needs an unknown sensor or the sensor that it replaces, or two have the same name
     """
 
     sensors: tuple[str, ...]
@@ -69,10 +69,10 @@ class SubstitutionGraph:
 
 
 def graph_from(table: Mapping[str, Any]) -> SubstitutionGraph:
-    """A graph from a table: sensor -> list of {name, needs, deviation, source}, put in the order of their deviations.
+    """Graph from a table: sensor -> list of {name, needs, deviation, source}, sorted by deviation.
 
     Raises:
-        ParameterError: a key that a substitute does not have, or lacks
+        ParameterError: a substitute has an unknown key, or lacks one
     """
     keys = ("name", "needs", "deviation", "source")
     made: dict[str, tuple[Substitute, ...]] = {}

@@ -14,19 +14,19 @@ from tierod.diagnosis.substitution import SubstitutionGraph
 SENSOR = 0.0
 """Source of a value: the sensor itself; 1, 2, ... are its substitutes."""
 HELD = -1.0
-"""Source of a value: nothing is left, and the last one is held."""
+"""Source of a value: neither sensor nor substitute is available, and the last value is held."""
 NOTHING = -2.0
-"""Source of a value: there was no value yet."""
+"""Source of a value: there has been no value yet."""
 
 
 class Supplied(NamedTuple):
-    """A signal as others may use it.
+    """A signal as supplied to its users.
 
     Args:
-        value: of the sensor or its substitute [unit of the signal]
-        deviation: standard deviation of the substitute, with what is left of a bump; grows while held; zero while the
-            sensor is used
-        source: 0 the sensor, 1, 2, ... the substitute, -1 the last value held, -2 no value yet
+        value: value of the sensor or its substitute [unit of the signal]
+        deviation: standard deviation of the substitute including the remaining bump; grows while the value is held;
+            zero while the sensor is used
+        source: 0 the sensor, 1, 2, ... the substitute, -1 last value held, -2 no value yet
     """
 
     value: Scalar
@@ -35,7 +35,7 @@ class Supplied(NamedTuple):
 
 
 class SupplyState(NamedTuple):
-    """Switchover of one signal: last value, its source, and the remaining bump."""
+    """Switchover state of one signal: last value, deviation, source, and the remaining bump."""
 
     value: Scalar
     deviation: Scalar
@@ -45,23 +45,23 @@ class SupplyState(NamedTuple):
 
 @dataclass(frozen=True)
 class Switchover:
-    """Supply every signal from its sensor, or from the best substitute whose own sensors are fault-free.
+    """Supplies every signal from its sensor, or from the best substitute whose own sensors are fault-free.
 
-    A substitute that takes over from a fault-free value (another substitute, or the sensor when it comes back into use)
-    begins where that one ended, and goes over to its own value with `fade`. After a sensor that has just been found
-    faulty it begins at its own value at once.
+    A source that takes over from a fault-free value (another substitute, or the sensor when it returns to use) begins
+    at the last value and approaches its own with the time constant `fade`. A substitute for a sensor that has just been
+    found faulty begins at its own value at once.
 
     Args:
         graph: sensors and their substitutes
-        growth: of the deviation of a value that is held, per signal [unit of the signal per s]
-        fade: time constant of a switch
-        sample_time: between two samples
+        growth: growth rate of the deviation of a held value, per signal [unit of the signal per s]
+        fade: time constant of the transition
+        sample_time: sampling interval
 
     Raises:
-        ParameterError: another number of growths than sensors, or a time not above zero
+        ParameterError: the numbers of growths and sensors differ, or a time is not positive
 
-    The sample holds, per sensor, `measured`, `faulty` (1 or 0) and the values of its substitutes, NaN where one has
-    none.
+    The sample contains, per sensor, `measured`, `faulty` (1 or 0) and the values of its substitutes, NaN where a
+    substitute has no value.
     """
 
     graph: SubstitutionGraph
@@ -81,7 +81,7 @@ class Switchover:
 
     @cached_property
     def Sample(self) -> type:
-        """Per sensor: measured, faulty, and its substitutes by name."""
+        """NamedTuple class with measured value, fault flag and substitutes of each sensor."""
         kinds = []
         for sensor, ways in self.graph.substitutes.items():
             fields = ["measured", "faulty", *(way.name.replace("-", "_") for way in ways)]
@@ -90,15 +90,15 @@ class Switchover:
 
     @cached_property
     def Output(self) -> type:
-        """Per sensor: what is supplied."""
+        """NamedTuple class with the supplied value of each sensor."""
         return named_tuple("AllSupplied", [(sensor, Supplied) for sensor in self.graph.sensors])
 
     def init(self) -> tuple[SupplyState, ...]:
-        """No value yet."""
+        """State before the first sample."""
         return tuple(SupplyState(0.0, 0.0, NOTHING, 0.0) for _ in self.graph.sensors)
 
     def step(self, state: tuple[SupplyState, ...], sample: Tree) -> tuple[tuple[SupplyState, ...], Tree]:
-        """One sample on."""
+        """Process one sample."""
         faulty = dict(zip(self.graph.sensors, (offered.faulty for offered in sample), strict=True))
         supplies = [
             self._supply(index, before, offered, faulty)
@@ -114,6 +114,7 @@ class Switchover:
         value, source = before.value, where(held, HELD, NOTHING)
         deviation = where(held, before.deviation + self.growth[index] * self.sample_time, 0.0)
         ways = self.graph.ways[index]
+        # From the least to the most accurate substitute, so that the best usable one has the last word.
         for rank in reversed(range(len(ways))):
             usable = present(offered[rank + 2])
             for need in ways[rank].needs:
@@ -128,9 +129,10 @@ class Switchover:
         return SupplyState(supplied.value, spread, source, bump), supplied
 
     def _bump(self, before: SupplyState, own: Scalar, value: Scalar, source: Scalar) -> Scalar:
-        """Bump added to the new source's own value, on its way to zero."""
+        """Difference between the supplied and the source's own value, which decays to zero."""
         after_a_fault = both(before.source == SENSOR, negated(own))
         from_nothing = either(before.source == NOTHING, after_a_fault)
         begun = where(from_nothing, 0.0, before.value - value)
+        # Implicit Euler step of an exponential decay, stable for any sampling interval.
         kept = before.bump * (self.fade / (self.fade + self.sample_time))
         return where(source < SENSOR, 0.0, where(source == before.source, kept, begun))

@@ -1,4 +1,4 @@
-"""Trouble codes as data: what each means, when it fails and passes, and what the vehicle does about it."""
+"""Table of trouble codes: meaning, failed and passed criteria, and reaction of the vehicle."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from tierod.core.toml import Document, build
 from tierod.diagnosis.debounce import DebounceCounter
 
 SHIPPED = Path(__file__).with_name("trouble-codes.toml")
-"""The table that tierod ships."""
+"""Table of trouble codes shipped with tierod."""
 
 REACTIONS = ("none", "degrade", "substitute", "off")
-"""What the vehicle does about a fault, the weakest first."""
+"""Reactions of the vehicle to a fault, the weakest first."""
 
 _CODE = re.compile(r"([PCBU])([0-3])([0-9A-F]{3})-([0-9A-F]{2})")
 
@@ -28,20 +28,20 @@ class TroubleCode:
     """One trouble code.
 
     Args:
-        code: letter of the system, four digits, and the type of failure, as in "C1A01-92"
+        code: letter of the system, four digits, and failure type, as in "C1A01-92"
         meaning: one sentence fragment
-        monitor: name of the monitor that feeds it
-        failed_by, passed_by: statuses of the monitor that count as a failed and as a passed result; all others are none
-        increment, decrement, jump: of the debounce counter, see `DebounceCounter`
-        priority: 1 is kept longest where the memory is full, 255 shortest
-        severity: 1 to 4 as a service reads it: 1 fatal, 2 error, 3 warning, 4 information
-        confirmation_cycles: failed operation cycles until it is confirmed
-        healing_cycles: passed cycles until the warning lamp is let go
-        aging_cycles: passed cycles after healing until it is forgotten
-        lamp: whether the warning lamp is asked for once it is confirmed
+        monitor: name of the monitor that provides its results
+        failed_by, passed_by: statuses of the monitor that count as failed and as passed result; any other is no result
+        increment, decrement, jump: parameters of the debounce counter, see `DebounceCounter`
+        priority: 1 is kept longest when the memory is full, 255 shortest
+        severity: as reported by SOVD: 1 fatal, 2 error, 3 warning, 4 information
+        confirmation_cycles: failed operation cycles until confirmation
+        healing_cycles: passed cycles until the lamp request is withdrawn
+        aging_cycles: passed cycles after healing until the code is deleted
+        lamp: whether the confirmed code requests the warning lamp
         reaction: none, degrade the function, switch to a substitute, or switch it off
-        consequence_of: names of codes that cause this one; while one has failed, or failed just after it, this one is
-            not raised
+        consequence_of: names of codes that cause this one; it is not raised while a cause has failed, or if a cause
+            fails shortly afterwards
 
     Source: two bytes of code, ISO 15031-6; third byte, failure type of SAE J2012-DA.
     """
@@ -94,6 +94,7 @@ class TroubleCode:
         found = _CODE.fullmatch(self.code)
         assert found
         letter, first, digits, kind = found.groups()
+        # Two bits each for the letter and the first digit, then three hexadecimal digits and the failure type.
         return ("PCBU".index(letter) << 22) | (int(first) << 20) | (int(digits, 16) << 8) | int(kind, 16)
 
 
@@ -103,7 +104,7 @@ class TroubleCodes:
 
     Args:
         codes: by name, in the order of the table
-        identifiers: data identifier of each signal that a freeze frame keeps, 0 to 65535, by canonical name
+        identifiers: data identifier of each signal in a freeze frame, 0 to 65535, by canonical name
     """
 
     codes: Mapping[str, TroubleCode]
@@ -124,18 +125,18 @@ class TroubleCodes:
 
     @property
     def numbers(self) -> dict[str, int]:
-        """The three bytes of every code, by its name."""
+        """Numbers of the codes (three bytes), by name."""
         return {name: code.number for name, code in self.codes.items()}
 
     def of_monitor(self, monitor: str) -> dict[str, TroubleCode]:
-        """The codes that a monitor feeds, by name."""
+        """Codes whose results a monitor provides, by name."""
         return {name: code for name, code in self.codes.items() if code.monitor == monitor}
 
     def named(self, name_or_code: str) -> str:
-        """The name of a code, given its name or the code itself.
+        """Name of a code, given its name or the code itself.
 
         Raises:
-            ParameterError: there is none
+            ParameterError: the code does not exist
         """
         wanted = name_or_code.upper()
         found = [name for name, code in self.codes.items() if name == name_or_code or code.code == wanted]
@@ -145,7 +146,7 @@ class TroubleCodes:
         return found[0]
 
     def causes(self, name: str) -> set[str]:
-        """Every code of which one is a consequence, causes of causes included."""
+        """All codes that cause a code, directly or indirectly."""
         found: set[str] = set()
         waiting = list(self.codes[name].consequence_of)
         while waiting:
@@ -158,10 +159,10 @@ class TroubleCodes:
 
 @lru_cache(maxsize=8)
 def load_trouble_codes(path: str | Path = SHIPPED) -> TroubleCodes:
-    """The table in a TOML file: a table [codes.NAME] for each code, and [freeze_frame] with a number for each signal.
+    """Load a TOML file with a table [codes.NAME] per code, and [freeze_frame] with the identifier of each signal.
 
     Raises:
-        ParameterError: the file cannot be read, or has a slip in it; the message names the line
+        ParameterError: the file cannot be read or is invalid; the message names the line
     """
     document = Document.read(path, "trouble code")
     if strange := set(document.content) - {"codes", "freeze_frame"}:

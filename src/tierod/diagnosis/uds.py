@@ -1,4 +1,4 @@
-"""The fault memory as a tester reads it: services 0x19 and 0x14 of the unified diagnostic services."""
+"""Fault memory as read by a tester: services 0x19 and 0x14 of the unified diagnostic services (UDS)."""
 
 from __future__ import annotations
 
@@ -13,27 +13,27 @@ NEGATIVE, POSITIVE_OFFSET = 0x7F, 0x40
 SUBFUNCTION_NOT_SUPPORTED, INCORRECT_LENGTH, OUT_OF_RANGE, SERVICE_NOT_SUPPORTED = 0x12, 0x13, 0x31, 0x11
 
 AVAILABLE = 0xFF
-"""Every bit of the status byte is kept."""
+"""Status availability mask: all bits of the status byte are supported."""
 FORMAT_14229 = 0x01
 SUPPRESS_POSITIVE = 0x80
 FIRST, LAST, ALL = 1, 2, 0xFF
-"""Numbers of the freeze frames; the last one stands for all records."""
+"""Record numbers of the freeze frames of the first and latest failure, and the number that requests all records."""
 
 EXTENDED = {1: "occurrences", 2: "counter", 3: "failed_cycles", 4: "passed_cycles"}
-"""Extended data records, one byte each, by number; the debounce counter is signed."""
+"""Extended data records of one byte each, by number; the debounce counter is signed."""
 
 
 def answer(memory: FaultMemory, request: bytes) -> bytes:
-    """Answer of an ECU with this memory to a request.
+    """Response of a control unit with this memory to a request.
 
     Args:
         memory: read by 0x19 with the sub-functions 01, 02, 04, 06 and 0A, cleared by 0x14
         request: service, sub-function and data
 
     Returns:
-        a positive answer, or a negative one with its reason; nothing where the sub-function asks, by its highest bit,
-        for silence instead of a positive answer. A freeze frame holds each signal of the table as a single precision
-        number, NaN where nothing was measured
+        a positive response, or a negative one with its reason; empty where the highest bit of the sub-function
+        suppresses the positive response. A freeze frame contains each signal of the table as a single-precision number,
+        NaN where nothing was measured
 
     Source: ISO 14229-1:2020, 12.2 and 12.3.
     """
@@ -89,7 +89,7 @@ def _code(memory: FaultMemory, name: str) -> bytes:
 
 
 def _records(memory: FaultMemory, subfunction: int, number: int, record: int) -> bytes | None:
-    """Code, status and the records asked for; None where there is no such code or record."""
+    """Code, status and requested records; None if the code or the record does not exist."""
     name = _named(memory, number)
     if name is None:
         return None
@@ -114,7 +114,7 @@ def _freeze_frame(memory: FaultMemory, number: int, frame: FreezeFrame) -> bytes
 
 
 def _single(value: float | None) -> bytes:
-    """In single precision; what is too large for it becomes infinite."""
+    """Number in single precision; infinite if it exceeds the range."""
     try:
         return struct.pack(">f", math.nan if value is None else value)
     except OverflowError:
@@ -129,4 +129,5 @@ def _extended(entry: Entry, record: int) -> bytes | None:
 
 
 def _byte(value: int) -> bytes:
+    # Counts are limited to one byte; a negative debounce counter is written as two's complement.
     return (min(value, 255) if value >= 0 else value + 256).to_bytes(1, "big")

@@ -1,4 +1,4 @@
-"""What the turns of a loop take, by one text of C with the number of the turn, and with tables where it needs any."""
+"""Index expressions of loop bodies: C code in the loop counter i, with lookup tables where no formula fits."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ import re
 from collections.abc import Callable, Sequence
 
 _NUMBER = re.compile(r"(?<=[\[ ])\d+(?=U?[\])])")
-"""A whole number in brackets, or at the end of a sum in brackets."""
+"""A whole number in square brackets, or at the end of a sum in parentheses."""
 
 
 def columns_of(texts: Sequence[str]) -> tuple[list[str], list[tuple[int, ...]]] | None:
-    """What some texts have in common, and the whole numbers between; None where they differ in more than these.
+    """Common text of several pieces of C code and the whole numbers in between; None where the text itself differs.
 
     Args:
-        texts: of C
+        texts: pieces of C code
     """
     common = _NUMBER.split(texts[0])
     if any(_NUMBER.split(text) != common for text in texts[1:]):
@@ -23,10 +23,10 @@ def columns_of(texts: Sequence[str]) -> tuple[list[str], list[tuple[int, ...]]] 
 
 
 class Tables:
-    """Tables of one loop; equal ones stand once.
+    """Lookup tables of one loop; equal tables are declared once.
 
     Args:
-        declared: C of the declaration of a table, given its type, its name and its values
+        declared: C code of a table's declaration from its type, name and values
     """
 
     def __init__(self, declared: Callable[[str, str, Sequence[str]], str]):
@@ -35,15 +35,15 @@ class Tables:
 
     @property
     def text(self) -> str:
-        """C of all declarations."""
+        """C code of all declarations."""
         return "".join(self._declared(kind, name, values) for (kind, values), name in self._names.items())
 
     def at(self, kind: str, values: Sequence[str]) -> str:
-        """C of the value of a turn.
+        """C code of the value in one iteration: a constant if all are equal, else a table look-up.
 
         Args:
-            kind: type of C
-            values: of all turns, as C writes them
+            kind: C type of the values
+            values: of all iterations, as C code
         """
         if len(set(values)) == 1:
             return values[0]
@@ -51,12 +51,13 @@ class Tables:
         return f"{name}[i]"
 
     def number(self, values: Sequence[int], suffix: str = "") -> str:
-        """C of the whole number of a turn, in brackets or at the end of a sum.
+        """C code of the whole number in one iteration, in brackets or at the end of a sum.
 
         Args:
-            values: of all turns
-            suffix: of a literal that stands there
+            values: of all iterations
+            suffix: of the literal if all values are equal
         """
+        # An arithmetic progression becomes a formula in i; only irregular values need a table.
         first, step = values[0], values[1] - values[0]
         if any(value != first + step * turn for turn, value in enumerate(values)):
             return self.at("uint16_t", [f"{value}U" for value in values])
@@ -68,10 +69,10 @@ class Tables:
         return turned if first == 0 else f"{first}U + {turned}"
 
     def indexed(self, texts: Sequence[str]) -> str:
-        """C of what a turn reads or writes.
+        """C code that reads or writes in one iteration.
 
         Args:
-            texts: of all turns; they differ in whole numbers alone
+            texts: C code of every iteration; the texts differ in whole numbers only
         """
         found = columns_of(texts)
         if found is None:

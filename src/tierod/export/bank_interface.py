@@ -1,4 +1,4 @@
-"""The structs of an exported bank: lanes with a table of what they differ in, and their judge."""
+"""Structs of an exported bank: its lanes, the parameters in which they differ, and its judge."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from tierod.export.simplified import simplified
 
 
 class _OfBank(Interface):
-    """Common part of the interfaces of lanes and judge."""
+    """Common part of the interfaces of the lanes and the judge."""
 
     @property
     def bank(self) -> BankGraph:
@@ -31,7 +31,7 @@ class _OfBank(Interface):
 
 
 class LaneInterface(_OfBank):
-    """Interface of the C of one lane: its own state, outputs and parameters, and those that all lanes share."""
+    """Interface of one lane in C: its own state, outputs and parameters, and the parameters shared by all lanes."""
 
     @property
     def graph(self) -> Graph:
@@ -40,10 +40,10 @@ class LaneInterface(_OfBank):
 
     @cached_property
     def initial(self) -> Program:
-        """Program that sets the first state of a lane.
+        """Program that sets the initial state of a lane.
 
         Raises:
-            TraceError: lanes begin differently, and not by their parameters
+            TraceError: lanes have different initial states that do not follow from their parameters
         """
         lanes = self.subject.block.lanes
         found = initial_program(lanes[0])
@@ -58,7 +58,8 @@ class LaneInterface(_OfBank):
 
     @property
     def tuning(self) -> tuple[float, ...]:
-        """Values of the parameters of a lane, the least of all lanes."""
+        """Smallest value of each parameter over all lanes."""
+        # `simplified` relies on positive parameters, which must be positive in every lane.
         return tuple(self._rows.min(axis=0).tolist())
 
     @property
@@ -69,7 +70,7 @@ class LaneInterface(_OfBank):
 
     @cached_property
     def statuses(self) -> tuple[int, ...]:
-        """A lane states none."""
+        """Positions of status outputs; a lane has none."""
         return ()
 
     @cached_property
@@ -90,17 +91,17 @@ class LaneInterface(_OfBank):
 
     @cached_property
     def own_members(self) -> tuple[Member, ...]:
-        """Parameters that each lane has of its own."""
+        """Parameters with a value of their own in each lane."""
         return members([self.graph.tuning[k] for k in self.own])
 
     @cached_property
     def feedback(self) -> tuple[Member, ...]:
-        """Members of the judge's feedback to every lane with the next sample."""
+        """Members of the feedback that the judge gives to every lane with the next sample."""
         return members(self.bank.feedback)
 
     @cached_property
     def named(self) -> dict[tuple[str, int], str]:
-        """C of every number, by the letter of its struct and its position."""
+        """C code of every number, by the letter of its struct and its position."""
         inputs = len(self.bank.sample)
         found = {("u", k): f"u->{text}" for k, text in enumerate(elements(members(self.bank.sample)))}
         found |= {("u", inputs + k): f"f->{text}" for k, text in enumerate(elements(self.feedback))}
@@ -112,7 +113,7 @@ class LaneInterface(_OfBank):
 
     @cached_property
     def slots(self) -> tuple[tuple[int, ...], tuple[int, ...]]:
-        """Values that depend on the parameters alone: those of all lanes alike, and those of every lane."""
+        """Slots of values that depend on parameters only: those equal in all lanes, and those of each lane."""
         varying: set[int] = set()
         own = set(self.own)
         for index, operation in enumerate(self.program.operations):
@@ -124,7 +125,7 @@ class LaneInterface(_OfBank):
         return alike, tuple(slot for slot, value in enumerate(carried) if value in varying)
 
     def carried(self, slot: int) -> str:
-        """C of a value that depends on the parameters alone."""
+        """C code of a value that depends on parameters only."""
         alike, own = self.slots
         return f"c->value[{alike.index(slot)}]" if slot in alike else f"k->value[{own.index(slot)}]"
 
@@ -132,11 +133,11 @@ class LaneInterface(_OfBank):
         return super()._sampled(position) if position < len(self.bank.sample) else self.named["u", position]
 
     def bit(self, position: int) -> str:
-        """Name of the bit of an input in the mask of valid ones."""
+        """Name of the bit that marks an input as valid."""
         return identifier(self.bank.sample[position]).upper()
 
     def known(self, positions: Sequence[int]) -> tuple[Described, ...]:
-        """Descriptions of parameters of a lane."""
+        """Descriptions of the parameters of a lane at these positions."""
         return tuple(self.subject.tuning[k] for k in positions)
 
     @cached_property
@@ -151,7 +152,7 @@ class LaneInterface(_OfBank):
 
 
 class BankInterface(_OfBank):
-    """Interface of the C of a bank from outside, and of its judge."""
+    """Interface of a bank in C as the caller sees it, and of its judge."""
 
     @cached_property
     def lane(self) -> LaneInterface:
@@ -160,7 +161,7 @@ class BankInterface(_OfBank):
 
     @cached_property
     def graph(self) -> Graph:
-        """Graph of one step of the judge, with the inputs and outputs of the bank."""
+        """Graph of one judge step, with the inputs and outputs of the bank."""
         judge = self.bank.judge
         return replace(
             judge,
@@ -173,12 +174,12 @@ class BankInterface(_OfBank):
 
     @cached_property
     def stepped(self) -> Program:
-        """Program of one step of the judge as the graph has it."""
+        """Simplified program of one judge step."""
         return simplified(program(self.bank.judge.function), self.initial, self.tuning)
 
     @cached_property
     def initial(self) -> Program:
-        """Program that sets the first state of the judge."""
+        """Program that sets the initial state of the judge."""
         return initial_program(self.subject.block.judge)
 
     @property
@@ -188,25 +189,25 @@ class BankInterface(_OfBank):
 
     @cached_property
     def known_feedback(self) -> tuple[Described, ...]:
-        """Descriptions of the judge's feedback."""
+        """Descriptions of the feedback from the judge to the lanes."""
         return tuple(described(self.subject.block.judge.feedback()))
 
     @property
     def fed_first(self) -> tuple[float, ...]:
-        """Feedback with the first sample."""
+        """Feedback that the lanes receive with the first sample."""
         return tuple(float(leaf) for leaf in values_of(self.subject.block.judge.feedback()))
 
     @property
     def tuned(self) -> int:
-        """Parameters of all lanes, which come before those of the judge."""
+        """Number of parameters of all lanes; those of the judge follow them."""
         return self.bank.count * len(self.bank.lane.tuning)
 
     def carried(self, slot: int) -> str:
-        """C of a value that depends on the parameters alone: the judge's lie behind those of all lanes."""
+        """C code of a judge value that depends on parameters only; these values follow those shared by all lanes."""
         return f"c->value[{len(self.lane.slots[0]) + slot}]"
 
     def taken(self, source: tuple[int, int]) -> str:
-        """C of an input of the judge, as a number."""
+        """C code of an input of the judge, as a number."""
         group, position = source
         place = position - len(self.bank.sample)
         if group != SAMPLE or place < 0:
@@ -215,7 +216,7 @@ class BankInterface(_OfBank):
         return f"x->said[{number}].{self._said[output]}"
 
     def given(self, target: tuple[int, int]) -> str:
-        """C of an output of the judge: of the bank, adopted lanes, feedback."""
+        """C code of an output of the judge: an output of the bank, an adopted lane or a feedback."""
         group, position = target
         place = position - len(self.bank.output)
         if group != OUTPUT or place < 0:
@@ -225,7 +226,7 @@ class BankInterface(_OfBank):
         return f"x->feedback.{elements(self.lane.feedback)[place - self.bank.count]}"
 
     def gathered(self, positions: Sequence[int], number: str) -> str | None:
-        """C of one output of a lane by the lane's number; None unless these are this output of lanes 0, 1, ..."""
+        """C code of one lane output by lane number; None unless the positions are this output of lanes 0, 1, ..."""
         first, width = positions[0] - len(self.bank.sample), len(self.bank.lane.output)
         if not 0 <= first < width or any(each != positions[0] + width * k for k, each in enumerate(positions)):
             return None
@@ -233,7 +234,7 @@ class BankInterface(_OfBank):
 
     @cached_property
     def rolling(self) -> dict[str, dict[tuple[int, int], str]]:
-        """Dotted names of the judge's inputs and outputs, by which what it does for many lanes or sensors is found."""
+        """Dotted names of the judge's inputs and outputs, from which its loops over lanes or sensors are derived."""
         judge = self.bank.judge
         inputs = ((STATE, judge.state), (RING, [path for path, _ in judge.rings]), (SAMPLE, judge.sample))
         outputs = ((NEXT_STATE, judge.state), (OUTPUT, judge.output))

@@ -1,4 +1,4 @@
-"""C of a bank: one function for all lanes, called in a loop over tables, the judge, and what lanes take over."""
+"""C code of a bank: one function for all lanes, called in a loop, the judge, and the copying of lane states."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ static void PREFIX_adopt(PREFIX_state_t *x, const PREFIX_real_t a[COUNTU])
 
 
 def bank_structs(face: BankInterface) -> str:
-    """C of the structs of a bank."""
+    """C code of the structs of a bank."""
     lane, prefix, count = face.lane, face.prefix, face.bank.count
     tuned, real = face.subject.tuning, face.spelling.real
     alike, own = lane.slots
@@ -95,7 +95,7 @@ def bank_structs(face: BankInterface) -> str:
 
 
 def bank_parameter_rows(face: BankInterface) -> str:
-    """C of the values of the parameters of a bank."""
+    """C code of the parameter values of a bank."""
     lane, subject = face.lane, face.subject
     width, tuned = len(face.bank.lane.tuning), face.tuned
     values = [subject.values[k] for k in lane.shared]
@@ -110,13 +110,13 @@ def bank_parameter_rows(face: BankInterface) -> str:
 
 
 def bank_source(face: BankInterface) -> str:
-    """C of the source of a bank."""
+    """C code of a bank's source file."""
     parts = (_prepare(face), _init(face), _steps(face), _whole(face))
     return assembled(face, "\n".join(parts))
 
 
 def _arguments(face: BankInterface, letters: str, writes: str = "") -> dict[str, str]:
-    """Arguments of a function of the bank, of its lanes and its judge, by their letters."""
+    """Arguments of the functions of bank, lanes and judge, by their letters."""
     kinds = {
         "p": "parameters", "q": "lane_parameters", "c": "constants", "k": "lane_constants", "x": "lane_state",
         "u": "sample", "o": "lane_output", "f": "feedback",
@@ -129,7 +129,7 @@ def _arguments(face: BankInterface, letters: str, writes: str = "") -> dict[str,
 
 
 def _prepare(face: BankInterface) -> str:
-    """Code that depends on the parameters alone: of all lanes alike, of every lane, of the judge."""
+    """Functions that compute the values depending on parameters only: shared by all lanes, per lane, of the judge."""
     lane, prefix = face.lane, face.prefix
     alike, own = lane.slots
     lanes = constants(lane, alike, "prepare_lanes", _arguments(face, "pc", "c"), True)
@@ -144,7 +144,7 @@ def _prepare(face: BankInterface) -> str:
 
 
 def _init(face: BankInterface) -> str:
-    """The state before the first sample."""
+    """Functions that set the state before the first sample."""
     prefix = face.prefix
     lane = initial(face.lane, "init_lane", _arguments(face, "pqx", "x"), "", True)
     judge = initial(face, "init_judge", {"p": declared(face, "p"), "x": declared(face, "x")}, "", True)
@@ -160,7 +160,7 @@ def _init(face: BankInterface) -> str:
 
 
 def _steps(face: BankInterface) -> str:
-    """One lane, the judge, and what lanes take over."""
+    """Functions of one lane, the judge and the copying of lane states."""
     lane = step(face.lane, "lane", _arguments(face, "ckxuof", "xo"))
     judged = {word: declared(face, word) for word in "cxuy"} | {"a": f"{face.spelling.real} a[{face.bank.count}U]"}
     judge = step(face, "judge", judged, face.gathered, face.rolling)
@@ -170,7 +170,7 @@ def _steps(face: BankInterface) -> str:
 
 
 def _whole(face: BankInterface) -> str:
-    """One step of the bank."""
+    """Function of one bank step."""
     prefix, count = face.prefix, face.bank.count
     given = ", ".join(declared(face, word) for word in "cxuy")
     fed = ", &x->feedback" if face.lane.feedback else ""

@@ -1,4 +1,4 @@
-"""An export as a folder: header, source, parameters, test vectors, a comparison, Makefile and README."""
+"""A C export as a folder: header, source, parameters, test vectors, comparison program, Makefile and README."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ from tierod.export.subject import Subject
 from tierod.export.vectors import ROWS_BEYOND, Vectors, input_table, output_table, tolerances
 
 BITS = 32
-"""Of the mask of valid inputs."""
+"""Bits of the mask of valid inputs."""
 
 
 def files(face: Interface, vectors: Vectors) -> Mapping[str, str]:
-    """All files of an export: path in its folder -> text. The same export gives the same bytes.
+    """All files of an export: path in its folder -> text; equal exports give equal bytes.
 
     Args:
-        face: of the export
-        vectors: that it is compared by
+        face: interface of the export
+        vectors: test vectors of the comparison
     """
     subject = face.subject
     beyond = ROWS_BEYOND[face.options.precision]
@@ -44,7 +44,7 @@ def files(face: Interface, vectors: Vectors) -> Mapping[str, str]:
 
 
 def monitor_files(face: Interface) -> dict[str, str]:
-    """Header, source and parameters, by name."""
+    """Header, source and parameter file, by name."""
     prefix = face.prefix
     if isinstance(face, BankInterface):
         texts = (header(face, bank_structs(face)), bank_source(face), parameters(face, bank_parameter_rows(face)))
@@ -54,10 +54,10 @@ def monitor_files(face: Interface) -> dict[str, str]:
 
 
 def interface_of(subject: Subject, options: Options) -> Interface:
-    """The interface of an export: of a straight line, or of a bank.
+    """Interface of an export: of a bank, or of a single block.
 
     Raises:
-        ParameterError: a mask of valid inputs is wanted, and there are more than it has bits
+        ParameterError: a mask of valid inputs is requested for more inputs than it has bits
     """
     count = len(subject.graph.sample)
     if options.validity and count > BITS:
@@ -70,14 +70,14 @@ def interface_of(subject: Subject, options: Options) -> Interface:
 
 
 def refuse_foreign(folder: str | Path, own: str) -> None:
-    """See that an export does not overwrite a file that is none of an earlier one.
+    """Refuse a folder whose files do not come from an earlier export of this monitor.
 
     Args:
-        folder: that shall take it
-        own: name of the header of the export, by which an earlier one is known
+        folder: destination of the export
+        own: name of the export's header, which identifies an earlier export
 
     Raises:
-        OutputError: a README or Makefile lies there, and no header of this export
+        OutputError: the folder holds a README or Makefile but not this header
     """
     place = expanded(folder)
     taken = next((name for name in ("README.md", "Makefile") if (place / name).exists()), None)
@@ -86,14 +86,14 @@ def refuse_foreign(folder: str | Path, own: str) -> None:
 
 
 def write_folder(texts: Mapping[str, str], folder: str | Path) -> Path:
-    """Write files into a folder, which is made if there is none; each appears whole or not at all.
+    """Write files into a folder, created if missing; each file is written atomically.
 
     Args:
         texts: path in the folder -> text
-        folder: its parent must exist
+        folder: destination
 
     Raises:
-        OutputError: it cannot be made or written, or is a file
+        OutputError: the folder cannot be created or written, or is a file
     """
     place = expanded(folder)
     require_folder(place)

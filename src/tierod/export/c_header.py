@@ -1,4 +1,4 @@
-"""The header of an export: types with unit, meaning and range of every number, and the functions."""
+"""Header file of an export: types with unit, meaning and range of every number, and function declarations."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ WIDTH = 116
 
 
 FROM_C, TO_CPP = (f"#ifdef __cplusplus\n{brace}\n#endif\n\n" for brace in ('extern "C" {', "}  /* extern C */"))
-"""Around declarations, so that a program in C++ finds functions compiled as C."""
+"""Text around the declarations, so that a C++ program links to functions compiled as C."""
 
 
 def header(face: Interface, own: str | None = None) -> str:
-    """C of the header.
+    """C code of the header.
 
     Args:
-        face: of the export
-        own: C of the structs where they are not those of a straight line
+        face: interface of the export
+        own: C code of the structs of a bank; None for those of a single block
     """
     guard = f"{face.prefix.upper()}_H"
     parts = [
@@ -41,7 +41,7 @@ def header(face: Interface, own: str | None = None) -> str:
 
 
 def banner(face: Interface, what: str) -> str:
-    """The comment at the head of a file."""
+    """Comment at the top of a generated file."""
     subject = face.subject
     lines = [
         f"{face.prefix}: {what}",
@@ -55,7 +55,7 @@ def banner(face: Interface, what: str) -> str:
 
 
 def comment(lines: Sequence[str], indent: str = "") -> str:
-    """A comment of one or more lines; nothing in it can end it."""
+    """A C comment of one or more lines, escaped so that its text cannot end it."""
     safe = [plain(each) for each in lines]
     if len(safe) == 1 and len(safe[0]) + len(indent) + 6 <= WIDTH:
         return f"{indent}/* {safe[0]} */\n"
@@ -64,13 +64,14 @@ def comment(lines: Sequence[str], indent: str = "") -> str:
 
 
 def plain(text: str) -> str:
-    """A text of plain ASCII without the marks that begin or end a comment."""
+    """A text in plain ASCII without comment delimiters and trigraphs."""
     ascii_ = text.replace("²", "**2").encode("ascii", "replace").decode("ascii")
+    # A trigraph is replaced before comments are recognised: ??/ at the end of a line would continue it.
     return ascii_.replace("*/", "* /").replace("/*", "/ *").replace("//", "/ /").replace("??", "?")
 
 
 def note(each: Described) -> str:
-    """Unit, meaning and range of a number as a comment states them."""
+    """Unit, meaning and range of a number, as text of a comment."""
     unit = f"[{each.unit}]" if each.unit else "[-]"
     limits = f"; {each.limits}" if each.limits else ""
     meaning = f" {each.meaning}" if each.meaning else ""
@@ -78,7 +79,7 @@ def note(each: Described) -> str:
 
 
 def status_name(face: Interface, status: Status) -> str:
-    """The constant of a status."""
+    """Name of the C constant of a status."""
     return f"{face.prefix}_{identifier(str(status))}".upper()
 
 
@@ -94,12 +95,12 @@ def _enumeration(face: Interface, name: str, text: str, rows: str) -> str:
 
 
 def reasons(face: Interface) -> tuple[tuple[int, Described], ...]:
-    """Outputs that are reasons to withhold a verdict, with their positions; the first that holds decides."""
+    """Outputs that are reasons to withhold a verdict, with their positions, in order of precedence."""
     return tuple((k, each) for k, each in enumerate(face.subject.output) if each.holder == "Obstacles")
 
 
 def reason_name(face: Interface, each: Described | None) -> str:
-    """The constant of a reason."""
+    """Name of the C constant of a reason."""
     word = "none" if each is None else each.path.rpartition(".")[2]
     return f"{face.prefix}_reason_{identifier(word)}".upper()
 
@@ -114,7 +115,7 @@ def _reasons(face: Interface) -> str:
 
 
 def structs(face: Interface) -> str:
-    """C of the structs of a straight line."""
+    """C code of the structs of a single block."""
     parameters = [HASH, *rows_of(face, face.parameters, face.subject.tuning)]
     constants = [f"    {face.spelling.real} value[{max(len(face.program.carried()), 1)}];\n"]
     return outer_structs(face) + "".join(
@@ -128,7 +129,7 @@ def structs(face: Interface) -> str:
 
 
 def outer_structs(face: Interface) -> str:
-    """C of sample and output."""
+    """C code of the structs of the sample and the output."""
     kinds = dict.fromkeys(face.statuses, f"{face.prefix}_status_t")
     sample = rows_of(face, face.sample, face.subject.sample)
     missing = "NaN where an input is missing"
@@ -150,11 +151,11 @@ HASH = "    /* stands for version, names and values of all parameters */\n    ui
 
 
 def state_rows(face: Interface, known: Sequence[Described] | None = None) -> list[str]:
-    """C of the members of a state: numbers, clocks and delay lines.
+    """C code of the members of a state: numbers, clocks and delay lines.
 
     Args:
-        face: of what remembers
-        known: what is known of every number, where it is not the subject's own state
+        face: interface of the block that holds the state
+        known: descriptions of the numbers; None for those of the subject's own state
     """
     (positions, plain_members), real = face.plain, face.spelling.real
     known = face.subject.state if known is None else known
@@ -170,20 +171,20 @@ def state_rows(face: Interface, known: Sequence[Described] | None = None) -> lis
 
 
 def index_type(size: int) -> str:
-    """The type of a place in a delay line: the smallest that counts so many."""
+    """Smallest C type that can index a delay line."""
     return "uint16_t" if size <= 0xFFFF else "uint32_t"
 
 
 def rows_of(
     face: Interface, found: Sequence[Member], known: Sequence[Described], kinds: Mapping[int, str] | None = None
 ) -> list[str]:
-    """C of members with their comments.
+    """C code of members with their comments.
 
     Args:
-        face: of the export
+        face: interface of the export
         found: members
-        known: what is known of every number, by its position
-        kinds: types of those that are not plain numbers, by the position of their first
+        known: description of every number, by its position
+        kinds: C types of members that are no plain numbers, by the position of their first number
     """
     types, real = kinds or {}, face.spelling.real
     return [
@@ -193,7 +194,7 @@ def rows_of(
 
 
 def struct(face: Interface, name: str, text: str, rows: Sequence[str]) -> str:
-    """C of one struct; one of a single byte where it has no members."""
+    """C code of one struct; a struct without members gets one byte, because C allows no empty struct."""
     body = "".join(rows) or "    uint8_t none;\n"
     return f"{comment([text])}typedef struct {{\n{body}}} {face.prefix}_{name}_t;\n\n"
 
@@ -226,7 +227,7 @@ def _functions(face: Interface) -> str:
 
 
 def declared(face: Interface, word: str, writes: bool = False) -> str:
-    """C of an argument: p parameters, c constants, x state, u sample, y output."""
+    """C code of an argument: p parameters, c constants, x state, u sample, y output."""
     kinds = {"p": "parameters", "c": "constants", "x": "state", "u": "sample", "y": "output"}
     const = "" if word in "xy" or writes else "const "
     return f"{const}{face.prefix}_{kinds[word]}_t *{word}"

@@ -1,4 +1,4 @@
-"""Functions that the kernels' C has of its own, as functions of an export; only those that it calls."""
+"""Mathematical helper functions of an export, taken from the kernels' C code; only those that are called."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _OF_TWO = ("atan2", "pow", "hypot")
 _OF_ONE = frozenset(
     ["sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "exp", "expm1", "log", "log1p"]
 )
-"""Functions of the C library that the kernels may have of their own."""
+"""C library functions for which the kernels may have implementations of their own."""
 
 _BEGINNING = re.compile(r"^(?=/\* |TIEROD_INLINE |typedef |#define |static const )", re.MULTILINE)
 _NAME = re.compile(r"\b(?:tierod|TIEROD)_\w+")
@@ -20,12 +20,12 @@ _DEFINED = re.compile(r"^(?:TIEROD_INLINE \w+|typedef \w+|#define|static const \
 
 
 def helpers(spelling: Spelling, text: str, libm: bool = True) -> str:
-    """The helpers that a text calls.
+    """C code of the helper functions that a piece of C code calls.
 
     Args:
         spelling: of names and numbers
-        text: C
-        libm: whether functions such as the sine are those of the C library, in place of the kernels' own
+        text: C code
+        libm: whether functions such as the sine come from the C library rather than from the kernels
     """
     wanted = sorted(set(re.findall(rf"\b{spelling.prefix}_(\w+)\(", text)))
     if libm:
@@ -37,10 +37,10 @@ def helpers(spelling: Spelling, text: str, libm: bool = True) -> str:
 
 
 def _reached(text: str, wanted: list[str]) -> str:
-    """The definitions that some functions need, in their order."""
+    """Definitions that the wanted functions need directly or indirectly, in their original order."""
     parts: list[str] = []
     for part in _BEGINNING.split(text):
-        # A comment belongs to what follows it.
+        # A comment belongs to the definition that follows it.
         if parts and parts[-1].startswith("/*") and parts[-1].rstrip().endswith("*/"):
             parts[-1] += part
         else:
@@ -63,13 +63,13 @@ def _renamed(spelling: Spelling, text: str) -> str:
 
 
 def _fast(spelling: Spelling) -> str:
-    """C that tests whether the target fuses multiplication and addition: newlib leaves the standard's macro out."""
+    """C condition that the target has a fused multiply-add; newlib does not define the macro of the C standard."""
     name = "FP_FAST_FMA" if spelling.precision == "double" else "FP_FAST_FMAF"
     return f"defined {name} || defined __{name}"
 
 
 def _helper(spelling: Spelling, name: str) -> str:
-    """C of a helper; "" for what is none."""
+    """C code of a helper function; "" for an unknown name."""
     prefix, real = spelling.prefix, spelling.real
     if name == "fma":
         plain = f"#if {_fast(spelling)}\n    return M(fma)(a, b, c);\n#else\n    return (a * b) + c;\n#endif\n"

@@ -1,4 +1,4 @@
-"""The parameter file of an export: every parameter with its value, unit and meaning."""
+"""Parameter file of an export: every parameter with value, unit and meaning."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from tierod.export.members import Member
 
 
 def parameters(face: Interface, rows: str | None = None) -> str:
-    """C of the parameters.
+    """C code of the parameter file.
 
     Args:
-        face: of the export
-        rows: C of the members where they are not those of a straight line
+        face: interface of the export
+        rows: C code of the members of a bank; None for those of a single block
     """
     prefix, subject = face.prefix, face.subject
     own = parameter_rows(face, face.parameters, subject.tuning, subject.values) if rows is None else rows
@@ -29,12 +29,12 @@ def parameters(face: Interface, rows: str | None = None) -> str:
 def parameter_rows(
     face: Interface, found: Sequence[Member], known: Sequence[Described], values: Sequence[float]
 ) -> str:
-    """C of members with their values.
+    """C code of members with their values.
 
     Args:
-        face: of the export
+        face: interface of the export
         found: members
-        known, values: of every number, by its position
+        known, values: description and value of every number, by its position
     """
     return "".join(
         f"{comment([note(known[each.places[0]])], '    ')}    .{each.name} = {braced(face, each, values)},\n"
@@ -43,7 +43,7 @@ def parameter_rows(
 
 
 def braced(face: Interface, each: Member, values: Sequence[float]) -> str:
-    """C of the value of a member: a number, or an array in braces."""
+    """C code of a member's value: a number, or an array in braces."""
     return _braced(face, each.shape, [values[place] for place in each.places])
 
 

@@ -1,4 +1,4 @@
-"""The source of an export: helpers, what is worked out once, the first state, and the step."""
+"""Source file of an export: helper functions, constants computed once, initial state and step."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from tierod.export.statements import Body, Gathered, Group, Reach
 
 
 def source(face: Interface) -> str:
-    """C of the source."""
+    """C code of the source file."""
     return assembled(face, "".join((prepare(face), "\n", init(face), "\n", step(face))))
 
 
 def assembled(face: Interface, own: str) -> str:
-    """The whole file around the functions of a monitor."""
+    """The complete source file around the functions of a monitor."""
     prefix = face.prefix
     called = helpers(face.spelling, own, face.options.libm)
     includes = f'#include "{prefix}.h"\n\n#include <math.h>\n'
@@ -45,13 +45,13 @@ def _identity(face: Interface) -> str:
 
 
 def prepare(face: Interface, name: str = "prepare", static: bool = False) -> str:
-    """Code that depends on the parameters alone."""
+    """Function that computes the values depending on parameters only."""
     arguments = {"p": declared(face, "p"), "c": declared(face, "c", writes=True)}
     return constants(face, range(len(face.program.carried())), name, arguments, static)
 
 
 def constants(face: Interface, slots: Iterable[int], name: str, arguments: Mapping[str, str], static: bool) -> str:
-    """A function that works out some of the values that depend on the parameters alone."""
+    """Function that computes some of the values depending on parameters only."""
     carried = face.program.carried()
     begun = _alone(face.program, {(OUTPUT, slot): carried[slot] for slot in slots})
     reach = Reach(face.taken, lambda target: face.carried(target[1]), face.carried, {}, {})
@@ -59,19 +59,19 @@ def constants(face: Interface, slots: Iterable[int], name: str, arguments: Mappi
 
 
 def init(face: Interface) -> str:
-    """The state before the first sample; a compound literal leaves no member out."""
+    """Function that sets the state before the first sample; a compound literal clears every member first."""
     arguments = {"p": declared(face, "p"), "x": declared(face, "x")}
     return initial(face, "init", arguments, f"    *x = ({face.prefix}_state_t){{0}};\n")
 
 
 def initial(face: Interface, name: str, arguments: Mapping[str, str], zeroed: str, static: bool = False) -> str:
-    """A function that sets what the first state holds beside zeros.
+    """Function that sets the non-zero members of the initial state.
 
     Args:
-        face: of the state
+        face: interface of the block that holds the state
         name: of the function
         arguments: C of the declaration of each argument, by its name
-        zeroed: C that makes all else zero; "" where it is
+        zeroed: C code that clears the other members; "" where they are zero already
         static: whether the function is static
     """
     first = face.initial
@@ -83,6 +83,7 @@ def initial(face: Interface, name: str, arguments: Mapping[str, str], zeroed: st
     }
     reach = Reach(face.taken, face.given, face.carried, {}, {})
     text = printed(face, _alone(first, outputs), reach, {}, name, arguments, static)
+    # A delay line is filled with its initial value: the program pushes a single number.
     more = ""
     for line, own in (face.lines.row(position) for group, position in outputs if group == PUSH):
         begun = f"    for ({index_type(line.size)} k = 1U; k < {line.size}U; k++) {{\n"
@@ -99,12 +100,12 @@ def step(
     gathered: Gathered | None = None,
     rolling: Rolling | None = None,
 ) -> str:
-    """One sample on.
+    """Function that advances the state by one sample.
 
     Args:
-        face: of what steps
+        face: interface of the block
         name: of the function
-        arguments: C of the declaration of each argument, by its name, where the function is a static one
+        arguments: C of the declaration of each argument, by its name, of a static function; None for the exported step
         gathered: see `CutPrinter`
         rolling: see `RolledPrinter`; None for a step without loops
     """
@@ -122,7 +123,7 @@ def step(
 
 
 def _alone(operations: Program, outputs: Mapping[Group, int]) -> Program:
-    """A program that gives these outputs and is worked out as a whole."""
+    """Program of these outputs alone, in which nothing counts as computed beforehand."""
     kept, moved = drop_unused(operations.operations, dict(outputs))
     renamed = [each._replace(constant=(PARAMETER, each.constant[1])) if each.name == "input" else each for each in kept]
     return Program(tuple(renamed), moved, frozenset())
@@ -139,7 +140,7 @@ def printed(
     gathered: Gathered | None = None,
     rolling: Rolling | None = None,
 ) -> str:
-    """The functions of a program."""
+    """C functions of a program."""
     body = Body(face.graph, operations, face.spelling, reach, gathered)
     printer = CutPrinter(body, clocks) if rolling is None else RolledPrinter(body, clocks, rolling)
     return printer.functions(f"{face.prefix}_{name}", arguments, static)

@@ -1,4 +1,4 @@
-"""The program that runs an export over test vectors and compares, and the rows that it reads and writes."""
+"""Program that runs an export over test vectors and compares the outputs, with its row input and output."""
 
 from __future__ import annotations
 
@@ -83,12 +83,12 @@ int main(int count, char **words)
 
 
 def comparing_program(face: Interface, tolerances: Sequence[float], beyond: float) -> str:
-    """C of the program.
+    """C code of the comparison program.
 
     Args:
-        face: of the export
-        tolerances: difference of every output that passes
-        beyond: share of rows that may lie beyond them
+        face: interface of the export
+        tolerances: largest permitted difference of every output
+        beyond: share of rows that may exceed the tolerances
     """
     prefix, subject = face.prefix, face.subject
     names = ",\n".join(f'    "{each.path}"' for each in subject.output)
@@ -106,7 +106,7 @@ def comparing_program(face: Interface, tolerances: Sequence[float], beyond: floa
 
 
 def _answers(face: Interface) -> str:
-    """C that counts wrong answers of the functions that a step does not call: the hash, and the first reason."""
+    """C function that counts wrong results of the functions that no step calls: parameter hash and first reason."""
     prefix, found = face.prefix, reasons(face)
     named = elements(face.output)
     lines = [f"    wrong += ({prefix}_parameter_hash(&{prefix}_parameters) == {prefix}_parameters.hash) ? 0 : 1;\n"]
@@ -122,7 +122,7 @@ def _answers(face: Interface) -> str:
 
 
 def _rows(face: Interface) -> str:
-    """Begin anew, and one step from a row of doubles to another."""
+    """C functions that restart the monitor and run one step from a row of doubles to another."""
     prefix, real = face.prefix, face.spelling.real
     inputs = elements(face.sample)
     lines = [f"    sample.{text} = ({real})row[{k}];\n" for k, text in enumerate(inputs)]
@@ -146,7 +146,7 @@ def _rows(face: Interface) -> str:
 
 
 def _run(face: Interface) -> str:
-    """Many steps, for tests that call it as a library."""
+    """C function that runs many steps, for tests that load the program as a library."""
     free = [face.counted[k] for k in free_clocks(face.program, face.clocks)]
     clocks = "".join(f"        state.{name} = (uint32_t)steps;\n" for name in free)
     return (

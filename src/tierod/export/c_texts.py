@@ -9,7 +9,7 @@ FLAGS = "-std=c99 -O2 -Wall -Wextra -Wpedantic -Wconversion -Wshadow -ffp-contra
 
 
 def makefile(face: Interface) -> str:
-    """Makefile that builds the comparison and runs it."""
+    """Makefile that builds and runs the comparison."""
     prefix = face.prefix
     return (
         f"# Builds {prefix} with the comparison, and runs it over the test vectors.\n"
@@ -24,7 +24,7 @@ def makefile(face: Interface) -> str:
 
 
 def readme(face: Interface, vectors: Vectors) -> str:
-    """Readme of the folder."""
+    """README of the folder."""
     subject, prefix = face.subject, face.prefix
     precision = face.options.precision
     missing = (

@@ -1,7 +1,7 @@
-"""States that count time: in single precision they are whole numbers of steps, so that no clock drifts or stops.
+"""States that count time, stored in single precision as whole numbers of steps so that no clock drifts or stops.
 
-A clock that adds 0.01 s in single precision loses 0.75 s in an hour and stands still from 262 144 s on. A state is a
-clock where it begins at zero, and every next value is its own plus one and the same step, itself, or zero.
+A clock that adds 0.01 s in single precision loses 0.75 s in an hour and stops at 262 144 s. A state is a
+clock if it begins at zero and each next value is zero, the value itself, or the value plus one fixed step.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ class Clock(NamedTuple):
     """A state that counts steps.
 
     Args:
-        step: number of the value that it adds, worked out from the tuning alone
-        next: number of the value that it takes
+        step: number of the value added per step, which depends on the tuning only
+        next: number of the value it takes next
     """
 
     step: int
@@ -28,8 +28,8 @@ class Added(NamedTuple):
     """Increment of a state by a value.
 
     Args:
-        step: number of the value that is added
-        condition: number of the value under which it is; None for always
+        step: number of the added value
+        condition: number of the value that enables the increment; None for an unconditional one
     """
 
     step: int
@@ -41,7 +41,7 @@ def clocks(program: Program, initial: Program) -> dict[int, Clock]:
 
     Args:
         program: of the step
-        initial: of the first state; a clock begins at zero
+        initial: program of the initial state
     """
     found = {}
     for (group, position), value in sorted(program.outputs.items()):
@@ -53,11 +53,11 @@ def clocks(program: Program, initial: Program) -> dict[int, Clock]:
 
 
 def free_clocks(program: Program, known: Mapping[int, Clock]) -> tuple[int, ...]:
-    """Positions of the clocks that run on whatever is measured: their next value rests on no condition.
+    """Positions of free-running clocks, whose next value depends on no condition.
 
     Args:
         program: of the step
-        known: its clocks
+        known: clocks of the program, by the position of their state
     """
     return tuple(
         k
@@ -67,13 +67,13 @@ def free_clocks(program: Program, known: Mapping[int, Clock]) -> tuple[int, ...]
 
 
 def is_own(program: Program, index: int, position: int) -> bool:
-    """Whether a value is a state as it was."""
+    """Whether a value is the unchanged previous value of a state."""
     operation = program.operations[index]
     return operation.name == "input" and operation.constant == (STATE, position)
 
 
 def added(program: Program, index: int, position: int) -> Added | None:
-    """Increment of a state by a value; None where the value does something else."""
+    """Increment that a value adds to a state; None where the value is anything else."""
     operation = program.operations[index]
     if operation.name != "add":
         return None
@@ -90,7 +90,7 @@ def added(program: Program, index: int, position: int) -> Added | None:
 
 
 def _counts(program: Program, position: int, index: int, steps: set[int]) -> bool:
-    """Whether a value is a clock's next one; the steps that it adds are collected."""
+    """Whether a value is a possible next value of a clock; collects the steps that are added."""
     operation = program.operations[index]
     if operation.name == "select":
         return all(_counts(program, position, each, steps) for each in operation.arguments[1:])

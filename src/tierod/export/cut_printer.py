@@ -1,4 +1,4 @@
-"""Print a program as functions of bounded length that pass values through a scratch array."""
+"""Printing of a program as C functions of bounded length that pass values through a scratch array."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from tierod.export.segments import LONGEST, Layout, Segment, layout
 from tierod.export.statements import Body
 
 _PLAIN = re.compile(r"[\w.>\[\]-]+")
-"""C of an input that is a member as it stands."""
+"""C code of an input that is a plain struct member."""
 
 
 class CutPrinter(OutputPrinter):
-    """One program as several functions; the operations are those of the kernels, in the same order.
+    """Printer of one program as several functions, with the operations of the kernels in the same order.
 
     Args:
-        body: to be printed
-        clocks: states that are kept as whole numbers of steps
-        longest: operations of one function
+        body: program to be printed
+        clocks: states that are stored as whole numbers of steps
+        longest: largest number of operations of one function
     """
 
     def __init__(self, body: Body, clocks: Mapping[int, Clock], longest: int = LONGEST):
@@ -35,13 +35,13 @@ class CutPrinter(OutputPrinter):
         self._users = self._takers()
 
     def _laid_out(self) -> Layout:
-        """Segments, and where values lie that cross them."""
+        """Segments, and the storage of values that cross segment boundaries."""
         ordered = soon_taken(self.program, branches(self.program))
         readable = self._readable(self._needs)
         return layout(self.program, self._needs, ordered, self._whole, self._longest, readable)
 
     def _takers(self) -> dict[int, set[int]]:
-        """Operations that take a value; -1 where it is stored."""
+        """Operations that use each value; -1 where it is stored."""
         found: dict[int, set[int]] = {}
         for index in (each for segment in self.layout.segments for each in segment.operations):
             for argument in self._arguments(index):
@@ -54,18 +54,18 @@ class CutPrinter(OutputPrinter):
     # -- functions -----------------------------------------------------------------------------------------------
 
     def functions(self, name: str, arguments: Mapping[str, str], static: bool = False) -> str:
-        """All functions and the one that calls them.
+        """C code of all partial functions and of the one that calls them.
 
         Args:
-            name: of the one that calls the others
+            name: of the calling function
             arguments: C of the declaration of each argument, by its name
-            static: whether the one that calls the others is static too
+            static: whether the calling function is static too
         """
         texts, calls = [], []
         given = {**arguments, **self._scratch_arguments()}
         for number, group in enumerate(self._grouped()):
             body = "".join(self._segment(segment) for segment in group)
-            # A member or an output may be called like an argument: u->x, and the comment of a value.
+            # Members and outputs may share the name of an argument (u->x), and so may comments.
             code = re.sub(r"/\*.*?\*/", "", body)
             used = [word for word in given if re.search(rf"(?<!->)\b{word}\b", code)]
             part = f"{name}_{number:02d}"
@@ -86,8 +86,9 @@ class CutPrinter(OutputPrinter):
         )
 
     def _grouped(self) -> list[list[Segment]]:
-        """Segments that share a function: together no longer than one may be."""
+        """Segments that share a function, up to the longest permitted length."""
         groups: list[list[Segment]] = []
+        # Counted as full, so that the first segment opens a group.
         size = self._longest
         for segment in self.layout.segments:
             own = self._length(segment)
@@ -99,7 +100,7 @@ class CutPrinter(OutputPrinter):
         return groups
 
     def _length(self, segment: Segment) -> int:
-        """Statements of a segment."""
+        """Number of statements of a segment."""
         return len(segment.operations) + len(segment.stores)
 
     def _segment(self, segment: Segment) -> str:
@@ -125,7 +126,7 @@ class CutPrinter(OutputPrinter):
         if segment.condition is None:
             return f"    {{\n{text}    }}\n" if own or read else text
         asked = self.spelling.spelt(self._truth(segment.condition.value, self._outside(segment.condition.value)))
-        # Compilers cannot see that nothing takes these values elsewhere.
+        # Compilers cannot see that these values are used only under the same condition, and would warn.
         other = "".join(
             f"        {self._slot(index)} = {'false' if index in self._whole else self.spelling.number(0.0)};\n"
             for index in kept
@@ -134,7 +135,7 @@ class CutPrinter(OutputPrinter):
         return f"    if ({asked if segment.condition.holds else f'!{asked}'}) {{\n{text}    }}{missing}"
 
     def _uses(self, segment: Segment) -> dict[int, set[int]]:
-        """Operations of a segment that take a value; -1 stands for all that is outside of it."""
+        """Operations that use each value of a segment; -1 means any use outside of it."""
         own = set(segment.operations)
         stored = {value for target in segment.stores for value in self._needs[target]}
         taken = {argument for index in own for argument in self._arguments(index)}
@@ -146,7 +147,7 @@ class CutPrinter(OutputPrinter):
         }
 
     def _direct(self, segment: Segment) -> dict[int, str]:
-        """C of the inputs that one operation alone takes, and no store: they need no name of their own."""
+        """C code of the inputs that exactly one operation and no store uses, which need no variable of their own."""
         counted = Counter(argument for index in segment.operations for argument in self._arguments(index))
         stored = {value for target in segment.stores for value in self._needs[target]}
         texts = {
@@ -160,7 +161,7 @@ class CutPrinter(OutputPrinter):
         return {index: text for index, text in texts.items() if _PLAIN.fullmatch(text)}
 
     def _arguments(self, index: int) -> tuple[int, ...]:
-        """Values that a statement names: of a pick among inputs that are reached by number the number alone."""
+        """Values that a statement names; of a selection among indexed inputs only the index."""
         arguments = self.program.operations[index].arguments
         return arguments[:1] if index in self._gathers else arguments
 
@@ -170,11 +171,11 @@ class CutPrinter(OutputPrinter):
         return self.names(self._places()) | stored | crossing
 
     def _outside(self, index: int) -> dict[int, str]:
-        """Names of values where no input has been read."""
+        """Names of values where no input has been read yet."""
         operation = self.program.operations[index]
         own = {index: self.reach.taken(operation.constant)} if operation.name == "input" else {}
         return self._names(set()) | own
 
     def _slot(self, index: int) -> str:
-        """Where a value lies that crosses functions."""
+        """C code of the scratch element of a value that crosses functions."""
         return f"{'b' if index in self._whole else 'w'}[{self.layout.slots[index]}]"

@@ -1,8 +1,8 @@
-"""Delay lines of a step: those that remember the same numbers are one, read at several places.
+"""Delay lines of a step: lines that hold the same numbers are merged and read at several delays.
 
-A block that compares many delays of a signal holds a line for each of them. All are given the same number in every
-step, so that the longest holds what the others do. Lines of one family, such as one for each sensor, are the rows of
-an array with one place to write at.
+A block that compares many delays of a signal holds a delay line for each. All receive the same number in every
+step, so the longest contains all others. Lines of one family, such as one per sensor, are the rows of an array with
+a common write index.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ class Line:
     """An array of delay lines of one length.
 
     Args:
-        name: of C
-        rows: of the array
-        size: numbers of a row
+        name: in C
+        rows: number of rows
+        size: numbers per row
     """
 
     name: str
@@ -31,18 +31,18 @@ class Line:
 
     @property
     def declarator(self) -> str:
-        """Name and dimensions."""
+        """C declarator: name and dimensions."""
         return f"{self.name}[{self.size}]" if self.rows == 1 else f"{self.name}[{self.rows}][{self.size}]"
 
     def row(self, number: int) -> str:
-        """C of a row."""
+        """C code of a row."""
         return self.name if self.rows == 1 else f"{self.name}[{number}]"
 
     def place(self, row: int, delay: int) -> str:
-        """C of the number of some steps ago; of as many steps ago as the row is long it is written next.
+        """C code of the number from some steps ago; the oldest one lies where the next number is written.
 
         Args:
-            row: of the array
+            row: number of the row
             delay: steps, at most `size`
         """
         own = self.row(row)
@@ -56,10 +56,10 @@ class Lines:
     """All delay lines of a step.
 
     Args:
-        arrays: as C holds them
+        arrays: the delay lines as C arrays
         home: position of a delay line of the graph -> number of its array, and its row
         delays: length of every delay line of the graph
-        kept: the longest delay line of each row, which stands for all of it
+        kept: positions of the longest delay line of each row, which contains the others
     """
 
     arrays: tuple[Line, ...]
@@ -68,32 +68,33 @@ class Lines:
     kept: frozenset[int]
 
     def read(self, position: int) -> str:
-        """C of the oldest number of a delay line of the graph."""
+        """C code of the oldest number of a delay line of the graph."""
         array, row = self.home[position]
         return self.arrays[array].place(row, self.delays[position])
 
     def row(self, position: int) -> tuple[Line, str]:
-        """The array of a delay line of the graph, and C of its row."""
+        """Array of a delay line of the graph, and C code of its row."""
         array, row = self.home[position]
         return self.arrays[array], self.arrays[array].row(row)
 
     def written(self, position: int) -> str:
-        """C of the place that takes the next number of a delay line of the graph."""
+        """C code of the element that takes the next number of a delay line of the graph."""
         array, row = self.home[position]
         return self.arrays[array].place(row, self.arrays[array].size)
 
 
 def delay_lines(program: Program, initial: Program, rings: Sequence[tuple[str, int]]) -> Lines:
-    """The delay lines of a step.
+    """Merged delay lines of a step.
 
     Args:
         program: of the step
-        initial: of the first state
+        initial: program of the initial state
         rings: dotted name and length of every delay line of the graph
     """
     rows: dict[tuple[str, int, int], list[int]] = {}
     for position, (path, _) in enumerate(rings):
         pushed, first = program.outputs[PUSH, position], initial.outputs[PUSH, position]
+        # Equal initial contents are required too, else the merged line would differ until it is full.
         rows.setdefault((_family(path), pushed, first), []).append(position)
     families: dict[str, list[list[int]]] = {}
     for (family, _, _), own in rows.items():
@@ -108,7 +109,7 @@ def delay_lines(program: Program, initial: Program, rings: Sequence[tuple[str, i
 
 
 def pushed_once(program: Program, lines: Lines) -> Program:
-    """The step with one push for each row.
+    """Program of the step with a single push per row.
 
     Args:
         program: of the step

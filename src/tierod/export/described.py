@@ -1,4 +1,4 @@
-"""Unit, meaning and range of every leaf of a tree, from the annotations and docstrings of its classes."""
+"""Unit, meaning and range of every leaf of a tree, read from the annotations and docstrings of its classes."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ class Described(NamedTuple):
     """Description of a number.
 
     Args:
-        path: dotted
+        path: dotted name
         unit: in the notation of pint; "" for none
-        meaning: in words; "" where nothing is known
+        meaning: description in words; "" if unknown
         limits: range in words; "" for any value
-        holder: name of the class that has it as a field
+        holder: name of the class whose field it is
     """
 
     path: str
@@ -35,17 +35,17 @@ class Described(NamedTuple):
 
 
 def described(tree: Any, path: str = "") -> Iterator[Described]:
-    """Every leaf of a tree of NamedTuples, dataclasses and tuples, in order.
+    """Descriptions of every leaf of a tree of NamedTuples, dataclasses and tuples, in order.
 
     Args:
         tree: instance whose leaves are numbers
-        path: of the tree itself
+        path: dotted name of the tree itself
     """
     yield from _below(tree, Described(path), Meaning(type(tree), None, None))
 
 
 def of_signals(names: tuple[str, ...], tree: Any) -> tuple[Described, ...]:
-    """The inputs of a monitor: canonical signals as the catalogue describes them, others by their annotations.
+    """Descriptions of a monitor's inputs: canonical signals from the catalogue, others from their annotations.
 
     Args:
         names: dotted, in order
@@ -85,7 +85,7 @@ def _below(tree: Any, own: Described, means: Meaning) -> Iterator[Described]:
 
 
 def _fields(tree: Any) -> list[str] | None:
-    """Names of the parts; None for what has none."""
+    """Names of the parts of a tree; None for a leaf."""
     if isinstance(tree, tuple):
         return list(getattr(tree, "_fields", None) or map(str, range(len(tree))))
     if dataclasses.is_dataclass(tree) and not isinstance(tree, type):
@@ -95,7 +95,7 @@ def _fields(tree: Any) -> list[str] | None:
 
 @cache
 def meanings(kind: Hashable) -> dict[str, str]:
-    """Descriptions of the fields of a class, from "Args:" in its docstring."""
+    """Descriptions of the fields of a class, read from "Args:" in its docstring."""
     _, found, rest = inspect.cleandoc(kind.__doc__ or "").partition("Args:\n")
     texts: dict[str, str] = {}
     names: list[str] = []

@@ -1,4 +1,4 @@
-"""Inputs of a monitor from recordings, on its own grid."""
+"""Inputs of a monitor, read from recordings and resampled to its rate."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from tierod.vehicles.reading import read_by
 
 
 def inputs_from(subject: Subject, vehicle: Vehicle, source: Recording | str | Path) -> np.ndarray:
-    """Samples (n, inputs) of a recording; NaN where nothing was measured.
+    """Input samples (n, inputs) of a monitor from a recording; NaN where a signal is missing.
 
     Args:
-        subject: whose inputs they are
-        vehicle: whose databases and channel map read the file
-        source: a recording, or the path of one
+        subject: monitor that takes the inputs
+        vehicle: its databases and channel map decode the file
+        source: recording, or its path
 
     Raises:
-        InputError: the recording cannot be read, is empty, or has none of the inputs
+        InputError: the recording cannot be read, is empty, or contains none of the inputs
     """
     monitor, variant = find(subject.monitor, subject.variant)
     databases, used = read_by(vehicle)

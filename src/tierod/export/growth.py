@@ -1,8 +1,8 @@
-"""Sums in which a state's gain by tuning alone meets its small change first, so that single precision keeps both.
+"""Reordering of sums: the growth of a state is added to its change first, so that single precision keeps both.
 
-The variance of a Kalman filter becomes `(variance - gain) + growth`. In single precision either of both may be less
-than half of the last bit of the variance, so that each is rounded away, always to the same side: friction was 0.004 N m
-off on a drive in which it rises, and is 0.0002 N m off with `variance + (growth - gain)`, which is rounded once.
+The variance of a Kalman filter becomes `(variance - gain) + growth`. In single precision either term may be below half
+a unit in the last place of the variance and is then rounded away, always in the same direction. On a drive with rising
+friction the error was 0.004 N m; with `variance + (growth - gain)`, rounded once, it is 0.0002 N m.
 """
 
 from __future__ import annotations
@@ -13,11 +13,11 @@ from dataclasses import replace
 from tierod.core.graph.operations import STATE, Operation, Program, drop_unused, invariant_of
 
 _STATE_IN = {"fma": 2, "fnma": 2, "sub": 0}
-"""Operations that change a state, and which of their arguments it is."""
+"""Operations that change a state, and the position of the state among their arguments."""
 
 
 def growth_first(program: Program) -> Program:
-    """The program with what states gain by tuning alone added to their change, before it is added to the state.
+    """Program in which the parameter-dependent growth of a state is added to its change before both reach the state.
 
     Args:
         program: of a step
@@ -42,7 +42,7 @@ def growth_first(program: Program) -> Program:
 
 
 def _changed(program: Program, each: Operation, uses: Counter[int]) -> tuple[Operation, int] | None:
-    """The change of a state, used nowhere else, that a growth is added to, and that growth."""
+    """Change of a state that is used only in this sum, and the growth added to it; None for any other operation."""
     for first, growth in (each.arguments, each.arguments[::-1]) if each.name == "add" else ():
         change = program.operations[first]
         if (
@@ -61,6 +61,6 @@ def _is_state(program: Program, index: int) -> bool:
 
 
 def _is_growth(program: Program, index: int) -> bool:
-    """Whether a value follows from tuning alone, always or under a condition."""
+    """Whether a value depends on parameters only, possibly enabled by a condition."""
     operation = program.operations[index]
     return index in program.invariant or (operation.name == "if" and operation.arguments[1] in program.invariant)

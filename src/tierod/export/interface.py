@@ -1,4 +1,4 @@
-"""The structs of an export: how C reaches every number of sample, state, parameters, constants and output."""
+"""Structs of an export: C code that accesses every number of sample, state, parameters, constants and output."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from tierod.export.subject import Subject
 STATUS = "status"
 
 PARAMETER = 4
-"""Group of the parameters in what is worked out once: there they are inputs like others."""
+"""Group of the parameters in programs that run once, where parameters are inputs like others."""
 
 
 @dataclass(frozen=True)
@@ -30,8 +30,8 @@ class Options:
     Args:
         precision: of all numbers
         validity: whether a mask marks the valid inputs, in place of NaN
-        libm: whether functions such as the sine come from the C library, in place of the kernels' own
-        fused: whether a product with a sum is always rounded once, also where the target has no instruction for it
+        libm: whether functions such as the sine come from the C library, rather than the kernels' own
+        fused: whether multiply-add is always rounded once, even if the target has no instruction for it
     """
 
     precision: Precision = "single"
@@ -42,10 +42,10 @@ class Options:
 
 @dataclass(frozen=True)
 class Interface:
-    """Interface of the C of a subject, seen from outside.
+    """Interface of a subject's C code, as the caller sees it.
 
     Args:
-        subject: that is exported
+        subject: monitor to be exported
         options: of the export
     """
 
@@ -70,7 +70,7 @@ class Interface:
 
     @cached_property
     def stepped(self) -> Program:
-        """Program of one step as the graph has it; in single precision it sums small changes of a state first."""
+        """Simplified program of one step; in single precision with reordered sums (see `growth`)."""
         found = simplified(program(self.graph.function), self.initial, self.tuning)
         return growth_first(found) if self.options.precision == "single" else found
 
@@ -81,17 +81,17 @@ class Interface:
 
     @cached_property
     def program(self) -> Program:
-        """Program of one step, each row of the delay lines pushed once."""
+        """Program of one step, with a single push per row of the delay lines."""
         return pushed_once(self.stepped, self.lines)
 
     @cached_property
     def initial(self) -> Program:
-        """Program that sets the first state."""
+        """Program that sets the initial state."""
         return initial_program(self.subject.block)
 
     @cached_property
     def clocks(self) -> dict[int, Clock]:
-        """States kept as whole numbers of steps; none in double precision, which loses 1 ms in 100 hours at most."""
+        """States stored as whole numbers of steps; none in double precision, which drifts at most 1 ms in 100 hours."""
         return clocks(self.program, self.initial) if self.options.precision == "single" else {}
 
     # -- members -------------------------------------------------------------------------------------------------
@@ -113,13 +113,13 @@ class Interface:
 
     @cached_property
     def plain(self) -> tuple[tuple[int, ...], tuple[Member, ...]]:
-        """Positions of the states that are no clocks, and their members."""
+        """Positions of the states that are not clocks, and their members."""
         positions = tuple(k for k in range(len(self.graph.state)) if k not in self.clocks)
         return positions, members([self.graph.state[k] for k in positions])
 
     @cached_property
     def counted(self) -> dict[int, str]:
-        """Names of the clocks by their position."""
+        """C names of the clocks, by position."""
         return {k: f"{identifier(self.graph.state[k])}_steps" for k in self.clocks}
 
     @cached_property
@@ -129,7 +129,7 @@ class Interface:
 
     @property
     def statuses(self) -> tuple[int, ...]:
-        """Positions of the outputs that are codes of a status."""
+        """Positions of the outputs that are status codes."""
         return tuple(k for k, each in enumerate(self.subject.output) if is_status(each))
 
     # -- C of every number ---------------------------------------------------------------------------------------
@@ -142,19 +142,19 @@ class Interface:
 
     @cached_property
     def named(self) -> dict[tuple[str, int], str]:
-        """C of every number of sample, output and parameters, by the letter of its struct and its position."""
+        """C code of every number of sample, output and parameters, by the letter of its struct and its position."""
         groups = {"u": self.sample, "y": self.output, "p": self.parameters}
         return {(word, k): f"{word}->{text}" for word, all_ in groups.items() for k, text in enumerate(elements(all_))}
 
     def given(self, target: tuple[int, int]) -> str:
-        """C of an output of the program."""
+        """C code of an output of the program."""
         group, position = target
         if group == OUTPUT:
             return self.named["y", position]
         return self._state[position] if group == NEXT_STATE else self.lines.written(position)
 
     def taken(self, source: tuple[int, int]) -> str:
-        """C of an input of the program, as a number."""
+        """C code of an input of the program, as a number."""
         group, position = source
         if group in (TUNING, PARAMETER):
             return self.named["p", position]
@@ -173,7 +173,7 @@ class Interface:
         return f"(((u->valid & {self.prefix.upper()}_VALID_{self.bit(position)}) != 0U) ? {text} : (real)NAN)"
 
     def bit(self, position: int) -> str:
-        """Name of the bit of an input in the mask of valid ones."""
+        """Name of the bit that marks an input as valid."""
         return identifier(self.graph.sample[position]).upper()
 
     def _step(self, clock: Clock) -> str:
@@ -183,10 +183,10 @@ class Interface:
         return self.carried(self.program.carried().index(clock.step))
 
     def carried(self, slot: int) -> str:
-        """C of a value that depends on the parameters alone."""
+        """C code of a value that depends on parameters only."""
         return f"c->value[{slot}]"
 
 
 def is_status(each: Described) -> bool:
-    """Whether a number is the code of a status."""
+    """Whether a number is a status code."""
     return each.path.rpartition(".")[2] == STATUS and each.holder == "Statement"

@@ -1,4 +1,4 @@
-"""Loops over packs: which packs can be worked out turn by turn, and in which order loops and straight pieces follow."""
+"""Loops over packs: which packs a loop can compute iteration by iteration, and the order of their operations."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from tierod.export.packs import Pack
 
 @dataclass(frozen=True)
 class Cluster:
-    """Packs that are worked out together in one loop, since each turn takes what the turn before gave; or one pack.
+    """Packs computed together in one loop, because each iteration uses results of the previous one; or a single pack.
 
     Args:
-        packs: in the order of a turn
-        handed_on: columns that a turn takes from the turn before, and the members that they are from the second turn on
+        packs: packs in the order of one iteration
+        handed_on: columns taken from the previous iteration -> members that provide them from the second iteration on
     """
 
     packs: tuple[Pack, ...]
@@ -25,17 +25,17 @@ class Cluster:
 
     @property
     def turns(self) -> int:
-        """Of the loop."""
+        """Number of iterations."""
         return len(self.packs[0].members)
 
 
 def clusters(net: Net, given: Sequence[Pack], truths: Set[int]) -> list[Cluster]:
-    """Packs as loops can work them out; of those that wait for each other in a circle the smallest are left out.
+    """Clusters of packs that loops can compute; the smallest packs of a cyclic dependence are dropped.
 
     Args:
         net: of the program
         given: packs
-        truths: values that are 0 or 1
+        truths: logical values (0 or 1)
     """
     kept = list(given)
     while True:
@@ -45,6 +45,7 @@ def clusters(net: Net, given: Sequence[Pack], truths: Set[int]) -> list[Cluster]
         for numbers, alone in circles:
             made = _cluster(net, [kept[k] for k in numbers], truths) if alone else None
             if made is None:
+                # One pack per cycle and pass: without it the others may form a loop after all.
                 dropped.add(min(numbers, key=lambda k: (len(kept[k].members), -k)))
             else:
                 found.append(made)
@@ -54,7 +55,7 @@ def clusters(net: Net, given: Sequence[Pack], truths: Set[int]) -> list[Cluster]
 
 
 def _circles(net: Net, kept: Sequence[Pack], home: Mapping[int, int]) -> Iterable[tuple[list[int], bool]]:
-    """Packs that wait for each other, and whether nothing else is among them."""
+    """Packs that depend on each other cyclically, and whether the cycle consists of packs only."""
     from scipy.sparse import csr_matrix
     from scipy.sparse.csgraph import connected_components
 
@@ -76,7 +77,7 @@ def _circles(net: Net, kept: Sequence[Pack], home: Mapping[int, int]) -> Iterabl
 
 
 def _cluster(net: Net, own: Sequence[Pack], truths: Set[int]) -> Cluster | None:
-    """A loop over packs that wait for each other; None where a turn needs more than itself and the turn before."""
+    """Loop over mutually dependent packs; None where an iteration needs more than itself and the previous one."""
     turns = len(own[0].members)
     if any(len(pack.members) != turns for pack in own):
         return None
@@ -109,20 +110,20 @@ def is_truth(program: Program, index: int, truths: Set[int]) -> bool:
     """Whether a value is 0 or 1.
 
     Args:
-        program: that it belongs to
-        index: its number
-        truths: values that are known to be
+        program: that contains it
+        index: number of the value
+        truths: values known to be logical
     """
     operation = program.operations[index]
     return index in truths or is_constant(operation, 0.0) or is_constant(operation, 1.0)
 
 
 def ordered(numbers: Iterable[int], before: Mapping[int, Set[int]]) -> list[int] | None:
-    """Numbers so that each comes after those that are before it; None where they are in a circle.
+    """Topological order of numbers; None where they form a cycle.
 
     Args:
-        numbers: in the order that is kept where it may be
-        before: number -> those that come before it
+        numbers: in the preferred order
+        before: number -> numbers that must come before it
     """
     done: dict[int, bool] = {}
     found: list[int] = []

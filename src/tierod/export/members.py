@@ -1,4 +1,4 @@
-"""Names of C for dotted paths: members of structs, with arrays where a path ends in numbers."""
+"""C names for dotted paths: struct members, and arrays where the paths contain numbers."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Member(NamedTuple):
     """A member of a struct.
 
     Args:
-        name: of C
+        name: in C
         shape: of the array; () for a single number
         places: positions of its numbers in the flat order, row by row
     """
@@ -30,12 +30,12 @@ class Member(NamedTuple):
 
     @property
     def declarator(self) -> str:
-        """Name and dimensions."""
+        """C declarator: name and dimensions."""
         return self.name + "".join(f"[{size}]" for size in self.shape)
 
     @property
     def elements(self) -> tuple[str, ...]:
-        """C of every number, in the order of `places`."""
+        """C code of every number, in the order of `places`."""
         found = [self.name]
         for size in self.shape:
             found = [f"{each}[{k}]" for each in found for k in range(size)]
@@ -43,16 +43,16 @@ class Member(NamedTuple):
 
 
 def identifier(text: str) -> str:
-    """A name of C for any text."""
+    """A valid C identifier for any text."""
     name = re.sub(r"\W+", "_", text, flags=re.ASCII).strip("_").lower() or "value"
     return f"{name}_" if name in KEYWORDS else f"n{name}" if name[0].isdigit() else name
 
 
 def members(paths: Sequence[str]) -> tuple[Member, ...]:
-    """Members of a struct for dotted paths; numbers in a path are places in an array where none is lacking.
+    """Members of a struct for dotted paths; numbers in a path become array indices where the array is complete.
 
     Args:
-        paths: in the flat order; each one once
+        paths: in the flat order, without repetition
     """
     groups: dict[str, list[tuple[tuple[int, ...], int]]] = {}
     for place, path in enumerate(paths):
@@ -69,13 +69,13 @@ def members(paths: Sequence[str]) -> tuple[Member, ...]:
 
 
 def elements(found: Sequence[Member]) -> tuple[str, ...]:
-    """C of every number in the flat order."""
+    """C code of every number, in the flat order."""
     named = {place: text for each in found for place, text in zip(each.places, each.elements, strict=True)}
     return tuple(named[place] for place in range(len(named)))
 
 
 def _parted(path: str) -> tuple[str, tuple[int, ...]]:
-    """Path without the numbers in it, and these; a path begins with a name."""
+    """Path without its numbers, and these numbers; a path begins with a name."""
     first, *parts = path.split(".")
     return ".".join([first, *(part for part in parts if not part.isdigit())]), tuple(
         int(part) for part in parts if part.isdigit()
@@ -83,9 +83,9 @@ def _parted(path: str) -> tuple[str, tuple[int, ...]]:
 
 
 def _shape(indices: Sequence[tuple[int, ...]]) -> tuple[int, ...] | None:
-    """Shape of the array that holds exactly these, in this order; None where there is none.
+    """Shape of the array that holds exactly these indices in this order; None where there is no such array.
 
-    Rows of different length lie one after the other.
+    Rows of unequal length are joined into a one-dimensional array.
     """
     if len({len(each) for each in indices}) != 1 or list(indices) != sorted(set(indices)):
         return None
@@ -98,7 +98,7 @@ def _shape(indices: Sequence[tuple[int, ...]]) -> tuple[int, ...] | None:
 
 
 def _distinct(found: Sequence[Member]) -> list[Member]:
-    """The same, none named like another."""
+    """Members with distinct names; repeated names get a number."""
     taken: set[str] = set()
     distinct = []
     for each in found:

@@ -1,7 +1,7 @@
-"""Selections that share a condition as one branch, with the operations that one side of them alone needs.
+"""Selections with a common condition as one branch, together with the operations that only one side needs.
 
-The kernels choose between values that are both worked out. A control unit counts instructions: it works out what was
-chosen, and reads the state that was.
+The kernels compute both alternatives of a selection. A control unit counts instructions, so its code computes only the
+chosen alternative and otherwise keeps the stored state.
 """
 
 from __future__ import annotations
@@ -14,19 +14,19 @@ from tierod.core.graph.branches import Condition
 from tierod.core.graph.operations import Program
 
 FEWEST = 2
-"""Operations and reads that a branch leaves out at least."""
+"""Fewest operations and reads that a branch must save."""
 
 SELECTIONS = ("select", "if")
 
 
 @dataclass(frozen=True)
 class Nested:
-    """Selections under one condition.
+    """Selections with a common condition.
 
     Args:
-        condition: number of the value that is asked
-        chosen: number of every selection -> its values where the condition holds and where it does not; None for zero
-        sides: operations that the selections need where it holds, and where it does not, in order
+        condition: number of the tested value
+        chosen: number of every selection -> its values for a true and for a false condition; None for zero
+        sides: operations needed only for a true and only for a false condition, in order
     """
 
     condition: int
@@ -35,12 +35,12 @@ class Nested:
 
 
 def nested(program: Program, operations: Sequence[int], uses: Mapping[int, Set[int]]) -> Iterator[int | Nested]:
-    """Operations of a segment in order, those that one side of a selection alone needs within a branch.
+    """Operations of a segment in order, with those that only one side of a selection needs inside branches.
 
     Args:
-        program: that they belong to
+        program: that contains them
         operations: their numbers, in order
-        uses: operations that take a value; -1 among them for what is stored, or taken by another segment
+        uses: operations that use each value; -1 means a store or a use by another segment
     """
     place = dict(zip(operations, count()))
     groups: dict[int, list[int]] = {}
@@ -59,7 +59,7 @@ def nested(program: Program, operations: Sequence[int], uses: Mapping[int, Set[i
             taken.update(made.chosen, *made.sides)
     chosen = {each for branch in found.values() for each in branch.chosen}
     values = {each for branch in found.values() for pair in branch.chosen.values() for each in pair}
-    # A negation that is asked alone needs no value beside the branch; one that is chosen is a value as any other.
+    # A negation used only as a condition needs no variable; one that is also selected is a value like any other.
     asked: set[int] = set()
     for index in reversed(operations):
         if program.operations[index].name == "not" and uses[index] <= chosen | asked and index not in values:
@@ -72,9 +72,9 @@ def nested(program: Program, operations: Sequence[int], uses: Mapping[int, Set[i
 
 
 def is_presence(program: Program, index: int) -> bool:
-    """Whether a value is asked for being finite that is no input of the sample.
+    """Whether a value tests the finiteness of a value that is not an input of the sample.
 
-    Such a value is always there while the monitor holds its inputs, so that no run would reach the branch.
+    Such a value is always finite while the monitor holds its inputs, so no run would cover the branch.
     """
     operations = program.operations
     while operations[index].name == "not":
@@ -94,7 +94,7 @@ def _branch(
     uses: Mapping[int, Set[int]],
     taken: Set[int],
 ) -> Nested | None:
-    """A branch where the first of the selections stands; None where it leaves out too little."""
+    """Branch at the position of the first selection; None where it would save too little."""
     kept = list(selections)
     while True:
         chosen = {each: _values(program, each, place) for each in kept}
@@ -116,7 +116,7 @@ def _branch(
 
 
 def _asked(program: Program, selection: int, place: Mapping[int, int]) -> Condition:
-    """The condition of a selection without the negations that are worked out in the same segment."""
+    """Condition of a selection, with the negations computed in the same segment removed."""
     value, holds = program.operations[selection].arguments[0], True
     while value in place and program.operations[value].name == "not":
         value, holds = program.operations[value].arguments[0], not holds
@@ -136,7 +136,7 @@ def _sides(
     uses: Mapping[int, Set[int]],
     taken: Set[int],
 ) -> tuple[set[int], set[int]]:
-    """Operations whose values nothing takes but one side of the selections."""
+    """Operations whose values only one side of the selections uses."""
     sides: tuple[set[int], set[int]] = (set(), set())
     last = max(place[each] for each in chosen)
     for index in sorted(place, key=place.__getitem__, reverse=True):
@@ -165,7 +165,7 @@ def _ready(
     place: Mapping[int, int],
     first: int,
 ) -> bool:
-    """Whether a selection can be made where the first one stands."""
+    """Whether a selection can be computed at the position of the first one."""
     for side, value in zip(sides, chosen[selection], strict=True):
         waiting = [value] if value is not None else []
         while waiting:

@@ -1,4 +1,4 @@
-"""A step with what it puts away as operations, and what each of them waits for."""
+"""Dependency graph of a step: stores as operations, and the operations that each one depends on."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from tierod.core.graph.operations import NEXT_STATE, PUSH, RING, STATE, Operation, Program
 
 STORE, CLOCK = "store", "clock"
-"""An output that is put away, as an operation on its value, or on the conditions on which a clock counts."""
+"""Operations that store an output: STORE takes its value, CLOCK the conditions on which a clock counts."""
 
 Target = tuple[int, int]
 """(group, position) of an output."""
@@ -16,12 +16,12 @@ Target = tuple[int, int]
 
 @dataclass(frozen=True)
 class Net:
-    """Operations and stores of a step.
+    """Operations and stores of a step with their dependencies.
 
     Args:
         program: with its stores as operations
-        needed: operations that stores rest on, stores among them
-        after: store -> operations that read what it overwrites
+        needed: stores, and the operations on which they depend
+        after: store -> operations that read the old value which it overwrites
     """
 
     program: Program
@@ -29,28 +29,28 @@ class Net:
     after: Mapping[int, Set[int]]
 
     def is_work(self, index: int) -> bool:
-        """Whether something is worked out or put away in every step."""
+        """Whether an operation is executed in every step."""
         return index in self.needed
 
     def awaited(self, index: int) -> set[int]:
-        """Work that comes before an operation."""
+        """Executed operations that must precede an operation."""
         return {each for each in self.program.operations[index].arguments if each in self.needed} | set(
             self.after.get(index, ())
         )
 
     def target(self, index: int) -> Target | None:
-        """The output that an operation puts away; None for one that does not."""
+        """Output that an operation stores; None for any other operation."""
         operation = self.program.operations[index]
         target: Target | None = operation.constant if operation.name in (STORE, CLOCK) else None
         return target
 
 
 def net_of(program: Program, needs: Mapping[Target, Set[int]], counted: Set[Target]) -> Net:
-    """A step with its stores.
+    """Dependency graph of a step.
 
     Args:
         program: of the step
-        needs: values that the storing of every output takes
+        needs: values that the store of each output uses
         counted: outputs that are clocks
     """
     operations = list(program.operations)
@@ -64,11 +64,11 @@ def net_of(program: Program, needs: Mapping[Target, Set[int]], counted: Set[Targ
 
 
 def linked(program: Program, stores: Iterable[int]) -> Net:
-    """A net of operations among which stores are already.
+    """Dependency graph of a program that contains its stores already.
 
     Args:
-        program: with its stores
-        stores: their numbers
+        program: with its stores as operations
+        stores: numbers of these operations
     """
     operations = program.operations
     work: set[int] = set()

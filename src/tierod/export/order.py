@@ -1,4 +1,4 @@
-"""Order the operations of a step so that what is worked out is taken soon: a control unit has few registers."""
+"""Order of the operations of a step in which values are used soon after they are computed, to save registers."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from tierod.core.graph.operations import Program
 
 
 def soon_taken(program: Program, parts: Sequence[Branch]) -> list[Branch]:
-    """The same operations and branches, each as late as what is stored asks for it, one output after the other.
+    """The same operations and branches, ordered output by output and each as late as possible.
 
     Args:
-        program: that they belong to
-        parts: all its operations, so ordered that each comes after what it needs
+        program: that contains them
+        parts: all its operations, each after those that it depends on
     """
     home = {index: number for number, part in enumerate(parts) for index in part.operations}
     found = _Sorted(program, parts, home)
@@ -23,7 +23,7 @@ def soon_taken(program: Program, parts: Sequence[Branch]) -> list[Branch]:
 
 
 class _Sorted:
-    """Parts in the order in which they are taken."""
+    """Operations in the order of their use."""
 
     def __init__(self, program: Program, given: Sequence[Branch], home: dict[int, int]):
         self.program, self.given, self.home = program, given, home
@@ -38,7 +38,7 @@ class _Sorted:
                 self._users.setdefault(each, set()).add(index)
 
     def take(self, value: int) -> None:
-        """Work out a value, and before it what it needs; the longest way first."""
+        """Append a value after everything it depends on, the most expensive dependency first."""
         waiting = [(value, False)]
         while waiting:
             index, ready = waiting.pop()
@@ -59,7 +59,7 @@ class _Sorted:
             waiting += [(each, False) for each in sorted(open_, key=lambda each: (self._work[each], each))]
 
     def _follow(self, together: Sequence[int]) -> None:
-        """Work out at once what is the last to take a value, so that no more values wait than before."""
+        """Append at once each operation that is the last to use a value, which frees a register."""
         waiting = list(together)
         while waiting:
             index = waiting.pop()
@@ -80,4 +80,4 @@ class _Sorted:
 
 
 _MUCH = 1 << 30
-"""Beyond which more work is not counted: shared values count once for each that takes them."""
+"""Limit of the cost estimate, which counts shared values once per use and would otherwise grow exponentially."""

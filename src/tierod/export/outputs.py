@@ -1,4 +1,4 @@
-"""Print what a step puts away: numbers, codes, and clocks, which count steps."""
+"""Printing of stores: numbers, codes, and clocks, which count steps."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from tierod.export.statements import Body, Group, StatementPrinter
 
 
 class OutputPrinter(StatementPrinter):
-    """Statements and stores of one program.
+    """Printer of the statements and stores of one program.
 
     Args:
-        body: to be printed
-        clocks: states that are kept as whole numbers of steps
+        body: program to be printed
+        clocks: states stored as whole numbers of steps
     """
 
     def __init__(self, body: Body, clocks: Mapping[int, Clock]):
         super().__init__(body)
         self.clocks = clocks
-        # What a clock counts by is read from the step as it was given, which loops may write otherwise.
+        # Clock increments are read from the original program, because rolling it into loops may rewrite it.
         self.meant = self.program
 
     def _stored(self, target: Group, named: dict[int, str], indent: str) -> str:
@@ -36,11 +36,11 @@ class OutputPrinter(StatementPrinter):
     # -- clocks --------------------------------------------------------------------------------------------------
 
     def _stays(self, target: Group) -> bool:
-        """Whether a state is what it was."""
+        """Whether a state keeps its value."""
         return target[0] == NEXT_STATE and is_own(self.program, self.program.outputs[target], target[1])
 
     def _readable(self, needs: Mapping[Group, set[int]]) -> frozenset[Group]:
-        """Outputs that hold a number as it was worked out: no clocks, truths, codes and delay lines."""
+        """Outputs from which a computed number can be read back: no clocks, logical values, codes or delay lines."""
         return frozenset(
             target
             for target in needs
@@ -54,7 +54,7 @@ class OutputPrinter(StatementPrinter):
         return target[0] == NEXT_STATE and target[1] in self.clocks
 
     def _count(self, index: int, position: int, named: dict[int, str]) -> str:
-        """The next number of steps of a clock."""
+        """C code of the next step count of a clock."""
         operation, own = self.meant.operations[index], self.reach.given((NEXT_STATE, position))
         if operation.name in ("select", "if"):
             first = self._count(operation.arguments[1], position, named)
@@ -63,11 +63,12 @@ class OutputPrinter(StatementPrinter):
         more = added(self.meant, index, position)
         if more is not None:
             asked = "" if more.condition is None else f"{self._truth(more.condition, named)} && "
+            # The count saturates, because an overflow would restart the clock.
             return f"(({asked}({own} < UINT32_MAX)) ? ({own} + 1U) : {own})"
         return own if is_own(self.meant, index, position) else "0U"
 
     def _needed(self, target: Group) -> set[int]:
-        """Values that the storing of an output takes: of a clock the conditions on which its next number depends."""
+        """Values that the store of an output uses; for a clock, the conditions on which its next count depends."""
 
         def conditions(index: int) -> set[int]:
             operation = self.meant.operations[index]

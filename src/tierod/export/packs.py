@@ -1,9 +1,9 @@
-"""Operations of a step that do the same with other operands: what a loop over hypotheses, sensors or delays left.
+"""Packs: operations of a step that differ only in their operands, as unrolled loops over hypotheses or sensors do.
 
-A graph is traced through Python's loops, so that what is done for each of fifty hypotheses stands in it fifty times.
-Packs are found from families of inputs and outputs, whose names differ in one part (`weights.fast.7`): operations that
-take members of a family, or give them, and are of one kind form a pack, and so do theirs in turn. A pack is found
-where it is; that its operations are of one kind is all that is taken for granted.
+Tracing a graph unrolls Python's loops, so the operations for fifty hypotheses occur fifty times. The search for packs
+starts from families of inputs and outputs, whose names differ in one part (`weights.fast.7`): operations of one kind
+that take or give members of a family form a pack, and the operations next to them do so in turn. Only the kind of the
+operations is assumed to be equal.
 """
 
 from __future__ import annotations
@@ -18,22 +18,22 @@ from tierod.core.graph.operations import Operation
 from tierod.export.net import CLOCK, Net
 
 FEWEST = 4
-"""Operations of a pack: of fewer a loop takes as much text as they do."""
+"""Fewest operations of a pack; with fewer, a loop is no shorter than straight code."""
 
 INTERCHANGEABLE = frozenset(["add", "mul", "and", "or", "eq", "ne", "fma", "fms", "fnma"])
-"""Operations whose first two arguments may change places without changing a bit."""
+"""Operations whose first two arguments can be swapped without changing a bit of the result."""
 
 ALONE = frozenset(["pick", CLOCK])
-"""Operations that are in no pack."""
+"""Operations that never belong to a pack."""
 
 
 @dataclass(frozen=True)
 class Pack:
-    """Operations of one kind, one for each turn of a loop.
+    """Operations of one kind, one for each iteration of a loop.
 
     Args:
-        members: their numbers, in the order of the turns
-        arguments: of each, so ordered that those of one column stand for the same
+        members: numbers of the operations, in the order of the iterations
+        arguments: of each operation, in an order in which corresponding arguments form a column
     """
 
     members: tuple[int, ...]
@@ -41,17 +41,17 @@ class Pack:
 
     @property
     def columns(self) -> tuple[tuple[int, ...], ...]:
-        """Arguments of all members, place by place."""
+        """Corresponding arguments of all members, one tuple per argument position."""
         return tuple(zip(*self.arguments, strict=True))
 
 
 def packs(net: Net, groups: Iterable[Sequence[int]], truths: Set[int]) -> list[Pack]:
-    """Packs of a program, each operation in one at most.
+    """Packs of a program; each operation belongs to at most one.
 
     Args:
         net: of the program
         groups: families of inputs and outputs, as numbers of operations
-        truths: values that are 0 or 1, which a pack does not mix with others
+        truths: logical values (0 or 1), which a pack does not mix with numbers
     """
     finder = _Finder(net, truths)
     for family in groups:
@@ -61,7 +61,7 @@ def packs(net: Net, groups: Iterable[Sequence[int]], truths: Set[int]) -> list[P
 
 
 def families(named: Mapping[str, int]) -> list[list[int]]:
-    """Numbers whose names are alike but for one part, or for whole numbers in them.
+    """Groups of numbers whose names differ in one part only, or in their whole numbers only.
 
     Args:
         named: dotted name -> number
@@ -77,7 +77,7 @@ def families(named: Mapping[str, int]) -> list[list[int]]:
 
 
 class _Finder:
-    """Packs, the largest first."""
+    """Search for packs, the largest first."""
 
     def __init__(self, net: Net, truths: Set[int]):
         self.net, self.program, self.truths = net, net.program, truths
@@ -87,6 +87,7 @@ class _Finder:
         self._turn = count()
         self._users: dict[int, list[tuple[int, int]]] = defaultdict(list)
         self._before: list[int] = []
+        # Predecessors as bit sets: independence of a whole group is then a single AND per member.
         for index, operation in enumerate(self.program.operations):
             before = 0
             for place, argument in enumerate(operation.arguments):
@@ -96,16 +97,17 @@ class _Finder:
             self._before.append(before)
 
     def begin(self, family: tuple[int, ...]) -> None:
-        """Look for packs among the members of a family, and among what takes them."""
+        """Add candidates among the members of a family and the operations that use them."""
         self._put(family)
         self._forward(family)
 
     def work_off(self) -> None:
-        """Form packs as long as there are candidates."""
+        """Form packs until no candidates remain."""
         while self._waiting:
             size, _, candidates = heapq.heappop(self._waiting)
             groups = self._groups(candidates)
             largest = max(map(len, groups), default=0)
+            # Packs found since then have shrunk this group, so it is queued again under its present size.
             if 0 < largest < -size:
                 self._put(candidates)
             else:
@@ -113,7 +115,7 @@ class _Finder:
                     self._form(group)
 
     def _groups(self, candidates: Sequence[int]) -> list[list[int]]:
-        """Candidates of one kind that stand once each and are in no pack yet."""
+        """Candidates of one kind that occur once and belong to no pack yet."""
         often = Counter(candidates)
         groups: dict[object, list[int]] = defaultdict(list)
         for index in candidates:
@@ -145,7 +147,7 @@ class _Finder:
         return all(self._before[later] >> index & 1 for index, later in pairwise(group))
 
     def _aligned(self, group: Sequence[int]) -> Iterable[tuple[int, ...]]:
-        """Arguments of each, the first two so that they are most like those of the first."""
+        """Arguments of each member, the first two swapped where that makes them more similar to the first member's."""
         model = self.program.operations[group[0]].arguments
         for index in group:
             first, *rest = self.program.operations[index].arguments
@@ -165,7 +167,7 @@ class _Finder:
         )
 
     def _forward(self, group: Sequence[int]) -> None:
-        """Candidates among what takes the members: those that take them alike, member by member."""
+        """Add candidates among the users of the members: operations that use each member in the same way."""
         table: dict[object, dict[int, list[int]]] = defaultdict(lambda: defaultdict(list))
         for index in group:
             for user, place in self._users[index]:
@@ -178,7 +180,7 @@ class _Finder:
                 self._put(tuple(takers[each][rank] for each in group if len(takers.get(each, ())) > rank))
 
     def _kind(self, operation: Operation, index: int) -> tuple[object, ...]:
-        """Name of an operation, of what it takes, and of what takes it."""
+        """Name of an operation, of its arguments' operations, and of its users' operations."""
         operations, fixed = self.program.operations, self.program.invariant
         taken = ["" if each in fixed else operations[each].name for each in operation.arguments]
         if operation.name in INTERCHANGEABLE:

@@ -1,4 +1,4 @@
-"""A step rolled up: packs in loops, straight pieces between them, and where the values lie that cross them."""
+"""A step rolled into loops: packs in loops, straight pieces between them, and storage of values crossing them."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tierod.export.schedule import Loop, Part, arranged
 from tierod.export.segments import pieces
 
 WORTH = 24
-"""Operations of a loop from which it takes less text than they do one after the other."""
+"""Fewest operations of a loop; with fewer, straight code is shorter."""
 
 
 @dataclass(frozen=True)
@@ -22,9 +22,9 @@ class Rolled:
     """A step as loops and straight pieces.
 
     Args:
-        net: of the program, whose loops take nothing but what they reach by the number of a turn
-        truths: values that are 0 or 1
-        parts: in order
+        net: of the program; its loops use only values that the iteration number can address
+        truths: logical values (0 or 1)
+        parts: in order of execution
     """
 
     net: Net
@@ -39,17 +39,18 @@ def rolled(
     reached: Callable[[int], str],
     longest: int,
 ) -> Rolled:
-    """A step with its packs in loops.
+    """A step with its packs rolled into loops.
 
     Args:
         net: of the program
-        families: see `packs`
-        truths: values that are 0 or 1
-        reached: C of an input, of a value that depends on tuning alone, or of the place of a store
-        longest: operations of the body of a loop
+        families: families of inputs and outputs, see `packs`
+        truths: logical values (0 or 1)
+        reached: C code of an input, of a value that depends on parameters only, or of the destination of a store
+        longest: largest number of operations of a loop body
     """
     found = packs(net, families, truths)
     while True:
+        # Without a small pack the others may join differently, so loops are formed again until none is small.
         kept = [_put_away(net, each, reached) for each in found]
         made = clusters(net, [each for each in kept if each is not None], truths)
         parts = arranged(net, made, longest)
@@ -74,14 +75,14 @@ def rolled(
 
 
 def _put_away(net: Net, pack: Pack, reached: Callable[[int], str]) -> Pack | None:
-    """A pack as it is; None for stores whose places a loop cannot reach by the number of a turn."""
+    """The pack itself; None for stores whose destinations the iteration number cannot address."""
     if net.target(pack.members[0]) is None:
         return pack
     return pack if columns_of([reached(index) for index in pack.members]) is not None else None
 
 
 class _Copier:
-    """Copies of what a loop cannot reach by the number of a turn: they lie side by side."""
+    """Copies, into adjacent scratch elements, of values that the iteration number cannot address."""
 
     def __init__(self, net: Net, truths: frozenset[int], reached: Callable[[int], str]):
         self._net, self._reached = net, reached
@@ -90,12 +91,12 @@ class _Copier:
         self._copies: dict[tuple[int, bool], int] = {}
 
     def net(self) -> Net:
-        """The net with the copies."""
+        """Net with the copies."""
         program = replace(self._net.program, operations=tuple(self._operations))
         return linked(program, [index for index in self._net.needed if self._net.target(index) is not None])
 
     def reachable(self, cluster: Cluster) -> Cluster:
-        """A cluster that takes copies where it has to."""
+        """A cluster that uses copies where necessary."""
         made = []
         for pack in cluster.packs:
             columns = [each if each in cluster.handed_on else self._column(each) for each in pack.columns]
@@ -106,7 +107,7 @@ class _Copier:
         return replace(cluster, packs=tuple(made))
 
     def _column(self, column: tuple[int, ...]) -> tuple[int, ...]:
-        """A column of arguments that all lie in arrays."""
+        """A column of arguments that an iteration number can address."""
         alike = {self._lies(index) for index in column}
         if len(set(column)) == 1 or (len(alike) == 1 and self._is_reached(column, alike.pop())):
             return column
@@ -115,7 +116,7 @@ class _Copier:
         return tuple(index if self._lies(index) == wanted else self._copy(index, truth) for index in column)
 
     def _lies(self, index: int) -> str:
-        """Where a value lies."""
+        """Storage of a value: the scratch array of its kind, a constant, or outside."""
         if self._net.is_work(index) or index >= len(self._net.program.operations):
             return "truth" if index in self.truths else "number"
         return "constant" if self._operations[index].name == "constant" else "outside"
@@ -136,7 +137,7 @@ class _Copier:
 
 
 def outside(loop: Loop) -> list[tuple[int, ...]]:
-    """Columns that a loop takes from elsewhere, each once.
+    """Columns that a loop takes from other parts, each once.
 
     Args:
         loop: with its packs
@@ -147,7 +148,7 @@ def outside(loop: Loop) -> list[tuple[int, ...]]:
 
 
 def taken(net: Net, part: Part) -> set[int]:
-    """Values that a part takes from others.
+    """Values that a part takes from other parts.
 
     Args:
         net: of the program
@@ -161,12 +162,12 @@ def taken(net: Net, part: Part) -> set[int]:
 
 
 def places(step: Rolled) -> tuple[dict[int, int], tuple[int, int]]:
-    """Place of every value that crosses parts in the scratch array of its kind, and the sizes of both arrays.
+    """Scratch element of every value that crosses parts, and the sizes of both scratch arrays.
 
-    What a loop gives or takes turn by turn lies side by side as far as it may.
+    Values that a loop computes or uses iteration by iteration are stored adjacently where possible.
 
     Args:
-        step: rolled up
+        step: rolled into loops
     """
     home = {index: number for number, part in enumerate(step.parts) for index in worked(part)}
     last: dict[int, int] = {}
@@ -195,7 +196,7 @@ def worked(part: Part) -> Iterable[int]:
 
 
 def _free(until: Sequence[int], count: int, begun: int) -> int:
-    """The first of so many places side by side that are free from a part on; they may reach beyond the end."""
+    """First of `count` adjacent elements that are free from a part on; they may extend beyond the present end."""
     first = 0
     for place, ended in enumerate(until):
         if place - first == count:
@@ -206,7 +207,7 @@ def _free(until: Sequence[int], count: int, begun: int) -> int:
 
 
 def _bundles(step: Rolled, home: Mapping[int, int], last: Mapping[int, int]) -> list[tuple[int, ...]]:
-    """Values that lie side by side."""
+    """Groups of values that are stored adjacently."""
     found: list[tuple[int, ...]] = []
     done: set[int] = set()
 
@@ -230,12 +231,12 @@ def _bundles(step: Rolled, home: Mapping[int, int], last: Mapping[int, int]) -> 
 
 
 def is_kept_at_the_end(loop: Loop, pack: Pack, crossing: Set[int] | Mapping[int, int]) -> bool:
-    """Whether of what a pack gives the last alone is taken elsewhere, which the loop hands on to its end.
+    """Whether only the last value of a pack is used outside its loop, where the hand-over variable still holds it.
 
     Args:
-        loop: that holds it
+        loop: that contains the pack
         pack: of the loop
-        crossing: values that are taken elsewhere
+        crossing: values used in other parts
     """
     others = any(index in crossing for index in pack.members[:-1])
     return not others and pack.members in loop.handed_on.values()

@@ -1,4 +1,4 @@
-"""Print a step rolled up: what is done for each hypothesis, sensor or delay as loops, the rest as functions."""
+"""Printing of a rolled step: operations repeated per hypothesis, sensor or delay as loops, the rest as functions."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ from tierod.export.statements import Body, Reach, StatementPrinter, halves, hexa
 _VALUE = re.compile(r"(?<![\w>.])v(\d+)\b")
 
 LARGEST = 1 << 16
-"""Whole number up to which the number of a turn may be added to it: it is exact in single precision."""
+"""Largest whole number to which an iteration number is added; such sums are exact in single precision."""
 
 ROLE = 5
-"""Group of what the turns of a loop take from elsewhere: in the program of one turn they are inputs."""
+"""Group of the values that an iteration takes from elsewhere, which are inputs of its program."""
 
 
 Rolling = Mapping[str, Mapping[Target, str]]
-"""Dotted names of inputs and outputs, by which loops are found: "input" and "output" -> place -> name."""
+"""Dotted names of inputs and outputs, from which loops are found: "input" and "output" -> position -> name."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class LoopSegment(Segment):
     """Operations of a loop.
 
     Args:
-        loop: in which they stand
+        loop: that contains them
     """
 
     loop: Loop = field(kw_only=True)
@@ -48,12 +48,12 @@ class LoopSegment(Segment):
 
 @dataclass(frozen=True)
 class Turn:
-    """One turn of a loop as a program.
+    """One iteration of a loop as a program.
 
     Args:
         printer: of its statements
-        texts: C of what it takes from elsewhere, by the number of the value
-        values: number of the value of every pack, by its members
+        texts: C code of the values taken from elsewhere, by the number of the value
+        values: number of the value of every pack, by the pack's members
     """
 
     printer: StatementPrinter
@@ -62,11 +62,11 @@ class Turn:
 
 
 class RolledPrinter(CutPrinter):
-    """One program as loops and functions; its numbers equal those of `CutPrinter` to the last bit.
+    """Printer of one program as loops and functions, numerically equal to `CutPrinter` to the last bit.
 
     Args:
         body, clocks, longest: see `CutPrinter`
-        rolling: names by which loops are found
+        rolling: names from which loops are found
     """
 
     def __init__(self, body: Body, clocks: Mapping[int, Clock], rolling: Rolling, longest: int = LONGEST):
@@ -106,7 +106,7 @@ class RolledPrinter(CutPrinter):
         return Layout(tuple(segments), slots, {}, sizes)
 
     def _reached(self, operations: Sequence[Operation], index: int) -> str:
-        """C of an input, of a value that depends on tuning alone, or of the place of a store with its type."""
+        """C code of an input, of a value depending on parameters only, or of a store's destination with its type."""
         operation = operations[index]
         if operation.name == STORE:
             return f"{self.reach.types.get(operation.constant, '')} {self.reach.given(operation.constant)}"
@@ -125,7 +125,7 @@ class RolledPrinter(CutPrinter):
     # -- loops ---------------------------------------------------------------------------------------------------
 
     def _looped(self, loop: Loop) -> str:
-        """C of one loop with its tables."""
+        """C code of one loop with its tables."""
         tables = Tables(self._table)
         handed = {column: f"h{number}" for number, column in enumerate(loop.handed_on)}
         turn = self._turn(loop, tables, handed)
@@ -146,13 +146,13 @@ class RolledPrinter(CutPrinter):
                 place = tables.indexed([self._slot(index) for index in pack.members])
                 ends.append(f"{indent}{place} = v{turn.values[pack.members]};\n")
         begun, left = self._handed(loop, handed, turn, ends, indent)
-        # Values of a turn are no values of the step, whose numbers begin with v.
+        # Values of an iteration are renamed from v to r, because v numbers denote values of the whole step.
         body = _VALUE.sub(r"r\1", "".join(lines + ends))
         head = f"        for (uint16_t i = 0U; i < {loop.turns}U; i++) {{\n"
         return f"    {{\n{tables.text}{begun}{head}{body}        }}\n{left}    }}\n"
 
     def _turn(self, loop: Loop, tables: Tables, handed: Mapping[tuple[int, ...], str]) -> Turn:
-        """The program of one turn: what it takes from elsewhere are its inputs."""
+        """Program of one iteration, whose inputs are the values taken from elsewhere."""
         operations: list[Operation] = []
         numbers: dict[tuple[int, ...], int] = {}
         texts: dict[int, str] = {}
@@ -179,7 +179,7 @@ class RolledPrinter(CutPrinter):
         return Turn(printer, texts, numbers)
 
     def _from(self, column: Sequence[int], tables: Tables) -> str:
-        """C of what a turn takes from elsewhere."""
+        """C code of the value that an iteration takes from elsewhere."""
         operations = self.program.operations
         if operations[column[0]].name == "constant":
             return self._numbers([float(operations[index].constant) for index in column], tables)
@@ -187,7 +187,7 @@ class RolledPrinter(CutPrinter):
         return texts[0] if len(set(column)) == 1 else tables.indexed(texts)
 
     def _numbers(self, values: Sequence[float], tables: Tables) -> str:
-        """C of the constant of a turn; whole numbers that follow each other come from the number of the turn."""
+        """C code of the constant of an iteration; consecutive whole numbers are computed from the iteration number."""
         first = values[0]
         follow = all(value == first + turn for turn, value in enumerate(values))
         if follow and first.is_integer() and math.copysign(1.0, first) > 0.0 and first < LARGEST:
@@ -195,7 +195,7 @@ class RolledPrinter(CutPrinter):
         return tables.at(self.spelling.real, [self.spelling.number(value) for value in values])
 
     def _worked(self, turn: Turn, pack: Pack, tables: Tables, indent: str) -> str:
-        """C of one value of a turn."""
+        """C code of one value of an iteration."""
         index, operations = turn.values[pack.members], self.program.operations
         if operations[pack.members[0]].name == MEMBER:
             (number,) = turn.printer.program.operations[index].arguments
@@ -206,7 +206,7 @@ class RolledPrinter(CutPrinter):
         return turn.printer.statement(index, {}, turn.printer._places(), {}, indent)
 
     def _stored_by(self, turn: Turn, pack: Pack, target: Target, tables: Tables, indent: str) -> str:
-        """C of one store of a turn."""
+        """C code of one store of an iteration."""
         (value,) = turn.printer.program.operations[turn.values[pack.members]].arguments
         place = tables.indexed([self.reach.given(self.program.operations[each].constant) for each in pack.members])
         text = turn.printer._real(value, {})
@@ -217,7 +217,7 @@ class RolledPrinter(CutPrinter):
     def _handed(
         self, loop: Loop, handed: Mapping[tuple[int, ...], str], turn: Turn, ends: list[str], indent: str
     ) -> tuple[str, str]:
-        """C of what turns hand on: before the loop and after it; what is at its end is added to the ends of a turn."""
+        """C code before and after the loop for values handed on; code that ends an iteration is appended to `ends`."""
         begun, left = "", ""
         named = self._names(set())
         kept: set[tuple[int, ...]] = set()
@@ -240,7 +240,7 @@ class RolledPrinter(CutPrinter):
         return begun, left
 
     def _target(self, index: int) -> Target | None:
-        """The output that an operation puts away; None for one that does not."""
+        """Output that an operation stores; None for any other operation."""
         operation = self.program.operations[index]
         return operation.constant if operation.name == STORE else None
 

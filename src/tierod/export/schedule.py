@@ -1,4 +1,4 @@
-"""The order of loops and of straight pieces between them: as many packs in one loop as wait for nothing else."""
+"""Order of loops and of the straight pieces between them, with as many independent packs in one loop as possible."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from tierod.export.packs import Pack
 
 @dataclass(frozen=True)
 class Loop:
-    """Packs that are worked out turn by turn.
+    """Packs computed together, iteration by iteration.
 
     Args:
-        packs: in the order of a turn
-        handed_on: see `Cluster`
+        packs: packs in the order of one iteration
+        handed_on: columns taken from the previous iteration, see `Cluster`
     """
 
     packs: tuple[Pack, ...]
@@ -24,27 +24,27 @@ class Loop:
 
     @property
     def turns(self) -> int:
-        """How often its body runs."""
+        """Number of iterations."""
         return len(self.packs[0].members)
 
 
 Part = tuple[int, ...] | Loop
-"""Operations one after the other, or a loop."""
+"""A straight sequence of operations, or a loop."""
 
 
 def arranged(net: Net, found: Sequence[Cluster], longest: int) -> list[Part]:
-    """All operations and stores in an order in which each comes after what it waits for.
+    """All operations and stores in an order in which each follows those that it depends on.
 
     Args:
         net: of the program
-        found: clusters; what is in none stands in straight pieces
-        longest: operations of the body of a loop
+        found: clusters; operations outside of all clusters form straight pieces
+        longest: largest number of operations of a loop body
     """
     return list(_Scheduler(net, found, longest).parts())
 
 
 class _Scheduler:
-    """Units, which are clusters and operations in none, by the number of the cluster or that of the operation."""
+    """Scheduler of units: clusters, and single operations outside of them, numbered by cluster or operation."""
 
     def __init__(self, net: Net, found: Sequence[Cluster], longest: int):
         self.net, self.longest = net, longest
@@ -72,25 +72,25 @@ class _Scheduler:
         return self.turn[index][0] if index in self.turn else index
 
     def _wait(self, index: int) -> None:
-        """Note what the unit of an operation waits for, and what cannot stand in one loop with it."""
+        """Record the units on which an operation's unit depends, and those that cannot share its loop."""
         own = self._unit(index)
         before = self.before.setdefault(own, set())
         for each in self.net.awaited(index):
             other = self._unit(each)
             if other != own:
                 before.add(other)
-                # What overwrites a state comes in a later turn than what reads it, or in the same one.
+                # A state must be overwritten in the same iteration that reads it or in a later one.
                 if index in self.turn and each in self.turn and self.turn[index][1] < self.turn[each][1]:
                     self.apart.add((own, other))
 
     def _part(self, unit: int) -> None:
-        """Note which clusters give a cluster something else than one pack gives in each turn."""
+        """Record clusters that cannot share a loop, because a column does not take the values of exactly one pack."""
         whole = {pack.members for each in self.clusters.values() for pack in each.packs}
         for column in {column for pack in self.clusters[unit].packs for column in pack.columns} - whole:
             self.apart |= {(unit, self.turn[each][0]) for each in column if each in self.turn}
 
     def parts(self) -> Iterator[Part]:
-        """Straight pieces and loops in turn."""
+        """Straight pieces and loops in order of execution."""
         left, done = list(self.order), set[int]()
         while any(unit in self.clusters for unit in left):
             free, together = self._open(left, done)
@@ -110,7 +110,7 @@ class _Scheduler:
         return sum(len(pack.members) for pack in self.clusters[unit].packs)
 
     def _open(self, left: Sequence[int], done: Set[int]) -> tuple[set[int], dict[int, list[int]]]:
-        """Operations that wait for no loop, and clusters that can stand in the next loop, by its turns."""
+        """Operations independent of any loop, and clusters that can form the next loop, by number of iterations."""
         free: set[int] = set()
         together: dict[int, list[int]] = {}
         home: dict[int, int] = {}
@@ -127,7 +127,7 @@ class _Scheduler:
         return free, together
 
     def _wanted(self, chosen: Sequence[int], free: Set[int]) -> set[int]:
-        """Operations that some clusters wait for."""
+        """Operations on which some clusters depend."""
         found: set[int] = set()
         waiting = [each for unit in chosen for each in self.before.get(unit, ())]
         while waiting:

@@ -1,4 +1,4 @@
-"""Cut a straight line of operations into pieces of bounded length; what crosses them lies in a scratch array."""
+"""Cutting of a straight sequence of operations into functions of bounded length that share a scratch array."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from tierod.core.graph.branches import Branch, Condition
 from tierod.core.graph.operations import NEXT_STATE, PUSH, RING, STATE, Program
 
 LONGEST = 80
-"""Operations of one function: checkers of C take hours for the functions of thousands that a kernel is made of. With 60
-a step of the friction monitor takes 3 % more instructions of a Cortex-M7, with 120 1 % more, since values cross
-functions or do not fit in registers."""
+"""Largest number of operations of one function; static analysers take hours for a kernel's functions of thousands.
+A step of the friction monitor needs 3 % more instructions on a Cortex-M7 with 60, and 1 % more with 120, because values
+cross functions or do not fit into registers."""
 
 Target = tuple[int, int]
 """(group, position) of an output of the program."""
@@ -21,12 +21,12 @@ Target = tuple[int, int]
 
 @dataclass(frozen=True)
 class Segment:
-    """Operations that one function works out together.
+    """Operations that one function computes together.
 
     Args:
-        condition: under which; None for what is always needed
-        operations: their numbers, in order; inputs and constants are not among them
-        stores: outputs of the program that are put away after them
+        condition: that enables them; None if they are always executed
+        operations: numbers of the operations in order, without inputs and constants
+        stores: outputs of the program that are stored after them
     """
 
     condition: Condition | None
@@ -36,13 +36,13 @@ class Segment:
 
 @dataclass(frozen=True)
 class Layout:
-    """Segments in order, and where the values lie that more than one of them uses.
+    """Segments in order, and storage of the values that more than one of them uses.
 
     Args:
         segments: in order
-        slots: value -> place in the scratch array of its kind
-        read_back: value -> output of the program that holds it from where it is worked out, so that it needs no slot
-        sizes: of the scratch arrays: of numbers and of truths
+        slots: value -> element of the scratch array of its kind
+        read_back: value -> output of the program that already holds it, so that it needs no scratch element
+        sizes: of the scratch arrays of numbers and of logical values
     """
 
     segments: tuple[Segment, ...]
@@ -52,7 +52,7 @@ class Layout:
 
 
 Needs = Mapping[Target, Set[int]]
-"""Values that the storing of each output takes."""
+"""Values that the store of each output uses."""
 
 
 def layout(
@@ -63,15 +63,15 @@ def layout(
     longest: int = LONGEST,
     readable: Set[Target] = frozenset(),
 ) -> Layout:
-    """Segments of a program, its outputs stored as early as they may be, and places that are used again when free.
+    """Segments of a program, its outputs stored as early as possible, and scratch elements that are reused when free.
 
     Args:
-        program: whose step is cut
-        needs: of every output
-        parts: all its operations, so ordered that each comes after what it needs
-        truths: values that are 0 or 1; they lie in an array of their own
-        longest: operations of a segment
-        readable: outputs that hold a value as it was worked out
+        program: of the step
+        needs: values used by the store of every output
+        parts: all its operations, each after those that it depends on
+        truths: logical values (0 or 1), which have a scratch array of their own
+        longest: largest number of operations of a segment
+        readable: outputs from which a computed value can be read back
     """
     needed = _needed(program, needs, parts)
     cut = [
@@ -93,12 +93,12 @@ def layout(
 
 
 def pieces(program: Program, operations: Sequence[int], longest: int) -> Iterator[tuple[int, ...]]:
-    """Operations cut where the fewest values cross, not far below the longest piece.
+    """Pieces of operations, cut where the fewest values cross and at least two thirds of the longest length.
 
     Args:
-        program: that they belong to
+        program: that contains them
         operations: in order
-        longest: operations of a piece
+        longest: largest number of operations of a piece
     """
     last = {each: place for place, index in enumerate(operations) for each in program.operations[index].arguments}
     living = [0] * (len(operations) + 1)
@@ -117,7 +117,7 @@ def pieces(program: Program, operations: Sequence[int], longest: int) -> Iterato
 
 
 def _needed(program: Program, needs: Needs, parts: Sequence[Branch]) -> set[int]:
-    """Values that the outputs take, and the conditions under which they are worked out."""
+    """Values that the outputs use, and the conditions that enable them."""
     asked = {index: part.condition.value for part in parts if part.condition for index in part.operations}
     waiting = [value for values in needs.values() for value in values]
     found: set[int] = set()
@@ -134,7 +134,7 @@ def _is_work(program: Program, index: int) -> bool:
 
 
 def _with_stores(program: Program, needs: Needs, cut: Sequence[Segment], longest: int) -> list[Segment]:
-    """The segments with what each puts away: nothing remembered is overwritten before the last one that reads it."""
+    """Segments with their stores; no state is overwritten before the last segment that reads it."""
     home = {index: place for place, segment in enumerate(cut) for index in segment.operations}
     read: dict[Target, int] = {}
     for place, segment in enumerate(cut):
@@ -143,7 +143,7 @@ def _with_stores(program: Program, needs: Needs, cut: Sequence[Segment], longest
     ready = {target: max((home.get(value, 0) for value in values), default=0) for target, values in needs.items()}
     for target, values in needs.items():
         for memory in set(_remembered(program, values)) - {target}:
-            read[memory] = len(cut)  # copied: stored when all else is done
+            read[memory] = len(cut)  # copied to another output: stored after everything else
             ready[target] = max(ready[target], len(cut) - 1)
     stores: dict[int, list[Target]] = {}
     for target in sorted(needs):
@@ -154,18 +154,18 @@ def _with_stores(program: Program, needs: Needs, cut: Sequence[Segment], longest
         segments.append(replace(segment, stores=() if segment.condition else tuple(own)))
         if segment.condition:
             segments += _stored(own, longest)
-    # States that become other states are all read before the first of them is written: in one segment.
+    # States copied to other states must all be read before the first one is written: in one segment.
     last = [each for place, own in sorted(stores.items()) if place >= len(cut) for each in own]
     return segments + _stored(last, max(longest, len(last)))
 
 
 def _stored(targets: Sequence[Target], longest: int) -> list[Segment]:
-    """Segments that put away and do nothing else."""
+    """Segments that only store outputs."""
     return [Segment(None, (), tuple(targets[k : k + longest])) for k in range(0, len(targets), longest)]
 
 
 def _remembered(program: Program, values: Iterable[int]) -> list[Target]:
-    """Places where the states and delay lines among some values are overwritten."""
+    """Outputs that overwrite the states and delay lines among some values."""
     inputs = (program.operations[value] for value in values)
     written = {STATE: NEXT_STATE, RING: PUSH}
     return [
@@ -197,13 +197,14 @@ def _slots(
         if not free[kind]:
             heapq.heappush(free[kind], sizes[kind])
             sizes[kind] += 1
+        # The lowest free element first keeps the array short.
         slots[index] = heapq.heappop(free[kind])
         heapq.heappush(ending, (last[index], index))
     return slots, (sizes[0], sizes[1])
 
 
 def _used(program: Program, needs: Needs, segment: Segment) -> set[int]:
-    """Values that a segment takes."""
+    """Values that a segment uses."""
     used = {argument for index in segment.operations for argument in program.operations[index].arguments}
     used = used.union(*(needs[target] for target in segment.stores))
     return used | ({segment.condition.value} if segment.condition else set())

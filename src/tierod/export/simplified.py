@@ -1,10 +1,10 @@
-"""Simplify a step without changing a bit of it: what a control unit need not ask twice.
+"""Simplification of a step for control units, equal to the last bit.
 
-Three things are left out. A comparison of a value that was chosen among two constants is the choice itself. Whether a
-value is there, where it was replaced by infinity unless it was there, is the condition of that replacement. And a
-counter of steps that is compared by `time * (count - 0.5) < limit` with a positive time is compared with a whole
-number, worked out once. Chains of selections become one operation here too, so that all who print the step know the
-same values that follow from the tuning alone.
+Three kinds of operations are removed. The comparison of a value selected from two constants is replaced by the
+condition of the selection. The presence test of a value that was replaced by infinity if missing is replaced by the
+condition of that replacement. A step counter compared by `time * (count - 0.5) < limit` with a positive time is
+compared with a whole number that is computed once. Chains of selections are merged into one operation here too, so
+that all printers of the step find the same parameter-dependent values.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ from tierod.core.graph.operations import (
 
 
 def simplified(program: Program, initial: Program, tuning: Sequence[float]) -> Program:
-    """The same step with fewer operations; equal to the last bit.
+    """An equivalent step with fewer operations; equal to the last bit.
 
     Args:
         program: of a step
-        initial: of the first state, by which counters are known
-        tuning: values, by which positive times are known
+        initial: program of the initial state, from which counters are recognised
+        tuning: parameter values, from which positive times are recognised
     """
     simpler = _Simpler(program, counters(program, initial), tuning)
     operations, outputs = drop_unused(simpler.builder.operations, simpler.outputs())
@@ -43,14 +43,15 @@ def simplified(program: Program, initial: Program, tuning: Sequence[float]) -> P
 
 
 def counters(program: Program, initial: Program) -> frozenset[int]:
-    """Positions of the states that are whole numbers of steps, or infinite before the first one.
+    """Positions of the states that are whole numbers of steps, or infinity before the first event.
 
     Args:
         program: of a step
-        initial: of the first state
+        initial: program of the initial state
     """
     first = {k: initial.operations[v] for (group, k), v in initial.outputs.items() if group == NEXT_STATE}
     found = {k for k, each in first.items() if each.name == "constant" and each.constant in (0.0, math.inf)}
+    # Counters may copy each other, so all candidates are assumed to count until one is refuted.
     while True:
         kept = {k for k in found if _counts(program, program.outputs[NEXT_STATE, k], found)}
         if kept == found:
@@ -59,7 +60,7 @@ def counters(program: Program, initial: Program) -> frozenset[int]:
 
 
 def _counts(program: Program, index: int, states: set[int] | frozenset[int]) -> bool:
-    """Whether a value is a whole number, where some states are."""
+    """Whether a value is a whole number, given that some states are."""
     operation = program.operations[index]
     if operation.name == "constant":
         return is_constant(operation, 0.0)
@@ -75,7 +76,7 @@ def _counts(program: Program, index: int, states: set[int] | frozenset[int]) -> 
 
 
 class _Simpler:
-    """A program written anew, operation by operation."""
+    """Simplifying copy of a program, operation by operation."""
 
     def __init__(self, program: Program, counting: frozenset[int], tuning: Sequence[float]):
         self.program, self.counting, self.tuning = program, counting, tuning
@@ -85,7 +86,7 @@ class _Simpler:
             self.new[index] = self._written(index, operation)
 
     def outputs(self) -> dict[tuple[int, int], int]:
-        """Of the program, by their new numbers."""
+        """Outputs of the program, with the new numbers of their values."""
         return {target: self.new[value] for target, value in self.program.outputs.items()}
 
     def _written(self, index: int, operation: Operation) -> int:
@@ -118,7 +119,7 @@ class _Simpler:
         return self.builder.add("not", (index,))
 
     def _chosen(self, name: str, arguments: tuple[int, ...]) -> int:
-        """One of two values: of 1 and 0 the condition itself."""
+        """Selection of one of two values; a selection of 1 or 0 is the condition itself."""
         condition, first, *rest = arguments
         inner, other = self._operation(first), self._operation(rest[0]) if rest else Operation("constant", (), 0.0)
         if name == "if" and inner.name == "if" and inner.arguments[0] == condition:
@@ -148,7 +149,7 @@ class _Simpler:
         return self.builder.add("lt", (first, second))
 
     def _pair(self, index: int) -> tuple[int, tuple[float, float]] | None:
-        """Condition of a value that is one of two constants, and these."""
+        """Condition and values of a selection between two constants; None for any other value."""
         operation = self._operation(index)
         if self._is_truth(index):
             return index, (1.0, 0.0)
@@ -160,7 +161,7 @@ class _Simpler:
         return operation.arguments[0], (values[0], values[1])
 
     def _present(self, magnitude: int) -> int | None:
-        """Whether a value is finite that is infinite unless a condition says that it is."""
+        """Condition equivalent to the finiteness test of a value set to infinity where missing; None if none is."""
         operation = self._operation(magnitude)
         chosen = self._operation(operation.arguments[0]) if operation.name == "fabs" else operation
         if operation.name != "fabs" or chosen.name != "select" or self._constant(chosen.arguments[2]) != math.inf:
@@ -175,10 +176,10 @@ class _Simpler:
     # -- counters ------------------------------------------------------------------------------------------------
 
     def _counted(self, operation: Operation) -> int | None:
-        """`time * (count - 0.5) < limit` as the comparison of the counter with a whole number.
+        """`time * (count - 0.5) < limit` as a comparison of the counter with a whole number.
 
-        The least count that fails is one of three whole numbers, since each rounding moves it by less than one; of a
-        time that is not positive, more counts would hold and not fewer.
+        The smallest count that fails is one of three whole numbers, since rounding moves it by less than one. The time
+        must be positive, else the comparison holds for large counts.
         """
         operations, fixed = self.program.operations, self.program.invariant
         first, limit = operation.arguments
@@ -204,7 +205,7 @@ class _Simpler:
         return time.name == "constant" and float(time.constant) > 0.0
 
     def _least(self, time: int, limit: int, half: int) -> int:
-        """The least count at which `time * (count - 0.5) < limit` fails."""
+        """Smallest count at which `time * (count - 0.5) < limit` fails."""
         add = self.builder.add
         near = add("floor", (add("add", (add("div", (limit, time)), half)),))
         one = add("constant", (), 1.0)

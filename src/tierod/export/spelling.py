@@ -1,4 +1,4 @@
-"""Spelling of numbers, types and functions in C, in one precision, with the prefix of one monitor."""
+"""Spelling of numbers, types and functions in C, for one precision and the name prefix of one monitor."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Spelling:
     Args:
         prefix: of all names ("tierod_friction")
         precision: of all numbers
-        fused: whether a product with a sum is always rounded once, also where the target has no instruction for it
+        fused: whether multiply-add is always rounded once, even if the target has no instruction for it
     """
 
     prefix: str
@@ -32,16 +32,16 @@ class Spelling:
 
     @property
     def real(self) -> str:
-        """The type of all numbers."""
+        """C type of all numbers."""
         return f"{self.prefix}_real_t"
 
     @property
     def suffix(self) -> str:
-        """Suffix of literals and of functions of the C library."""
+        """Suffix of literals and of C library functions."""
         return "f" if self.precision == "single" else ""
 
     def number(self, value: float) -> str:
-        """A literal; the nearest number of the precision, infinite beyond its range."""
+        """C literal of the nearest number in this precision; infinity beyond its range."""
         if math.isnan(value):
             return f"(({self.real})NAN)"
         with np.errstate(over="ignore"):
@@ -52,11 +52,11 @@ class Spelling:
         return text if math.copysign(1.0, value) > 0.0 else f"(-{text})"
 
     def spelt(self, text: str) -> str:
-        """A line of the kernels' printer, without its macros."""
+        """A line of the kernels' printer with its macros replaced."""
         text = _OWN.sub(lambda found: f"{self.prefix}_{found[1]}(", self.literals(text))
         return text.replace("(real)", f"({self.real})").replace("const real ", f"const {self.real} ")
 
     def literals(self, text: str) -> str:
-        """A text with literals and functions of the C library in this precision."""
+        """A text with literals and C library functions spelt in this precision."""
         text = _LITERAL.sub(lambda found: found[1] + self.suffix, text)
         return _FUNCTION.sub(lambda found: found[1] + self.suffix, text)

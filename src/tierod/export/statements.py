@@ -1,4 +1,4 @@
-"""Print values, operations and selections of an export as C, with the brackets that checkers of C require."""
+"""Printing of values, operations and selections of an export as C, with the brackets that MISRA C requires."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ Group = tuple[int, int]
 """(group, position) of an input or output."""
 
 Gathered = Callable[[Sequence[int], str], str | None]
-"""C of one of several inputs, given their positions and C of the number that picks; None where there is none."""
+"""C code of one of several inputs, given their positions and C code of the index; None where none is possible."""
 
 
 @dataclass(frozen=True)
 class Reach:
-    """C of what a program takes and gives.
+    """C code of the inputs and outputs of a program.
 
     Args:
-        taken: of an input, by group and position
-        given: of an output
-        carried: of a value that depends on tuning alone, by its place
-        notes: what an output is, for a comment
+        taken: C code of an input, by group and position
+        given: C code of an output
+        carried: C code of a value that depends on parameters only, by its slot
+        notes: comment on an output
         types: C type of an output that is not a plain number
     """
 
@@ -41,13 +41,13 @@ class Reach:
 
 @dataclass(frozen=True)
 class Body:
-    """What is printed, and how it is written.
+    """A program to be printed, with the spelling of its numbers, inputs and outputs.
 
     Args:
         graph: of the block
         operations: its program
         spelling: of names and numbers
-        reach: C of inputs and outputs
+        reach: C code of inputs and outputs
         gathered, truths: see `BranchingPrinter`
     """
 
@@ -60,10 +60,10 @@ class Body:
 
 
 class StatementPrinter(BranchingPrinter):
-    """The statements of one program.
+    """Printer of the statements of one program.
 
     Args:
-        body: to be printed
+        body: program to be printed
     """
 
     def __init__(self, body: Body):
@@ -77,7 +77,7 @@ class StatementPrinter(BranchingPrinter):
         return Places(refused, refused, refused, refused, self.reach.carried)
 
     def notes(self) -> dict[int, str]:
-        """Meanings of values, by their numbers."""
+        """Names of the outputs that a value is, as comments, by the number of the value."""
         found: dict[int, str] = {}
         for target, value in sorted(self.program.outputs.items()):
             if target in self.reach.notes and target[0] != NEXT_STATE:
@@ -85,7 +85,7 @@ class StatementPrinter(BranchingPrinter):
         return found
 
     def statement(self, index: int, named: dict[int, str], places: Places, notes: dict[int, str], indent: str) -> str:
-        """The lines that work out one value."""
+        """Lines of C code that compute one value."""
         operation = self.program.operations[index]
         if operation.name == "input":
             return f"{indent}const real v{index} = {self.reach.taken(operation.constant)};\n"
@@ -94,8 +94,9 @@ class StatementPrinter(BranchingPrinter):
         return super().statement(index, named, places, notes, indent).replace("const int v", "const bool v", 1)
 
     def _picked(self, index: int, named: dict[int, str], indent: str) -> str:
-        """A value by its number, with brackets where checkers of C require them."""
+        """Value selected by an index, with the brackets that MISRA C requires."""
         number, *values = self.program.operations[index].arguments
+        # The range is tested before the conversion, which C leaves undefined for NaN and large numbers.
         given, last = self._real(number, named), len(values) - 1
         lines = (
             f"{indent}const bool k{index} = ({given} >= R(1.0)) && ({given} <= R({last}.0));\n"
@@ -110,12 +111,12 @@ class StatementPrinter(BranchingPrinter):
         )
 
     def constant(self, index: int) -> str | None:
-        """A constant as C writes it; None for what is none."""
+        """C literal of a constant; None for any other value."""
         operation = self.program.operations[index]
         return self.spelling.number(float(operation.constant)) if operation.name == "constant" else None
 
     def expression(self, operation: Operation, named: dict[int, str]) -> str:
-        """An operation as C writes it, with brackets where checkers of C require them."""
+        """C expression of an operation, with the brackets that MISRA C requires."""
         name, arguments = operation.name, operation.arguments
         if name in COMPARE:
             return f"({super().expression(operation, named)})"
@@ -132,21 +133,21 @@ class StatementPrinter(BranchingPrinter):
         return super(BranchingPrinter, self).expression(operation, named | reals)
 
     def membership(self, number: str, low: str, high: str) -> str:
-        """C of whether a number is a member of a set.
+        """C condition that a number is a member of a set.
 
         Args:
-            number: C of it
-            low, high: C of the bits of the whole numbers from 0 on and from 32 on
+            number: C code of the number
+            low, high: C code of the bit masks of the members from 0 to 31 and from 32 to 63
         """
         return f"tierod_member({number}, {low}, {high})"
 
     def _real(self, index: int, named: dict[int, str]) -> str:
-        """A value as a number."""
+        """C code of a value as a number."""
         text = self.constant(index) or named.get(index, f"v{index}")
         return f"({text} ? R(1.0) : R(0.0))" if index in self._whole else text
 
     def _truth(self, index: int, named: dict[int, str]) -> str:
-        """A value as a truth."""
+        """C code of a value as a logical value."""
         operation = self.program.operations[index]
         if operation.name == "constant":
             return "true" if operation.constant != 0.0 else "false"
@@ -156,7 +157,7 @@ class StatementPrinter(BranchingPrinter):
     # -- selections ----------------------------------------------------------------------------------------------
 
     def _nested(self, branch: Nested, named: dict[int, str], notes: dict[int, str], indent: str) -> str:
-        """Selections as one branch; what costs nothing is chosen before it is asked."""
+        """C code of selections as one branch; a side without cost becomes the initial value."""
         lines = []
         light = next((side for side in (0, 1) if self._is_light(branch, side)), None)
         for index, pair in branch.chosen.items():
@@ -173,7 +174,7 @@ class StatementPrinter(BranchingPrinter):
         return "".join(lines)
 
     def _is_light(self, branch: Nested, side: int) -> bool:
-        """Whether one side of a branch works nothing out and reads no state."""
+        """Whether one side of a branch computes nothing and reads no state."""
         values = [pair[side] for pair in branch.chosen.values()]
         reads = any(
             value is not None and self.program.operations[value].name == "input" and value not in self.program.invariant
@@ -190,7 +191,7 @@ class StatementPrinter(BranchingPrinter):
         return "".join(lines)
 
     def _value(self, selection: int, value: int | None, named: dict[int, str]) -> str:
-        """What a selection takes on one side; zero where it has no second value."""
+        """Alternative of a selection on one side; zero where it has no second one."""
         logical = selection in self._whole
         if value is None:
             return "false" if logical else self.spelling.number(0.0)
@@ -198,7 +199,7 @@ class StatementPrinter(BranchingPrinter):
 
 
 def halves(members: Iterable[int]) -> tuple[int, int]:
-    """The bits of a set of whole numbers from 0 on and from 32 on.
+    """Bit masks of a set of whole numbers: those from 0 to 31, and those from 32 on.
 
     Args:
         members: of the set, below 64
@@ -208,7 +209,7 @@ def halves(members: Iterable[int]) -> tuple[int, int]:
 
 
 def hexadecimal(bits: int) -> str:
-    """C of 32 bits.
+    """C literal of 32 bits.
 
     Args:
         bits: as a whole number

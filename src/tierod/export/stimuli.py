@@ -1,4 +1,4 @@
-"""Inputs to compare by: drawn at random within the plausible range of every signal, with values that are missing."""
+"""Input signals for comparisons: random within the plausible range of every signal, failing, or altered."""
 
 from __future__ import annotations
 
@@ -15,32 +15,32 @@ from tierod.export.subject import Subject
 
 SEED = 20261123
 SHARE: Annotated[float, ""] = 0.3
-"""Of the plausible range that a signal usually stays in."""
+"""Share of the plausible range in which a signal usually stays."""
 UNBOUNDED: Annotated[float, ""] = 10.0
-"""Half range of a signal for which the catalogue names none, in its unit."""
+"""Bound of a signal without a plausible range, in its unit; also the smallest lower bound of all signals."""
 STEPS_BETWEEN_GAPS = 400
 LONGEST_GAP = 120
-"""Samples: longer than signals are held for, so that whatever waits for a signal to return is reached too."""
+"""Longest gap [samples]; longer than signals are held, so that the recovery from a missing signal is reached too."""
 
 
 WORK: Annotated[float, ""] = 0.7e9
-"""Operations that samples of one kind may take: compiled without optimisation, a bank takes a millisecond for a step,
-and the evidence runs it a dozen times over."""
+"""Operations that samples of one kind may take; without compiler optimisation a step of a bank takes 1 ms, and the
+evidence runs the samples a dozen times."""
 FEWEST = 1_000
 
 SANITIZED_WORK: Annotated[float, ""] = 0.7e9
-"""Operations of all samples together that run with sanitizers: a step of a bank takes 20 ms with them."""
+"""Operations that all samples with sanitizers may take; there a step of a bank takes 20 ms."""
 MOST_SANITIZED = 500_000
-"""Samples that run with sanitizers at the most."""
+"""Largest number of samples that run with sanitizers."""
 
 
 def affordable(subject: Subject, most: int, work: float = WORK) -> int:
-    """Samples of one kind that the evidence takes: fewer where a step is long.
+    """Number of samples of one kind that the evidence can afford; smaller where a step is expensive.
 
     Args:
-        subject: that runs
-        most: samples
-        work: operations that they may take
+        subject: monitor that runs
+        most: largest number of samples
+        work: operations that all samples may take
     """
     counted = asdict(operation_count(subject.block))
     operations = sum(count for name, count in counted.items() if name != "states")
@@ -48,12 +48,12 @@ def affordable(subject: Subject, most: int, work: float = WORK) -> int:
 
 
 def random_inputs(subject: Subject, count: int, seed: int = SEED) -> np.ndarray:
-    """Samples (count, inputs): slow courses with noise, steps, spikes, values that repeat, and gaps of NaN.
+    """Random samples (count, inputs): slow signals with noise, steps, spikes, frozen stretches and gaps of NaN.
 
     Args:
-        subject: whose inputs they are
+        subject: monitor that takes the inputs
         count: of samples
-        seed: of all chance
+        seed: of the random generator
     """
     generator = np.random.default_rng(seed)
     columns = [_course(generator, _range(name), count) for name in subject.graph.sample]
@@ -91,7 +91,7 @@ def _course(generator: np.random.Generator, limits: tuple[float, float], count: 
 
 
 def _stretches(generator: np.random.Generator, count: int, often: int) -> list[tuple[int, int]]:
-    """Beginnings and ends of stretches, as many as `often` for every few gaps."""
+    """Random beginnings and ends of stretches; with `often` = 8 on average one per `STEPS_BETWEEN_GAPS` samples."""
     number = 1 + count * often // (8 * STEPS_BETWEEN_GAPS)
     starts = generator.integers(0, count, number)
     lengths = generator.integers(1, LONGEST_GAP, number)
@@ -99,12 +99,12 @@ def _stretches(generator: np.random.Generator, count: int, often: int) -> list[t
 
 
 def disturbed_inputs(inputs: np.ndarray, count: int, seed: int = SEED) -> np.ndarray:
-    """Samples (count, inputs) of a drive, over and over, in which signals fail: for the coverage of what faults reach.
+    """Samples (count, inputs) of a repeated drive in which signals fail, for the coverage of fault reactions.
 
     Args:
-        inputs: (n, inputs) of a drive
+        inputs: (n, inputs), the drive
         count: of samples
-        seed: of all chance
+        seed: of the random generator
     """
     generator = np.random.default_rng(seed)
     values = np.resize(inputs, (count, inputs.shape[1])).copy()
@@ -119,13 +119,13 @@ def disturbed_inputs(inputs: np.ndarray, count: int, seed: int = SEED) -> np.nda
 
 
 def altered_inputs(inputs: np.ndarray, count: int) -> Iterator[np.ndarray]:
-    """Samples (at most count, inputs) of a drive in which one signal has another size or sign throughout.
+    """Samples (at most count, inputs) of a drive in which one signal is scaled or inverted throughout.
 
-    So the drive is one of a car that no vehicle file describes: what a monitor finds implausible is reached.
+    Such a drive belongs to a car that no vehicle file describes, and reaches the plausibility checks of a monitor.
 
     Args:
-        inputs: (n, inputs) of a drive
-        count: of samples of each
+        inputs: (n, inputs), the drive
+        count: largest number of samples of each altered drive
     """
     for column in range(inputs.shape[1]):
         for factor in FACTORS:
@@ -135,10 +135,10 @@ def altered_inputs(inputs: np.ndarray, count: int) -> Iterator[np.ndarray]:
 
 
 FACTORS = (-1.0, 0.2, 4.0)
-"""Of the signals of an altered drive."""
+"""Factors of the changed signal of an altered drive."""
 
 DISTURBED_EVERY = 1500
-"""Samples from one failure to the next."""
+"""Interval between two failures [samples]."""
 
 
 def _failed(generator: np.random.Generator, given: np.ndarray, spread: float) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Subject of an export: a monitor as a block for one vehicle, with its inputs, outputs and parameters described."""
+"""Subject of an export: a monitor as a block for one vehicle, with descriptions of inputs, outputs and parameters."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ class Subject:
     """A monitor for one vehicle.
 
     Args:
-        name: identifier of C that all names begin with, without "tierod_"
-        title: for people
+        name: C identifier with which all names begin, without "tierod_"
+        title: display name
         monitor, variant: names
-        vehicle: name of the one whose parameters it has
-        rate: of the samples [Hz]
-        block: that runs
-        graph: of the block, which may be a bank
-        sample, state, output, tuning: what is known of every number, in the order of the graph; of a bank's states
-            those of its judge
-        values: of the tuning
+        vehicle: name of the vehicle whose parameters are used
+        rate: sampling rate [Hz]
+        block: that computes the monitor
+        graph: traced graph of the block or bank
+        sample, state, output, tuning: descriptions of all numbers, in the order of the graph; for a bank the states of
+            its judge
+        values: of the parameters
     """
 
     name: str
@@ -52,7 +52,7 @@ class Subject:
 
     @property
     def sample_time(self) -> float:
-        """Between two samples [s]."""
+        """Sampling interval [s]."""
         return 1.0 / self.rate
 
     @property
@@ -62,22 +62,22 @@ class Subject:
 
     @property
     def digest(self) -> int:
-        """32 bits that stand for names and values of all parameters."""
+        """32-bit hash of version, names and values of all parameters."""
         text = "\n".join(f"{each.path} {value!r}" for each, value in zip(self.tuning, self.values, strict=True))
         return int.from_bytes(hashlib.sha256(f"{self.version}\n{text}".encode()).digest()[:4], "big")
 
 
 def subject_of(monitor: str | None, vehicle: Vehicle | str, variant: str | None = None) -> Subject:
-    """The monitor of a vehicle, ready to be printed.
+    """The monitor of a vehicle, ready for export.
 
     Args:
-        monitor: name; the vehicle's own where None
+        monitor: name; None for the usual one of the vehicle
         vehicle: parameter set, its name, or the path of its file
-        variant: name; the monitor's default where None
+        variant: name; None for the monitor's default
 
     Raises:
-        ParameterError: no such monitor, variant or vehicle, a parameter that the vehicle lacks, or a monitor that
-            judges recordings as a whole
+        ParameterError: the monitor, variant or vehicle does not exist, the vehicle lacks a parameter, or the monitor
+            evaluates recordings as a whole
     """
     car = vehicle if isinstance(vehicle, Vehicle) else load(vehicle)
     listed = MONITORS.required(monitor or usual_monitor(car))
@@ -89,7 +89,7 @@ def subject_of(monitor: str | None, vehicle: Vehicle | str, variant: str | None 
             "that steps from sample to sample; export one that is, for example friction"
         )
     if variant is None:
-        # Without a default the user must choose, but only of a monitor that can be exported.
+        # A monitor without a default variant requires a choice, but only a monitor that can be exported.
         find(listed.name)
     stem = definition.name if chosen.name == definition.default else f"{definition.name}_{chosen.name}"
     names = (definition.title, definition.name, chosen.name, car.name)
@@ -99,14 +99,14 @@ def subject_of(monitor: str | None, vehicle: Vehicle | str, variant: str | None 
 def subject_of_block(
     name: str, block: Any, rate: float, title: str = "", monitor: str = "", variant: str = "", vehicle: str = ""
 ) -> Subject:
-    """A block, ready to be printed.
+    """A block, ready for export.
 
     Args:
-        name: identifier of C that all names begin with, without "tierod_"
-        block: whose graph is a straight line, or a bank of such
-        rate: of the samples [Hz]
-        title: for people
-        monitor, variant, vehicle: names, "" where there is none
+        name: C identifier with which all names begin, without "tierod_"
+        block: single block or bank
+        rate: sampling rate [Hz]
+        title: display name
+        monitor, variant, vehicle: names; "" where there is none
 
     Raises:
         TraceError: the block cannot be traced

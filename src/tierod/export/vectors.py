@@ -1,4 +1,4 @@
-"""Test vectors: a drive, what a monitor states about it in double precision, and how far an export may differ."""
+"""Test vectors: inputs of a drive, outputs of a monitor in double precision, and tolerances for an export."""
 
 from __future__ import annotations
 
@@ -12,25 +12,25 @@ from tierod.export.interface import Interface
 from tierod.export.subject import Subject
 
 STEPS = 10_000
-"""Of the test vectors of an export: with their outputs some 2 MB of text."""
+"""Steps of the test vectors of an export; with their outputs about 2 MB of text."""
 SPACING = 10
 """Steps between two rows of expected outputs."""
 
 TOLERANCE: Annotated[dict[str, float], ""] = {"double": 1e-6, "single": 1e-2}
-"""Share of an output's range in which other compilers and processors may differ: in double what sums of different
-rounding become in a filter, in single its 24 bits."""
+"""Permitted difference as a share of an output's range: for double precision the effect of rounding in filters, for
+single precision that of its 24-bit mantissa."""
 ROWS_BEYOND: Annotated[dict[str, float], ""] = {"double": 0.0, "single": 0.005}
-"""Share of rows that may lie beyond it: in single a decision may fall a few steps earlier or later."""
+"""Share of rows that may exceed the tolerance; in single precision a decision may fall a few steps earlier or later."""
 
 
 @dataclass(frozen=True)
 class Vectors:
-    """Inputs, and outputs at some of their steps.
+    """Inputs, and outputs at regular intervals.
 
     Args:
-        inputs: (steps, inputs); single-precision numbers, so that both precisions see the same
-        outputs: (rows, outputs), of the steps 0, `SPACING`, ...
-        source: where the inputs come from, in words
+        inputs: (steps, inputs); single-precision numbers, so that they are equal in both precisions
+        outputs: (rows, outputs) of the steps 0, `SPACING`, ...
+        source: description of the origin of the inputs
     """
 
     inputs: np.ndarray
@@ -39,7 +39,7 @@ class Vectors:
 
     @property
     def ranges(self) -> np.ndarray:
-        """Largest less smallest value of every output; 1 where it never changes."""
+        """Range of every output (maximum minus minimum); 1 where it is constant."""
         finite = np.where(np.isfinite(self.outputs), self.outputs, np.nan)
         known = ~np.isnan(finite).all(axis=0)
         span = np.zeros(finite.shape[1])
@@ -48,7 +48,7 @@ class Vectors:
 
 
 def rounded(inputs: np.ndarray) -> np.ndarray:
-    """Inputs as single precision holds them."""
+    """Inputs rounded to single precision."""
     with np.errstate(over="ignore"):
         return np.asarray(inputs, dtype=np.float32).astype(float)
 
@@ -57,29 +57,29 @@ def vectors_of(subject: Subject, inputs: np.ndarray, source: str, steps: int = S
     """Test vectors from the first steps of a drive.
 
     Args:
-        subject: that is exported
+        subject: monitor to be exported
         inputs: (n, inputs)
-        source: where they come from, in words
-        steps: at the most
+        source: description of the origin of the inputs
+        steps: largest number of steps
     """
     taken = rounded(inputs[:steps])
     return Vectors(taken, scan(subject.block, taken).values[::SPACING], source)
 
 
 def tolerances(face: Interface, vectors: Vectors) -> list[float]:
-    """Difference of every output that passes."""
+    """Permitted difference of every output."""
     share = TOLERANCE[face.options.precision]
     return [float(f"{share * each:.3g}") for each in vectors.ranges]
 
 
 def input_table(subject: Subject, vectors: Vectors) -> str:
-    """The inputs as CSV."""
+    """Inputs as CSV text."""
     rows = (",".join(_written(value, 9) for value in row) for row in vectors.inputs.tolist())
     return "\n".join([",".join(subject.graph.sample), *rows]) + "\n"
 
 
 def output_table(subject: Subject, vectors: Vectors) -> str:
-    """The expected outputs as CSV, the number of the step first."""
+    """Expected outputs as CSV text, with the step number in the first column."""
     rows = (
         ",".join([str(k * SPACING), *(_written(value, 17) for value in row)])
         for k, row in enumerate(vectors.outputs.tolist())

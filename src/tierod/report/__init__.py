@@ -1,12 +1,12 @@
-"""Presentation of a diagnosis to people and to programs: one HTML page, one JSON document, one table in the terminal.
+"""Presentation of a diagnosis: one HTML page, one JSON document, one table in the terminal.
 
-All three are made from a `tierod.core.findings.Diagnosis` alone. Names in it decide where a series is drawn:
+All three use a `tierod.core.findings.Diagnosis` only. The names of its series decide where each one is drawn:
 
 - a trace ``X`` beside a trace ``X_standard_deviation`` is an estimate, drawn with its band, with the reference levels
-  of the decisive finding where the units agree; a trace ``true_X`` beside it is drawn as the truth of a simulation;
+  of the decisive finding where the units agree; a trace ``true_X`` is drawn as the true value in a simulation;
 - a trace ``enabled`` is the share of each bin in which the monitor learnt, a trace ``hands_on`` whether hands were on
-  the wheel; both are drawn beneath the estimate;
-- traces that begin with ``innovation``, ``normalised_innovation``, ``nis`` or ``nees`` stand with the consistency;
+  the wheel; both are drawn below the estimate;
+- traces that begin with ``innovation``, ``normalised_innovation``, ``nis`` or ``nees`` belong to the consistency;
 - traces that are canonical signals show the drive, and all others are further results.
 """
 
@@ -24,10 +24,10 @@ __all__ = ["print_table", "to_json", "write_html"]
 
 
 def write_html(diagnosis: Diagnosis, path: str | Path) -> Path:
-    """Write one self-contained page that opens without network and prints well.
+    """Write one self-contained page that opens without a network connection and can be printed.
 
     Args:
-        diagnosis: what was found
+        diagnosis: to be shown
         path: of the page; an existing file is replaced
 
     Raises:
@@ -43,7 +43,7 @@ def to_json(diagnosis: Diagnosis, series: bool = False) -> str:
     """One JSON document; the schema is in docs/reference/json/diagnosis.md.
 
     Args:
-        diagnosis: what was found
+        diagnosis: to be written
         series: whether traces, histograms and hysteresis views are included
     """
     from tierod.report.document import document
@@ -52,7 +52,7 @@ def to_json(diagnosis: Diagnosis, series: bool = False) -> str:
 
 
 def print_table(diagnosis: Diagnosis, console: Console) -> None:
-    """Print the verdict and what it rests on to a terminal."""
+    """Print the verdict and its evidence to a terminal."""
     from tierod.report.terminal import show
 
     show(diagnosis, console)

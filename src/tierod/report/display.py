@@ -1,4 +1,4 @@
-"""Numbers, units, times and names as people read them; SI and radians end here."""
+"""Numbers, units, times and names for display; conversions from SI units and radians happen here."""
 
 from __future__ import annotations
 
@@ -23,19 +23,19 @@ _ENDINGS = {
     "n": "N",
     "m": "m",
 }
-"""Last words of a figure's name that are its unit, the longer ones first."""
+"""Suffixes of a figure's name that give its unit, longer ones first."""
 
 INTERVAL = 1.96
-"""Standard deviations on each side that hold 95 % of a normal distribution."""
+"""Half width of the 95 % interval of a normal distribution [standard deviations]."""
 
 
 def bracketed(title: str, label: str) -> str:
-    """The title of an axis with its unit, if it has one."""
+    """Axis title with its unit, if it has one."""
     return f"{title} [{label}]" if label else title
 
 
 def words(name: str) -> str:
-    """A name as words that begin with a capital letter; the point of a number stays one."""
+    """A name as words, beginning with a capital letter; a decimal point is kept."""
     text = " ".join(
         part.upper() if part in _CAPITALS else part
         for part in re.sub(r"\.(?=[A-Za-z_])", ": ", name).replace("_", " ").split()
@@ -44,12 +44,13 @@ def words(name: str) -> str:
 
 
 def number(value: float | None, digits: int = 4) -> str:
-    """A number with so many significant digits and no needless zeros; a dash where there is none."""
+    """A number with the given significant digits, without trailing zeros; a dash for a missing one."""
     if value is None or not math.isfinite(value):
         return "–"
     if value != 0.0 and not 1e-4 <= abs(value) < 1e7:
         return f"{value:.{digits - 1}e}".replace("-", "−")
     decimals = digits - 1 - math.floor(math.log10(abs(value))) if value else 0
+    # The option z prevents a negative zero.
     text = f"{round(value, decimals):z.{max(decimals, 0)}f}"
     return (text.rstrip("0").rstrip(".") if "." in text else text).replace("-", "−")
 
@@ -63,7 +64,7 @@ def share(value: float) -> str:
 
 
 def duration(seconds: float | None) -> str:
-    """A span of time in the units of a clock."""
+    """A duration in hours, minutes and seconds."""
     if seconds is None or not math.isfinite(seconds):
         return "–"
     if seconds < 60.0:
@@ -75,7 +76,7 @@ def duration(seconds: float | None) -> str:
 
 
 def instant(seconds: float | None) -> str:
-    """A moment of a recording [s] to a hundredth of a second, in the units of a clock."""
+    """An instant of a recording [s], to a hundredth of a second, in hours, minutes and seconds."""
     if seconds is None or not math.isfinite(seconds):
         return "–"
     hundredths = round(100.0 * seconds)
@@ -88,22 +89,22 @@ def instant(seconds: float | None) -> str:
 
 
 def date(seconds: float) -> str:
-    """A calendar time that counts from 1970 [s], in universal time."""
+    """Date and time in UTC of a time in seconds since 1970 [s]."""
     moment = datetime.datetime.fromtimestamp(seconds, datetime.UTC)
     return f"{moment:%Y-%m-%d %H:%M:%S} UTC"
 
 
 def time_scale(span: float) -> tuple[float, str]:
-    """(factor, label) of a time axis that is `span` seconds long."""
+    """(factor, label) of the unit of a time axis with a length of `span` seconds."""
     if span > 3.0 * 3600.0:
         return 1.0 / 3600.0, "h"
     return (1.0 / 60.0, "min") if span > 600.0 else (1.0, "s")
 
 
 def interval(estimate: Estimate) -> tuple[str, str, str, str]:
-    """(value, lower end, upper end, unit) of an estimate with its 95 % interval, rounded by its own uncertainty.
+    """(value, lower end, upper end, unit) of an estimate with its 95 % interval, rounded according to its uncertainty.
 
-    A root mean square is not below zero.
+    The interval of a root mean square ends at zero.
     """
     factor, label = shown(estimate.unit)
     value, spread = estimate.value * factor, estimate.standard_deviation * factor
@@ -119,7 +120,7 @@ def interval(estimate: Estimate) -> tuple[str, str, str, str]:
 
 
 def evidence(name: str, value: object) -> tuple[str, str]:
-    """(label, text) of one figure whose unit is in its name."""
+    """(label, text) of a figure of evidence whose name contains its unit."""
     if not isinstance(value, int | float):
         return words(name), str(value)
     value = float(value)

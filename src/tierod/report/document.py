@@ -1,4 +1,4 @@
-"""The JSON document of a diagnosis."""
+"""JSON document of a diagnosis."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ SCHEMA = "tierod.diagnosis/3"
 
 
 def document(diagnosis: Diagnosis, series: bool) -> str:
-    """The document as text; what JSON cannot hold (NaN, infinity) becomes null."""
+    """JSON text of a diagnosis; NaN and infinity become null."""
     content = {
         "schema": SCHEMA,
         "version": diagnosis.version,
@@ -48,13 +48,13 @@ def document(diagnosis: Diagnosis, series: bool) -> str:
         content["loops"] = {
             name: {"angle": angle, "torque": torque} for name, (angle, torque) in diagnosis.loops.items()
         }
-    # Last, since a simulation puts all parameters of its plant there.
+    # The recording comes last, because for a simulation it contains all parameters of the plant.
     content["recording"] = diagnosis.recording
     return json.dumps(plain(content), ensure_ascii=False, indent=None if series else 2, allow_nan=False)
 
 
 def plain(value: object) -> Any:
-    """The value in JSON's types: dictionaries, lists, text, finite numbers, null."""
+    """A value converted to JSON types: dictionaries, lists, text, finite numbers, null."""
     if isinstance(value, Mapping):
         return {str(key): plain(entry) for key, entry in value.items()}
     if isinstance(value, np.ndarray):
@@ -88,7 +88,7 @@ def _element(element: Element) -> dict[str, Any]:
 
 
 def _episode(episode: Episode) -> dict[str, Any]:
-    """An episode by the keys of the schema, which calls its magnitude its size."""
+    """An episode with the keys of the schema, where the magnitude is called size."""
     names = {field.name: "size" if field.name == "magnitude" else field.name for field in dataclasses.fields(episode)}
     return {key: getattr(episode, name) for name, key in names.items()} | {"size": _estimate(episode.magnitude)}
 

@@ -1,4 +1,4 @@
-"""Glossary of a page: signals, parameters and terms, each explained once at its end and linked to there."""
+"""Glossary of a page: signals, parameters and terms, each explained once at the end of the page and linked."""
 
 from __future__ import annotations
 
@@ -18,37 +18,37 @@ UNTIMED = "Drag to zoom, double-click for everything."
 
 
 class Glossary:
-    """The explanations that a page has asked for, in that order.
+    """Explanations that a page has requested, in that order.
 
     Attributes:
-        found: name and explanation of each, by its identifier in the page
+        found: name and explanation of each, by its identifier on the page
     """
 
     def __init__(self) -> None:
         self.found: dict[str, tuple[str, str]] = {}
 
     def link(self, text: object) -> Any:
-        """The text; where it names what can be explained, as a link to that."""
+        """The text, as a link to its explanation if there is one."""
         import markupsafe
 
         known = explanation(str(text))
         return self._word(known, text) if known else markupsafe.escape(text)
 
     def status(self, text: object) -> Any:
-        """The word of a verdict, as a link to what it means."""
+        """The word of a status, as a link to its explanation."""
         import markupsafe
 
         known = STATUSES.get(str(text))
         return self._word((words(str(text)), known), text) if known else markupsafe.escape(text)
 
     def chart(self, figure: Figure) -> Any:
-        """The link that explains how to read a chart."""
+        """Link to the explanation of how to read a chart."""
         reading = " ".join(filter(None, (figure.caption, figure.reading, TIMED if figure.timed else UNTIMED)))
         looks = f'class="term info" aria-label="How to read: {_attribute(figure.title)}"'
         return self._linked(f"read-{figure.name}", (figure.title, reading), looks, "i")
 
     def _word(self, known: tuple[str, str], text: object) -> Any:
-        """A link that the keyboard reaches where the word stands for the first time."""
+        """A link; only the first occurrence of a word is in the tab order of the keyboard."""
         identifier = f"word-{_slug(known[0])}"
         return self._linked(identifier, known, 'class="term"' + ' tabindex="-1"' * (identifier in self.found), text)
 
@@ -61,17 +61,17 @@ class Glossary:
 
 
 def explanation(text: str) -> tuple[str, str] | None:
-    """(name, what it means) of a signal, a parameter or a term; None where there is no such.
+    """(name, explanation) of a signal, a parameter or a term; None for an unknown text.
 
     Args:
-        text: as it stands in a page, with or without its unit in brackets
+        text: as on the page, with or without a unit in brackets
     """
     return _known().get(re.sub(r"\s*\[[^]]*\]$", "", text).strip().lower())
 
 
 @cache
 def _known() -> dict[str, tuple[str, str]]:
-    """All explanations, by their names in small letters."""
+    """All explanations, by their lower-case names."""
     found = {}
     for quantity in QUANTITIES.values():
         meaning = quantity.meaning[:1].upper() + quantity.meaning[1:]

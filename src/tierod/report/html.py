@@ -1,4 +1,4 @@
-"""Common parts of all pages: templates, style, the charting library, packed series, and text made fit for them."""
+"""Common parts of all pages: templates, style, charting library, packed series, and preparation of texts."""
 
 from __future__ import annotations
 
@@ -23,21 +23,21 @@ from tierod.report.packing import heads
 TEMPLATES = Path(__file__).parent / "templates"
 
 SCRIPTS = ("tips.js", "series.js", "csv.js", "report.js")
-"""Of a page with charts; the first one of any page."""
+"""Scripts of a page with charts; a page without charts has only the first one."""
 
 SHORTEST = 3
-"""Parts of a page from which it has a list of contents."""
+"""Number of sections from which on a page has a table of contents."""
 
 UNFOLDED = 8
-"""Charts of a page that are shown at once; each further one unfolds under its title."""
+"""Number of charts of a page that are open at first; each further one is folded under its title."""
 
 LIBRARY = "plotly-cartesian.min.js.gz"
-"""The part of plotly.js that draws in a plane, a third of the whole."""
+"""Part of plotly.js for two-dimensional charts, a third of the whole library."""
 
 
 @cache
 def template(name: str) -> Any:
-    """The jinja template of a page, by the name of its file."""
+    """Jinja template of a page, by its file name."""
     import jinja2
 
     loader = jinja2.FileSystemLoader(TEMPLATES)
@@ -59,7 +59,7 @@ class Origin:
     """Origin of a page.
 
     Args:
-        created, version, command: when, by which version, and how
+        created, version, command: time of creation, version of tierod, and command line
     """
 
     created: str = ""
@@ -68,18 +68,18 @@ class Origin:
 
     @classmethod
     def now(cls, command: str = "") -> Origin:
-        """Origin of a page made now by this version."""
+        """Origin of a page created now by this version."""
         return cls(datetime.now(UTC).isoformat(timespec="seconds"), __version__, command)
 
 
 @dataclass
 class Section:
-    """A part of a page.
+    """A section of a page.
 
     Args:
         title, text: heading and paragraphs
-        parts: what stands below them, each with its kind: chart, table, facts or verdict
-        kind: class of the page of a verdict; empty for any other part
+        parts: contents below them as (kind, content); kinds are chart, table, facts and verdict
+        kind: CSS class of a section with a verdict; "" for any other section
     """
 
     title: str
@@ -89,7 +89,7 @@ class Section:
 
 
 class Looks(NamedTuple):
-    """Looks of the first verdict of a page: its sign, the class of its colour, and its word."""
+    """Appearance of the first verdict of a page: symbol, CSS class and status word."""
 
     symbol: str
     kind: str
@@ -106,15 +106,15 @@ def rendered(
     sections: Sequence[Section] = (),
     **content: Any,
 ) -> str:
-    """A page as text, all in one file.
+    """HTML text of a self-contained page.
 
     Args:
-        name: of its template
-        origin: how it came about
-        figures: its charts, in the order of the page
-        packed: series that it holds packed, from which its script draws
-        sections: parts with further charts
-        content: what else the template takes
+        name: of the template
+        origin: of the page
+        figures: charts, in the order of the page
+        packed: packed series in the page, from which its script draws
+        sections: sections with further charts
+        content: further variables of the template
     """
     charts = [*figures, *(part for section in sections for kind, part in section.parts if kind == "chart")]
     scripts = SCRIPTS if charts else SCRIPTS[:1]
@@ -140,7 +140,7 @@ def rendered(
 
 
 def sections(items: Sequence[Item]) -> list[Section]:
-    """The items after their headings; claims stand elsewhere."""
+    """Sections made of items, one per heading; claims are left out because they are shown elsewhere."""
     found = [Section("", ())]
     for item in items:
         if isinstance(item, Heading):
@@ -158,16 +158,16 @@ def _read(*names: str) -> str:
 
 
 def library() -> str:
-    """The charting library, packed, which goes into the page: it opens without network."""
+    """Charting library, compressed and encoded for embedding, so that the page opens without a network connection."""
     return base64.b64encode((Path(__file__).parent / "library" / LIBRARY).read_bytes()).decode("ascii")
 
 
 def chart_script(figure: Figure, packed: Collection[str] = ()) -> str:
-    """A chart as the JSON that the page's script draws.
+    """JSON of a chart for the script of the page.
 
     Args:
         figure: the chart
-        packed: names of the series that the page holds packed, whose points the chart need not hold
+        packed: names of the series packed in the page, whose points are left out
     """
     data = [
         _without_points(mark) if drawn_from(mark) and drawn_from(mark) <= set(packed) else mark for mark in figure.data
@@ -181,13 +181,13 @@ def _without_points(mark: Mapping[str, object]) -> dict[str, Any]:
 
 
 def script_json(content: object) -> str:
-    """Content as JSON that may stand in a script element."""
-    # A "<" in the text of a name must not end the script element that holds it.
+    """Content as JSON that can be embedded in a script element."""
+    # A "<" inside a name must not end the script element.
     return json.dumps(content, ensure_ascii=False, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
 
 
 def moment(text: str) -> str:
-    """A time stamp as people write it; the text itself where it is none."""
+    """A time stamp in readable form; any other text unchanged."""
     try:
         when = datetime.fromisoformat(text)
     except ValueError:
@@ -196,16 +196,16 @@ def moment(text: str) -> str:
 
 
 def breakable(value: object) -> Any:
-    """The text with places at which a line may end: after the separators of paths and of names in recordings."""
+    """Text with optional line breaks after the separators of paths and of signal names."""
     import markupsafe
 
-    # Marked before escaping, by a character that no escape holds.
+    # The marks are set before escaping, as a character that escaping never produces.
     marked = re.sub(r"([/_]|\.(?=[A-Za-z]))(?=\w)", "\\1\0", str(value))
     return markupsafe.Markup(str(markupsafe.escape(marked)).replace("\0", "<wbr>"))
 
 
 def anchored(body: str) -> tuple[list[tuple[str, Any]], Any]:
-    """(identifier and title of every part, the body with those identifiers); no list where it would be short."""
+    """(identifier and title of every section, body with these identifiers); no titles if there are few sections."""
     import markupsafe
 
     titles: list[tuple[str, Any]] = []

@@ -1,4 +1,4 @@
-"""The series of a page, packed into it as fine as its size allows."""
+"""Packed series of a page, at the finest resolution that its size permits."""
 
 from __future__ import annotations
 
@@ -11,22 +11,22 @@ from tierod.core.findings import Trace
 from tierod.core.signals import SIGNALS
 
 BUDGET = 900_000
-"""Characters of all series of a page; with the charting library and all else it stays below 2 MB."""
+"""Characters available for all series of a page, which keeps the page with its charting library below 2 MB."""
 
 LEAST = 2000
-"""Bins that every series keeps: as many as a chart of the whole recording draws."""
+"""Smallest number of bins of a series, as many as a chart of the whole recording draws."""
 
 RECORDED, COMPUTED = 12, 16
-"""Bits of a value: what was recorded is noise beyond a 4000th of its range, estimates settle on a small part of it."""
+"""Bits per value: recorded signals are noise below 1/4000 of their range, estimates settle within a small part."""
 
 
 def packed_series(traces: Mapping[str, Trace], names: Iterable[str], budget: int = BUDGET) -> dict[str, Packed]:
-    """The named traces packed; the largest are made coarser until all fit, and what cannot be packed is left out.
+    """Pack the named traces; the largest are coarsened until all fit, and traces that cannot be packed are left out.
 
     Args:
         traces: of a diagnosis
-        names: of those that its charts draw
-        budget: characters that they may take in the page
+        names: of the traces that the charts draw
+        budget: characters available for them in the page
     """
     packed = {name: each for name in names if (each := _pack(traces[name], 1)) is not None}
     steps = dict.fromkeys(packed, 1)
@@ -44,7 +44,7 @@ def packed_series(traces: Mapping[str, Trace], names: Iterable[str], budget: int
 
 
 def heads(packed: Mapping[str, Packed]) -> dict[str, dict[str, object]]:
-    """The packed traces as the page's script takes them from JSON."""
+    """Packed traces as JSON content for the script of the page."""
     return {
         name: {
             "start": each.start,
@@ -63,5 +63,5 @@ def _pack(trace: Trace, step: int) -> Packed | None:
 
 
 def _size(packed: Packed) -> int:
-    """Characters that a packed trace takes in the page."""
+    """Characters of a packed trace in base64."""
     return 4 * len(packed.data) // 3

@@ -1,4 +1,4 @@
-"""Puts the page together: verdict with the picture of its estimate, charts and tables."""
+"""Page of a diagnosis: verdicts with gauges of their estimates, charts and tables."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ from tierod.report.verdict import COLUMNS, deciding, overall, rows, shown_as
 _WIDTH, _MARGIN = 640.0, 14.0
 _ROW = 26.0
 _LETTER = 13.0
-"""Width of a letter at the size that the narrowest screen shows; labels are placed so that they part there too."""
+"""Width of a letter on the narrowest screen, for which labels are placed without overlap."""
 
 
 def gauge(estimate: Estimate) -> str:
-    """An SVG drawing; empty where there is no value or nothing to compare it with."""
+    """SVG drawing of an estimate on a scale with its reference levels; "" without a value or without levels."""
     factor, label = shown(estimate.unit)
     levels = sorted((level * factor, name) for name, level in estimate.reference.items() if math.isfinite(level))
     value, half = estimate.value * factor, INTERVAL * estimate.standard_deviation * factor
@@ -66,7 +66,7 @@ def gauge(estimate: Estimate) -> str:
 
 
 def _placed(marks: list[tuple[float, str, str]]) -> list[tuple[float, str, str, int]]:
-    """Each mark with its row: 1, 2, ... above the line, -1, -2, ... beneath it, the nearest that is still free."""
+    """Marks with their rows: 1, 2, ... above the line, -1, -2, ... below it, each in the nearest free row."""
     ends: dict[int, float] = {}
     placed = []
     for x, text, colour in marks:
@@ -85,7 +85,7 @@ def _line(x1: float, y1: float, x2: float, y2: float, colour: str, width: float)
 
 
 def _reach(row: int, line: float) -> float:
-    """Height at which the tick of a mark meets its name."""
+    """Height at which the tick of a mark meets its label."""
     return line - 14.0 - _ROW * (row - 1) if row > 0 else line + 14.0 - _ROW * (row + 1)
 
 
@@ -106,12 +106,12 @@ NOTHING_RAN = (
 )
 
 LATEST = 2.5e11
-"""Calendar times [s] beyond this are of no year that a calendar has."""
+"""Latest plausible calendar time [s since 1970]; later ones are beyond any calendar year."""
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """One finding as the page shows it."""
+    """One finding in the form shown on the page."""
 
     finding: Finding
     symbol: str
@@ -125,10 +125,10 @@ class Verdict:
 
 
 def render(diagnosis: Diagnosis) -> str:
-    """The page as text."""
+    """HTML page of a diagnosis."""
     figures = _figures(diagnosis)
     drawn = list(_all(figures))
-    # Rules that stayed quiet and designs lie in a fold of their own.
+    # Quiet statistics and rule designs are in a fold of their own, so they are not folded individually.
     in_fold = {name: figures[name] for name in ("quiet", "designs")}
     path = str(diagnosis.recording.get("path", "recording"))
     packed = packed_series(diagnosis.traces, sorted(set().union(*(drawn_from(m) for f in drawn for m in f.data))))
@@ -165,7 +165,7 @@ def render(diagnosis: Diagnosis) -> str:
 
 
 def verdict(diagnosis: Diagnosis, finding: Finding) -> Verdict:
-    """A finding in words and figures."""
+    """A finding as texts and numbers for the page."""
     decisive = [sentence(each) for each in deciding(diagnosis, finding)]
     looks = shown_as(finding)
     value = spread = picture = ""
@@ -187,13 +187,13 @@ def verdict(diagnosis: Diagnosis, finding: Finding) -> Verdict:
 
 
 def sentence(text: str) -> str:
-    """The text with a capital letter and a full stop; a number is not parted from its unit."""
+    """Text with initial capital and full stop, and with non-breaking spaces between numbers and units."""
     text = re.sub(r"(?<=[\d±]) (?=N·m|km/h|m/s|Hz|[%°±]|(?<=± )\d)", "\N{NO-BREAK SPACE}", text.strip())
     return f"{text[:1].upper()}{text[1:]}{'' if text.endswith(('.', '!', '?')) else '.'}" if text else ""
 
 
 def _figures(diagnosis: Diagnosis) -> dict[str, Any]:
-    """All charts in the order of the page; of some kinds several, and None where there is nothing to show."""
+    """All charts in the order of the page; lists for some kinds, and None where there is nothing to show."""
     return {
         "states": state_figure(diagnosis),
         "substitutes": substitute_figures(diagnosis),
@@ -233,14 +233,14 @@ def _quality_row(row: Any) -> dict[str, Any]:
 
 def _parameter_row(row: tuple[str, float, str, float | None, str]) -> tuple[str, str, str, str, str]:
     name, value, unit, spread, source = row
-    # Parameters stay in SI, as in the vehicle file, where they are found again; charts and words are in other units.
+    # Parameters are shown in SI units, as in the vehicle file; charts and texts use other units.
     factor, as_shown = shown(unit)
     label = f"{written(unit)} ({number(value * factor, 3)} {as_shown})" if factor != 1.0 else written(unit)
     return words(name), number(value, 5), label, "" if spread is None else number(spread, 3), source
 
 
 def _facts(facts: Mapping[str, object]) -> list[tuple[str, str]]:
-    """Facts about something, less what is empty or nested."""
+    """Rows of facts, without empty and nested values."""
     rows = []
     for name, value in facts.items():
         if name == "origin" and isinstance(value, int | float) and CALENDAR < value < LATEST:
@@ -260,7 +260,7 @@ def _is_nested(value: object) -> bool:
 
 
 def _flat(name: str, value: Any) -> Iterator[tuple[str, str]]:
-    """(dotted name, value) of everything in nested metadata."""
+    """(dotted name, value) of every entry of nested metadata."""
     if isinstance(value, dict):
         for key, entry in value.items():
             yield from _flat(f"{name}.{key}", entry)

@@ -20,14 +20,14 @@ CHARTS = ("estimate", "hysteresis", "stretches", "consistency", "drive")
 
 
 def plot(diagnosis: Diagnosis, chart: str = "estimate") -> plotly.graph_objects.Figure:
-    """One chart of the report.
+    """One chart of the report as a plotly figure.
 
     Args:
-        diagnosis: what was found
+        diagnosis: to be shown
         chart: "estimate" over time, "hysteresis", "stretches" (histograms), "consistency" or "drive" (the signals)
 
     Raises:
-        InputError: no such chart, or the diagnosis has nothing to show in it
+        InputError: the chart does not exist, or the diagnosis has no data for it
     """
     import plotly.graph_objects
 
@@ -40,7 +40,7 @@ def plot(diagnosis: Diagnosis, chart: str = "estimate") -> plotly.graph_objects.
 
 
 def _coloured(value: Any) -> Any:
-    """The description of a chart with the colours of the light page in place of their names."""
+    """Description of a chart with CSS variables replaced by the colours of the light theme."""
     if isinstance(value, str):
         return _colours().get(value, value)
     if isinstance(value, dict):

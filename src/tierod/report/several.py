@@ -1,4 +1,4 @@
-"""One page, one table and one JSON document of several recordings and monitors."""
+"""One page, one table and one JSON document for several recordings and monitors."""
 
 from __future__ import annotations
 
@@ -25,20 +25,20 @@ SCHEMA = "tierod.diagnoses/1"
 """Name and version of the JSON document."""
 
 _RANK = {0: 0, 2: 1, 1: 2}
-"""Exit codes from the best to the worst: healthy, could not judge, fault."""
+"""Rank of the exit codes, best first: healthy, could not judge, fault."""
 
 HEADER = ("recording", "monitor", "verdict", "why")
 
 
 def worst(judged: Sequence[Judged]) -> Status:
-    """The worst status of all: a fault before what could not be judged, as a recording without a verdict."""
+    """Worst status of all: a fault ranks above a missing judgement, and a recording without a verdict counts as one."""
     found = [overall(each) for one in judged for each in one.diagnoses.values()]
     found += [Status.NOT_AVAILABLE for one in judged if not one.diagnoses]
     return max(found, key=lambda status: _RANK[status.exit_code], default=Status.NOT_AVAILABLE)
 
 
 def overview(judged: Sequence[Judged]) -> list[tuple[str, str, str, str]]:
-    """Rows of recording, monitor, verdict and headline; monitors that did not run stand apart."""
+    """Rows of recording, monitor, verdict and headline, without the monitors that did not run."""
     return [
         (one.path.name, name, _verdict(each), each.findings[0].headline if each.findings else "")
         for one in judged
@@ -47,7 +47,7 @@ def overview(judged: Sequence[Judged]) -> list[tuple[str, str, str, str]]:
 
 
 def not_run(judged: Sequence[Judged]) -> list[tuple[str, str, str]]:
-    """Rows of recordings, monitors and reason; recordings that lack the same are one row, and monitors as well."""
+    """Rows of recordings, monitors and reason, with equal reasons grouped by monitors and by recordings."""
     rows: dict[tuple[str, str], list[str]] = {}
     for one in judged:
         monitors: dict[str, list[str]] = {}
@@ -63,7 +63,7 @@ def not_run(judged: Sequence[Judged]) -> list[tuple[str, str, str]]:
 
 
 def to_know(judged: Sequence[Judged]) -> list[tuple[str, str, str]]:
-    """Rows of recording, monitors and notices for a reader of their verdicts; notices of several monitors are one."""
+    """Rows of recording, monitors and warning, with equal warnings of several monitors grouped."""
     monitors: dict[tuple[str, str], list[str]] = {}
     for one in judged:
         for name, diagnosis in one.diagnoses.items():
@@ -73,11 +73,11 @@ def to_know(judged: Sequence[Judged]) -> list[tuple[str, str, str]]:
 
 
 def render(judged: Sequence[Judged], origin: Origin) -> str:
-    """The page as text.
+    """HTML page of several diagnoses.
 
     Args:
-        judged: the recordings
-        origin: how the page came about
+        judged: recordings with their diagnoses
+        origin: time, version and command of the page
     """
     verdicts: list[tuple[str, Any]] = [("table", Table("Verdicts", HEADER, tuple(overview(judged))))]
     if missed := not_run(judged):
@@ -100,7 +100,7 @@ def render(judged: Sequence[Judged], origin: Origin) -> str:
 
 
 def _head(judged: Sequence[Judged]) -> dict[str, Any]:
-    """Worst verdict in text and looks, and of how many it is the worst."""
+    """Headline of the page: the worst verdict, and the number of verdicts of which it is the worst."""
     found = [each for one in judged for each in one.diagnoses.values()]
     missed = [one.path.name for one in judged if not one.diagnoses]
     decisive = next((each.findings[0] for each in found if each.findings and overall(each) is worst(judged)), None)
@@ -127,7 +127,7 @@ def _verdict(diagnosis: Diagnosis) -> str:
 
 
 def _sections(judged: Sequence[Judged], traces: dict[str, Trace]) -> Iterator[Section]:
-    """A section for every diagnosis; `traces` takes their series under names of their own."""
+    """A section per diagnosis; its series are added to `traces` under unique names."""
     for place, one in enumerate(judged):
         for name, each in one.diagnoses.items():
             where = f"{one.path.name}, {name}" if len(judged) > 1 else name
@@ -136,7 +136,7 @@ def _sections(judged: Sequence[Judged], traces: dict[str, Trace]) -> Iterator[Se
 
 
 def _section(title: str, diagnosis: Diagnosis, suffix: str) -> Section:
-    """Section on a monitor's findings in a recording: verdicts, remarks on the data, and the charts behind them."""
+    """Section on one diagnosis: verdicts, remarks on the data, and charts."""
     parts: list[tuple[str, Any]] = [("verdict", verdict(diagnosis, each)) for each in diagnosis.findings]
     if rows := [(words(row.name), remark) for row in diagnosis.quality for remark in row.remarks]:
         parts.append(("table", Table("Remarks on the data", ("channel", "remark"), tuple(rows))))
@@ -153,7 +153,7 @@ def _section(title: str, diagnosis: Diagnosis, suffix: str) -> Section:
 
 
 def _apart(figure: Figure, suffix: str) -> Figure:
-    """A chart under a name of its own, drawn from series under names of their own."""
+    """A chart with a unique name, drawn from uniquely named series."""
 
     def own(meta: Mapping[str, Any]) -> dict[str, Any]:
         names = {key: f"{suffix}/{meta[key]}" for key in ("series", "deviation") if key in meta}
@@ -165,11 +165,11 @@ def _apart(figure: Figure, suffix: str) -> Figure:
 
 
 def to_json(judged: Sequence[Judged], origin: Origin) -> str:
-    """One JSON document: of every recording the documents of its diagnoses, and the monitors that did not run.
+    """JSON document with the diagnoses of every recording and the monitors that did not run.
 
     Args:
-        judged: the recordings
-        origin: how it came about
+        judged: recordings with their diagnoses
+        origin: time, version and command
     """
     status = worst(judged)
     content = {

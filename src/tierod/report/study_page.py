@@ -1,4 +1,4 @@
-"""The page of a study: its claims first, then what they rest on, all in one file."""
+"""Page of a study: claims first, then their evidence, in one file."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ class StudyPage:
 
     Args:
         name, title, summary: of the study
-        groups: title of every group of claims, in the order shown
-        items: of the study, in order
-        created, version, command: how the page came about
-        remark: what holds for the whole page, such as that it was a quick run
+        groups: titles of the groups of claims, in the order shown
+        items: contents of the study, in order
+        created, version, command: origin of the page
+        remark: on the whole page, such as that it was a quick run
     """
 
     name: str
@@ -52,7 +52,7 @@ _VERDICTS = {
 
 
 def render_study(page: StudyPage) -> str:
-    """The page as text."""
+    """HTML page of a study."""
     every = [item for item in page.items if isinstance(item, Claim)]
     claims, described = ([claim for claim in every if claim.describes is only] for only in (False, True))
     picture, parts = _picture(sections(page.items))
@@ -72,20 +72,20 @@ def render_study(page: StudyPage) -> str:
 
 
 def _picture(parts: Sequence[Section]) -> tuple[Figure | None, list[Section]]:
-    """The first chart, which stands before the claims, and the sections without it."""
+    """The first chart, which is shown before the claims, and the sections without it."""
     part = next((part for section in parts for part in section.parts if part[0] == "chart"), None)
     rest = [replace(section, parts=[each for each in section.parts if each is not part]) for section in parts]
     return (part[1] if part else None), [section for section in rest if section.text or section.parts]
 
 
 def _groups(titles: Mapping[str, str], claims: Sequence[Claim]) -> list[tuple[str, list[Claim]]]:
-    """(title, claims) of every group; groups without a title stand last, under their name."""
+    """(title, claims) of every group; groups without a title come last, under their name."""
     names = [*titles, *dict.fromkeys(claim.group for claim in claims if claim.group not in titles)]
     return [(titles.get(name, name), [claim for claim in claims if claim.group == name]) for name in names]
 
 
 def _group(title: str, claims: Sequence[Claim]) -> dict[str, Any]:
-    """A group as shown: unfolded where a claim does not hold."""
+    """Content of a group, unfolded if one of its claims does not hold."""
     counts = [(word, count) for _, word, _, count in _counts(claims)]
     return {
         "title": title,
@@ -96,7 +96,7 @@ def _group(title: str, claims: Sequence[Claim]) -> dict[str, Any]:
 
 
 def _counts(claims: Sequence[Claim]) -> list[tuple[str, Outcome, str, int]]:
-    """(symbol, outcome, kind, number) of every outcome; what the source is to blame for only where there is any."""
+    """(symbol, outcome, kind, number) of every outcome; irreproducible claims only where there are any."""
     found = [(*_VERDICTS[each], each, sum(claim.outcome is each for claim in claims)) for each in Outcome]
     return [(a, each, b, n) for a, b, each, n in found if n or each is not Outcome.IRREPRODUCIBLE]
 

@@ -1,4 +1,4 @@
-"""The verdict, and what a fault memory holds, in the terminal."""
+"""Terminal output of a diagnosis and of a fault memory."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def show(diagnosis: Diagnosis, console: Console) -> None:
-    """Print all findings, the decisive one first, and the remarks on the data."""
+    """Print all findings, the decisive one first, and remarks on the data."""
     from rich.markup import escape
 
     if not diagnosis.findings:
@@ -44,7 +44,7 @@ def show(diagnosis: Diagnosis, console: Console) -> None:
 
 
 def _elements(diagnosis: Diagnosis, console: Console) -> None:
-    """The table of sensors and actuators; empty columns are left out."""
+    """Print the table of sensors and actuators without empty columns."""
     from rich.markup import escape
     from rich.table import Table
 
@@ -61,7 +61,7 @@ def _elements(diagnosis: Diagnosis, console: Console) -> None:
 
 
 def _effects(diagnosis: Diagnosis, console: Console) -> None:
-    """The table of uncertain parameters by how far they move the result."""
+    """Print the table of uncertain parameters, ordered by their effect on the result."""
     from rich.markup import escape
     from rich.table import Table
 
@@ -106,7 +106,7 @@ def _rows(diagnosis: Diagnosis, finding: Finding) -> list[tuple[str, str]]:
 
 
 def print_memory(memory: FaultMemory, console: Console) -> None:
-    """The codes of a memory, and the reactions they require."""
+    """Print the trouble codes of a memory, its warning lamp and its reaction."""
     from rich.table import Table
     from rich.text import Text
 
@@ -131,7 +131,7 @@ def print_memory(memory: FaultMemory, console: Console) -> None:
 
 
 def print_snapshot(frame: FreezeFrame, which: str, console: Console) -> None:
-    """Signals at the instant of a failure, and how far they ran around it."""
+    """Print the signals at the instant of a failure, with their range around it."""
     from rich.table import Table
     from rich.text import Text
 

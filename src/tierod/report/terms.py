@@ -1,4 +1,4 @@
-"""Terms of the pages that are neither signals nor parameters, as they stand there, each in a sentence or two."""
+"""Explanations of the terms on the pages that are neither signals nor parameters."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ STATUSES: Mapping[str, str] = {
     "consistent": "An estimate with which a reference or a redundant signal agrees.",
     "inconsistent": "An estimate that a reference or a redundant signal contradicts.",
 }
-"""What each status of a verdict means."""
+"""Explanation of each status of a verdict."""
 
 _NIS = (
     "Normalised innovation squared: measured less predicted, squared, over its variance. Its mean is the number of "
@@ -103,4 +103,4 @@ _FLEETS = {
 }
 
 TERMS: Mapping[str, str] = _STATISTICS | _RULES | _CAMPAIGNS | _FLEETS
-"""What each other term means, by the term."""
+"""Explanation of each other term."""

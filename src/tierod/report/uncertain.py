@@ -1,4 +1,4 @@
-"""Uncertain parameters as rows, ranked by how far they move the result; for terminal and page."""
+"""Rows of uncertain parameters, ordered by their effect on the result; for terminal and page."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ HEADING = "Which parameters decide"
 
 
 def effect_rows(diagnosis: Diagnosis) -> list[tuple[str, str, str, str]]:
-    """The cells of `COLUMNS` for every uncertain parameter that moves the result, the largest effect first.
+    """Cells of `COLUMNS` for every uncertain parameter that affects the result, the largest effect first.
 
     Args:
-        diagnosis: with what its parameters do
+        diagnosis: with the effects of its parameters
     """
     return [(each.name, _value(each), _effect(each), share(each.share)) for each in diagnosis.parameter_effects]
 
 
 def measure_first(diagnosis: Diagnosis) -> str:
-    """A sentence on the parameter that is worth measuring; "" where none moves the result.
+    """Recommendation of the parameter to measure first; "" where none affects the result.
 
     Args:
-        diagnosis: with what its parameters do
+        diagnosis: with the effects of its parameters
     """
     if not diagnosis.parameter_effects:
         return ""

@@ -1,4 +1,4 @@
-"""Looks of a status, what decided a verdict, and the states of sensors and actuators as rows; for terminal and page."""
+"""Appearance of a status, decisive rules of a verdict, and rows of sensors and actuators; for terminal and page."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from tierod.report.display import instant, interval, number, words
 
 @dataclass(frozen=True)
 class Appearance:
-    """Looks of a status.
+    """Appearance of a status.
 
     Args:
-        symbol: one character that distinguishes it without colour
-        kind: class name in the page: good, watch, bad, open
-        style: of the terminal
+        symbol: one character that distinguishes the status without colour
+        kind: CSS class on the page: good, watch, bad or open
+        style: in the terminal
     """
 
     symbol: str
@@ -39,17 +39,17 @@ _APPEARANCES = {
 
 
 def appearance(status: Status) -> Appearance:
-    """Appearance of this status; whatever is no judgement looks open."""
+    """Appearance of a status; a status without a judgement appears open."""
     return _APPEARANCES.get(status, _OPEN)
 
 
 def shown_as(finding: Finding) -> Appearance:
-    """Appearance of a finding: an estimate that nothing confirms looks open, whatever its status."""
+    """Appearance of a finding; an unconfirmed estimate appears open, whatever its status."""
     return _OPEN if finding.word == ESTIMATED else appearance(finding.status)
 
 
 def overall(diagnosis: Diagnosis) -> Status:
-    """The status of the decisive finding, which stands first; "not available" where no monitor ran."""
+    """Status of the decisive finding, which comes first; "not available" where no monitor ran."""
     return diagnosis.findings[0].status if diagnosis.findings else Status.NOT_AVAILABLE
 
 
@@ -64,7 +64,7 @@ def deciding(diagnosis: Diagnosis, finding: Finding) -> list[str]:
 
 
 def alarm_from(levels: tuple[float, ...], below: bool) -> str:
-    """The thresholds of a rule, as shown: "alarm from 4", "alarm beyond ±0.06", "alarm below 9".
+    """Thresholds of a rule as text: "alarm from 4", "alarm beyond ±0.06", "alarm below 9".
 
     Args:
         levels: thresholds; empty gives ""
@@ -96,12 +96,12 @@ COLUMNS = ("sensor or actuator", "state", "fault", "from", "to", "size", "replac
 
 
 class ElementRow(NamedTuple):
-    """One line: of an element without episode, or of one of its episodes.
+    """One table row: of an element without episodes, or of one of its episodes.
 
     Args:
-        name: of the element; empty in the lines of its further episodes
-        looks: of its status
-        status, fault, start, end, size, substitute, code: as shown
+        name: of the element; "" in the rows of its further episodes
+        looks: appearance of its status
+        status, fault, start, end, size, substitute, code: displayed texts
     """
 
     name: str
@@ -116,13 +116,13 @@ class ElementRow(NamedTuple):
 
     @property
     def cells(self) -> tuple[str, ...]:
-        """In the order of `COLUMNS`."""
+        """Cells in the order of `COLUMNS`."""
         state = f"{self.looks.symbol} {self.status}" if self.status else ""
         return (self.name, state, self.fault, self.start, self.end, self.size, self.substitute, self.code)
 
 
 def rows(element: Element) -> list[ElementRow]:
-    """The lines of one element: at least one, and one for every episode."""
+    """Rows of one element: one per episode, and at least one."""
     looks = appearance(element.status)
     if not element.episodes:
         return [

@@ -1,4 +1,4 @@
-"""Vehicles: sets of parameters in TOML files, one per car or paper, with unit, spread and source of every value."""
+"""Vehicles: parameter sets in TOML files, one per car or paper, with unit, spread and source of every value."""
 
 from tierod.vehicles.catalogue import QUANTITIES, Quantity
 from tierod.vehicles.loader import VEHICLES, load, shipped

@@ -1,4 +1,4 @@
-"""Begins a vehicle file of an own car: given values, those of a similar car, and typical ones of its class."""
+"""Initial vehicle file of a car: given values, values of a similar car, and typical values of its class."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from tierod.vehicles.classes import Known, class_of, classes, require_class, rul
 from tierod.vehicles.vehicle import Parameter, Vehicle
 
 UNKNOWN = 0.3
-"""Relative standard deviation of a value of another car for which no class has one."""
+"""Relative standard deviation of a value without a class rule, taken from a similar car or given without one."""
 
 
 def begun(
     known: Mapping[str, Known], of: str | None = None, like: Vehicle | None = None
 ) -> tuple[str, list[Parameter]]:
-    """The class of an own car, and its parameters, each with a standard deviation and a source.
+    """Class of a car and its initial parameters, each with a standard deviation and a source.
 
     Args:
-        known: given values by name, also of "wheelbase" and "front_share"
-        of: class of the car; that of `like` where None
-        like: a car whose values are taken before those of the class, scaled to the given mass and wheelbase
+        known: given values by name, including "wheelbase" and "front_share"
+        of: class of the car; None for that of `like`
+        like: similar car, whose values precede those of the class and are scaled to the given mass and wheelbase
 
     Raises:
-        ParameterError: no such class; or neither class nor car is given
+        ParameterError: the class does not exist, or neither class nor car is given
     """
     if of is None and like is None:
         raise ParameterError(
@@ -48,7 +48,7 @@ def begun(
 
 
 def _base(like: Vehicle | None) -> dict[str, Known]:
-    """Mass and geometry of a similar car, with the spread of a car that is only similar."""
+    """Mass and geometry of a similar car, with the spread between cars of its class."""
     if like is None:
         return {}
     kind, source = class_of(like), f"assumed: typical of a car like {like.name}"
@@ -65,7 +65,7 @@ def _base(like: Vehicle | None) -> dict[str, Known]:
 def _as_like(
     like: Vehicle, kind: str, known: Mapping[str, Known], usual: Mapping[str, Parameter]
 ) -> dict[str, Parameter]:
-    """Parameters taken from a similar car: rules of the class carry its values to the given mass and geometry."""
+    """Parameters of a similar car, transferred by the rules of the class to the given mass and geometry."""
     there = typical(kind, _base(like))
     found = {}
     for name, theirs in like.parameters.items():
@@ -74,6 +74,7 @@ def _as_like(
         if QUANTITIES[name].torque and not like.calibrated:
             continue
         value, rule = theirs.value, rules().get(name)
+        # The ratio of the rule's results cancels the class's own factor, and keeps that of the similar car.
         if rule is not None and rule.powers:
             value *= usual[name].value / there[name].value
         spread = UNKNOWN * abs(value) if rule is None else 0.0
@@ -95,16 +96,16 @@ def text_of(
     counts: bool = False,
     database: str | None = None,
 ) -> str:
-    """The text of a vehicle file.
+    """Text of a vehicle file.
 
     Args:
         name: of the car
         kind: its class
-        parameters: in the order in which they are written
-        channel_map: name of the file beside it for reading its recordings; None without one
+        parameters: in the order of the file
+        channel_map: file name of the channel map; None without one
         like: name of the similar car; None without one
-        counts: whether its torques are raw counts, so that those of another car say nothing
-        database: name of the CAN database of its bus; None without one
+        counts: whether torques are raw counts, for which torque values of another car are omitted
+        database: file name of the CAN database; None without one
     """
     if counts:
         parameters = [each for each in parameters if not QUANTITIES[each.name].torque]
@@ -135,5 +136,5 @@ def _table(parameter: Parameter) -> str:
 
 
 def _number(value: float, digits: int) -> str:
-    # A number of TOML needs digits on both sides of its point; Python's own form has them.
+    # TOML requires digits on both sides of the decimal point, as repr() writes them.
     return repr(float(f"{value:.{digits}g}")) if math.isfinite(value) else "0.0"

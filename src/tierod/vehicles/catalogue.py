@@ -1,6 +1,6 @@
-"""The names that a vehicle's parameters may have: unit, meaning, and the range that a real car can reach.
+"""Catalogue of vehicle parameters: name, unit, meaning and plausible range.
 
-Models and monitors name the fields of their parameter dataclasses so; a vehicle file speaks the same names.
+Parameter dataclasses of models and monitors, and vehicle files, use these names.
 """
 
 from __future__ import annotations
@@ -10,14 +10,14 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Quantity:
-    """One parameter that a vehicle file may give.
+    """One parameter of a vehicle file.
 
     Args:
-        name: in words, as the field of a parameter dataclass
-        unit: SI, in the notation of pint; "" for a number
-        meaning: one sentence fragment, with the place it is referred to
-        plausible: smallest and largest value that is not a slip of the unit, in the unit
-        torque: whether it is a torque of the steering, which an uncalibrated car gives in counts
+        name: of the field in parameter dataclasses
+        unit: SI, in the notation of pint; "" for a dimensionless number
+        meaning: one sentence fragment, with the point of reference
+        plausible: smallest and largest value of a real vehicle, in the unit; others indicate a wrong unit
+        torque: whether it is a steering torque, which an uncalibrated car gives in counts
     """
 
     name: str
@@ -159,4 +159,4 @@ _CATALOGUE = (
 )
 
 QUANTITIES: dict[str, Quantity] = {quantity.name: quantity for quantity in _CATALOGUE}
-"""Every parameter name that a vehicle file may hold."""
+"""All parameters that a vehicle file may contain, by name."""

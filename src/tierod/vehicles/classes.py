@@ -1,4 +1,4 @@
-"""Typical values of parameters by class of car, and how far the cars of a class differ from them."""
+"""Typical parameter values of each class of cars, and the spread of the cars within a class."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from tierod.vehicles.vehicle import SHIPPED, Parameter, Vehicle
 FILE = SHIPPED / "classes.toml"
 
 USUAL = "midsize"
-"""Class of a car of which neither mass nor wheelbase is known."""
+"""Class of a car with unknown mass and wheelbase."""
 
 
 class Known(NamedTuple):
-    """A value in SI units, and its standard deviation; None where it is not known."""
+    """A value in SI units with its standard deviation; None if that is unknown."""
 
     value: float
     standard_deviation: float | None = None
@@ -29,18 +29,18 @@ class Known(NamedTuple):
 
 @dataclass(frozen=True)
 class Rule:
-    """Rule by which a quantity follows from the class of a car.
+    """Rule that gives a quantity for each class of cars.
 
     Args:
         name: of the quantity
         unit: SI
-        values: by class; with powers the factor of the rule
+        values: value by class; with powers the factor of the rule
         powers: value = factor * product of quantity ** power
-        relative: standard deviation over the value by class, of a value that is not given
-        absolute: further standard deviation in the unit
-        given: relative standard deviation of a value that is given without one; None: that of one not given
-        source: of both
-        spread_alone: the value is only good for a spread: a car has to bring its own
+        relative: relative standard deviation by class, of a value that is not given
+        absolute: further standard deviation [unit]
+        given: relative standard deviation of a value given without one; None for the same as `relative`
+        source: of values and spreads
+        spread_alone: whether only the spread is usable and the value must be given
     """
 
     name: str
@@ -54,7 +54,7 @@ class Rule:
     spread_alone: bool = False
 
     def spread(self, value: float, of: str) -> float:
-        """Standard deviation of a value that is given without one, in the unit."""
+        """Standard deviation of a value that is given without one [unit]."""
         relative = self.relative[of] if self.given is None else self.given
         return math.hypot(relative * value, self.absolute)
 
@@ -70,10 +70,10 @@ def classes() -> dict[str, str]:
 
 
 def require_class(name: str) -> None:
-    """Refuse a class that there is not.
+    """Check that a class exists.
 
     Raises:
-        ParameterError: the message names the nearest ones
+        ParameterError: the class does not exist; the message suggests the nearest names
     """
     if name not in classes():
         raise ParameterError(f"no class of cars is called '{name}'{nearest(name, classes())}")
@@ -81,7 +81,7 @@ def require_class(name: str) -> None:
 
 @cache
 def rules() -> dict[str, Rule]:
-    """The rule of every quantity that has one, by name; wheelbase and front_share are no parameters of a file."""
+    """Rules by quantity; wheelbase and front_share are no parameters of a vehicle file."""
     return {name: _rule(name, table) for name, table in _content()["quantities"].items()}
 
 
@@ -104,10 +104,10 @@ def _rule(name: str, table: Mapping[str, Any]) -> Rule:
 
 
 def class_of(vehicle: Vehicle) -> str:
-    """The class of a vehicle: by name of a shipped one, else the nearest by mass, wheelbase and friction of the tyres.
+    """Class of a vehicle: by name for a shipped one, else the nearest by mass, wheelbase and tyre friction.
 
     Args:
-        vehicle: with any parameters; without these three it counts as USUAL
+        vehicle: with any parameters; without these three the class is USUAL
     """
     if vehicle.path.parent == SHIPPED and vehicle.name in _content()["shipped"]:
         return str(_content()["shipped"][vehicle.name])
@@ -116,6 +116,7 @@ def class_of(vehicle: Vehicle) -> str:
         known["wheelbase"] = vehicle["front_distance"] + vehicle["rear_distance"]
 
     def distance(of: str) -> float:
+        # Logarithmic deviations in units of the spread within the class, so that all quantities count alike.
         off = (math.log(value / rules()[name].values[of]) / rules()[name].relative[of] for name, value in known.items())
         return sum(each * each for each in off)
 
@@ -123,7 +124,7 @@ def class_of(vehicle: Vehicle) -> str:
 
 
 def typical_spread(name: str, value: float, of: str) -> float | None:
-    """Standard deviation [unit of the catalogue] of a value that is given without one; None where no class has one.
+    """Standard deviation of a value given without one [unit of the catalogue]; None without a class rule.
 
     Args:
         name: of the parameter
@@ -131,7 +132,7 @@ def typical_spread(name: str, value: float, of: str) -> float | None:
         of: class of the car
 
     Raises:
-        ParameterError: no such class
+        ParameterError: the class does not exist
     """
     require_class(of)
     rule = rules().get(name)
@@ -141,14 +142,14 @@ def typical_spread(name: str, value: float, of: str) -> float | None:
 
 
 def typical(of: str, known: Mapping[str, Known] | None = None) -> dict[str, Parameter]:
-    """Every parameter that a class has a rule for, with the spread that follows from rule and what it is made of.
+    """Every parameter for which a class has a rule, with a spread propagated through the rule.
 
     Args:
         of: class of the car
-        known: given values by name, also of "wheelbase" [m] and "front_share"; they replace the class's
+        known: given values by name, also of "wheelbase" [m] and "front_share"; they replace those of the class
 
     Raises:
-        ParameterError: no such class
+        ParameterError: the class does not exist
     """
     require_class(of)
     table = _Typical(of, _with_geometry(dict(known or {})))
@@ -156,7 +157,7 @@ def typical(of: str, known: Mapping[str, Known] | None = None) -> dict[str, Para
 
 
 def _with_geometry(known: dict[str, Known]) -> dict[str, Known]:
-    """Wheelbase and share of the weight from given distances of the axles, where those are given."""
+    """Known values with wheelbase and front share added from given axle distances."""
     front, rear, whole = (known.get(name) for name in ("front_distance", "rear_distance", "wheelbase"))
     if front and rear:
         known["wheelbase"] = Known(front.value + rear.value)
@@ -169,7 +170,7 @@ def _with_geometry(known: dict[str, Known]) -> dict[str, Known]:
 
 @dataclass
 class _Typical:
-    """Values of a class, each made once."""
+    """Lazily computed values of a class."""
 
     kind: str
     known: Mapping[str, Known]
@@ -195,6 +196,7 @@ class _Typical:
                 given if spread is not None else given._replace(standard_deviation=rule.spread(given.value, self.kind))
             )
         value, variance = rule.values[self.kind], rule.relative[self.kind] ** 2
+        # First-order propagation of the relative variances of independent factors.
         for quantity, power in rule.powers.items():
             part = self.of(quantity)
             value *= part.value**power

@@ -1,4 +1,4 @@
-"""Values of parameters as a user writes them on a command line: mass="1.48 t", mass=1480+-20, steering_ratio=1/15.5."""
+"""Parameter values as written on a command line: mass="1.48 t", mass=1480+-20, steering_ratio=1/15.5."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ GEOMETRY: dict[str, tuple[str, tuple[float, float]]] = {
     "wheelbase": ("m", (0.8, 10.0)),
     "front_share": ("", (0.2, 0.8)),
 }
-"""What a brochure says and a vehicle file holds as distances of the axles: unit and plausible range."""
+"""Quantities of data sheets that a vehicle file expresses as axle distances: unit and plausible range."""
 
 EXAMPLE = 'mass=1480, mass=1480+-20, mass="1.48 t +- 3 %" or steering_ratio=1/15.5'
 
@@ -31,10 +31,10 @@ def known_from(assignments: Iterable[str]) -> dict[str, Known]:
     """Values by name, in SI units.
 
     Args:
-        assignments: NAME=VALUE, NAME=VALUE+-SPREAD, each with a unit behind it where it is not the SI unit
+        assignments: NAME=VALUE or NAME=VALUE+-SPREAD, with units after the numbers unless they are SI units
 
     Raises:
-        ParameterError: an unknown name, a number or unit that cannot be read, or a value that no car has
+        ParameterError: an unknown name, an unreadable number or unit, or a value outside the plausible range
     """
     found: dict[str, Known] = {}
     for text in assignments:
@@ -79,7 +79,7 @@ def _known(name: str, text: str) -> Known:
 
 
 def _written_instead(name: str, text: str) -> str:
-    """How a number is written that was written in another way."""
+    """Advice on how to write a number that could not be read."""
     if ratio := re.fullmatch(rf"({_NUMBER})\s*:\s*({_NUMBER})", text):
         return f"write a ratio as {name}={ratio[1]}/{ratio[2]}"
     if re.search(r"\d[,']\d", text):
@@ -117,7 +117,7 @@ def _implausible(name: str, value: float, unit: str, low: float, high: float) ->
 
 
 def _require_one_geometry(known: dict[str, Known]) -> None:
-    """Two of wheelbase, front_distance, rear_distance (or the share) decide; a third may not contradict them."""
+    """Check that wheelbase, axle distances and front share do not over-determine the geometry."""
     distances = [name for name in ("front_distance", "rear_distance") if name in known]
     if "front_share" in known and distances:
         raise ParameterError(f"front_share and {distances[0]} say the same in two ways; give one of them")

@@ -1,4 +1,4 @@
-"""Reads a vehicle file, checks it, and converts it to SI units."""
+"""Reading of vehicle files: check and conversion to SI units."""
 
 from __future__ import annotations
 
@@ -21,22 +21,22 @@ if TYPE_CHECKING:
 
 
 VEHICLES = FileRegistry("tierod.vehicles", "vehicle", SHIPPED)
-"""The vehicle files that tierod ships, and those of installed packages."""
+"""Vehicle files shipped with tierod, and those of installed packages."""
 
 
 def shipped() -> tuple[str, ...]:
-    """The names of the vehicles that tierod ships, in alphabetical order."""
+    """Names of the vehicles shipped with tierod, in alphabetical order."""
     return tuple(VEHICLES.own)
 
 
 def load(name_or_path: str | Path) -> Vehicle:
-    """The vehicle of a shipped name or of a file.
+    """Load a vehicle by its name or from a file.
 
     Args:
-        name_or_path: a name in `VEHICLES`, or the path of a vehicle file (.toml)
+        name_or_path: name in `VEHICLES`, or path of a vehicle file (.toml)
 
     Raises:
-        ParameterError: no such vehicle, or a file with a slip in it; the message names the line and the nearest names
+        ParameterError: the vehicle does not exist or its file is invalid; the message names the line and nearest names
     """
     path = VEHICLES.find(str(name_or_path))
     text = read_text(path, "the vehicle file", ParameterError, "give a TOML file")
@@ -45,7 +45,7 @@ def load(name_or_path: str | Path) -> Vehicle:
 
 
 class _Reader:
-    """One vehicle file on its way to a vehicle, with what a message needs to point at a line."""
+    """Reader of one vehicle file, with its text for error messages that name a line."""
 
     def __init__(self, path: Path, text: str):
         self.path = path
@@ -90,7 +90,7 @@ class _Reader:
     def explained(self, error: ValidationError) -> ParameterError:
         from tierod.vehicles.schema import ChannelsEntry, ParameterEntry, VehicleFile
 
-        # A key spelt wrongly is an unknown key and a missing one: the unknown one is more helpful.
+        # A misspelt key causes an unknown and a missing key; the unknown one is more helpful.
         first = min(error.errors(), key=lambda slip: slip["type"] != "extra_forbidden")
         location = [str(part) for part in first["loc"]]
         key = ".".join(location)
@@ -120,6 +120,7 @@ class _Reader:
 
     def check(self, quantity: Quantity, value: float, unit: str) -> None:
         low, high = quantity.plausible
+        # Plausible ranges hold for SI units; raw counts have an unknown scale.
         if unit != COUNT and not low <= value <= high:
             raise self.error(
                 ("parameters", quantity.name, "value"),
@@ -129,10 +130,10 @@ class _Reader:
             )
 
     def beside(self, key: str, name: str | None) -> Path | None:
-        """A file that the vehicle names: from its own folder, or one that tierod ships, by its bare name."""
+        """Path of a file named in the vehicle file: in its folder, or a shipped file of that name."""
         if name is None:
             return None
-        # A file that was written with a whole path and then moved has its companion beside it.
+        # A vehicle file written with a path and then moved has the named file in its own folder.
         places = (self.path.parent / name, self.path.parent / Path(name).name, SHIPPED / Path(name).name)
         found = next((path for path in places if path.is_file()), None)
         if found is None:

@@ -1,4 +1,4 @@
-"""How recordings of a vehicle are read: by the files that are given, else by those that its own file names."""
+"""Choice of CAN databases and channel map for recordings of a vehicle."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ Map = str | Path | ChannelMap | None
 
 
 def read_by(vehicle: Vehicle | None, dbc: Paths = None, channel_map: Map = None) -> tuple[tuple[str | Path, ...], Map]:
-    """CAN databases and channel map that recordings are read by.
+    """CAN databases and channel map for reading recordings.
 
     Args:
-        vehicle: whose own are taken where none are given; None where no vehicle is known
+        vehicle: whose own files are used if none are given; None for no vehicle
         dbc: path(s) of databases
-        channel_map: path of a map, or a map
+        channel_map: path of a map, or the map itself
     """
     databases = dbc or (vehicle.database if vehicle else None) or ()
     paths = (databases,) if isinstance(databases, str | Path) else tuple(databases)

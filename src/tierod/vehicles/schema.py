@@ -1,4 +1,4 @@
-"""Schema of a vehicle file, as pydantic checks it: strict types, no unknown key."""
+"""Schema of a vehicle file for pydantic, with strict types and without unknown keys."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ class _Strict(BaseModel):
 
 
 class ParameterEntry(_Strict):
-    """One ``[parameters.NAME]`` table: value, its unit, how well it is known, and from where."""
+    """One ``[parameters.NAME]`` table: value, unit, standard deviation and source."""
 
     value: FiniteFloat
     unit: str
@@ -23,18 +23,18 @@ class ParameterEntry(_Strict):
 
 
 class ChannelsEntry(_Strict):
-    """The ``[channels]`` table: files beside the vehicle file on how to read its bus."""
+    """The ``[channels]`` table: files that define how recordings of the vehicle are read."""
 
     map: Text | None = None
     dbc: Text | None = None
 
 
 Threshold = FiniteFloat | Text | dict[str, FiniteFloat]
-"""A number, a word on where it comes from, or numbers by name."""
+"""A number, a text on its origin, or numbers by name."""
 
 
 class VehicleFile(_Strict):
-    """One vehicle file as a whole."""
+    """The whole vehicle file."""
 
     name: Text
     description: Text

@@ -1,4 +1,4 @@
-"""Vehicles whose parameters are moved within their spread, in standard deviations."""
+"""Variation of vehicle parameters within their uncertainty, in standard deviations."""
 
 from __future__ import annotations
 
@@ -11,30 +11,30 @@ from tierod.vehicles.classes import class_of, typical_spread
 from tierod.vehicles.vehicle import Parameter, Vehicle
 
 LARGE = 0.25
-"""Relative standard deviation from which a positive quantity is moved by factors: a quarter less and a quarter more are
-then no longer alike, and four of them would pass zero."""
+"""Relative standard deviation above which a positive quantity is varied by factors: with symmetric differences, four
+standard deviations would reach zero."""
 
 OWN_MODEL = ("_noise", "_drift", "_wander", "_wander_time", "_resolution")
-"""Endings of parameters that describe how uncertain a filter or a sensor is: they make the band, and are not moved."""
+"""Suffixes of parameters that describe the uncertainty of a filter or sensor; they define the band and do not vary."""
 
 LIMITS = frozenset(
     ("nominal_friction", "rising_friction", "fault_friction", "noticeable_friction", "baseline_variance")
 )
-"""What an estimate is judged against: chosen, or judged with its deviation by the monitor itself."""
+"""Limits to which an estimate is compared: chosen values, or values whose spread the monitor itself includes."""
 
 
 FREE, BOUND = "rear_distance", "front_distance"
-"""Where the wheelbase is known better than the centre of gravity, the first is moved and the second follows."""
+"""With a well-known wheelbase the first distance is varied and the second one follows."""
 
 SURER = 3.0
-"""Ratio of their standard deviations from which that holds."""
+"""Ratio of axle-distance to wheelbase standard deviation above which the wheelbase counts as well known."""
 
 FITTING = 0.02
-"""Relative difference of wheelbase and sum of the distances up to which they are of one car."""
+"""Largest relative difference between the wheelbase and the sum of the axle distances."""
 
 
 def bound_distance(vehicle: Vehicle) -> bool:
-    """Whether one distance of the axles follows from the other and a wheelbase that the file gives.
+    """Whether one axle distance follows from the other and a well-known wheelbase.
 
     Args:
         vehicle: with standard deviations
@@ -50,17 +50,17 @@ def bound_distance(vehicle: Vehicle) -> bool:
 
 
 def is_guess(parameter: Parameter, widest: float) -> bool:
-    """Whether a value is known to less than a share of itself.
+    """Whether the relative standard deviation of a parameter exceeds a limit.
 
     Args:
         parameter: of a vehicle
-        widest: relative standard deviation up to which it is no guess [-]
+        widest: largest relative standard deviation of a value that is not a guess [-]
     """
     return (parameter.standard_deviation or 0.0) > widest * abs(parameter.value)
 
 
 def may_move(name: str) -> bool:
-    """Whether a parameter describes the car, and not a limit or how uncertain a sensor is.
+    """Whether a parameter describes the car rather than a limit or the uncertainty of a sensor.
 
     Args:
         name: in the catalogue of quantities
@@ -69,15 +69,15 @@ def may_move(name: str) -> bool:
 
 
 def moved(vehicle: Vehicle, by: Mapping[str, float]) -> Vehicle:
-    """The vehicle with parameters that are wrong by so many standard deviations.
+    """The vehicle with parameters in error by given numbers of standard deviations.
 
-    A positive quantity with a large spread is moved by factors (log-normal, its value the median), any other one by
-    differences; none leaves the range that the catalogue calls plausible, unless its value does so already. With a
-    wheelbase that is known, the centre of gravity moves between the axles.
+    A positive quantity with a large spread is varied by factors (log-normal distribution with its value as median), any
+    other one by differences; no value leaves the plausible range of the catalogue unless it is outside already. With a
+    well-known wheelbase, the centre of gravity moves between the axles.
 
     Args:
-        vehicle: with a standard deviation for each of them
-        by: standard deviations by name of the parameter [-]
+        vehicle: with a standard deviation for each varied parameter
+        by: number of standard deviations, by name of the parameter [-]
     """
     parameters = {
         name: dataclasses.replace(each, value=_moved(each, by[name])) if by.get(name) else each
@@ -92,8 +92,9 @@ def moved(vehicle: Vehicle, by: Mapping[str, float]) -> Vehicle:
 
 
 def _moved(each: Parameter, by: float) -> float:
-    """The value of a parameter that is wrong by so many standard deviations."""
+    """Value of a parameter in error by a given number of standard deviations."""
     low, high = QUANTITIES[each.name].plausible
+    # A value outside the plausible range is not pulled into it.
     low, high = min(low, each.value), max(high, each.value)
     spread = each.standard_deviation or 0.0
     if each.value > 0.0 and low >= 0.0 and spread > LARGE * each.value:
@@ -103,12 +104,12 @@ def _moved(each: Parameter, by: float) -> float:
 
 
 class WatchedParameters(Mapping[str, Parameter]):
-    """Parameters of a vehicle that remember which of them were read, and whose spread their reader holds itself.
+    """Parameters of a vehicle that record which of them were read, and which spreads the reader includes itself.
 
     Args:
         parameters: by name
 
-    `read` are the first, `held` the others, see `held_deviation`.
+    `read` holds the names of the first, `held` those of the others (see `held_deviation`).
     """
 
     def __init__(self, parameters: Mapping[str, Parameter]):
@@ -132,10 +133,10 @@ class WatchedParameters(Mapping[str, Parameter]):
 
 
 def hold_spread(vehicle: Vehicle, names: Iterable[str]) -> None:
-    """Declare that a monitor has the spread of parameters in its own band, so that they are not moved beside it.
+    """Declare that a monitor's band includes the spread of parameters, so that these are not varied in addition.
 
     Args:
-        vehicle: that the monitor was opened for
+        vehicle: for which the monitor was opened
         names: of parameters
     """
     if isinstance(vehicle.parameters, WatchedParameters):
@@ -143,12 +144,12 @@ def hold_spread(vehicle: Vehicle, names: Iterable[str]) -> None:
 
 
 def held_deviation(vehicle: Vehicle, name: str) -> float:
-    """The standard deviation of a parameter, for the band of the monitor that asks; 0 where the file gives none.
+    """Standard deviation of a parameter for the band of the calling monitor; 0 where the file gives none.
 
-    A parameter without one takes that of its class, and is moved.
+    A parameter without a standard deviation is varied with the spread of its class instead.
 
     Args:
-        vehicle: that the monitor was opened for
+        vehicle: for which the monitor was opened
         name: of the parameter
     """
     deviation = vehicle.parameters[name].standard_deviation
@@ -159,7 +160,7 @@ def held_deviation(vehicle: Vehicle, name: str) -> float:
 
 
 def with_spread(vehicle: Vehicle) -> tuple[Vehicle, tuple[str, ...]]:
-    """The vehicle with the spread of its class where a parameter gives none, and the names of those parameters.
+    """The vehicle with missing standard deviations taken from its class, and the names of these parameters.
 
     Args:
         vehicle: whose parameters may lack a standard deviation
@@ -180,11 +181,11 @@ def with_spread(vehicle: Vehicle) -> tuple[Vehicle, tuple[str, ...]]:
 
 
 def in_words(vehicle: Vehicle, names: tuple[str, ...]) -> str:
-    """A sentence on parameters that took the spread of their class.
+    """A sentence on parameters with the spread of their class.
 
     Args:
-        vehicle: whose they are
-        names: of the parameters; empty gives ""
+        vehicle: that has the parameters
+        names: of the parameters; empty for ""
     """
     if not names:
         return ""

@@ -1,4 +1,4 @@
-"""A vehicle in tierod: parameters in SI units, each with its spread and its source."""
+"""A vehicle: parameters in SI units, each with standard deviation and source."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tierod.core.screen import Screen
 Parameters = TypeVar("Parameters")
 
 SHIPPED = Path(__file__).parent
-"""Where the vehicle files are that tierod ships."""
+"""Folder of the vehicle files shipped with tierod."""
 
 
 @dataclass(frozen=True)
@@ -22,11 +22,11 @@ class Parameter:
     """One parameter of a vehicle.
 
     Args:
-        name: as in the catalogue of quantities
-        value: in the unit
-        unit: SI, in the notation of pint; "count" for a torque of a vehicle that is not calibrated
-        standard_deviation: one sigma in the unit; None where it is not known
-        source: where the value comes from; begins with "assumed" where it was not measured
+        name: as in the catalogue
+        value: value in the unit
+        unit: SI, in the notation of pint; "count" for a torque of an uncalibrated vehicle
+        standard_deviation: one sigma in the unit; None if unknown
+        source: origin of the value; begins with "assumed" if it was not measured
     """
 
     name: str
@@ -37,26 +37,26 @@ class Parameter:
 
     @property
     def assumed(self) -> bool:
-        """Whether the value is a typical one, not measured on this vehicle."""
+        """Whether the value is assumed rather than measured on this vehicle."""
         return self.source.lower().startswith("assumed")
 
 
 @dataclass(frozen=True)
 class Vehicle:
-    """A set of parameters for one car, or for the car of one paper.
+    """Parameter set of a car, real or from a paper.
 
     Args:
         name: short, as given on the command line
         description: one sentence
-        source: where the set as a whole comes from
-        good_for, not_good_for: what may and may not be concluded with it
-        torque_unit: "N*m", or "count" where the torques of its recordings are raw
+        source: origin of the set as a whole
+        good_for, not_good_for: uses for which the set is and is not suitable
+        torque_unit: "N*m", or "count" if torques in its recordings are raw
         parameters: by name, in SI units
         path: the file it was read from
-        channel_map, database: files on how to read the vehicle's bus, where the set names them
-        thresholds: that a calibration on fault-free drives has found, by what they are of; each in words, numbers, and
-            numbers by name, which the monitor that uses them checks
-        monitor: that judges its recordings where none is named; None leaves it to tierod
+        channel_map, database: files that define how its recordings are read; None without one
+        thresholds: from a calibration on fault-free drives, by kind; each a text, a number or numbers by name, checked
+            by the monitor that uses them
+        monitor: default monitor for its recordings; None for the choice of tierod
     """
 
     name: str
@@ -74,17 +74,17 @@ class Vehicle:
 
     @property
     def calibrated(self) -> bool:
-        """Whether the torques of this vehicle's recordings are in newton metres."""
+        """Whether torques in this vehicle's recordings are in newton metres."""
         return self.torque_unit != "count"
 
     def __contains__(self, name: object) -> bool:
         return name in self.parameters
 
     def __getitem__(self, name: str) -> float:
-        """The value of a parameter in SI units.
+        """Value of a parameter in SI units.
 
         Raises:
-            ParameterError: the vehicle file does not give it
+            ParameterError: the vehicle file does not contain it
         """
         if name in self.parameters:
             return self.parameters[name].value
@@ -94,13 +94,13 @@ class Vehicle:
         )
 
     def parameters_for(self, wanted: type[Parameters]) -> Parameters:
-        """A frozen dataclass of floats, filled by the names of its fields.
+        """An instance of a parameter dataclass, filled from the parameters with the names of its fields.
 
         Args:
-            wanted: the dataclass; a field with a default of its own may be absent from the vehicle file
+            wanted: frozen dataclass of floats; a field with a default may be absent from the vehicle file
 
         Raises:
-            ParameterError: fields without a default that the vehicle file does not give; the message names all of them
+            ParameterError: the vehicle file lacks fields without a default; the message names all of them
         """
         fields = [field for field in dataclasses.fields(wanted) if field.init]  # type: ignore[arg-type]
         absent = [f.name for f in fields if f.name not in self.parameters and _has_no_default(f)]
@@ -109,7 +109,7 @@ class Vehicle:
         return wanted(**{f.name: self.parameters[f.name].value for f in fields if f.name in self.parameters})
 
     def _adding(self, names: list[str]) -> str:
-        """Instruction for adding the named parameters to the vehicle; a file that tierod ships is not for editing."""
+        """Advice on how to add parameters: to the user's own file, or to a copy of a shipped one."""
         tables = " and ".join(f"[parameters.{name}]" for name in names)
         if self.path.parent != SHIPPED:
             return f"Add {tables} to {self.path}"
@@ -132,7 +132,7 @@ class Vehicle:
         return self.screen().html()
 
     def rows(self) -> tuple[tuple[str, float, str, float | None, str], ...]:
-        """(name, value, unit, standard deviation, source) of every parameter, as a diagnosis reports them."""
+        """(name, value, unit, standard deviation, source) of every parameter, for a diagnosis."""
         return tuple((p.name, p.value, p.unit, p.standard_deviation, p.source) for p in self.parameters.values())
 
 

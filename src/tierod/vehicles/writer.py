@@ -1,4 +1,4 @@
-"""Writes values that were found back into a vehicle file; its comments, its order and all else stay as they are."""
+"""Writing of identified values into a vehicle file, without changing comments, order or anything else."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Change:
     Args:
         value: in SI units
         standard_deviation: one sigma, in SI units
-        source: where it comes from
+        source: origin of the value
     """
 
     value: float
@@ -35,17 +35,17 @@ class Change:
 
 
 def changed(text: str, changes: Mapping[str, Change]) -> str:
-    """The text of a vehicle file with new values, each in the unit that the file gives it in.
+    """Text of a vehicle file with new values, each in the unit used in the file.
 
     Args:
-        text: of a vehicle file that has been read without error
-        changes: by name of the parameter; one that the file lacks is added at its end
+        text: of a valid vehicle file
+        changes: by name of the parameter; parameters missing in the file are appended
 
     Raises:
-        ParameterError: a parameter that is written in a way that this cannot change
+        ParameterError: a parameter is written in a form that cannot be changed
     """
     before = tomllib.loads(text)
-    # Lines may end as on Windows; they all stay so.
+    # Windows line ends are preserved.
     windows = "\r\n" in text
     text = text.replace("\r\n", "\n")
     for name, change in changes.items():
@@ -57,15 +57,15 @@ def changed(text: str, changes: Mapping[str, Change]) -> str:
 
 
 def with_thresholds(text: str, of: str, table: Mapping[str, float | str | Mapping[str, float]]) -> str:
-    """The text of a vehicle file with thresholds at its end, in place of those that it had of the same thing.
+    """Text of a vehicle file with thresholds at its end, which replace earlier ones of the same kind.
 
     Args:
-        text: of a vehicle file that has been read without error
-        of: what they are thresholds of: a word with hyphens
-        table: words, numbers, and numbers by name
+        text: of a valid vehicle file
+        of: kind of thresholds: a word with hyphens
+        table: texts, numbers, and numbers by name
 
     Raises:
-        ParameterError: older thresholds are written in a way that this cannot replace
+        ParameterError: earlier thresholds are written in a form that cannot be replaced
     """
     windows, text = "\r\n" in text, text.replace("\r\n", "\n")
     header = re.compile(rf"\[thresholds\.{re.escape(of)}(\..+)?\]\s*(#.*)?")
@@ -82,6 +82,7 @@ def with_thresholds(text: str, of: str, table: Mapping[str, float | str | Mappin
             rows = [f"{quoted(name)} = {_written(number)}" for name, number in value.items()]
             parts.append([f"[thresholds.{of}.{key}]", *rows])
     whole = "\n".join(kept).rstrip() + "".join("\n\n" + "\n".join(part) for part in parts) + "\n"
+    # The text is edited line by line, so everything else must be verified to be unchanged.
     if _less_thresholds(text, of) != _less_thresholds(whole, of):
         raise ParameterError(
             f"the older thresholds cannot be replaced; write them as tables [thresholds.{of}], or leave them out"
@@ -90,7 +91,7 @@ def with_thresholds(text: str, of: str, table: Mapping[str, float | str | Mappin
 
 
 def _less_thresholds(text: str, of: str) -> dict[str, Any] | None:
-    """The content of a vehicle file without some thresholds; None where it is no TOML."""
+    """Content of a vehicle file without one kind of thresholds; None if it is not valid TOML."""
     try:
         content = tomllib.loads(text)
     except tomllib.TOMLDecodeError:
@@ -104,11 +105,11 @@ def _written(value: float | str) -> str:
 
 
 def _entry(name: str, change: Change, entry: Mapping[str, Any] | None) -> dict[str, str]:
-    """Keys of a parameter's table, as TOML writes their values."""
+    """Keys of a parameter's table with their values as TOML text."""
     unit = QUANTITIES[name].unit
     written = unit if entry is None else str(entry["unit"])
     factor = 1.0 if written == unit else scale(written, unit).factor
-    # A number of TOML needs digits on both sides of its point; Python's own form has them.
+    # TOML requires digits on both sides of the decimal point, as repr() writes them.
     return {
         "value": repr(float(f"{change.value / factor:.8g}")),
         "unit": quoted(written),
@@ -124,6 +125,7 @@ def _added(text: str, name: str, wanted: Mapping[str, str]) -> str:
 
 def _replaced(text: str, name: str, wanted: Mapping[str, str], entry: Mapping[str, Any]) -> str:
     lines = text.split("\n")
+    # Every key is located in the current text, because an inserted line shifts those below.
     for key, value in wanted.items():
         if key == "unit":
             continue
@@ -144,7 +146,7 @@ def _replaced(text: str, name: str, wanted: Mapping[str, str], entry: Mapping[st
 
 
 def _require_same(before: dict[str, Any], text: str, changes: Mapping[str, Change]) -> None:
-    """Refuse a text in which anything but the changed parameters is not as before."""
+    """Check that nothing but the changed parameters differs, because the text is edited line by line."""
     after = tomllib.loads(text)
     for content in (before, after):
         for name in changes:

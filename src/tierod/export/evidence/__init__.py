@@ -1,1 +1,1 @@
-"""Evidence for the C of an export: comparisons, checks, and figures on targets, on one page."""
+"""Evidence for exported C code on one page: comparisons, checks, and resource use on target processors."""

@@ -1,4 +1,4 @@
-"""Runs of an export with one parameter far from what it is, for thresholds that no drive reaches."""
+"""Runs of an export with one parameter changed by a large factor, to cover thresholds that no drive reaches."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tierod.export.interface import Interface
 from tierod.export.members import elements
 
 FACTORS = (0.2, 5.0)
-"""Of the parameter that is changed."""
+"""Factors applied to the changed parameter."""
 
 PROGRAM, SAMPLES = "build/calibrated.c", "build/calibrated.bin"
 
@@ -41,12 +41,12 @@ int main(void)
 
 
 def write_calibrated(face: Interface, folder: Path, inputs: np.ndarray) -> str:
-    """Write a program that runs over samples with every parameter changed in turn, and give its name.
+    """Write a program that runs over samples with each parameter changed in turn, and return its path.
 
     Args:
-        face: of the export
-        folder: that holds it
-        inputs: (n, inputs), of every run
+        face: interface of the export
+        folder: of the export
+        inputs: (n, inputs), samples of every run
     """
     members = elements(face.parameters)
     text = (

@@ -1,4 +1,4 @@
-"""Checks of the C of an export: sanitizers, coverage, MISRA, instructions on this machine."""
+"""Checks of exported C code: sanitizers, MISRA rules and instruction count on this machine."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from tierod.export.evidence.tools import ran, there, version
 from tierod.export.interface import Interface
 
 FURTHER = "build/further.csv"
-"""Drive, random samples and failed signals, as many as the evidence takes."""
+"""Samples of drive, random and failed signals for the coverage measurement."""
 SANITIZED = "build/sanitized.csv"
-"""The same, each shorter where a step is long."""
+"""Shorter version of these samples for the sanitizers, cut where a step is expensive."""
 
 SANITIZERS = "address,undefined,float-cast-overflow"
 
@@ -30,7 +30,7 @@ REASONS = {
     "20.9": "macros of math.h that a C library may lack",
     "21.15": "the bytes of a number become a whole number by memcpy, in place of a union",
 }
-"""Why a rule of MISRA C:2012 is departed from, by its number."""
+"""Justification of each departure from MISRA C:2012, by rule number."""
 
 OF_OWN_FUNCTIONS = {
     "2.2": "x - x, which is NaN of an infinite angle and zero else",
@@ -43,23 +43,23 @@ OF_OWN_FUNCTIONS = {
     "15.6": "a branch of one statement",
     "17.7": "what memcpy returns is its own argument",
 }
-"""The same, of the kernels' own functions in place of those of the C library; their text is that of the kernels."""
+"""Justifications for the kernels' own mathematical functions, which replace those of the C library."""
 
 ADDONS = ("/usr/lib/x86_64-linux-gnu/cppcheck/addons", "/usr/share/cppcheck/addons", "/usr/lib/cppcheck/addons")
-"""Folders in which Debian's and other packages keep the addon."""
+"""Folders in which distributions install the MISRA addon of cppcheck."""
 
 
 class Checked(NamedTuple):
-    """An export as the tools see it.
+    """An export as input of the tools.
 
     Args:
-        code: source that is covered
-        parts: all sources of the export
-        runs: arguments of the comparison, one after the other: vectors, and random samples
-        sanitized: likewise, of the runs with sanitizers
+        code: source file whose coverage is measured
+        parts: all source files of the export
+        runs: arguments of the comparison program, one pair of input and expected file per run
+        sanitized: arguments of the runs with sanitizers, likewise
         counted: name of the function whose instructions are counted; "" for none
-        reasons: why a rule of MISRA C:2012 is departed from, by its number
-        varied: a program that runs it with other parameters, for the coverage; "" for none
+        reasons: justification of each departure from MISRA C:2012, by rule number
+        varied: program that runs the export with changed parameters, for the coverage; "" for none
     """
 
     code: str
@@ -72,12 +72,12 @@ class Checked(NamedTuple):
 
     @property
     def sources(self) -> tuple[str, ...]:
-        """All that the comparison is built from."""
+        """Source files of the comparison program."""
         return (*self.parts, "test/compare.c")
 
 
 def of_monitor(face: Interface) -> Checked:
-    """The export of a monitor, with `test/random.csv` and further samples beside the vectors."""
+    """Checked export of a monitor, run over the vectors, `test/random.csv` and the further samples."""
     runs = tuple((each, "test/expected.csv") for each in ("test/inputs.csv", "test/random.csv", FURTHER))
     own = {rule: f"in the kernels' own functions: {reason}" for rule, reason in OF_OWN_FUNCTIONS.items()}
     reasons = REASONS if face.options.libm else {**own, **REASONS}
@@ -87,11 +87,11 @@ def of_monitor(face: Interface) -> Checked:
 
 
 def checks(export: Checked, folder: Path) -> list[Callable[[], tuple[str, str, str]]]:
-    """Rows of the checks on this machine, as calls; none needs what another one writes.
+    """Deferred checks on this machine, each returning a table row; they are independent of each other.
 
     Args:
-        export: that is checked
-        folder: that holds it
+        export: to be checked
+        folder: of the export
     """
     rows = [partial(sanitized, export, folder, compiler) for compiler in ("clang", "gcc")]
     return [*rows, *([partial(instructions, export, folder)] if export.counted else [])]
@@ -101,13 +101,13 @@ def checked(rows: Sequence[tuple[str, str, str]]) -> Table:
     """Table of the checks on this machine.
 
     Args:
-        rows: what the calls gave
+        rows: results of the checks
     """
     return Table("Checks on this machine", ("check", "tool", "result"), tuple(rows))
 
 
 def sanitized(export: Checked, folder: Path, compiler: str) -> tuple[str, str, str]:
-    """Reports of the address and undefined-behaviour sanitizers over vectors and random samples."""
+    """Number of reports by the address and undefined-behaviour sanitizers over the sanitizer samples."""
     name = "address and undefined-behaviour sanitizers"
     program = f"build/sanitized-{compiler}"
     flags = ["-std=c99", "-O0", "-g", f"-fsanitize={SANITIZERS}", "-I."]
@@ -116,6 +116,7 @@ def sanitized(export: Checked, folder: Path, compiler: str) -> tuple[str, str, s
         return name, version(compiler), f"not run: {built.first}"
     reports = steps = 0
     for given in export.sanitized:
+        # The comparison exits with 1 where outputs differ; anything else is a crash.
         done = ran([program, *given], folder)
         if done.code not in (0, 1):
             return name, version(compiler), f"ended with {done.code}: {done.first}"
@@ -125,7 +126,7 @@ def sanitized(export: Checked, folder: Path, compiler: str) -> tuple[str, str, s
 
 
 def instructions(export: Checked, folder: Path) -> tuple[str, str, str]:
-    """Instructions of one step on this machine, counted by callgrind."""
+    """Instructions per step on this machine, counted by callgrind."""
     name = "instructions of one step, x86-64, -O2"
     built = ran(["gcc", "-std=c99", "-O2", "-g", "-I.", *export.sources, "-o", "build/counted", "-lm"], folder)
     if built.code != 0:
@@ -139,7 +140,7 @@ def instructions(export: Checked, folder: Path) -> tuple[str, str, str]:
 
 
 def misra(export: Checked, folder: Path) -> Table:
-    """Departures from MISRA C:2012 of monitor and parameters, counted by rule, with the reason of each."""
+    """Departures from MISRA C:2012 of all source files, counted by rule, with their justification."""
     header = ("rule", "count", "reason")
     title = f"Departures from MISRA C:2012 ({version('cppcheck')} with its addon)"
     addon = next((path for each in ADDONS if (path := Path(each) / "misra.py").is_file()), None)

@@ -1,4 +1,4 @@
-"""Back to back: an export, compiled in several ways, beside `scan` on the same samples."""
+"""Back-to-back comparison of an export, compiled in several ways, with `scan` on the same samples."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ class Difference:
 
     Args:
         build: compiler and flags
-        samples: what was run over, in words
-        steps: how many
-        worst: largest difference of an output in shares of its range; NaN where it could not be run
-        output: that differs most
-        equal: share of the numbers that are the same to the last bit
-        decisions: share of steps at which a status differs
-        warnings: of the compiler
-        trouble: why it could not be run; "" where it could
+        samples: name of the compared samples
+        steps: number of steps
+        worst: largest difference of an output as a share of its range; NaN where the build could not be run
+        output: with the largest difference
+        equal: share of the numbers that are identical to the last bit
+        decisions: share of steps with a different status
+        warnings: number of compiler warnings
+        trouble: why the build could not be run; "" where it could
     """
 
     build: str
@@ -48,11 +48,11 @@ class Difference:
 
 
 def differences(face: Interface, folder: Path, samples: Mapping[str, np.ndarray]) -> list[Difference]:
-    """Every build over all samples.
+    """Compare every build over all samples.
 
     Args:
-        face: of the export
-        folder: that holds it; compiled files go to `build` in it
+        face: interface of the export
+        folder: of the export; compiled files go to its subfolder `build`
         samples: (n, inputs) by name
     """
     wanted = {name: scan(face.subject.block, values).values for name, values in samples.items()}
@@ -77,13 +77,13 @@ def differences(face: Interface, folder: Path, samples: Mapping[str, np.ndarray]
 
 
 def built(face: Interface, folder: Path, compiler: str, level: tuple[str, ...]) -> tuple[ctypes.CDLL | None, int, str]:
-    """An export as a library, warnings of the compiler, and why it could not be built.
+    """Shared library of an export (None on failure), number of compiler warnings, and why the build failed.
 
     Args:
-        face: of the export
-        folder: that holds it; the library goes to `build` in it
+        face: interface of the export
+        folder: of the export; the library goes to its subfolder `build`
         compiler: its name
-        level: flags beside those of all builds
+        level: flags added to those common to all builds
     """
     (folder / "build").mkdir(exist_ok=True)
     library = folder / "build" / f"{compiler}{'_'.join(level)}.so"
@@ -96,13 +96,13 @@ def built(face: Interface, folder: Path, compiler: str, level: tuple[str, ...]) 
 
 
 def run_over(library: ctypes.CDLL, values: np.ndarray, width: int, steps: int = 0) -> np.ndarray:
-    """Outputs (n, outputs) of an export that begins anew.
+    """Outputs (n, outputs) of an export that is restarted first.
 
     Args:
-        library: as built
+        library: compiled export
         values: (n, inputs)
         width: number of outputs
-        steps: that clocks have counted when it begins
+        steps: steps that its free-running clocks have counted at the restart
     """
     given = np.ascontiguousarray(values, dtype=float)
     outputs = np.zeros((len(given), width))
@@ -128,7 +128,7 @@ def _difference(
 
 
 def table(found: list[Difference], precision: str) -> Table:
-    """The differences as a table."""
+    """Table of the differences."""
     rows = tuple(
         (each.build, each.trouble, "", "", "", "", "")
         if each.trouble

@@ -1,4 +1,4 @@
-"""Statements and branches that an export's vectors reach, and of what kind the branches are that they do not reach."""
+"""Statement and branch coverage of an export's C code, and a classification of the branches that are not reached."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ REASONS = {
     "other": "no reason is recorded: drives, altered ones too, random samples and failed signals do not reach them; "
     "listed below",
 }
-"""Why branches are not reached, by their kind."""
+"""Explanation of branches that are not reached, by their kind."""
 
 LONGEST = 110
-"""Characters of a line of C that is listed."""
+"""Characters of a listed line of C code."""
 
 _LINE = re.compile(r"\s*[-#\d=*]+:\s*(\d+):(.*)")
 _MISSED = re.compile(r"branch\s+\d+ (?:taken 0\b|never executed)")
@@ -40,12 +40,12 @@ _NAMED = re.compile(r"\bv(\d+) =")
 
 
 class Stepped(NamedTuple):
-    """Meanings of the numbers in the C of a step, or of a lane of a bank.
+    """Meaning of the numbered values in the C code of a step, or of a lane of a bank.
 
     Args:
-        program: of the step that is printed, its chains as picks and members
+        program: of the printed step, with its chains of selections replaced by picks and members
         state: dotted names of its states
-        functions: what the names of its functions hold
+        functions: parts of the names of its C functions
     """
 
     program: Program
@@ -54,12 +54,12 @@ class Stepped(NamedTuple):
 
 
 def covered(export: Checked, folder: Path, *stepped: Stepped) -> list[Table]:
-    """Coverage of all runs together, and the branches that are left, counted by kind.
+    """Coverage of all runs together, and the remaining branches, counted by kind.
 
     Args:
-        export: that is run
-        folder: that holds it
-        stepped: what the numbers of the C stand for; none for what is no monitor
+        export: to be measured
+        folder: of the export
+        stepped: meaning of the numbered values in the C code; none if the export is no monitor
     """
     title, header = "Coverage by vectors, random samples and failed signals", ("what", "tool", "result")
     compiled = ["gcc", "-std=c99", "-O0", "-I.", "--coverage"]
@@ -74,6 +74,7 @@ def covered(export: Checked, folder: Path, *stepped: Stepped) -> list[Table]:
         built = built if built.code != 0 else linked
     if built.code != 0:
         return [Table(title, header, (("coverage", version("gcov"), f"not run: {built.first}"),))]
+    # gcov accumulates counts over runs, so those of an earlier run are removed first.
     (folder / "build/covered.gcda").unlink(missing_ok=True)
     for given in export.runs:
         ran(["build/covered", *given], folder)
@@ -112,12 +113,12 @@ def _found(part: str, pattern: str) -> str:
 
 
 def _missed(listing: str, stepped: Sequence[Stepped]) -> Iterator[tuple[str, str, str]]:
-    """Kind, line and text of every branch that gcov lists as not taken."""
+    """Kind, line number and text of every branch that gcov reports as not taken."""
     line, text, function, asked = "", "", "", ""
     for each in listing.splitlines():
         if source := _LINE.match(each):
             line, text = source.groups()
-            # A branch decides what was declared before it.
+            # The condition of an if statement is the value declared on the line before it.
             asked = asked if text.lstrip().startswith("if (") else text
         elif each.startswith("function "):
             function = each.split()[1]
@@ -138,7 +139,7 @@ def _kind(line: str, function: str, stepped: Stepped | None) -> str:
     if function.endswith("_adopt"):
         return "circle"
     named = _NAMED.search(line)
-    # Values of the turns of a loop, and copies for one, have numbers of their own.
+    # Loop iterations and their copies use value numbers beyond those of the program.
     if stepped is None or not named or int(named[1]) >= len(stepped.program.operations):
         return "other"
     if _rests_on_presence(stepped.program, int(named[1])):
@@ -149,7 +150,7 @@ def _kind(line: str, function: str, stepped: Stepped | None) -> str:
 
 
 def _is_limit(program: Program, index: int) -> bool:
-    """Whether a selection limits a value: it gives zero, or what the value is compared with, and the value else."""
+    """Whether a selection limits a value, to zero or to a constant or parameter with which it is compared."""
     operations = program.operations
     name, arguments = operations[index].name, operations[index].arguments
     if name == "if":
@@ -163,7 +164,7 @@ def _is_limit(program: Program, index: int) -> bool:
 
 
 def _rests_on_age(stepped: Stepped, index: int) -> bool:
-    """Whether a selection tests the age alone of a value that is held while it is missing."""
+    """Whether a selection tests only the age of a value that is held while it is missing."""
     operations = stepped.program.operations
     waiting = list(operations[index].arguments[:1]) if operations[index].name in ("select", "if") else []
     ages = 0
@@ -179,14 +180,14 @@ def _rests_on_age(stepped: Stepped, index: int) -> bool:
 
 
 def _rests_on_presence(program: Program, index: int) -> bool:
-    """Whether a selection or conjunction tests the presence of a value that is no input of the sample."""
+    """Whether a selection or conjunction tests the presence of a value that is not an input of the sample."""
     operation = program.operations[index]
     asked = operation.arguments[:1] if operation.name in ("select", "if") else operation.arguments
     return operation.name in ("select", "if", "and", "or") and any(is_presence(program, each) for each in asked)
 
 
 def _conditions(export: Checked, folder: Path) -> str:
-    """Coverage of conditions, which gcc has from its version 14 on."""
+    """Availability of condition coverage, which gcc supports from version 14 on."""
     tried = ran(["gcc", "-fcondition-coverage", "-c", export.code, "-I.", "-o", "build/conditions.o"], folder)
     return (
         "available, see gcov --conditions" if tried.code == 0 else "this gcc has none (14 has); branches stand for it"

@@ -1,4 +1,4 @@
-"""The evidence page of the fault memory in C: beside that in Python, with the power cut at every write."""
+"""Evidence page of the fault memory in C: comparison with the one in Python, and power loss at every write."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ MEMORY = Checked(SOURCE, (SOURCE,), (VECTORS,), (VECTORS,), "", REASONS)
 
 
 def memory_evidence(folder: Path) -> Analysis:
-    """Compare, check and measure an export of the fault memory; what a missing tool would have shown is named.
+    """Compare, check and measure an export of the fault memory; results of missing tools are marked as such.
 
     Args:
-        folder: that holds it; what is built goes to `build` in it
+        folder: of the export; build results go to its subfolder `build`
     """
     folder = folder.absolute()  # the compilers run inside it
     (folder / "build").mkdir(exist_ok=True)
@@ -69,7 +69,7 @@ def _on_r5(folder: Path) -> tuple[str, str, str]:
 
 
 def _sized(folder: Path) -> tuple[tuple[str, str], ...]:
-    """Text, data and the deepest function, as compiler and linker state them."""
+    """Size of code and data, and largest stack of a function, as reported by compiler and size tool."""
     if not there(GCC):
         return (("sizes", version(GCC)),)
     made = ran([GCC, *M7, "-std=c99", "-O2", "-I.", "-fstack-usage", "-c", SOURCE, "-o", "build/memory.o"], folder)

@@ -1,4 +1,4 @@
-"""All evidence for one export, as an analysis that a page shows."""
+"""All evidence for one export, as an analysis that is shown on a page."""
 
 from __future__ import annotations
 
@@ -40,13 +40,13 @@ from tierod.report.analysis.analysis import Analysis
 
 
 def evidence(face: Interface, folder: Path, vectors: Vectors, samples: Mapping[str, np.ndarray]) -> Analysis:
-    """Compare, check and measure an export; what a missing tool would have shown is named.
+    """Compare, check and measure an export; results of missing tools are marked as such.
 
     Args:
-        face: of the export
-        folder: that holds it; what is built goes to `build` in it
-        vectors: of the export
-        samples: what is compared back to back: (n, inputs) by name, the last ones random
+        face: interface of the export
+        folder: of the export; build results go to its subfolder `build`
+        vectors: test vectors of the export
+        samples: (n, inputs) by name, for the back-to-back comparison; the last ones random
     """
     folder = folder.absolute()  # the compilers run inside it
     last = list(samples.values())[-1]
@@ -62,7 +62,7 @@ def evidence(face: Interface, folder: Path, vectors: Vectors, samples: Mapping[s
     )
     export = of_monitor(face)
     with ThreadPoolExecutor(AT_ONCE) as pool:
-        # The longest first, so that none is left alone at the end; none needs what another one writes.
+        # The longest tasks first, so that none runs alone at the end; they are independent of each other.
         departures = pool.submit(misra, export, folder)
         missed = pool.submit(covered, _with_altered(face, folder, first), folder, *_stepped(face))
         rows = [pool.submit(each) for each in checks(export, folder)]
@@ -86,13 +86,13 @@ def evidence(face: Interface, folder: Path, vectors: Vectors, samples: Mapping[s
 
 
 def _short(face: Interface, parts: Sequence[np.ndarray]) -> np.ndarray:
-    """Samples for sanitizers, which make a long step some twenty times longer: the beginning of each part."""
+    """Samples for the sanitizers, which slow a step down some twentyfold: the beginning of each part."""
     share = affordable(face.subject, MOST_SANITIZED, SANITIZED_WORK) / sum(map(len, parts))
     return np.concatenate([part[: math.ceil(min(share, 1.0) * len(part))] for part in parts])
 
 
 def _stepped(face: Interface) -> tuple[Stepped, ...]:
-    """The programs by whose numbers the C of a step is named."""
+    """Programs that define the numbered values in the C code of a step."""
     found = with_picks(face.program)
     if not isinstance(face, BankInterface):
         return (Stepped(found, face.graph.state),)
@@ -101,17 +101,17 @@ def _stepped(face: Interface) -> tuple[Stepped, ...]:
 
 
 ALTERED, SHORTEST = 600_000, 500
-"""Samples of all altered drives together, at the most; of one, so that it is worth while."""
+"""Most samples of all altered drives together; fewest samples per altered drive for which a run is worthwhile."""
 COVERED_WORK: Annotated[float, ""] = 16e9
-"""Operations that all altered drives may take: a step of a bank takes a millisecond where branches are counted."""
+"""Operations that all altered drives may take; a step of a bank takes 1 ms where branches are counted."""
 FAILING = 20_000
-"""Samples in which further signals fail, where a step is long."""
+"""Samples with further failed signals, where a step is expensive."""
 CALIBRATED = 10
-"""Times as many samples run with other parameters: verdicts take minutes of driving."""
+"""Factor by which more samples are run with changed parameters, because verdicts take minutes of driving."""
 
 
 def _with_altered(face: Interface, folder: Path, drive: np.ndarray) -> Checked:
-    """The export with a run over every altered drive, each from the first state on, and runs with other parameters."""
+    """Export with runs over every altered drive, each from the initial state, and runs with changed parameters."""
     export, subject = of_monitor(face), face.subject
     count = affordable(subject, ALTERED, COVERED_WORK) // (len(FACTORS) * max(len(subject.sample), 1))
     runs = list(export.runs)
@@ -120,7 +120,7 @@ def _with_altered(face: Interface, folder: Path, drive: np.ndarray) -> Checked:
         write_text(folder / name, input_table(subject, Vectors(rounded(values), drive[:0], "")))
         runs.append((name, "test/expected.csv"))
     if affordable(subject, ALTERED) < ALTERED:
-        # Of a long step the samples so far held few failures.
+        # With an expensive step the samples so far contained few failures.
         values = disturbed_inputs(drive, affordable(subject, FAILING, COVERED_WORK), SEED + 1)
         write_text(folder / "build/failing.csv", input_table(subject, Vectors(rounded(values), drive[:0], "")))
         runs.append(("build/failing.csv", "test/expected.csv"))

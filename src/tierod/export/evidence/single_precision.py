@@ -1,4 +1,4 @@
-"""Single precision beside `scan` in double: how far the estimate that matters is off, and how late a verdict is."""
+"""Single precision compared with `scan` in double: error of the main estimate, and delay of the verdicts."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from tierod.export.interface import Interface
 
 
 class Aim(NamedTuple):
-    """Limit of the difference of an estimate in single precision from double.
+    """Permitted difference of an estimate in single precision from double.
 
     Args:
-        output: dotted name
-        limit: largest difference, in the unit that is shown
-        unit: that is shown
-        scale: of one unit of the output in the unit that is shown
+        output: dotted name of the estimate
+        limit: largest permitted difference, in the displayed unit
+        unit: displayed unit
+        scale: factor from the unit of the output to the displayed unit
     """
 
     output: str
@@ -41,25 +41,25 @@ AIMS = {
     "driver-torque": Aim("statement.magnitude", 0.01, "N·m"),
     "sideslip": Aim("estimate.sideslip_angle", 0.02, "°", math.degrees(1.0)),
 }
-"""What has to agree, by the name of the monitor."""
+"""Required agreement, by the name of the monitor."""
 
 LATEST: Annotated[float, "s"] = 0.05
-"""By which a verdict may fall earlier or later."""
+"""Largest permitted duration of a different status."""
 HOURS = (0.0, 100.0)
-"""That clocks have run for when a drive begins."""
+"""Running times of the clocks at the beginning of a drive [h]."""
 
 
 @dataclass(frozen=True)
 class Apart:
-    """Effect of single precision on one drive.
+    """Difference between single and double precision on one drive.
 
     Args:
-        samples: what was run over, in words
-        hours: that the clocks had run for [h]
+        samples: name of the drive
+        hours: running time of the clocks at its beginning [h]
         steps: of the drive
-        largest: difference of the estimate in the unit of its aim; NaN where no aim names one
+        largest: difference of the estimate in the unit of its aim; NaN where the monitor has no aim
         verdicts: changes of the status in double precision
-        longest: for which the statuses of both differ [s]
+        longest: longest stretch with different statuses [s]
     """
 
     samples: str
@@ -70,25 +70,26 @@ class Apart:
     longest: float
 
     def within(self, aim: Aim | None) -> bool:
-        """Whether it is as close as it has to be."""
+        """Whether the agreement is as close as required."""
+        # `not <=` instead of `>`, so that NaN does not pass.
         return self.longest <= LATEST and not (aim is not None and not self.largest <= aim.limit)
 
 
 def aim_of(face: Interface) -> Aim | None:
-    """Required agreement; None for a monitor for which nothing is laid down, or a variant without that output."""
+    """Required agreement; None for a monitor without a requirement, or a variant without that output."""
     aim = AIMS.get(face.subject.monitor)
     return aim if aim is not None and aim.output in face.subject.graph.output else None
 
 
 def apart(face: Interface, folder: Path, samples: Mapping[str, np.ndarray]) -> list[Apart] | str:
-    """Single precision, compiled by gcc with -O2, over drives, with clocks that begin and clocks that have run.
+    """Compare single precision, compiled by gcc with -O2, over drives with clocks at zero and after long running.
 
     Args:
-        face: of an export in single precision
-        folder: that holds it
+        face: interface of an export in single precision
+        folder: of the export
         samples: (n, inputs) by name
 
-    The answer is a sentence where it cannot be compiled.
+    Returns a sentence where the export cannot be compiled.
     """
     library, _, trouble = built(face, folder, "gcc", ("-O2",))
     if library is None:
@@ -116,7 +117,7 @@ def _measured(face: Interface, name: str, hours: float, found: np.ndarray, value
 
 
 def _after(face: Interface, steps: int) -> Memory:
-    """The first state of the block, with clocks that have counted so many steps."""
+    """Initial state of the block, with free-running clocks that have counted so many steps."""
     memory = initial_memory(face.subject.block)
     # The clocks of a bank are those of its judge, whose states lie behind those of the lanes.
     first = face.bank.lanes_memory if isinstance(face, BankInterface) else 0
@@ -126,7 +127,7 @@ def _after(face: Interface, steps: int) -> Memory:
 
 
 def _largest(found: np.ndarray, wanted: np.ndarray) -> float:
-    """Largest difference; infinite where one of both alone is missing."""
+    """Largest difference; infinite where only one of both is missing."""
     missing = np.isnan(wanted)
     if (np.isnan(found) != missing).any():
         return math.inf
@@ -134,13 +135,13 @@ def _largest(found: np.ndarray, wanted: np.ndarray) -> float:
 
 
 def _longest(unlike: np.ndarray) -> int:
-    """Steps of the longest stretch."""
+    """Length of the longest stretch [steps]."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], unlike.astype(int), [0]])))
     return int((edges[1::2] - edges[::2]).max(initial=0))
 
 
 def beside_double(face: Interface, found: list[Apart] | str) -> Table:
-    """The differences as a table."""
+    """Table of the differences."""
     aim = aim_of(face)
     title = "Single precision beside scan in double (gcc -O2)"
     if isinstance(found, str):

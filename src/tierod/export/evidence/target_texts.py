@@ -1,4 +1,4 @@
-"""Texts for a bare board beside the monitor: start, linker script, and the program that measures a step."""
+"""Source texts for a bare-metal board: start-up code, linker script, and a program that measures a step."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from tierod.export.interface import Interface
 from tierod.export.vectors import Vectors
 
 STEPS = 1000
-"""That are measured."""
+"""Number of measured steps."""
 
 START = """\
 #include <stdint.h>
@@ -102,11 +102,11 @@ int main(void)
 
 
 def measuring_program(face: Interface, vectors: Vectors) -> str:
-    """C that counts instructions and stack of a step over the last of the vectors.
+    """C code that counts instructions and stack use of a step over the last test vectors.
 
     Args:
-        face: of the export
-        vectors: whose inputs are taken, the last ones
+        face: interface of the export
+        vectors: test vectors; the last inputs are used
     """
     taken = vectors.inputs[-STEPS:]
     numbers = ",\n".join(", ".join(_written(value) for value in row) for row in taken.tolist())

@@ -1,4 +1,4 @@
-"""An export on emulated targets: agreement with the vectors, instructions, stack and sizes."""
+"""An export on emulated target processors: agreement with the vectors, instructions, stack and sizes."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ COMMON = (*FLAGS, "--specs=rdimon.specs")
 M7 = ("-mcpu=cortex-m7", "-mfpu=fpv5-d16", "-mfloat-abi=hard", "-mthumb")
 R5 = ("-mcpu=cortex-r5", "-mfpu=vfpv3-d16", "-mfloat-abi=hard")
 BOARD = ("qemu-system-arm", "-M", "mps2-an500", "-cpu", "cortex-m7", "-nographic")
-"""A board with a Cortex-M7 and two banks of 4 MB."""
+"""Emulated board with a Cortex-M7 and two memories of 4 MB."""
 
 
 class Measured(NamedTuple):
-    """Output of the M7 program.
+    """Measurements of the program on the Cortex-M7.
 
     Args:
-        mean, most: instructions of a step
-        stack: bytes below the call of step, by painting
-        state, constants: bytes
+        mean, most: mean and largest number of instructions per step
+        stack: use below the call of the step, measured by painting [B]
+        state, constants: sizes [B]
     """
 
     mean: float
@@ -42,9 +42,9 @@ def targets(face: Interface, folder: Path, vectors: Vectors) -> Table:
     """Agreement and cost on Cortex-M7 and Cortex-R5.
 
     Args:
-        face: of the export
-        folder: that holds it
-        vectors: that it is compared by
+        face: interface of the export
+        folder: of the export
+        vectors: test vectors of the comparison
     """
     header = ("target", "what", "result")
     if not there(GCC):
@@ -66,7 +66,7 @@ def _sources(face: Interface) -> list[str]:
 
 
 def _on_m7(face: Interface, folder: Path, program: str, words: tuple[str, ...]) -> Outcome:
-    """Build a program for the board, and run it there."""
+    """Build a program for the board and run it in the emulator."""
     script = ["-T", "build/m7.ld"]
     built = ran(
         [GCC, *M7, *COMMON, "build/start.c", *_sources(face), program, *script, "-o", "build/m7.elf", "-lm"], folder
@@ -74,6 +74,7 @@ def _on_m7(face: Interface, folder: Path, program: str, words: tuple[str, ...]) 
     if built.code != 0:
         return built
     given = ",".join(["enable=on,target=native,arg=m7", *(f"arg={word}" for word in words)])
+    # One instruction per nanosecond of virtual time, so that the tick counter counts instructions.
     return ran([*BOARD, "-icount", "shift=0", "-semihosting-config", given, "-kernel", "build/m7.elf"], folder)
 
 
@@ -117,7 +118,7 @@ def _measured(face: Interface, folder: Path) -> list[tuple[str, str, str]]:
 
 
 def _sized(face: Interface, folder: Path) -> list[tuple[str, str, str]]:
-    """Text of monitor and parameters, and the stack that the compiler states."""
+    """Code size of monitor and parameters, and stack use as reported by the compiler."""
     flags = [*FLAGS, "-fstack-usage", "-c"]
     objects = [f"build/{name}.o" for name in ("monitor", "parameters")]
     for name, made in zip(_sources(face), objects, strict=True):

@@ -1,4 +1,4 @@
-"""Compilers, checkers and emulators: whether they are there, which they are, and running them."""
+"""Compilers, checkers and emulators: availability, version and execution."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from pathlib import Path
 from typing import Annotated, NamedTuple, TypeVar
 
 LONGEST: Annotated[float, "s"] = 600.0
-"""Of one run of a tool."""
+"""Time limit for one run of a tool."""
 AT_ONCE = 2
-"""Tools that run at a time."""
+"""Number of tools that run concurrently."""
 
 
 T = TypeVar("T")
 
 
 class Outcome(NamedTuple):
-    """Outcome of a tool's run.
+    """Result of running a tool.
 
     Args:
-        code: with which it ended; None where it could not be run, or not to its end
-        text: what it wrote, errors last
+        code: exit status; None where the tool could not be started or was stopped by the time limit
+        text: standard output, then standard error
     """
 
     code: int | None
@@ -33,7 +33,7 @@ class Outcome(NamedTuple):
 
     @property
     def first(self) -> str:
-        """First line of the text, shortened."""
+        """First line of the output, shortened."""
         return next(iter(self.text.strip().splitlines()), "nothing was written")[:160]
 
 
@@ -45,7 +45,7 @@ def there(name: str) -> bool:
 
 @cache
 def version(name: str) -> str:
-    """Name and version of a tool; why there is none where it is absent."""
+    """Name and version of a tool, or a note that it is not installed."""
     if not there(name):
         return f"{name} is not installed"
     found = re.search(r"\d+\.\d+(\.\d+)?", ran([name, "--version"], Path(), 20.0).text)
@@ -56,9 +56,9 @@ def ran(command: Sequence[str], folder: Path, limit: float = LONGEST) -> Outcome
     """Run a tool to its end.
 
     Args:
-        command: with its arguments
-        folder: in which it runs
-        limit: time after which it is ended [s]
+        command: tool and arguments
+        folder: working directory
+        limit: time limit [s]
     """
     try:
         done = subprocess.run(
@@ -72,10 +72,10 @@ def ran(command: Sequence[str], folder: Path, limit: float = LONGEST) -> Outcome
 
 
 def at_once(calls: Sequence[Callable[[], T]]) -> list[T]:
-    """What some calls give, which wait for tools most of the time; some at a time, the first ones first.
+    """Results of several calls, a few of which run concurrently, in the given order.
 
     Args:
-        calls: of which none needs what another one writes
+        calls: independent of each other; they mostly wait for tools
     """
     with ThreadPoolExecutor(AT_ONCE) as pool:
         return [each.result() for each in [pool.submit(call) for call in calls]]

@@ -1,1 +1,1 @@
-"""The fault memory for control units."""
+"""Export of the fault memory for control units."""

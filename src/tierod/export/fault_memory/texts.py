@@ -1,4 +1,4 @@
-"""The fault memory as C99: debouncing, status bytes, healing, aging, freeze frames, a store that bears power loss."""
+"""Fault memory as C99: debouncing, status bytes, healing, aging, freeze frames, and storage safe against power loss."""
 
 from __future__ import annotations
 
@@ -26,19 +26,19 @@ TEMPLATES = {
 """File of the export -> its template."""
 
 HEADER, FIXED, FRAME = 24, 20, 12
-"""Bytes before the first record of a slot, of a record without its frames, of a frame without its values."""
+"""Bytes of a slot's header, of a record without its frames, and of a frame without its values."""
 
 
 def fault_memory_files(codes: TroubleCodes, places: int = PLACES) -> Mapping[str, str]:
-    """All files of an export, by path in its folder; the same table gives the same bytes.
+    """All files of an export, by path in its folder; equal tables give equal bytes.
 
     Args:
-        codes: the table
-        places: how many codes the memory holds
+        codes: table of trouble codes
+        places: number of codes that the memory can hold
     """
     import jinja2
 
-    # The texts are C, in which nothing is escaped.
+    # The templates produce C, where HTML escaping would do harm.
     environment: Any = jinja2.Environment(
         loader=jinja2.FileSystemLoader(Path(__file__).parent),
         autoescape=False,

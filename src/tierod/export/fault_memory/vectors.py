@@ -1,4 +1,4 @@
-"""Operation cycles drawn at random, and what the fault memory in Python makes of them: test vectors of the C."""
+"""Test vectors of the fault memory in C: random operation cycles, and the resulting contents of the one in Python."""
 
 from __future__ import annotations
 
@@ -12,23 +12,23 @@ from tierod.diagnosis.trouble_codes import TroubleCodes
 SEED = 20261124
 CYCLES, STEPS = 160, 6
 QUIET_FROM, QUIET_TO = 45, 130
-"""Cycles without a failure, long enough to heal and to age."""
+"""Range of cycles without a failure, long enough for healing and aging."""
 STEP_TIME = 0.7
-"""Between two results [s]: some causes come within the time for which they still take their consequence's place."""
+"""Time between two results [s]; short enough that some causes arrive in time to replace their consequence."""
 
 BEGIN, STEP, END, CLEAR = range(4)
 
 
 def memory_vectors(codes: TroubleCodes, places: int) -> tuple[str, str]:
-    """Two tables of the same rows: what is done, and what the memory then holds.
+    """Two tables with the same rows: actions, and the resulting contents of the memory.
 
     Args:
-        codes: the table
-        places: how many codes the memory holds
+        codes: table of trouble codes
+        places: number of codes that the memory can hold
 
     Returns:
-        inputs (action, time [ms] or code, result of every code) and expected (status, occurrences, cause of every
-        code, lamp, overflowed)
+        inputs (action, time [ms] or code, result of every code) and expected contents (status, occurrences and cause of
+            every code, lamp, overflowed)
     """
     memory, names = FaultMemory(codes, places=places), list(codes.codes)
     inputs, expected = [], []
@@ -60,7 +60,7 @@ def _actions(count: int) -> Iterator[tuple[int, int, np.ndarray]]:
     random, none = np.random.default_rng(SEED), np.zeros(count, int)
     for cycle in range(CYCLES):
         yield BEGIN, 0, none
-        # Most codes fail in some cycles, more than the memory has places for; many pass without a result before.
+        # Most codes fail in some cycles, more than the memory can hold; many have cycles without a result before.
         share = 0.0 if QUIET_FROM <= cycle < QUIET_TO else random.choice([0.05, 0.2, 0.95])
         for step in range(1, STEPS + 1):
             failed, passed = random.random(count) < share, random.random(count) < 0.5

@@ -1,4 +1,4 @@
-"""A unit as one file: description, binary, sources and documentation."""
+"""A functional mock-up unit as one file: description, binary, sources and documentation."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from tierod.export.fmu.sources import HEADERS, compiled_names, sources, standard
 from tierod.export.fmu.variables import Model, Variable
 
 MOMENT = (1980, 1, 1, 0, 0, 0)
-"""Of every file in the archive: the same unit is made of the same bytes."""
+"""Time stamp of every file in the archive, fixed so that equal units have equal bytes."""
 
 
 def write_unit(model: Model, version: Version, path: str | Path) -> Path:
-    """Write a unit, whole or not at all.
+    """Write a unit atomically.
 
     Args:
-        model: that is exported
-        version: of the standard
-        path: of the file
+        model: variables and code of the unit
+        version: of the FMI standard
+        path: of the unit
 
     Raises:
         MissingExtra: fmpy is not installed
@@ -57,7 +57,7 @@ def _entry(name: str) -> zipfile.ZipInfo:
 
 
 def _licence(version: Version) -> str:
-    """The licence of the headers of the standard, as they state it."""
+    """Licence text of the FMI headers, quoted from the headers themselves."""
     text = standard_headers(version)[HEADERS[version][1]]
     stated = text[text.find("Copyright") : text.find("*/", text.find("Copyright"))]
     return f"The headers {', '.join(HEADERS[version])} are of the FMI standard:\n\n{stated.strip()}\n"
@@ -75,7 +75,7 @@ def _build_description(model: Model, names: tuple[str, ...]) -> str:
 
 
 def documentation(model: Model) -> str:
-    """A page on what the unit takes and gives."""
+    """HTML page with the variables of the unit."""
     subject = model.face.subject
     kind = (
         "Outputs belong to the present instant: state and inputs as they are. A communication step is a whole number "

@@ -1,4 +1,4 @@
-"""The binary of a unit, for the platform that it is made on."""
+"""Shared library of a unit, built for the present platform."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tierod.export.evidence.tools import ran
 from tierod.export.fmu.description import Version
 
 FLAGS = ("-std=c99", "-O2", "-fPIC", "-shared", "-fvisibility=hidden", "-fno-math-errno", "-ffp-contract=off")
-"""For any processor of the kind, not for this one alone."""
+"""Compiler flags for any processor of the platform, not only the present one."""
 
 _MACHINES = {"amd64": "x86_64", "x86_64": "x86_64", "arm64": "aarch64", "aarch64": "aarch64"}
 _SYSTEMS = {"linux": ("linux", ".so"), "darwin": ("darwin", ".dylib"), "win32": ("windows", ".dll")}
@@ -22,13 +22,13 @@ _OLD_SYSTEMS = {"linux": "linux64", "darwin": "darwin64", "win32": "win64"}
 
 
 def place_of_binary(version: Version) -> tuple[str, str]:
-    """Folder and ending of a binary of this platform.
+    """Folder and file suffix of a binary for this platform.
 
     Args:
-        version: of the standard
+        version: of the FMI standard
 
     Raises:
-        CompileError: the standard has no name for this platform
+        CompileError: the standard defines no name for this platform
     """
     machine = _MACHINES.get(platform.machine().lower())
     system = _SYSTEMS.get(sys.platform)
@@ -42,14 +42,14 @@ def place_of_binary(version: Version) -> tuple[str, str]:
 
 
 def built(texts: Mapping[str, str], names: Sequence[str]) -> bytes:
-    """The shared library of some sources.
+    """Shared library compiled from sources.
 
     Args:
-        texts: of all files by name
-        names: of those that are compiled
+        texts: text of all files, by name
+        names: of the files to compile
 
     Raises:
-        CompileError: there is no compiler, or it refuses them
+        CompileError: no compiler is installed, or it rejects the sources
     """
     command = compiler()
     if command is None:

@@ -1,4 +1,4 @@
-"""The model description of a unit, in the schema of FMI 2.0 or 3.0."""
+"""Model description of a unit, in the schema of FMI 2.0 or 3.0."""
 
 from __future__ import annotations
 
@@ -29,18 +29,18 @@ _BASE_ORDER = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
 
 
 def token(model: Model) -> str:
-    """Token that description and binary have in common."""
+    """Token that must be equal in the description and the binary."""
     subject = model.face.subject
     return f"{{tierod-{subject.name}-{subject.digest:08x}-{len(model.variables)}}}"
 
 
 def model_description(model: Model, version: Version, sources: Iterable[str]) -> str:
-    """The whole document.
+    """XML text of the model description.
 
     Args:
-        model: that is described
-        version: of the standard
-        sources: names of the files that the binary is made of
+        model: variables of the unit
+        version: of the FMI standard
+        sources: names of the compiled source files
     """
     subject = model.face.subject
     root = Element(
@@ -123,7 +123,7 @@ def _about(each: Variable, present: bool) -> dict[str, str]:
 
 
 def _number(each: Variable) -> dict[str, str]:
-    """Unit, range and start of a number."""
+    """Unit, range and start value of a numeric variable."""
     found = {"unit": each.unit} if each.unit else {}
     found |= {"min": repr(each.limits.low)} if math.isfinite(each.limits.low) else {}
     found |= {"max": repr(each.limits.high)} if math.isfinite(each.limits.high) else {}
@@ -158,7 +158,7 @@ def _structure_3(root: Element, model: Model) -> None:
 
 
 def _structure_2(root: Element, model: Model) -> None:
-    """Places in the list of variables, from 1 on."""
+    """Model structure of FMI 2.0, which refers to variables by their index from 1 on."""
     structure = SubElement(root, "ModelStructure")
     outputs = model.of("output", "status")
     for name in ("Outputs", "InitialUnknowns"):

@@ -1,4 +1,4 @@
-"""The sources of a unit: the printed C, and what makes an instance of it that both standards know."""
+"""Sources of a unit: the exported C code, and an instance layer common to both FMI versions."""
 
 from __future__ import annotations
 
@@ -21,26 +21,26 @@ HEADERS: Mapping[Version, tuple[str, ...]] = {
     2: ("fmi2FunctionTypes.h", "fmi2Functions.h", "fmi2TypesPlatform.h"),
     3: ("fmi3FunctionTypes.h", "fmi3Functions.h", "fmi3PlatformTypes.h"),
 }
-"""Of the standard, under the 2-clause BSD licence; fmpy brings them along."""
+"""Header files of the FMI standard, under the 2-clause BSD licence; taken from the installed package fmpy."""
 
 _KINDS = {"time": "TIME", "input": "INPUT", "output": "OUTPUT", "status": "STATUS", "fixed": "FIXED"}
 
 
 def compiled_names(model: Model, version: Version) -> tuple[str, ...]:
-    """Files that are compiled."""
+    """Names of the source files to compile."""
     prefix = model.face.prefix
     return (f"fmi{version}.c", "model.c", f"{prefix}.c", f"{prefix}_parameters.c")
 
 
 def sources(model: Model, version: Version) -> dict[str, str]:
-    """Name -> text of all sources, the headers of the standard among them.
+    """Name -> text of all sources, including the headers of the standard.
 
     Args:
-        model: that is exported
-        version: of the standard
+        model: variables and code of the unit
+        version: of the FMI standard
 
     Raises:
-        MissingExtra: fmpy, which brings the headers, is not installed
+        MissingExtra: fmpy, which provides the headers, is not installed
     """
     face = model.face
     values = _values(model)
@@ -66,7 +66,7 @@ def standard_headers(version: Version) -> dict[str, str]:
 def _rendered(name: str, values: Mapping[str, object]) -> str:
     import jinja2
 
-    # The texts are C, in which nothing is escaped.
+    # The templates produce C, where HTML escaping would do harm.
     environment: Any = jinja2.Environment(
         loader=jinja2.FileSystemLoader(TEMPLATES),
         autoescape=False,
@@ -102,7 +102,7 @@ def _row(each: Variable) -> str:
 
 
 def _statuses(model: Model) -> str:
-    """C that finds the code of an enumeration."""
+    """C code that returns the value of an enumeration variable."""
     rows = "".join(
         f"    case {each.reference}U:\n        *value = (int64_t)instance->memory.{each.place};\n        break;\n"
         for each in model.of("status")

@@ -1,4 +1,4 @@
-"""The variables of a unit: inputs, outputs and parameters of a block, with value references in order."""
+"""Variables of a unit: inputs, outputs and parameters of a block, with consecutive value references."""
 
 from __future__ import annotations
 
@@ -20,22 +20,22 @@ from tierod.export.members import elements
 Kind = Literal["time", "input", "output", "status", "fixed", "tunable"]
 
 CLOCKS = ("sample_time", "step_time")
-"""Names of parameters that state how long a step is: the grid of a unit is part of its description, and fixed."""
+"""Parameters that hold the sampling interval; the description of a unit fixes it, so they are not exposed."""
 
 
 @dataclass(frozen=True)
 class Variable:
-    """One variable.
+    """One variable of a unit.
 
     Args:
-        name: structured, "filter.gain[1]"
+        name: in structured notation, such as "filter.gain[1]"
         reference: value reference
-        kind: what it is; "fixed" and "tunable" are parameters
+        kind: causality; "fixed" and "tunable" are parameters
         unit: in the notation of pint; "" for none
         meaning: in words
-        start: value before the first step; NaN for an input that is missing
-        limits: of a parameter
-        place: C of its number within an instance; "" for time
+        start: value before the first step; NaN for a missing input
+        limits: permitted range of a parameter
+        place: C code of its number within an instance; "" for time
     """
 
     name: str
@@ -50,12 +50,12 @@ class Variable:
 
 @dataclass(frozen=True)
 class Model:
-    """Parts of a unit.
+    """Contents of a unit.
 
     Args:
-        face: of the export
-        starts: of inputs that are not missing before they are set, by name
-        present: whether outputs belong to the present instant and inputs, as those of a plant do
+        face: interface of the export
+        starts: start values of inputs that count as present before they are set, by name
+        present: whether outputs depend on the inputs at the same instant, as those of a plant do
     """
 
     face: Interface
@@ -64,7 +64,7 @@ class Model:
 
     @cached_property
     def variables(self) -> tuple[Variable, ...]:
-        """All of them; the place in this list is the value reference."""
+        """All variables; the position in this tuple is the value reference."""
         rows = [Variable("time", 0, "time", "s", "Time of the run")]
         rows += [self._input(k, each) for k, each in enumerate(self.face.subject.sample)]
         rows += [self._output(k, each) for k, each in enumerate(self.face.subject.output)]
@@ -72,7 +72,7 @@ class Model:
         return tuple(_distinct(rows))
 
     def of(self, *kinds: Kind) -> tuple[Variable, ...]:
-        """Variables of some kinds."""
+        """Variables of the given kinds."""
         return tuple(each for each in self.variables if each.kind in kinds)
 
     def _input(self, position: int, each: Described) -> Variable:
@@ -86,7 +86,7 @@ class Model:
         return Variable(structured(each.path), 0, kind, _unit(each), _meaning(each), place=place)
 
     def _parameters(self) -> list[Variable]:
-        """Parameters that the C takes: all the time, or for the first state alone."""
+        """Parameters that the C code reads: "tunable" if in every step, "fixed" if only for the initial state."""
         stepped, begun = _taken(self.face.program, TUNING), _taken(self.face.initial, 0)
         known = numbers(self.face.subject.block)
         rows = []
@@ -96,12 +96,13 @@ class Model:
             kind: Kind = "tunable" if k in stepped else "fixed"
             limits = known[each.path].limits if each.path in known else None
             place = f"parameters.{elements(self.face.parameters)[k]}"
+            # FMI requires start values within the range, so a range that the present value violates is dropped.
             own = limits if limits is not None and limits.holds(value) else ANY
             rows.append(Variable(structured(each.path), 0, kind, _unit(each), each.meaning, value, own, place))
         return rows
 
     def inputs_of(self, variable: Variable) -> tuple[int, ...]:
-        """Value references of the inputs on which an output depends at the same instant; none where it is sampled."""
+        """Value references of the inputs on which an output depends at the same instant; none for a sampled output."""
         if not self.present:
             return ()
         outputs = self.of("output", "status")
@@ -111,7 +112,7 @@ class Model:
 
 
 def structured(path: str) -> str:
-    """A dotted path in the structured notation of the standard: numbers at its end are places, counted from 1."""
+    """A dotted path in the structured notation of the standard; numbers become array indices, counted from 1."""
     parts = path.split(".")
     found = ""
     places: list[str] = []
@@ -126,7 +127,7 @@ def structured(path: str) -> str:
 
 
 def _distinct(rows: list[Variable]) -> Iterator[Variable]:
-    """The same with their references; of two with one name the later one gets what it is in front of it."""
+    """Variables with their references; a repeated name gets its kind as prefix."""
     taken: set[str] = set()
     for reference, each in enumerate(rows):
         name = each.name
@@ -137,14 +138,14 @@ def _distinct(rows: list[Variable]) -> Iterator[Variable]:
 
 
 def _meaning(each: Described) -> str:
-    """In words: of the catalogue where the last part is a signal's name."""
+    """Meaning in words; from the signal catalogue if the field has none of its own."""
     last = each.path.rpartition(".")[2]
     signal = SIGNALS.get(last)
     return each.meaning or (signal.meaning.rstrip(".") if signal else "")
 
 
 def _unit(each: Described) -> str:
-    """The unit where it is one; a port's "unit of the signal" is none."""
+    """Unit, or "" for a text that is no unit, such as "unit of the signal"."""
     try:
         dimensions(each.unit)
     except InputError:
@@ -153,12 +154,12 @@ def _unit(each: Described) -> str:
 
 
 def _taken(program: Program, group: int) -> set[int]:
-    """Positions of the inputs of a group that a program takes."""
+    """Positions of the inputs of a group that a program reads."""
     return {each.constant[1] for each in program.operations if each.name == "input" and each.constant[0] == group}
 
 
 def _reached(program: Program, position: int) -> set[int]:
-    """Positions of the inputs that an output is worked out from."""
+    """Positions of the inputs on which an output depends."""
     waiting, seen, found = [program.outputs[OUTPUT, position]], set[int](), set[int]()
     while waiting:
         index = waiting.pop()

@@ -1,4 +1,4 @@
-"""Catalogue of analyses; a subject is a file of this package and an entry here."""
+"""Catalogue of analyses; each subject is a module of this package and an entry here."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from tierod.vehicles import Vehicle
 
 @dataclass(frozen=True)
 class Subject:
-    """One subject.
+    """One subject of analysis.
 
     Args:
         name: as given on the command line
-        title: what is analysed, a few words
-        analyse: from a vehicle, and a recording or None, its analysis; raises ParameterError where the vehicle lacks a
-            parameter, InputError where the recording lacks a signal
-        recordings: whether it makes use of a recording
+        title: analysed matter in a few words
+        analyse: returns the analysis of a vehicle and a recording or None; raises ParameterError if the vehicle lacks a
+            parameter, InputError if the recording lacks a signal
+        recordings: whether the analysis can use a recording
     """
 
     name: str
@@ -47,4 +47,4 @@ SUBJECTS: Mapping[str, Subject] = {
         Subject("sideslip", "what shows the sideslip of a car steered by wire", _sideslip),
     )
 }
-"""By name, as given on the command line."""
+"""Subjects by name, as given on the command line."""

@@ -1,4 +1,4 @@
-"""Result of an analysis, for terminal, page and JSON."""
+"""Result of an analysis, for terminal, page and JSON document."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ class Analysis:
 
     Args:
         title: a few words
-        summary: paragraphs: what it comes to
-        items: headings, tables and charts, one after the other; the terminal shows the tables
-        document: the same as data, SI units, for JSON
+        summary: paragraphs with the main results
+        items: headings, tables and charts in order; the terminal shows the tables
+        document: the results as data in SI units, for JSON
         remarks: notices for a reader
-        fits: whether the recording, where there is one, fits the model
+        fits: whether the recording fits the model; True without a recording
     """
 
     title: str
@@ -33,15 +33,15 @@ class Analysis:
 
 
 Facts = Sequence[tuple[str, str]]
-"""What an analysis rests on, (name, text) each."""
+"""Boundary conditions of an analysis, (name, text) each."""
 
 
 def facts_of(vehicle: Vehicle, recording: str = "") -> Facts:
-    """Facts that an analysis of a vehicle rests on.
+    """Boundary conditions of the analysis of a vehicle.
 
     Args:
-        vehicle: whose parameters they are
-        recording: file that was measured; empty where there was none
+        vehicle: whose parameters are used
+        recording: name of the measured file; "" for none
     """
     facts = [("vehicle", vehicle.name), ("described as", vehicle.description), ("source", vehicle.source)]
     return facts + ([("recording", recording)] if recording else [])
@@ -50,14 +50,14 @@ def facts_of(vehicle: Vehicle, recording: str = "") -> Facts:
 def render_analysis(
     analysis: Analysis, facts: Facts, origin: Origin, not_good_for: Sequence[str] = (), kind: str = "analysis"
 ) -> str:
-    """The page as text.
+    """HTML page of an analysis.
 
     Args:
-        analysis: what was found
-        facts: what it rests on
-        origin: how the page came about
-        not_good_for: what the parameters are not good for
-        kind: of the page, in a word
+        analysis: to be shown
+        facts: boundary conditions of the analysis
+        origin: time, version and command that produced the page
+        not_good_for: uses for which the parameters are not suitable
+        kind: kind of page, in one word
     """
     return rendered(
         "analysis.html.j2",

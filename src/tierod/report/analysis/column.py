@@ -1,4 +1,4 @@
-"""The analysis of a column in tables and charts."""
+"""Analysis of a steering column in tables and charts."""
 
 from __future__ import annotations
 
@@ -39,11 +39,11 @@ def analyse(vehicle: Vehicle, recording: Recording | None) -> Analysis:
 
     Args:
         vehicle: with the parameters of a column, see `ColumnParameters`
-        recording: of its bench, hands off: motor torque and what it moves; None for none
+        recording: of the column on a test bench, hands off, with motor torque and sensors; None for none
 
     Raises:
-        ParameterError: parameters that are missing, or make a column that would move on its own
-        InputError: the recording lacks a signal, or its motor stood still
+        ParameterError: parameters are missing or describe an unstable column
+        InputError: the recording lacks a signal, or the motor torque is constant
     """
     parameters = vehicle.parameters_for(ColumnParameters)
     found = analyse_column(parameters, f"the column of '{vehicle.name}'")
@@ -144,7 +144,7 @@ def _table(title: str, rows: tuple[Shown, ...], count: int, bounds: tuple[str, .
 
 
 def _note(rows: tuple[Shown, ...]) -> str:
-    """Disagreements of methods and their causes, and what is hidden, sensors in short."""
+    """Disagreements between the methods with their causes, and the hidden states, with short sensor names."""
     parts = disagreements(rows, _outputs) or ["All methods agree."]
     hidden = [row for row in rows if not row.exact.complete]
     parts += [f"{_outputs(row.outputs).capitalize()} alone: {row.exact.sentence()}." for row in hidden]
@@ -183,7 +183,7 @@ def _reductions(found: ColumnAnalysis, measured: Measured | None) -> list[Headin
 
 
 def _measured_items(measured: Measured) -> list[Heading | Table | Chart]:
-    """Measured and computed response of every sensor, with coherence, and how far they are from each other."""
+    """Measured and computed response of every sensor, with coherence, and their differences."""
     charts = [
         measured_chart(
             f"measured-{name.replace('_', '-')}", name, response.frequency, measured.model[name], {"measured": response}

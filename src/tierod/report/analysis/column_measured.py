@@ -1,4 +1,4 @@
-"""The frequency response of a column from a recording of its bench, beside that of its model."""
+"""Frequency response of a column from a test-bench recording, compared with that of its model."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from tierod.models.linear import LinearSystem
 from tierod.report.display import number, words
 
 INPUTS = ("motor_torque", "motor_target_torque")
-"""The torque of the motor, or what it was asked for."""
+"""Motor torque, or the target torque if the former is missing."""
 
 LOWEST = 0.5
-"""Frequencies below are left out: there the free column drifts [Hz]."""
+"""Lowest frequency that is evaluated; below it the free column drifts [Hz]."""
 
 MOST_APART = 6.0
-"""Root mean square of measured over computed gain, over the frequencies at which a sensor follows the motor, from which
-a recording does not fit the model [dB], a factor of two: sweeps and sines of a bench with friction are 2 to 4 dB off,
-through friction alone, a locked wheel or a drive in a car 8 to 15 dB."""
+"""Root-mean-square difference between measured and computed gain, over the frequencies at which a sensor follows the
+motor, above which a recording does not fit the model [dB], a factor of two: sweeps and sines on a bench with friction
+differ by 2 to 4 dB; friction alone, a locked wheel or a drive in a car by 8 to 15 dB."""
 
 _GAP = 3.5
 _MORE = 1.5
@@ -32,14 +32,14 @@ _FEWEST, _USUAL = 5, 200.0
 
 
 class Difference(NamedTuple):
-    """Difference of a measured response from that of the model, where the sensor follows the motor.
+    """Difference between measured and modelled response, at the frequencies at which the sensor follows the motor.
 
     Args:
-        share: of the frequencies at which it does
-        lowest, highest: of them [Hz]; NaN where there is none, as all that follows
-        apart: measured over computed gain, root mean square over the frequencies [dB]
-        most: the largest of it, with its sign [dB]
-        where: frequency of the largest [Hz]
+        share: share of the frequencies at which the sensor follows the motor
+        lowest, highest: these frequencies [Hz]; NaN if there are none, as for all further fields
+        apart: root-mean-square ratio of measured to computed gain over these frequencies [dB]
+        most: largest ratio, with its sign [dB]
+        where: frequency of the largest ratio [Hz]
     """
 
     share: float
@@ -51,7 +51,7 @@ class Difference(NamedTuple):
 
 
 def difference(response: MeasuredResponse, model: np.ndarray) -> Difference:
-    """Difference of a measured response from complex gains of the model at the same frequencies."""
+    """Difference between a measured response and complex gains of the model at the same frequencies."""
     usable = response.usable() & (np.abs(response.gain) > 0.0) & (np.abs(model) > 0.0)
     frequency = response.frequency[usable]
     if not len(frequency):
@@ -70,15 +70,15 @@ def difference(response: MeasuredResponse, model: np.ndarray) -> Difference:
 
 @dataclass(frozen=True, eq=False)
 class Measured:
-    """Measured and computed responses from the motor's torque.
+    """Measured and computed responses to the motor torque.
 
     Args:
-        input: signal that was taken for the torque of the motor
-        rate: at which the signals were compared [Hz]
-        responses: measured, by output
+        input: signal used as motor torque
+        rate: common sampling rate of the signals [Hz]
+        responses: measured responses, by output
         model: complex gain of the linear column at the same frequencies, by output
         remarks: notices for a reader
-        differences: between both, by output
+        differences: between measured and computed response, by output
     """
 
     input: str
@@ -90,7 +90,7 @@ class Measured:
 
     @property
     def fits(self) -> bool:
-        """Whether the recording shows the column's response, and the model is near it."""
+        """Whether the recording shows the response of the column, and the model agrees with it."""
         return _informative(self.differences, self.responses) and not _apart(self.differences, self.responses)
 
     def table(self) -> Table:
@@ -153,14 +153,14 @@ class Measured:
 
 
 def measured_column(recording: Recording, system: LinearSystem) -> Measured:
-    """Responses from the motor's torque to every sensor that the recording has.
+    """Measured responses from the motor torque to every sensor in the recording.
 
     Args:
         recording: with `motor_torque` or `motor_target_torque`, and at least one sensor of the column
-        system: linear column
+        system: linear model of the column
 
     Raises:
-        InputError: no torque of the motor, one that does not move, no sensor, or hardly a frequency that they resolve
+        InputError: there is no motor torque, it is constant, there is no sensor, or too few frequencies are resolved
     """
     given = next((name for name in INPUTS if name in recording), None)
     outputs = [name for name in system.outputs if name in recording]
@@ -190,23 +190,24 @@ def measured_column(recording: Recording, system: LinearSystem) -> Measured:
 
 
 def _known(name: str, differences: Mapping[str, Difference], responses: Mapping[str, MeasuredResponse]) -> bool:
+    # The product is a whole number up to rounding errors.
     return differences[name].share * len(responses[name].frequency) > _FEWEST - 0.5
 
 
 def _informative(differences: Mapping[str, Difference], responses: Mapping[str, MeasuredResponse]) -> bool:
-    """Whether any sensor follows the motor at a few frequencies."""
+    """Whether any sensor follows the motor at enough frequencies."""
     return any(_known(name, differences, responses) for name in differences)
 
 
 def _apart(differences: Mapping[str, Difference], responses: Mapping[str, MeasuredResponse]) -> list[str]:
-    """Sensors that do not fit the model."""
+    """Sensors whose response does not fit the model."""
     return [
         name for name, each in differences.items() if _known(name, differences, responses) and each.apart > MOST_APART
     ]
 
 
 def _highest(response: MeasuredResponse) -> float:
-    """The highest frequency at which the response means something [Hz]."""
+    """Highest frequency with a usable response [Hz]."""
     return float(max(response.frequency[response.usable()], default=np.inf))
 
 

@@ -1,4 +1,4 @@
-"""The design of a detector, for terminal, page and JSON."""
+"""Design of a detector, for terminal, page and JSON document."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ from tierod.report.analysis.detector_tables import (
 )
 
 LIKELIHOOD_RATIO = "likelihood-ratio"
-"""The rule whose run length is known by measurement only."""
+"""Rule whose run length can only be measured."""
 
 ALL_RULES = (*RULES, LIKELIHOOD_RATIO)
-"""Rules by the name that a user gives."""
+"""Names of all rules, as given by the user."""
 
 SIMULATED = 2_000_000
-"""White residuals that are drawn where a rule has to be measured and none are given."""
+"""Number of simulated white residuals, used where a rule must be measured and no residuals are given."""
 
 
 @dataclass(frozen=True)
@@ -39,9 +39,9 @@ class Measured:
     """Residuals on which a threshold is measured.
 
     Args:
-        records: (n,) each [unit of the residual]; NaN where missing
-        label: what they are
-        simulated: whether they were drawn
+        records: (n,) per recording [unit of the residual]; NaN where missing
+        label: description of the residuals
+        simulated: whether the residuals are simulated
     """
 
     records: Sequence[np.ndarray]
@@ -50,26 +50,26 @@ class Measured:
 
     @property
     def deviation(self) -> Annotated[float, "unit of the signal"]:
-        """Root mean square of what is there; zero where nothing is."""
+        """Root mean square of all finite residuals; zero where there are none."""
         whole = np.concatenate(self.records)
         return float(np.sqrt(np.nanmean(whole**2))) if np.isfinite(whole).any() else 0.0
 
 
 def drawn(deviation: float, seed: int = 0) -> Measured:
-    """White Gaussian residuals of a standard deviation."""
+    """Simulated white Gaussian residuals with a given standard deviation."""
     residual = deviation * np.random.default_rng(seed).normal(size=SIMULATED)
     return Measured([residual], f"{SIMULATED / 1e6:g} million white residuals, simulated", True)
 
 
 def of_white(wish: Wish, rule: str | None = None) -> Analysis:
-    """Thresholds for white residuals, by calculation.
+    """Calculated thresholds for white residuals.
 
     Args:
-        wish: what the detector must do
-        rule: one of `RULES`; all of them where None
+        wish: requirements on the detector
+        rule: one of `RULES`; None for all of them
 
     Raises:
-        ParameterError: no threshold is needed, or the shift is too small
+        ParameterError: the required interval needs no threshold, or the shift is too small
     """
     change = wish.shift / wish.deviation
     found = {name: designed(name, change, wish.samples, wish.sides) for name in ([rule] if rule else RULES)}
@@ -101,16 +101,16 @@ def of_white(wish: Wish, rule: str | None = None) -> Analysis:
 
 
 def of_measured(wish: Wish, rule: str | None, given: Measured) -> Analysis:
-    """A threshold measured on fault-free residuals of any colour.
+    """Threshold measured on fault-free residuals, which may be autocorrelated.
 
     Args:
-        wish: what the detector must do; its deviation is measured
-        rule: one of `ALL_RULES`; the cumulative sum where None
-        given: the residuals
+        wish: requirements on the detector; its standard deviation is replaced by the measured one
+        rule: one of `ALL_RULES`; None for the cumulative sum
+        given: fault-free residuals
 
     Raises:
-        InputError: they are too few, or hold no information
-        ParameterError: no threshold is needed, or the shift is too small
+        InputError: the residuals are too few, or zero or missing throughout
+        ParameterError: the required interval needs no threshold, or the shift is too small
     """
     deviation = given.deviation
     if not deviation > 0.0:

@@ -1,4 +1,4 @@
-"""Requirements on a detector to design, and its tables."""
+"""Requirements on a detector, and the tables and charts of its design."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ class Wish:
     """Requirements on a detector.
 
     Args:
-        deviation: of the residual [its unit]
-        shift: that must be found [same unit]
-        interval: between false alarms [s]
-        rate: of the residual [Hz]
-        sides: "both", "upper" or "lower"
+        deviation: standard deviation of the residual [its unit]
+        shift: smallest shift to be detected [same unit]
+        interval: mean time between false alarms [s]
+        rate: sampling rate of the residual [Hz]
+        sides: direction of the shift: "both", "upper" or "lower"
     """
 
     deviation: Annotated[float, "unit of the signal"]
@@ -35,16 +35,16 @@ class Wish:
 
     @property
     def samples(self) -> float:
-        """Between false alarms."""
+        """Mean number of samples between false alarms."""
         return self.interval * self.rate
 
 
 def rules_beside(wish: Wish, found: Mapping[str, Designed]) -> Table:
-    """Rules for white residuals: thresholds and delays.
+    """Comparison of rules for white residuals: thresholds and delays.
 
     Args:
-        wish: what was asked for
-        found: by the name of the rule
+        wish: requirements on the detector
+        found: designs, by the name of the rule
     """
     rows = []
     for name, each in found.items():
@@ -62,12 +62,12 @@ def rules_beside(wish: Wish, found: Mapping[str, Designed]) -> Table:
 
 
 def measurement(wish: Wish, found: MeasuredDesign, delays: Sequence[float]) -> list[Table | Chart]:
-    """A threshold measured on fault-free residuals.
+    """Table and chart of a threshold measured on fault-free residuals.
 
     Args:
-        wish: what was asked for
-        found: the threshold
-        delays: from a shift put into the fault-free residuals to the alarm [s]; infinite where it was not found
+        wish: requirements on the detector
+        found: measured threshold
+        delays: detection delays of shifts added to the fault-free residuals [s]; infinite for a missed shift
     """
     unit = found.rule.scale(found.deviation)
     median, late = (float(np.quantile(delays, share, method="higher")) for share in (0.5, 0.95))
@@ -117,7 +117,7 @@ def measurement(wish: Wish, found: MeasuredDesign, delays: Sequence[float]) -> l
 
 
 def against_false_alarms(wish: Wish, found: Mapping[str, Designed]) -> Chart:
-    """Mean delay of rules over the time between false alarms, up to what was asked for."""
+    """Mean delay of the rules against the time between false alarms, up to the required one."""
     change = wish.shift / wish.deviation * (-1.0 if wish.sides == "lower" else 1.0)
     marks = []
     for name, each in found.items():
@@ -145,7 +145,7 @@ def against_false_alarms(wish: Wish, found: Mapping[str, Designed]) -> Chart:
 
 
 def against_shift(wish: Wish, found: Mapping[str, Designed]) -> Chart:
-    """Mean delay of rules over the size of the shift."""
+    """Mean delay of the rules against the size of the shift."""
     scales = np.geomspace(0.25, 4.0, 13)
     marks = [
         Lines(
@@ -174,12 +174,12 @@ def against_shift(wish: Wish, found: Mapping[str, Designed]) -> Chart:
 
 
 def _drawable(values: Sequence[float]) -> list[float]:
-    """Delays of more than a month are not drawn."""
+    """Delays with those beyond a month removed from the chart."""
     return [value if value < 2.6e6 else math.nan for value in values]
 
 
 def time_in_words(seconds: float) -> str:
-    """A time in words; "never" beyond a century."""
+    """A time as text; "never" beyond a century."""
     if not math.isfinite(seconds) or seconds > 3.2e9:
         return "never"
     if seconds < 1.0:

@@ -1,4 +1,4 @@
-"""Detectable and isolable faults of a car's sensors and actuators from its equations alone, in tables and a picture."""
+"""Detectability and isolability of sensor and actuator faults from the structure of a car's equations."""
 
 from __future__ import annotations
 
@@ -31,25 +31,25 @@ from tierod.report.display import words
 from tierod.vehicles import Vehicle, load
 
 SHOWN_SETS = 20
-"""Minimal test sets that the page lists; the document holds all."""
+"""Largest number of minimal test sets listed on the page; the document contains all."""
 
 WITH_FORCES = "forces of tyres and tie rods as the model has them"
 WITHOUT_FORCES = "forces of tyres and tie rods unknown"
 AS_STEERED = "the car turning as it is steered"
 ANYHOW = "the car turning anyhow"
-"""Views of a vehicle, and of a car whose torques are not known: what tyres do is known, or may be anything."""
+"""Names of the views, for a vehicle with known torques and for one without: tyre forces known, or arbitrary."""
 
 
 def analyse(vehicle: Vehicle | str | Path = "smartload", without: Collection[str] = ()) -> Analysis:
-    """Detectable and isolable faults of a vehicle's sensors and actuators, one and two at once.
+    """Detectable and isolable faults of a vehicle's sensors and actuators, as single and double faults.
 
     Args:
-        vehicle: a parameter set, its name, or the path of its file; with the parameters of `AutomatedVehicle`, or else
+        vehicle: parameter set, its name, or the path of its file, with the parameters of `AutomatedVehicle` or
             those of `RollingCar`
-        without: sensors that it does not have
+        without: sensors that the vehicle lacks
 
     Raises:
-        ParameterError: parameters that are missing, or no such sensor
+        ParameterError: parameters are missing, or a sensor does not exist
     """
     vehicle = vehicle if isinstance(vehicle, Vehicle) else load(vehicle)
     known, view = (AS_STEERED, ANYHOW) if rolls(vehicle) else (WITH_FORCES, WITHOUT_FORCES)

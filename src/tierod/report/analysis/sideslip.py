@@ -1,4 +1,4 @@
-"""The analysis of a car steered by wire: its modes over speed, and what shows its sideslip, in tables."""
+"""Analysis of a steer-by-wire car: modes over speed, and observability of the sideslip angle, in tables."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ SPEEDS = (3.0, 6.7, 15.0, 25.0, 40.0)
 """Speeds of the modes and ranks in the tables [m/s]."""
 
 ABOUT = (0.9, 0.99, 1.0, 1.01, 1.1)
-"""Rear stiffness over that of neutral steer, beside the car's own."""
+"""Ratios of rear cornering stiffness to that of a neutral-steering car, shown beside the car's own ratio."""
 
 
 def analyse(vehicle: Vehicle) -> Analysis:
-    """Modes of vehicle and steering, and observability of the sideslip over understeer and speed.
+    """Modes of vehicle and steering, and observability of the sideslip angle over understeer and speed.
 
     Args:
-        vehicle: steered by wire, see `SteeredVehicle.Parameters`
+        vehicle: steered by wire, with the parameters of `SteeredVehicle.Parameters`
 
     Raises:
-        ParameterError: parameters that are missing
+        ParameterError: parameters are missing
     """
     p = vehicle.parameters_for(SteeredVehicle.Parameters)
     own = p.rear_cornering_stiffness * p.rear_distance / (p.front_cornering_stiffness * p.front_distance)

@@ -1,4 +1,4 @@
-"""Presentation of a campaign, or of two compared: a page and a table in the terminal, from its document alone."""
+"""Presentation of a campaign, or of two compared ones, from its document: a page, and a table in the terminal."""
 
 from tierod.report.campaign.comparison import render_comparison, show_comparison
 from tierod.report.campaign.page import render_campaign

@@ -1,4 +1,4 @@
-"""Charts of a campaign, and its matrix: one row per combination of levels, one column per fault and magnitude."""
+"""Charts of a campaign, and its matrix with one row per combination of levels and one column per fault and size."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ from tierod.report.charts.figure import (
 from tierod.report.display import bracketed, number
 
 RIGHT = {"quiet", "found"}
-"""Outcomes as they should be."""
+"""Correct outcomes."""
 
 
 @dataclass
 class Square:
-    """All seeds of one place."""
+    """Outcomes of all seeds of one cell of the matrix."""
 
     right: int = 0
     wrong: list[str] = field(default_factory=list)
@@ -39,35 +39,35 @@ class Square:
 
     @property
     def kind(self) -> str:
-        """Class of the page."""
+        """CSS class: "bad", "open" or "good"; "" without outcomes."""
         return "bad" if self.wrong else "open" if self.lost else "good" if self.right else ""
 
     @property
     def symbol(self) -> str:
-        """Marks the kind without colour."""
+        """Symbol that marks the kind without colour."""
         return {"bad": "✕", "open": "?", "good": "✓", "": ""}[self.kind]
 
     @property
     def text(self) -> str:
-        """Number of right verdicts, of how many."""
+        """Number of correct verdicts, of all."""
         total = self.right + len(self.wrong) + len(self.lost)
         return f"{self.right}/{total}" if total else ""
 
     @property
     def title(self) -> str:
-        """Wrong outcomes, in words."""
+        """Incorrect and missing outcomes with their numbers, as text."""
         outcomes = [*self.wrong, *self.lost]
         return ", ".join(count(outcomes.count(what), what, what) for what in dict.fromkeys(outcomes))
 
 
 @dataclass(frozen=True)
 class Grid:
-    """The matrix.
+    """Matrix of outcomes.
 
     Args:
-        axes: that name the rows
-        columns: fault-free, then faults with their magnitudes
-        rows: (levels, squares)
+        axes: names of the factors that distinguish the rows
+        columns: fault-free, then faults with their sizes
+        rows: (levels, squares) each
     """
 
     axes: tuple[str, ...]
@@ -76,10 +76,10 @@ class Grid:
 
 
 def grid(cells: Sequence[Mapping[str, Any]], monitor: str) -> Grid:
-    """Grid of one monitor's verdicts at every place."""
+    """Matrix of one monitor's verdicts."""
     apart = ("fault", "size", "seed")
     axes = tuple(axis for axis in cells[0]["place"] if axis not in apart) if cells else ()
-    # Axes with one level would only repeat it.
+    # Axes with a single level would repeat it in every row.
     axes = tuple(axis for axis in axes if len({cell["place"][axis] for cell in cells}) > 1)
     rows: dict[tuple[str, ...], dict[str, Square]] = {}
     columns: dict[str, None] = {}
@@ -116,19 +116,19 @@ _QUANTILES = (
 
 
 Sizes = list[tuple[str, Mapping[str, Any]]]
-"""(size, figures) of a fault."""
+"""(size, figures) pairs of a fault."""
 
 
 def detection_figure(
     number_: int, monitor: str, pools: Sequence[Mapping[str, Any]], gates: Sequence[Mapping[str, Any]] = ()
 ) -> Figure | None:
-    """Time from the fault to the first alarm over its size, one panel per fault; None where there are no faults.
+    """Detection delay over fault size, one panel per fault; None where there are no faults.
 
     Args:
-        number_: of the monitor in the page
+        number_: index of the monitor on the page
         monitor: its label
-        pools: figures of the groups
-        gates: pass criteria, of which those on these times are drawn
+        pools: figures of the groups of drives
+        gates: pass criteria; those on detection delays are drawn
     """
     faults = _faults(pools)
     if not faults:
@@ -167,11 +167,11 @@ def detection_figure(
 
 
 _GOALS = {f"detection_{key}_s": colour for key, _, colour, _ in _QUANTILES}
-"""Figures with a curve of their own, by their names in a pass criterion, and its colour."""
+"""Colours of the curves, by the name of their figure in a pass criterion."""
 
 
 def _goals(gates: Sequence[Mapping[str, Any]], monitor: str, fault: str, suffix: str) -> list[dict[str, Any]]:
-    """Goals of the pass criteria on the times of a fault: dashed lines across, in the colours of their curves."""
+    """Dashed lines at the goals of the pass criteria on a fault's delays, in the colours of the curves."""
     drawn = []
     for gate in gates:
         part = _NUMBER.fullmatch(gate["goal"].lstrip("<>= "))
@@ -185,7 +185,7 @@ def _goals(gates: Sequence[Mapping[str, Any]], monitor: str, fault: str, suffix:
 
 
 def _faults(pools: Sequence[Mapping[str, Any]]) -> dict[str, Sizes]:
-    """Every fault with its sizes, in the order of the matrix; one without sizes has one that is empty."""
+    """Every fault with its sizes, in the order of the matrix; a fault without sizes has the single size ""."""
     found: dict[str, Sizes] = {}
     for pool in pools:
         where, figures = pool["where"], pool["figures"]
@@ -200,7 +200,7 @@ def _faults(pools: Sequence[Mapping[str, Any]]) -> dict[str, Sizes]:
 
 
 def _places(sizes: Sequence[str]) -> tuple[list[Any], str]:
-    """Numbers with their common unit where the sizes are numbers; else the sizes as names."""
+    """Sizes as numbers with their common unit; sizes that are not numbers stay names."""
     parts = [_NUMBER.fullmatch(size) for size in sizes]
     units = {part[2].strip() for part in parts if part}
     if all(parts) and len(units - {""}) <= 1:
@@ -243,7 +243,7 @@ def _missed(sizes: Sizes, places: Sequence[Any], suffix: str) -> list[dict[str, 
 
 
 def box_figure(number_: int, states: Mapping[str, Any]) -> Figure | None:
-    """Spread of the estimates of every state, with the truth; None without estimates."""
+    """Distribution of the estimates in every state, with the true value; None without estimates."""
     boxes = states["boxes"]
     if not boxes:
         return None

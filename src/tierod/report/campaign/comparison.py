@@ -1,4 +1,4 @@
-"""Two campaigns side by side: chart of the differences, page and terminal, from the document of the comparison."""
+"""Comparison of two campaigns: chart of the differences, page and terminal output, from its document."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _CHANCE = (
 
 
 def difference_figure(index: int, figures: Sequence[Mapping[str, Any]]) -> Figure | None:
-    """Differences of every pair, with mean and interval."""
+    """Differences of all pairs of drives, with mean and confidence interval."""
     drawn = [figure for figure in figures if figure["name"] in _SHOWN and figure["pairs"]]
     if not drawn:
         return None
@@ -62,7 +62,7 @@ def difference_figure(index: int, figures: Sequence[Mapping[str, Any]]) -> Figur
 
 def _dots(figure: Mapping[str, Any], factor: float, suffix: str) -> list[dict[str, Any]]:
     differences = np.asarray(figure["differences"], float) * factor
-    # Spread evenly across the strip, always alike.
+    # Vertical spread by the golden ratio: even, and the same for every rendering.
     across = 0.7 * (((np.arange(len(differences)) * 0.6180339887) % 1.0) - 0.5)
     low, high = (value(end) * factor for end in figure["interval"])
     mean = value(figure["mean"]) * factor
@@ -77,10 +77,10 @@ def _dots(figure: Mapping[str, Any], factor: float, suffix: str) -> list[dict[st
 
 
 SIGNIFICANT = 0.05
-"""Probability of chance alone below which a difference is called one."""
+"""Significance level: probability by chance below which a difference is reported."""
 
 MOST = 3
-"""Figures that the headline names."""
+"""Largest number of figures in the headline."""
 
 COLUMNS = (
     "figure",
@@ -95,7 +95,7 @@ COLUMNS = (
 
 
 def render_comparison(content: Mapping[str, Any]) -> str:
-    """The page as text.
+    """HTML page of a comparison.
 
     Args:
         content: the document of `tierod.experiments.compare.document`
@@ -115,7 +115,7 @@ def render_comparison(content: Mapping[str, Any]) -> str:
 
 
 def _sections(view: Mapping[str, Any], several: bool) -> list[Section]:
-    """Sections on the differences for one monitor: how many drives, figure by figure, verdict by verdict."""
+    """Sections on one monitor: number of drives, differences of figures, differences of verdicts."""
     verdicts = [Table("Verdicts", ("in the first", "in the second", "drives"), tuple(view["outcomes"]))]
     if view["changed"]:
         header = ("drive", "in the first", "in the second")
@@ -187,7 +187,7 @@ def _chance(probability: float | None) -> str:
 
 
 def show_comparison(content: Mapping[str, Any], console: Console) -> None:
-    """Print what differs."""
+    """Print the differences to a terminal."""
     from rich.table import Table
     from rich.text import Text
 

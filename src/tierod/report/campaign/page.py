@@ -1,4 +1,4 @@
-"""The page of a campaign: gates first, then the matrix, detection, states, estimates, and what failed."""
+"""Page of a campaign: pass criteria first, then matrix, detection delays, states, estimates, and failures."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ _ACTIONS = {
 }
 ALARMS = (Status.RISING, Status.SUSPECT, Status.FAULT)
 FAULT_FREE = "fault-free"
-"""The state of a drive without a fault."""
+"""State of a drive without a fault."""
 
 MOST_CELLS = 3000
-"""Drives that the page lists; the table beside it has all."""
+"""Largest number of drives listed on the page; the table file contains all."""
 
 
 def render_campaign(content: Mapping[str, Any]) -> str:
-    """The page as text.
+    """HTML page of a campaign.
 
     Args:
         content: the document of `tierod.experiments.summary.document`
@@ -97,7 +97,7 @@ def _gate(gate: Mapping[str, Any]) -> dict[str, str]:
 
 
 def _view(index: int, content: Mapping[str, Any], monitor: Mapping[str, Any]) -> dict[str, Any]:
-    """Everything on one monitor."""
+    """Contents of the page on one monitor."""
     label = monitor["label"]
     pools = [each for each in content["pools"] if each["monitor"] == label]
     states = next(each for each in content["states"] if each["monitor"] == label)
@@ -121,7 +121,7 @@ def _view(index: int, content: Mapping[str, Any], monitor: Mapping[str, Any]) ->
 
 
 def _figures(figures: Mapping[str, Any], unit: str) -> list[tuple[str, str]]:
-    """The figures of the whole campaign."""
+    """Figures of the whole campaign."""
     hours = number(value(figures["fault_free_judged_hours"]), 3)
     return [
         ("Faults found", found(figures)),
@@ -140,7 +140,7 @@ def _figures(figures: Mapping[str, Any], unit: str) -> list[tuple[str, str]]:
 
 
 def _confusion(confusion: Mapping[str, Mapping[str, int]]) -> dict[str, Any]:
-    """States given down, statuses found across; statuses in the order of severity."""
+    """Confusion matrix: true states down, statuses across in the order of severity."""
     order = [*(str(status) for status in Status), "no verdict"]
     seen = {status for counts in confusion.values() for status in counts}
     statuses = [status for status in order if status in seen]
@@ -153,7 +153,7 @@ def _confusion(confusion: Mapping[str, Mapping[str, int]]) -> dict[str, Any]:
 
 
 def _right(state: str, status: str) -> str:
-    """Whether a status found is as it should be for a state given: class of the page."""
+    """CSS class that marks whether a status is correct for a true state."""
     if status not in (Status.HEALTHY, *ALARMS):
         return "open"
     return "good" if (status in ALARMS) == (state != FAULT_FREE) else "bad"
@@ -181,7 +181,7 @@ def _pool(pool: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 def _failures(cells: Sequence[Mapping[str, Any]]) -> list[dict[str, str]]:
-    """Drives and verdicts that are missing, alike ones together."""
+    """Drives that failed and verdicts that are missing, grouped by reason."""
     alike: dict[tuple[str, str, str], list[str]] = {}
     for cell in cells:
         if cell["outcome"] != "driven":

@@ -1,4 +1,4 @@
-"""Running a campaign, or comparing two, with table, document and page in a folder."""
+"""Running a campaign, or comparing two, with table, document and page written to a folder."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ from tierod.report.campaign.page import render_campaign
 
 @dataclass(frozen=True)
 class Outcome:
-    """Outcome of a campaign.
+    """Result of a campaign or of a comparison.
 
     Args:
-        content: everything as data, as it stands in the JSON document
-        page: the HTML page
-        exit_code: 0 all pass criteria met, 1 one missed, 2 not everything could be judged
+        content: content of the JSON document
+        page: path of the HTML page
+        exit_code: 0 if all pass criteria are met, 1 if one is missed, 2 if not everything could be judged
     """
 
     content: Mapping[str, Any]
@@ -45,23 +45,24 @@ def campaign(
     command: str = "",
     progress: Callable[[Progress], None] = lambda progress: None,
 ) -> Outcome:
-    """Drive and judge what a campaign lacks, and write cells.parquet, campaign.json and report.html.
+    """Run the missing drives of a campaign, and write cells.parquet, campaign.json and report.html.
 
     Args:
-        campaign: a name that `tierod campaign` lists, the path of a campaign file, or a loaded campaign
-        folder: of recordings, verdicts and report; one that holds a part of the campaign is gone on with
-        workers: processes; one per core where not given
-        scheduler: address of a Dask scheduler whose workers drive and judge; they have to reach the folder
-        summary_only: write table and report of what is there, and drive nothing
-        command: what the user typed, for the report
-        progress: called as each drive ends
+        campaign: name listed by `tierod campaign`, the path of a campaign file, or a loaded campaign
+        folder: for recordings, verdicts and report; a partly completed campaign in it is continued
+        workers: number of processes; None for one per core
+        scheduler: address of a Dask scheduler whose workers run the drives; they must have access to the folder
+        summary_only: only write table and report of the drives that exist
+        command: command line of the user, for the report
+        progress: called at the end of each drive
 
     Raises:
-        ParameterError: no such campaign, one with a slip, or a cluster that cannot be used
-        InputError: with `summary_only`, no verdict is there
+        ParameterError: the campaign does not exist or is invalid, or the cluster cannot be used
+        InputError: with `summary_only`, there is no verdict
         OutputError: the folder cannot be written
     """
     chosen = campaign if isinstance(campaign, Campaign) else load(campaign)
+    # Workers of a cluster have working directories of their own.
     store = Store(Path(folder) if scheduler is None else Path(folder).absolute())
     store.prepare()
     with store.alone():
@@ -76,7 +77,7 @@ def campaign(
         content = document(summary, command)
         write_table(summary.rows, store.folder / "cells.parquet")
         write_text(store.folder / "campaign.json", text(content))
-        # Last, since it links to the others.
+        # The page is written last, because it links to the other files.
         page = write_text(store.folder / "report.html", render_campaign(content))
     return Outcome(content, page, summary.exit_code)
 
@@ -86,11 +87,11 @@ def compare(first: str | Path, second: str | Path, folder: str | Path, *, comman
 
     Args:
         first, second: folders of the campaigns
-        folder: of the comparison
-        command: what the user typed, for the report
+        folder: for the comparison
+        command: command line of the user, for the report
 
     Raises:
-        InputError: a folder holds no campaign, or they have no drive in common
+        InputError: a folder contains no campaign, or the campaigns have no drive in common
     """
     folders, target = (Path(first), Path(second)), Path(folder)
     content = comparing.document(comparing.compare(*folders), folders, command)

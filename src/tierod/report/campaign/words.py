@@ -1,4 +1,4 @@
-"""Figures of a campaign in words, and the campaign in the terminal: pass criteria, figures by group, what failed."""
+"""Figures of a campaign as text, and its terminal output: pass criteria, figures by group, failures."""
 
 from __future__ import annotations
 
@@ -25,32 +25,32 @@ TITLES = {
     "false_alarms": "false alarms",
     "judged_s": "time judged",
 }
-"""Figures of a comparison as people call them."""
+"""Readable names of the figures of a comparison."""
 
 
 def value(given: float | str | None) -> float:
-    """A number of the document: null is NaN, "inf" is infinite."""
+    """A number of the document: null means NaN, "inf" infinity."""
     return math.nan if given is None else float(given)
 
 
 def seconds(given: float | str | None) -> str:
-    """A time as people read it; "never" where it is infinite."""
+    """A time as text; "never" where it is infinite."""
     time = value(given)
     return NEVER if math.isinf(time) else duration(time)
 
 
 def count(number_: int, one: str, many: str | None = None) -> str:
-    """A number of things: "1 drive", "3 drives"."""
+    """A number with its noun: "1 drive", "3 drives"."""
     return f"{number_} {one if number_ == 1 else many or one + 's'}"
 
 
 def rate(given: float | str | None) -> str:
-    """Events per hour."""
+    """Number of events per hour, as text."""
     return number(value(given), 3)
 
 
 def place(where: Mapping[str, object]) -> str:
-    """A place of the matrix: "car midsize, fault step 4"."""
+    """A cell of the matrix as text: "car midsize, fault step 4"."""
     if not where:
         return "all drives"
     parts, fault = [], ""
@@ -68,7 +68,7 @@ def _levels(levels: object) -> str:
 
 
 def spread(figures: Mapping[str, Any], ending: str = "") -> str:
-    """Bias and standard deviation: "+0.12 ± 0.30"."""
+    """Bias and standard deviation as text: "+0.12 ± 0.30"."""
     bias, deviation = value(figures[f"bias{ending}"]), value(figures[f"deviation{ending}"])
     if math.isnan(bias):
         return "–"
@@ -77,13 +77,13 @@ def spread(figures: Mapping[str, Any], ending: str = "") -> str:
 
 
 def found(figures: Mapping[str, Any]) -> str:
-    """Number of faults found, of how many that could be."""
+    """Number of detected faults, of those that were not preceded by an alarm."""
     could = figures["faulty"] - figures["early"]
     return f"{figures['found']} of {could}" if could else "–"
 
 
 def false_alarms(figures: Mapping[str, Any]) -> tuple[str, str]:
-    """(false alarms in so many judged hours, upper bound of their rate)."""
+    """(false alarms in judged hours, upper bound of their rate), as text."""
     hours = value(figures["fault_free_judged_hours"])
     if not hours > 0.0:
         return "–", "–"
@@ -91,12 +91,12 @@ def false_alarms(figures: Mapping[str, Any]) -> tuple[str, str]:
 
 
 def shared(figures: Mapping[str, Any], name: str) -> str:
-    """A share in per cent."""
+    """A share in per cent, as text."""
     return share(value(figures[name]))
 
 
 def amount(given: float, unit: str) -> str:
-    """A value with its unit."""
+    """A value with its unit, as text."""
     factor, label = shown(unit)
     return f"{number(given * factor, 3)} {label}".strip()
 
@@ -104,11 +104,11 @@ def amount(given: float, unit: str) -> str:
 _GATES = {True: ("✓", "met", "green"), False: ("✕", "MISSED", "bold red"), None: ("?", "not judged", "yellow")}
 _COLUMNS = ("", "drives", "found", "median", "95 %", "worst", "false alarms", "at most", "bias ± deviation")
 _MOST = 10
-"""Failed drives that are listed one by one."""
+"""Largest number of failed drives that are listed individually."""
 
 
 def show(content: Mapping[str, Any], console: Console) -> None:
-    """Print what a campaign has found."""
+    """Print the results of a campaign to a terminal."""
     from rich.table import Table
     from rich.text import Text
 

@@ -1,1 +1,1 @@
-"""The charts of the page, each a plain description that plotly draws."""
+"""Charts of the page, each described as plain data that plotly draws."""

@@ -1,4 +1,4 @@
-"""Charts of a monitor's decisions: statistics with their thresholds over time, and the trade-off of each rule."""
+"""Charts of a monitor's decisions: statistics with thresholds over time, and the design curve of each rule."""
 
 from __future__ import annotations
 
@@ -31,16 +31,16 @@ from tierod.report.display import bracketed, number, time_scale, words
 from tierod.report.verdict import alarm_from
 
 Limit = tuple[float, bool]
-"""A threshold, and whether the rule acts below it."""
+"""A threshold, and whether the rule alarms below it."""
 
 _STRIP, _PANEL = 130, 250
 _WIDEST = 10.0
-"""Times its threshold that are drawn at the most."""
+"""Largest ratio to the threshold that is drawn."""
 DELAY = "What fewer false alarms cost, at the shift that must be found; what the estimator takes comes on top"
 
 
 def statistics(diagnosis: Diagnosis) -> dict[str, list[Limit]]:
-    """The traces that rules compare, with their thresholds: several rules may share one."""
+    """Traces that decision rules compare, with their thresholds; several rules may share a trace."""
     found: dict[str, list[Limit]] = {}
     for each in diagnosis.decisions:
         trace = diagnosis.traces.get(each.statistic)
@@ -51,7 +51,7 @@ def statistics(diagnosis: Diagnosis) -> dict[str, list[Limit]]:
 
 
 def most_relevant(diagnosis: Diagnosis) -> list[str]:
-    """Statistics that decided, then others beyond a threshold; all where none was beyond one."""
+    """Statistics that decided the verdict, then others beyond a threshold; all statistics where there are none."""
     decisive = {name for finding in diagnosis.findings for name in finding.decided_by}
     known = [each for each in diagnosis.decisions if each.statistic in statistics(diagnosis)]
     ordered = [
@@ -62,12 +62,12 @@ def most_relevant(diagnosis: Diagnosis) -> list[str]:
 
 
 def decision_figure(diagnosis: Diagnosis) -> Figure | None:
-    """The most relevant statistics over time, their thresholds dashed, red where one is beyond a threshold."""
+    """The most relevant statistics over time with dashed thresholds, red where a threshold is exceeded."""
     return _statistics(diagnosis, most_relevant(diagnosis), "decisions", "What was decided on")
 
 
 def quiet_figure(diagnosis: Diagnosis) -> Figure | None:
-    """The statistics that stayed within their thresholds, where others did not."""
+    """Statistics that stayed within their thresholds, if others did not."""
     said = most_relevant(diagnosis)
     quiet = [name for name in statistics(diagnosis) if name not in said]
     return _statistics(diagnosis, quiet, "quiet", "What stayed within its thresholds")
@@ -110,7 +110,7 @@ def _statistics(diagnosis: Diagnosis, names: list[str], name: str, title: str) -
 
 
 def looks_figure(diagnosis: Diagnosis) -> Figure | None:
-    """Statistics of rules that look once at the whole recording, over the threshold of each."""
+    """Statistics of rules that evaluate the whole recording once, relative to their thresholds."""
     seen = [(each, share) for each in diagnosis.decisions if (share := _over_threshold(each)) is not None]
     if not seen:
         return None
@@ -151,7 +151,7 @@ def looks_figure(diagnosis: Diagnosis) -> Figure | None:
 
 
 def _over_threshold(each: Decided) -> float | None:
-    """Share of its threshold that one look reached, 1 and more where it alarms; None where there was no look."""
+    """Ratio of a single evaluation to its threshold, 1 or more for an alarm; None where there was none."""
     if each.statistic or each.reached is None or not each.levels:
         return None
     if each.below:
@@ -168,7 +168,8 @@ def _titled(name: str, label: str, factor: float, limits: list[Limit]) -> str:
 def _strip(
     trace: Trace, per_second: float, factor: float, label: str, limits: list[Limit], axis_name: str
 ) -> list[dict[str, Any]]:
-    """The statistic, and a red mark over every bin that is beyond one of the levels."""
+    """Curve of the statistic, with a red mark over every bin beyond one of the thresholds."""
+    # The extremes of each bin are tested, because its mean can hide an exceedance.
     lower, upper = np.asarray(trace.lower, float), np.asarray(trace.upper, float)
     extreme = np.full(len(upper), np.nan)
     for level, low in limits:
@@ -183,7 +184,7 @@ def _strip(
 
 
 def design_figures(diagnosis: Diagnosis) -> list[Figure]:
-    """One chart for every rule that was designed; rules of one design share one."""
+    """One chart per rule design; rules with the same design share it."""
     drawn: dict[Any, list[Decided]] = {}
     for each in diagnosis.decisions:
         if each.curve is not None and each.curve.along:

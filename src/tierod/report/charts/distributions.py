@@ -1,4 +1,4 @@
-"""Histograms of the estimate, one strip per stretch of the drive, and loops of torque over the steering wheel angle."""
+"""Histograms of the estimate for stretches of the drive, and loops of torque over steering wheel angle."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from tierod.report.display import bracketed, number, words
 
 
 def histogram_figure(diagnosis: Diagnosis) -> Figure | None:
-    """The histograms above each other on a common axis; None where there is none."""
+    """Histograms above each other on a common axis; None without histograms."""
     if not diagnosis.histograms:
         return None
     estimate = diagnosis.findings[0].estimate if diagnosis.findings else None
@@ -87,7 +87,7 @@ _PANEL = 250
 
 
 def loop_figure(diagnosis: Diagnosis) -> Figure | None:
-    """All hysteresis views of the diagnosis above each other on common scales; None where there is none."""
+    """Hysteresis loops above each other on common scales; None without loops."""
     if not diagnosis.loops:
         return None
     _, torque_label = shown(str(diagnosis.vehicle.get("torque_unit", "N*m")))
@@ -142,7 +142,7 @@ def _range(values: np.ndarray, label: str) -> str:
 
 
 def _half_height(angle: np.ndarray, torque: np.ndarray, label: str) -> str:
-    """Half the distance between the way there and the way back, in the middle third of the angle."""
+    """Half the vertical distance between increasing and decreasing angle, in the middle third of the angle range."""
     step = np.gradient(angle) if len(angle) > 1 else np.zeros(len(angle))
     low, high = (np.nanmin(angle), np.nanmax(angle)) if np.isfinite(angle).any() else (0.0, 0.0)
     middle = np.abs(angle - 0.5 * (low + high)) <= (high - low) / 6.0

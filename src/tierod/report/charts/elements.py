@@ -1,4 +1,4 @@
-"""Charts of sensors and actuators: their states over time, and what stood in for a sensor at fault."""
+"""Charts of sensors and actuators: their states over time, and the substitutes of faulty sensors."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ from tierod.report.charts.over_time import span
 from tierod.report.display import INTERVAL, bracketed, instant, time_scale, words
 
 STATE, SUPPLIED, DEVIATION = "state_of_", "supplied_", "deviation_of_supplied_"
-"""Beginnings of the traces that are drawn here."""
+"""Prefixes of the names of the traces drawn here."""
 WASH = 0.1
-"""Opacity of what lies behind the time of a fault."""
+"""Opacity of the shading of fault episodes."""
 _POINTS = 1000
 _HEATS = (
     (0.0, "fault-free", "var(--state-good)"),
@@ -39,12 +39,12 @@ _HEATS = (
     (0.5, "one of several that may be at fault", "var(--state-doubt)"),
     (1.0, "fault", RED),
 )
-"""Values of a state, what they mean, and their colours; blank where nothing was judged."""
+"""Values of a state, their meanings and colours; blank where nothing was judged."""
 OTHERWISE = "not judged"
 
 
 def state_figure(diagnosis: Diagnosis) -> Figure | None:
-    """A row of colour over time for every sensor and actuator."""
+    """Coloured row over time for every sensor and actuator."""
     names = [each.name for each in diagnosis.elements if STATE + each.name in diagnosis.traces]
     if not names:
         return None
@@ -74,6 +74,7 @@ def state_figure(diagnosis: Diagnosis) -> Figure | None:
         "ygap": 3,
         "showscale": False,
     }
+    # Traces without points provide the legend, which a heatmap lacks.
     keys = [
         {
             "type": "scatter",
@@ -105,14 +106,14 @@ def state_figure(diagnosis: Diagnosis) -> Figure | None:
 
 
 def _steps() -> list[list[Any]]:
-    """The colour scale in steps that change half-way between two states."""
+    """Colour scale in steps that change half-way between two states."""
     values = [value for value, _, _ in _HEATS]
     edges = [0.0, *(0.5 * (low + high) for low, high in pairwise(values)), 1.0]
     return [[edge, colour] for (_, _, colour), ends in zip(_HEATS, pairwise(edges), strict=True) for edge in ends]
 
 
 def substitute_figures(diagnosis: Diagnosis) -> list[Figure]:
-    """One chart for every sensor that was at fault and replaced: its reading, and what was supplied in its place."""
+    """One chart per replaced faulty sensor: its reading, and the supplied value."""
     return [
         _substitute(diagnosis, each)
         for each in diagnosis.elements
@@ -166,7 +167,7 @@ def _substitute(diagnosis: Diagnosis, element: Element) -> Figure:
 
 
 def _marks(episode: Episode, first: float, last: float, per_second: float) -> tuple[dict[str, Any], dict[str, Any]]:
-    """The shading of an episode, and its name."""
+    """Shading and label of an episode."""
     start, end = (per_second * at for at in (episode.start, last if episode.end is None else episode.end))
     shape = {"type": "rect", "yref": "paper", "y0": 0, "y1": 1, "x0": start, "x1": end, "line": {"width": 0}}
     colour = AMBER if episode.candidates else RED

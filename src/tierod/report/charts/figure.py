@@ -1,4 +1,4 @@
-"""Common parts of charts: figures as plain data, axes, bands that respect gaps, marks, the heights shown at first."""
+"""Common parts of charts: figures as plain data, axes, bands with gaps, marks, and initial axis ranges."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from tierod.report.display import number, words
 
 BLUE, GREY, GREEN, AMBER, RED = "var(--accent)", "var(--grey)", "var(--good)", "var(--warn)", "var(--bad)"
 TEXT, GRID, PAPER, LINE = "var(--ink)", "var(--grid)", "var(--paper)", "var(--line)"
-"""Colours by their names in tokens.css, which the page's script looks up."""
+"""CSS variables of tokens.css, resolved by the script of the page."""
 
 LABEL_GROUND = "var(--label)"
-"""Behind text that stands over a curve."""
+"""Background of labels that cover a curve."""
 
 Summary = tuple[str, str, str, str]
-"""One row beneath a chart: series, lowest, mean, highest."""
+"""One row of the table below a chart: series, lowest, mean, highest."""
 
 
 @dataclass(frozen=True)
@@ -30,14 +30,14 @@ class Figure:
     """One chart of the page.
 
     Args:
-        name: identifies it in the page
-        title, caption: what it shows, and how to read it in a line
-        reading: what else helps to read it, shown where it is asked for
-        alternative: the same in a sentence, for those who do not see it
-        data, layout: as plotly takes them
-        height: in CSS pixels
-        summary: rows of the table beneath it
-        timed: whether its horizontal axis is the time of the recording, zoomed together with the others
+        name: identifier on the page
+        title, caption: heading, and a line on how to read the chart
+        reading: further explanation, shown on request
+        alternative: text alternative in a sentence
+        data, layout: marks and layout in the format of plotly
+        height: height in CSS pixels
+        summary: rows of the table below the chart
+        timed: whether its horizontal axis is the time of the recording, which all such charts zoom together
     """
 
     name: str
@@ -54,7 +54,7 @@ class Figure:
 
 
 def layout(height: int, **more: Any) -> dict[str, Any]:
-    """The looks of every chart."""
+    """Layout common to all charts."""
     return {
         "height": height,
         "autosize": True,
@@ -70,38 +70,39 @@ def layout(height: int, **more: Any) -> dict[str, Any]:
 
 
 def axis(title: str = "", **more: Any) -> dict[str, Any]:
-    """The looks of every axis."""
+    """Properties common to all axes."""
     shared = {"gridcolor": GRID, "linecolor": GREY, "zerolinecolor": LINE, "ticks": "outside", "tickcolor": GREY}
     return shared | {"title": {"text": title, "standoff": 8}} | more
 
 
 def rounded(values: Sequence[float] | np.ndarray, digits: int = 5) -> list[float | None]:
-    """Values for the page, to so many digits of the largest of them; what is not finite becomes a gap."""
+    """Values rounded to the given digits of the largest one; values that are not finite become gaps."""
     given = np.asarray(values, float)
     finite = np.isfinite(given)
     largest = float(np.max(np.abs(given), where=finite, initial=0.0))
     places = digits - 1 - math.floor(math.log10(largest)) if largest > 0.0 else 0
+    # np.round computes 10**places, which must not overflow.
     shown = np.round(given, min(max(places, -300), 300)).tolist()
     return [value if seen else None for value, seen in zip(shown, finite.tolist(), strict=True)]
 
 
 def centres(trace: Trace, factor: float) -> np.ndarray:
-    """The middle of each bin on the time axis."""
+    """Centre of each bin on the time axis."""
     time = np.asarray(trace.time, float)
     width = float(np.median(np.diff(time))) if len(time) > 1 else 0.0
     return (time + 0.5 * width) * factor
 
 
 def drawn_as(part: str, trace: Trace, per_second: float, factor: float = 1.0, **more: Any) -> dict[str, Any]:
-    """Series from which a mark is made, so that a page can draw it as fine as it is zoomed to.
+    """Origin of a mark in a series, from which the page redraws it at the resolution of the zoom.
 
     Args:
-        part: "mean", "range" (lowest to highest), "interval" (mean and so many `deviations` of the series `deviation`
-            on both sides) or "beyond" (the extreme of bins beyond one of the `limits`)
+        part: "mean", "range" (lowest to highest), "interval" (mean plus and minus `deviations` times the series
+            `deviation`) or "beyond" (extreme of bins beyond one of the `limits`)
         trace: the series
-        per_second: what the axis counts a second as
-        factor: from the unit of the series to the one shown
-        more: what the part needs besides
+        per_second: units of the time axis per second
+        factor: conversion from the unit of the series to the displayed one
+        more: further values that the part needs
     """
     unit = shown(trace.unit)[1]
     return {
@@ -110,13 +111,13 @@ def drawn_as(part: str, trace: Trace, per_second: float, factor: float = 1.0, **
 
 
 def drawn_from(mark: Mapping[str, Any]) -> set[str]:
-    """Names of the series that a mark is made from; empty where it is made from none."""
+    """Names of the series from which a mark is drawn; empty for none."""
     meta = mark.get("meta", {})
     return {*meta.get("rows", ()), *(meta[key] for key in ("series", "deviation") if key in meta)}
 
 
 def band(time: np.ndarray, lower: np.ndarray, upper: np.ndarray, colour: str, **more: Any) -> dict[str, Any]:
-    """A filled band that is open where either edge is missing: one closed outline for each stretch without a gap."""
+    """Filled band that is interrupted where an edge is missing: one closed outline per stretch without a gap."""
     across: list[float | None] = []
     along: list[float | None] = []
     begins, ends = runs(np.isfinite(lower) & np.isfinite(upper))
@@ -129,19 +130,19 @@ def band(time: np.ndarray, lower: np.ndarray, upper: np.ndarray, colour: str, **
 
 
 def line(time: np.ndarray, values: np.ndarray, colour: str, name: str, **more: Any) -> dict[str, Any]:
-    """A line with gaps where values are missing."""
+    """Line with gaps where values are missing."""
     looks = {"type": "scatter", "mode": "lines", "line": {"color": colour, "width": 1.6}, "name": name}
     return looks | {"x": rounded(time, 7), "y": rounded(values), "connectgaps": False} | more
 
 
 def across(height: float, colour: str, width: float, dash: str = "dash", **more: Any) -> dict[str, Any]:
-    """A straight line at a height, from one edge of the chart to the other."""
+    """Horizontal line across the whole chart."""
     ends = {"xref": "paper", "x0": 0, "x1": 1, "y0": height, "y1": height}
     return {"type": "line", "line": {"color": colour, "width": width, "dash": dash}} | ends | more
 
 
 def upright(place: float, colour: str, width: float, dash: str = "dash", **more: Any) -> dict[str, Any]:
-    """A straight line at a place, from the bottom of the chart to its top."""
+    """Vertical line across the whole chart."""
     ends = {"yref": "paper", "y0": 0, "y1": 1, "x0": place, "x1": place}
     return {"type": "line", "line": {"color": colour, "width": width, "dash": dash}} | ends | more
 
@@ -151,9 +152,9 @@ def strip(trace: Trace, per_second: float, factor: float, label: str, axis_name:
 
     Args:
         trace: to draw
-        per_second: of the axis of time [1/s]
-        factor, label: with which its unit is shown
-        axis_name: of the vertical axis
+        per_second: units of the time axis per second [1/s]
+        factor, label: factor to the displayed unit, and its label
+        axis_name: name of the vertical axis
     """
     time, name = centres(trace, per_second), words(trace.name)
     lower, upper, mean = (np.asarray(part, float) * factor for part in (trace.lower, trace.upper, trace.mean))
@@ -166,7 +167,7 @@ def strip(trace: Trace, per_second: float, factor: float, label: str, axis_name:
 
 
 def level_colour(name: str) -> str:
-    """The colour of a reference level, by its name."""
+    """Colour of a reference level, by its name."""
     for word, colour in (("fault", RED), ("rising", AMBER), ("nominal", GREEN), ("learnt", GREEN)):
         if word in name.lower():
             return colour
@@ -174,7 +175,7 @@ def level_colour(name: str) -> str:
 
 
 def references(diagnosis: Diagnosis, unit: str) -> list[tuple[str, float]]:
-    """(name, level as shown) of what the decisive estimate is judged against; empty where its unit is another one."""
+    """(name, displayed level) of the references of the decisive estimate; empty if its unit differs."""
     estimate = diagnosis.findings[0].estimate if diagnosis.findings else None
     if estimate is None or estimate.unit != unit:
         return []
@@ -182,13 +183,13 @@ def references(diagnosis: Diagnosis, unit: str) -> list[tuple[str, float]]:
 
 
 def strip_title(text: str, top: float) -> dict[str, Any]:
-    """The title above one of several strips; `top` is the upper end of the strip as a share of the chart."""
+    """Title above one of several strips; `top` is the upper end of the strip as a share of the chart."""
     place = {"xref": "paper", "x": 0, "xanchor": "left", "yref": "paper", "y": top, "yanchor": "bottom"}
     return {"text": text, "showarrow": False, "font": {"size": 12.5}} | place
 
 
 def summary(name: str, trace: Trace, factor: float, label: str) -> Summary:
-    """The row of one series beneath its chart."""
+    """Table row of one series below its chart."""
     parts = []
     for values, reduce in ((trace.lower, np.min), (trace.mean, np.mean), (trace.upper, np.max)):
         seen = np.asarray(values, float)[np.isfinite(values)]
@@ -197,18 +198,18 @@ def summary(name: str, trace: Trace, factor: float, label: str) -> Summary:
 
 
 def first_range(mean: np.ndarray, upper: np.ndarray, outer: np.ndarray, levels: list[float]) -> list[float]:
-    """Lowest and highest value shown at first.
+    """Lowest and highest value of the initial axis range.
 
     Args:
-        mean, upper: of the line, mean and highest of every bin
+        mean, upper: mean and highest value of the line in every bin
         outer: upper end of its band
-        levels: that are drawn across
+        levels: reference levels that are drawn
     """
     return _both_ways(mean, levels) if _has_both_signs(mean) else _top(upper, outer, levels)
 
 
 def _top(upper: np.ndarray, outer: np.ndarray, levels: list[float]) -> list[float]:
-    """The range shown at first: all levels, and the band less its start, wide until something is learnt."""
+    """Initial range with all levels and 98 % of the band, which starts wide before the estimator has converged."""
     seen = np.concatenate([upper[np.isfinite(upper)], outer[np.isfinite(outer)]])
     high = max([*levels, float(np.quantile(seen, 0.98)) if len(seen) else 1.0])
     low = min(0.0, float(np.quantile(upper[np.isfinite(upper)], 0.02)) if np.isfinite(upper).any() else 0.0)
@@ -216,13 +217,13 @@ def _top(upper: np.ndarray, outer: np.ndarray, levels: list[float]) -> list[floa
 
 
 def _has_both_signs(mean: np.ndarray) -> bool:
-    """Whether a tenth of what is known lies below zero; a slip below it makes no range."""
+    """Whether more than a tenth of the finite values is negative; rare negative values do not extend the range."""
     known = mean[np.isfinite(mean)]
     return bool(np.mean(known < 0.0) > 0.1) if len(known) else False
 
 
 def _both_ways(mean: np.ndarray, levels: list[float]) -> list[float]:
-    """The range shown at first of what has both signs: all of the line, and all levels."""
+    """Initial range of a series with both signs: the whole line and all levels."""
     low, high = np.nanmin(mean), max([*levels, np.nanmax(mean)])
     room = 0.08 * (high - low)
     return [float(low - room), float(high + room)]

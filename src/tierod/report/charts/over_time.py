@@ -1,4 +1,4 @@
-"""Charts over time: the estimate with its band and levels, the signals of the drive, the innovations."""
+"""Charts over time: estimates with bands and levels, signals of the drive, innovations."""
 
 from __future__ import annotations
 
@@ -44,25 +44,25 @@ STRIPS = {
     "enabled": ("enabled share", "share of the time in which the estimator was excited (enabled)"),
     "hands_on": ("hands on", "full where hands are on the wheel, half where that is uncertain, else off"),
 }
-"""Traces from 0 to 1 that are drawn beneath an estimate: their name, and what they say."""
+"""Traces from 0 to 1 that are drawn below an estimate: name and explanation."""
 
 _OF_ELEMENTS = ("state_of_", "supplied_", "deviation_of_supplied_")
-"""Beginnings of traces that charts of their own show."""
+"""Prefixes of traces that have charts of their own."""
 _INNOVATIONS = ("innovation", "normalised_innovation", "nis", "nees")
 
 
 def main_names(diagnosis: Diagnosis) -> list[str]:
-    """The traces that are estimates: those with a standard deviation beside them."""
+    """Traces that are estimates: those with a standard deviation."""
     return [name for name in diagnosis.traces if name + DEVIATION in diagnosis.traces]
 
 
 def estimate_figures(diagnosis: Diagnosis) -> list[Figure]:
-    """One chart for every estimate."""
+    """One chart per estimate."""
     return [_estimate(diagnosis, name) for name in main_names(diagnosis)]
 
 
 def signal_figure(diagnosis: Diagnosis) -> Figure | None:
-    """All signals of the drive, one strip each above a common time axis; none of what was not recorded."""
+    """All recorded signals of the drive, one strip each above a common time axis; None without signals."""
     recorded = [name for name, trace in diagnosis.traces.items() if name in SIGNALS and np.isfinite(trace.mean).any()]
     return _strips(
         diagnosis,
@@ -94,7 +94,7 @@ def result_figure(diagnosis: Diagnosis) -> Figure | None:
 
 
 def innovation_figure(diagnosis: Diagnosis) -> Figure | None:
-    """Innovations, the measurements less their prediction, one strip each."""
+    """Innovations (measurement minus prediction), one strip each."""
     return _strips(
         diagnosis,
         [name for name in diagnosis.traces if name.startswith(_INNOVATIONS)],
@@ -106,7 +106,7 @@ def innovation_figure(diagnosis: Diagnosis) -> Figure | None:
 
 
 def span(diagnosis: Diagnosis) -> tuple[float, float]:
-    """First and last time of all traces [s]; the last bin is shown whole."""
+    """Beginning and end of all traces [s]; the last bin is included completely."""
     known = [trace for trace in diagnosis.traces.values() if len(trace.time)]
     ends = [(float(trace.time[0]), float(trace.time[-1]) + bin_width(trace)) for trace in known]
     return (min(start for start, _ in ends), max(end for _, end in ends)) if ends else (0.0, 1.0)
@@ -192,7 +192,7 @@ def _beneath(trace: Trace, per_second: float) -> dict[str, Any]:
 
 
 def _level_labels(levels: list[tuple[str, float]], label: str, height: float) -> list[dict[str, Any]]:
-    """One label above each level; those that all but coincide share one, near ones stand beside each other."""
+    """One label above each level; nearly equal levels share one, and close ones are placed side by side."""
     groups: list[list[tuple[str, float]]] = []
     for name, value in sorted(levels, key=lambda each: each[1]):
         if groups and value - groups[-1][-1][1] < 0.03 * height:
@@ -217,11 +217,11 @@ def _level_label(group: list[tuple[str, float]], label: str) -> dict[str, Any]:
 def verdict_marks(
     diagnosis: Diagnosis, per_second: float, top: float = 0.99
 ) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
-    """Lines and labels at which the change began that led to the verdict, and at which it was decided; where known.
+    """Lines and labels at the onset of the change that led to the verdict and at the alarm, where known.
 
     Args:
-        diagnosis: whose first finding gives the time
-        per_second: what the axis counts a second as
+        diagnosis: its first finding gives the times
+        per_second: units of the time axis per second
         top: upper end of the labels, as a share of the chart
     """
     finding = diagnosis.findings[0] if diagnosis.findings else None
@@ -241,7 +241,7 @@ def verdict_marks(
             continue
         at = moment * per_second
         shapes.append(upright(at, RED, 1.3, "dot" if name == "change began" else "solid"))
-        # Both may lie close together: the first is named on its left, the second on its right.
+        # Both may be close together: the first label is placed on the left of its line, the second on the right.
         share = (moment - first) / (last - first)
         left = share > 0.85 or (name == "change began" and share > 0.15)
         looks = {"showarrow": False, "xanchor": "right" if left else "left", "font": {"color": RED, "size": 12}}

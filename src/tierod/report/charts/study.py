@@ -1,4 +1,4 @@
-"""The charts of a study, from its plain description to what plotly draws."""
+"""Charts of a study, translated from their plain description to plotly."""
 
 from __future__ import annotations
 
@@ -32,15 +32,15 @@ from tierod.report.display import number
 _COLOURS = (BLUE, RED, GREEN, AMBER, "var(--violet)", "var(--cyan)", GREY, "var(--pink)")
 _PANEL, _ALONE = 240, 330
 _BESIDE = 0.65
-"""Room above and below the outermost named rows, each of which is one high."""
+"""Space above and below the outermost named rows [row heights]."""
 _MOST = 1600
-"""Points of a curve: lowest and highest for every column of pixels of the widest chart."""
+"""Largest number of points of a curve: lowest and highest value per pixel column of the widest chart."""
 _DIGITS, _SMALL = 5, 10
-"""Of the largest value of a curve, that are kept; on a logarithmic axis small ones show too."""
+"""Digits of a curve relative to its largest value; more on a logarithmic axis, where small values are visible."""
 
 
 def study_figure(chart: Chart) -> Figure:
-    """A chart as the page draws it, its panels above each other."""
+    """A chart with its panels above each other, as plotly draws it."""
     count = len(chart.panels)
     height = max((_ALONE if count == 1 else _PANEL * count) + 110, *(_rows(panel) for panel in chart.panels))
     colours = _colours(chart)
@@ -78,7 +78,7 @@ def study_figure(chart: Chart) -> Figure:
 
 
 def _rows(panel: Panel) -> int:
-    """Height that the places of a sideways panel, or the rows of cells, need; 0 for any other."""
+    """Height that a sideways panel, named rows or cells need [pixels]; 0 for any other panel."""
     most = max((len(mark.x) for mark in panel.marks if isinstance(mark, Points)), default=0)
     rows = max((len(mark.down) for mark in panel.marks if isinstance(mark, Cells)), default=0)
     if panel.rows:
@@ -110,13 +110,13 @@ def _colours(chart: Chart) -> dict[str, str]:
 
 
 def _turned(mark: dict[str, Any]) -> dict[str, Any]:
-    """A mark with its heights, and their ranges, to the right."""
+    """A mark with horizontal and vertical axis swapped, including its error bars."""
     turned = mark | {"x": mark["y"], "y": mark["x"]}
     return turned | {"error_x": turned.pop("error_y")} if "error_y" in turned else turned
 
 
 def _outlined(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """A long curve with no more points than its picture shows; a loop, whose places do not rise, as it is."""
+    """A long curve thinned to the resolution of the chart; a loop, whose x values are not ascending, unchanged."""
     if len(y) <= _MOST or not np.all(np.diff(x) >= 0.0):
         return x, y
     kept = outline(y, _MOST)
@@ -153,7 +153,7 @@ def _drawn(mark: Mark, colour: str, panel: Panel) -> dict[str, Any]:
 
 
 def _cells(mark: Cells, colour: str) -> dict[str, Any]:
-    """Darker is more; the share stands in the cell, so that nothing depends on colour alone."""
+    """Heat map in which darker means more; the cell also shows the value, so that nothing depends on colour only."""
     shares = np.asarray(mark.shares, float)
     return {
         "type": "heatmap",
@@ -190,9 +190,10 @@ def _points(mark: Points, colour: str) -> dict[str, Any]:
 
 
 def _rules(panel: Panel, suffix: str) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
-    """Dashed lines across and up, with their names."""
+    """Horizontal and vertical dashed lines with their names."""
     text = {"showarrow": False, "font": {"size": 12, "color": TEXT}, "bgcolor": LABEL_GROUND, "borderpad": 1}
     x_domain, y_domain = f"x{suffix} domain", f"y{suffix} domain"
+    # Plotly takes positions on a logarithmic axis as values for shapes, but as exponents for annotations.
     shapes, notes = [], []
     for name, level in panel.levels:
         shapes.append(across(level, TEXT, 1.2, xref=x_domain, yref=f"y{suffix}"))
@@ -208,7 +209,7 @@ def _rules(panel: Panel, suffix: str) -> tuple[list[dict[str, Any]], list[dict[s
 
 
 def _summary(panel: Panel, mark: Mark, count: int) -> Summary:
-    """Lowest, mean and highest of a mark beneath the chart; of a histogram the values it spreads over."""
+    """Lowest, mean and highest value of a mark for the table; for a histogram the range and mean of its values."""
     name = f"{panel.title}: {mark.name}" if count > 1 and panel.title else mark.name
     if isinstance(mark, Bars):
         edges, shares = np.asarray(mark.edges, float), np.asarray(mark.shares, float)
@@ -234,7 +235,7 @@ def _heights(mark: Lines | Points | Boxes | Cells) -> Any:
 
 
 def _three(low: np.ndarray, middle: np.ndarray, high: np.ndarray) -> tuple[str, str, str]:
-    """The lowest of the first, the mean of the second, the highest of the third; dashes where nothing is known."""
+    """Lowest of the first, mean of the second, highest of the third; dashes without finite values."""
     if not np.isfinite(middle).any():
         return "–", "–", "–"
     return number(float(np.nanmin(low)), 4), number(float(np.nanmean(middle)), 4), number(float(np.nanmax(high)), 4)

@@ -1,4 +1,4 @@
-"""Identification of parameters from recordings: what can be identified, its document, its page, the vehicle file."""
+"""Identification of parameters from recordings: subjects, JSON document, page and vehicle file."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ SUBJECTS = {
     "thresholds": "tierod.report.identification.thresholds:THRESHOLDS",
     "vehicle": "tierod.report.identification.vehicle:VEHICLE",
 }
-"""Where each is defined, by the name that the command line takes."""
+"""Module and attribute of each subject, by its name on the command line."""
 
 
 @dataclass(frozen=True)
@@ -40,11 +40,11 @@ class Identification:
     """Result of an identification.
 
     Args:
-        subject: what was asked for
-        vehicle: where the search started
-        result: parameters and how well they fit, in the terms of the subject
-        recordings: by their names
-        files: where they came from; empty where they were given as recordings
+        subject: identified subject
+        vehicle: initial parameters
+        result: parameters and their fit, in the type of the subject
+        recordings: by name
+        files: paths of the recordings; empty if they were passed as objects
     """
 
     subject: Subject
@@ -67,20 +67,20 @@ class Identification:
 
     @property
     def doubt(self) -> str:
-        """Why the values may not be used; empty where they may."""
+        """Reason why the values must not be used; "" if they can be."""
         doubt: str = self.result.doubt
         return doubt
 
     @property
     def sources(self) -> list[str]:
-        """Name and begin of the SHA-256 of every file; names where recordings were given."""
+        """Name and first digits of the SHA-256 of every file; names of recordings that were passed as objects."""
         return [_source(path) for path in self.files] or list(self.recordings)
 
     def document(self, origin: Origin | None = None) -> dict[str, Any]:
-        """The same as data for JSON.
+        """Content of the JSON document.
 
         Args:
-            origin: how it came about
+            origin: time, version and command of the identification
         """
         origin = origin or Origin.now()
         return {
@@ -109,17 +109,17 @@ class Identification:
         }
 
     def write_vehicle(self, path: str | Path, origin: Origin | None = None) -> Path:
-        """Write the vehicle file with the values found; its comments and all else stay as they are.
+        """Write the vehicle file with the identified values; comments and everything else stay unchanged.
 
         Args:
-            path: of the new file, or of the vehicle's own
-            origin: how the values came about, for their source
+            path: of a new file, or of the vehicle's own file
+            origin: time, version and command of the identification, recorded as source of the values
         """
         origin = origin or Origin.now()
         made = f"on {origin.created[:10]} by tierod {origin.version}: {origin.command}"
         source = f"identified from {', '.join(self.sources)} {made}"
         changes = {each.name: Change(each.value, each.deviation, source) for each in self.found}
-        # Read and written as one: another parameter may be found at the same time.
+        # The file stays locked from reading to writing, because another identification may change it at the same time.
         with holding(Path(path)) as place:
             text = read_text(self.vehicle.path, "the vehicle file", ParameterError, keep_line_ends=True)
             text = changed(text, changes)
@@ -128,11 +128,11 @@ class Identification:
             return write_text(place, text)
 
     def write_html(self, path: str | Path, origin: Origin | None = None) -> Path:
-        """Write the page.
+        """Write the HTML page of the identification.
 
         Args:
             path: of the page
-            origin: how it came about
+            origin: time, version and command of the identification
         """
         origin, car = origin or Origin.now(), self.vehicle
         facts = (("vehicle", car.name), ("vehicle file", str(car.path)), ("recordings", ", ".join(self.sources)))
@@ -148,10 +148,10 @@ class Identification:
 
 
 def subject_of(name: str) -> Subject:
-    """Subject of identification under a name.
+    """Subject of identification with a given name.
 
     Raises:
-        ParameterError: there is no such subject
+        ParameterError: the subject does not exist
     """
     if name not in SUBJECTS:
         raise ParameterError(f"'{name}' cannot be identified{nearest(name, SUBJECTS)}")
@@ -173,22 +173,22 @@ def identify(
     hours: float | None = None,
     progress: Callable[[float], None] = lambda share: None,
 ) -> Identification:
-    """Parameters of a vehicle from recordings of a bench or a drive.
+    """Identify parameters of a vehicle from recordings of a test bench or a drive.
 
     Args:
         subject: "vehicle", "column", "motor", "inverter" or "thresholds"
-        recordings: paths, or recordings by name; one experiment each or more
-        vehicle: where the search starts: a parameter set, its name, or the path of its file
-        free: names of the parameters to find; the usual ones of the subject where not given
-        dbc: path(s) of CAN databases; the vehicle's own where not given
-        channel_map: path of a channel map; the vehicle's own where not given
-        start, stop: of the stretch of every file that is looked at [s]; all of it where not given
-        hours: of thresholds: wanted mean time between false alarms [h]; 1000 where not given
-        progress: called with the share done, 0 to 1
+        recordings: paths, or recordings by name; each is one experiment
+        vehicle: initial parameters: a parameter set, its name, or the path of its file
+        free: names of the parameters to identify; empty for the usual ones of the subject
+        dbc: path(s) of CAN databases; None for those of the vehicle
+        channel_map: path of a channel map; None for that of the vehicle
+        start, stop: limits of the evaluated stretch of every file [s]; None for the whole file
+        hours: for thresholds only: mean time between false alarms [h]; None for 1000
+        progress: called with the completed share, 0 to 1
 
     Raises:
-        InputError: a recording cannot be read, is given twice, or does not hold what is needed
-        ParameterError: no such subject, vehicle or parameter
+        InputError: a recording cannot be read, is given twice, or lacks required signals
+        ParameterError: the subject, vehicle or parameter does not exist, or `hours` is given for another subject
     """
     wanted = subject_of(subject)
     car = vehicle if isinstance(vehicle, Vehicle) else load(vehicle)
@@ -214,7 +214,7 @@ def _refuse_twice(paths: Sequence[Path]) -> None:
 
 
 def _name(path: Path, paths: Sequence[Path]) -> str:
-    """A name of its own for one of several files."""
+    """File name of a path, or the whole path where several files have that name."""
     return path.name if [each.name for each in paths].count(path.name) == 1 else str(path)
 
 
@@ -227,7 +227,7 @@ def _read(
     signals: tuple[str, ...] | None,
     path: Path,
 ) -> Recording:
-    """A recording as a diagnosis reads it, with the signals that are looked at, all where None."""
+    """A recording read as for a diagnosis, reduced to the given signals; None for all of them."""
     source = source_of(path, car, dbc, channel_map, start, stop, signals)
     if isinstance(source, Recording):
         return source
@@ -236,7 +236,7 @@ def _read(
 
 
 def _source(path: Path) -> str:
-    if not path.is_file():  # what came through a pipe cannot be read again
+    if not path.is_file():  # data from a pipe cannot be read a second time
         return path.name
     with path.open("rb") as file:
         return f"{path.name} ({hashlib.file_digest(file, 'sha256').hexdigest()[:12]})"

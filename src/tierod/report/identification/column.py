@@ -1,4 +1,4 @@
-"""Identification of a steering column on a bench: tables and charts of what was found and how well it fits."""
+"""Identification of a steering column on a test bench: tables and charts of parameters and fit."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from tierod.report.identification.subject import Subject, found_table
 from tierod.vehicles import Vehicle
 
 _POINTS = 4000
-"""Of a curve in the page; a longer recording is thinned."""
+"""Largest number of points of a curve on the page."""
 _COLUMN = "Another law of friction, or a torsion bar stiffer than the vehicle file says, moves the values by more."
 _WINDOW = 4.0
-"""Part of an experiment that is drawn [s], the busiest one."""
+"""Length of the stretch of an experiment that is drawn, the one with the most torque variation [s]."""
 _TITLES = {
     "steering_wheel_angle": ("angle of the wheel", "°", 180.0 / np.pi),
     "motor_angle_mechanical": ("angle of the motor", "°", 180.0 / np.pi),
@@ -29,11 +29,11 @@ _TITLES = {
 
 
 def left_out_table(result: ColumnIdentification, short: bool = False) -> Table:
-    """Table of the estimates without each experiment, and how well those predict it.
+    """Table of the leave-one-out estimates, and of the prediction errors for the experiment left out.
 
     Args:
         result: with at least one experiment left out
-        short: whether experiments go by number, for names that are wider than a column can be
+        short: whether experiments are numbered instead of named, for narrow tables
     """
     left = result.left_out
     rows = [(each.name, *(number(out.values.get(each.name), 5) for out in left)) for each in result.found]
@@ -97,7 +97,7 @@ def _correlation(result: ColumnIdentification) -> Table:
 
 
 def _busiest(each: Shown) -> slice:
-    """The window in which the torque of the bar moves most, thinned."""
+    """The window in which the torsion-bar torque varies most, thinned for drawing."""
     step = each.time[1] - each.time[0]
     width = min(round(_WINDOW / step), len(each.time))
     power = np.cumsum(np.nan_to_num(each.measured[:, 2] - np.nanmean(each.measured[:, 2])) ** 2)

@@ -1,4 +1,4 @@
-"""Identification of a motor and of its inverter: tables and charts of what was found."""
+"""Identification of a motor and of its inverter: tables and charts of the results."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from tierod.report.identification.subject import Subject, before, found_table
 from tierod.vehicles import Vehicle
 
 _WINDOW = 5.0
-"""Part of a recording that is drawn [s], the one in which the torque changes most."""
+"""Length of the stretch of a recording that is drawn, the one with the most torque variation [s]."""
 
 _BEYOND = "Iron losses, saturation, and a load that depends on the direction or the speed of turning move them by more."
 
 
 def as_warm(result: MotorIdentification) -> list[tuple[str, float, float]]:
-    """Name, value and standard deviation of what currents, voltages and angle show, as warm as the motor was."""
+    """Name, value and standard deviation of the electrical parameters at the temperature of the recording."""
     electrical = result.electrical
     found = [
         ("motor_resistance", electrical.resistance),

@@ -1,4 +1,4 @@
-"""Subjects of identification, and the table of parameters before and after."""
+"""Subjects of identification, and the table of parameters before and after identification."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ _NOTE = "σ and interval hold with residuals that are coloured, and for this mod
 
 
 class Subject(NamedTuple):
-    """Something that can be identified.
+    """A subject of identification.
 
     Args:
-        title: one word
-        summary: of the page, how it is done
-        identify: from vehicle, recordings, free names, and progress
+        title: in one word
+        summary: description of the method, for the page
+        identify: function of vehicle, recordings, names of free parameters, and progress callback
         items: tables and charts of the page
-        tables: for the terminal
-        lines: for the terminal, below them
-        document: what the JSON document holds besides the parameters
-        takes_false_alarms: whether `identify` takes the wanted hours between false alarms too
-        signals: that it looks at, so that hours of all others need not be read; None for all
+        tables: tables in the terminal
+        lines: lines in the terminal, below the tables
+        document: entries of the JSON document besides the parameters
+        takes_false_alarms: whether `identify` also takes the required hours between false alarms
+        signals: returns the signals that are read, so that others can be skipped; None for all
     """
 
     title: str
@@ -43,16 +43,16 @@ class Subject(NamedTuple):
 
 
 def before(vehicle: Vehicle) -> dict[str, tuple[float, float | None]]:
-    """Value and standard deviation of every parameter as the vehicle file gives them."""
+    """Value and standard deviation of every parameter in the vehicle file."""
     return {name: (each.value, each.standard_deviation) for name, each in vehicle.parameters.items()}
 
 
 def found_table(found: Sequence[Found], beyond: str = "") -> Table:
-    """Every parameter before and after.
+    """Table of every parameter before and after identification.
 
     Args:
-        found: parameters
-        beyond: what the standard deviations leave out, a sentence
+        found: identified parameters
+        beyond: sentence on errors that the standard deviations do not include
     """
     rows = tuple(
         (

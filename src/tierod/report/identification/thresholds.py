@@ -1,4 +1,4 @@
-"""Thresholds of the condition monitor from fault-free driving."""
+"""Calibration of the thresholds of the condition monitor from fault-free driving."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from tierod.report.identification.subject import Subject, found_table
 from tierod.vehicles import Vehicle
 
 Calibrated: TypeAlias = ConditionCalibration | MotionCalibration
-"""Of a vehicle whose torques are known, and of one that is judged by its motion."""
+"""Calibration of a vehicle with known torques, or of one that is monitored by its motion only."""
 
 
 def _thresholds(

@@ -1,4 +1,4 @@
-"""Identification of a vehicle from ordinary drives: tables of what they identify, and of what to drive for the rest."""
+"""Identification of a vehicle from ordinary drives: identified parameters, and the drives needed for the others."""
 
 from __future__ import annotations
 
