@@ -17,7 +17,7 @@ SEED = 20261123
 SHARE: Annotated[float, ""] = 0.3
 """Share of the plausible range in which a signal usually stays."""
 UNBOUNDED: Annotated[float, ""] = 10.0
-"""Bound of a signal without a plausible range, in its unit; also the smallest lower bound of all signals."""
+"""Bound of a signal without a plausible range, in its unit."""
 STEPS_BETWEEN_GAPS = 400
 LONGEST_GAP = 120
 """Longest gap [samples]; longer than signals are held, so that the recovery from a missing signal is reached too."""
@@ -62,7 +62,7 @@ def random_inputs(subject: Subject, count: int, seed: int = SEED) -> np.ndarray:
 
 def _range(name: str) -> tuple[float, float]:
     low, high = SIGNALS[name].plausible if name in SIGNALS else (-math.inf, math.inf)
-    return max(low, -UNBOUNDED), min(high, UNBOUNDED) if math.isinf(high) else high
+    return -UNBOUNDED if math.isinf(low) else low, UNBOUNDED if math.isinf(high) else high
 
 
 def _course(generator: np.random.Generator, limits: tuple[float, float], count: int) -> np.ndarray:
