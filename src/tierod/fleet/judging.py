@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
@@ -17,7 +16,6 @@ from tierod.core.version import __version__
 from tierod.experiments.fingerprint import fingerprint
 from tierod.fleet.likeness import TEMPERATURE, Moments
 from tierod.fleet.schema import WHOLE
-from tierod.io.readers import open_chunks
 from tierod.monitors.harness.pieces import CHUNK
 from tierod.monitors.together import Chosen, Concluded, Together
 from tierod.vehicles import Vehicle
@@ -79,16 +77,6 @@ class Judgement:
     start: Annotated[float, "s"] | None
     duration: Annotated[float, "s"]
     moments: Mapping[str, Sequence[float]]
-
-
-def pieces_of(path: Path, car: Vehicle, needs: Sequence[str], seconds: float) -> Iterator[Recording]:
-    """Pieces of a recording, with the required channels and the ambient temperature.
-
-    Raises:
-        InputError: the recording cannot be read
-    """
-    names = dict.fromkeys([*needs, TEMPERATURE])
-    return open_chunks(path, seconds=seconds, names=names, dbc=car.database, channel_map=car.channel_map)
 
 
 def judge(pieces: Iterator[Recording], together: Together, asked: Asked, start: float | None = None) -> Judgement:

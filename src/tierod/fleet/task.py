@@ -22,10 +22,12 @@ from tierod.experiments.executor import Passing
 from tierod.experiments.fingerprint import fingerprint
 from tierod.fleet import levels, schema
 from tierod.fleet.fleet_file import Assigned, Fleet
-from tierod.fleet.judging import Asked, Judgement, TooShort, chunk, judge, pieces_of
+from tierod.fleet.judging import Asked, Judgement, TooShort, chunk, judge
+from tierod.fleet.likeness import TEMPERATURE
 from tierod.fleet.places import LOCAL, Place, of_storage, protocol_of, reason_of, storage_of
 from tierod.fleet.recordings import Found
 from tierod.fleet.stamps import code, vehicle_digest
+from tierod.monitors.harness.pieces import pieces_of
 from tierod.vehicles import Vehicle
 
 if TYPE_CHECKING:
@@ -219,7 +221,8 @@ def _judged(job: Job, path: Path, assigned: Assigned, row: dict[str, Any]) -> by
         row |= kept[0]
         return kept[1]
     together = job.asked.together(car)
-    pieces = pieces_of(path, car, together.needs, chunk(job.asked)) if together.running else iter(())
+    needs = dict.fromkeys([*together.needs, TEMPERATURE])
+    pieces = pieces_of(path, needs, car, seconds=chunk(job.asked)) if together.running else iter(())
     found = judge(pieces, together, job.asked, assigned.start)
     if not found.rows:
         raise _NoMonitor(f"no monitor can judge it: {_reasons(found.refused)}")

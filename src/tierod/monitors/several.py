@@ -12,11 +12,10 @@ from tierod.core.findings import Diagnosis
 from tierod.core.recording import Recording
 from tierod.monitors.every import Every, Look, read_by_any
 from tierod.monitors.harness.acceptance import refusals, taken
-from tierod.monitors.harness.pieces import CHUNK, joined, pieces_of, share_read
+from tierod.monitors.harness.pieces import joined, pieces_of, share_read
 from tierod.monitors.registry import MONITORS
 from tierod.monitors.together import Chosen, Together
 from tierod.vehicles import Vehicle
-from tierod.vehicles.reading import read_by
 
 ALL = "all"
 """Name that stands for all monitors that can run."""
@@ -136,7 +135,7 @@ def source_of(
     if not first < last:
         raise InputError(f"a stretch from {first:g} to {last:g} s is empty; give --from before --to")
     whole, seen = None, (float("inf"), float("-inf"))
-    for piece in _pieces(path, car, dbc, channel_map, SLICE, names):
+    for piece in pieces_of(path, names, car, dbc, channel_map, SLICE):
         seen = (min(seen[0], piece.span[0]), max(seen[1], piece.span[1]))
         part = piece.slice(first, last)
         if any(len(channel.time) for channel in part.channels.values()):
@@ -157,7 +156,7 @@ def require_readable(source: Path | Recording, car: Vehicle, dbc: Any, channel_m
         InputError: the file cannot be read, or its channel map or database does not fit
     """
     if isinstance(source, Path) and not source.is_fifo():
-        next(iter(_pieces(source, car, dbc, channel_map, 1.0)))
+        next(iter(pieces_of(source, None, car, dbc, channel_map, 1.0)))
 
 
 def look_at(source: Path | Recording, car: Vehicle, dbc: Any, channel_map: Any) -> Look | None:
@@ -170,7 +169,7 @@ def look_at(source: Path | Recording, car: Vehicle, dbc: Any, channel_map: Any) 
         return Look(source, whole=True)
     if source.is_fifo():
         return None
-    piece = next(iter(_pieces(source, car, dbc, channel_map, CHUNK, read_by_any())))
+    piece = next(iter(pieces_of(source, read_by_any(), car, dbc, channel_map)))
     return Look(piece, whole=share_read(piece) >= 1.0)
 
 
@@ -195,12 +194,3 @@ def _able(source: Path | Recording, car: Vehicle, dbc: Any, channel_map: Any) ->
     for each in sorted(usual, key=lambda each: not each.required):
         if look and taken(each, refusals(each, car, look.recording)):
             yield each.name
-
-
-def _pieces(
-    path: Path, car: Vehicle, dbc: Any, channel_map: Any, seconds: float, names: Iterable[str] | None = None
-) -> Iterator[Recording]:
-    from tierod.io.readers import open_chunks
-
-    databases, used = read_by(car, dbc, channel_map)
-    return open_chunks(path, seconds=seconds, names=names, dbc=databases, channel_map=used)

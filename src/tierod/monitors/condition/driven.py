@@ -9,6 +9,7 @@ import numpy as np
 
 from tierod.core.findings import Status
 from tierod.core.graph import Result
+from tierod.core.series import runs
 from tierod.diagnosis.substitution import SubstitutionGraph
 from tierod.monitors.condition.bank.skidding import SLIPPERIEST
 from tierod.monitors.condition.recording_checks.absence import Absence, Loss
@@ -131,7 +132,8 @@ class Driven:
         self._count(SLID, slid)
         # A faulty acceleration looks like a slide, but the car does not turn.
         turning = np.abs(values[:, _YAW]) * np.abs(np.nan_to_num(values[:, _WHEELS])).max(axis=1)
-        for first, last in _runs(slid & (turning > SLIPPERIEST)):
+        begins, ends = runs(slid & (turning > SLIPPERIEST))
+        for first, last in zip(begins, ends - 1, strict=True):
             if self._slides and time[first] - self._slides[-1][1] < 2.0 * self.period:
                 self._slides[-1] = self._slides[-1][0], float(time[last])
             else:
@@ -181,9 +183,3 @@ class Driven:
             counts = self.sources.setdefault(sensor, {})
             for number, way in enumerate(ways, 1):
                 counts[way.name] = counts.get(way.name, 0) + int(np.count_nonzero(source == number))
-
-
-def _runs(there: np.ndarray) -> list[tuple[int, int]]:
-    """First and last sample of every run of true values."""
-    edges = np.diff(np.concatenate(([0], np.asarray(there, np.int8), [0])))
-    return list(zip(np.flatnonzero(edges > 0).tolist(), (np.flatnonzero(edges < 0) - 1).tolist(), strict=True))

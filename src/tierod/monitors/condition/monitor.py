@@ -20,7 +20,7 @@ from tierod.monitors.condition.bank.sliding_lanes import OF_SKIDDING, ploughing,
 from tierod.monitors.condition.bank.testability import Testability
 from tierod.monitors.condition.bank.tuning import prices
 from tierod.monitors.condition.bank.weighing import Limits, Weighing
-from tierod.monitors.condition.calibration.limits import has_own_limits, limits_of
+from tierod.monitors.condition.calibration.limits import GAP, MARGIN, has_own_limits, limits_of
 from tierod.monitors.condition.hypotheses import hypotheses, hypotheses_of_cars
 from tierod.monitors.condition.kinds.kind import KindOfFault
 from tierod.monitors.condition.reaction import FaultReaction
@@ -36,8 +36,6 @@ By the rule of `limits` they are 1.5 times what lies 2 nat (slow mean: 1 nat) ab
 least 0.5 (0.3) nat: bumps reach 3.3 in the first half of a highway minute of a RAV4, hypotheses without wheels -0.6 in
 9 s of another car's tight bends, and the slow mean -1.7.
 """
-GAP, MARGIN = 2.0, 1.0
-"""Lead gap and margin of the decision, equal to those of the bank for a fully described vehicle [nat]."""
 ALIKE = 2.0 * Wander().steering
 """Correlation time of the prediction's errors [s], as slow as the error of the steering ratio."""
 

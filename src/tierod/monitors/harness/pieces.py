@@ -26,16 +26,22 @@ OVERLAP = 1.0
 
 
 def pieces_of(
-    source: Recording | str | Path, needs: Iterable[str], vehicle: Vehicle, dbc: Any, channel_map: Any
+    source: Recording | str | Path,
+    needs: Iterable[str] | None,
+    vehicle: Vehicle,
+    dbc: Any = None,
+    channel_map: Any = None,
+    seconds: float = CHUNK,
 ) -> Iterator[Recording]:
     """Pieces of a recording in the order of time; a recording in memory is a single piece.
 
     Args:
         source: a recording, or the path of one
-        needs: channels to be read
+        needs: channels to be read; None for all
         vehicle: vehicle whose CAN databases and channel map are used if none are given
         dbc: path(s) of CAN databases
         channel_map: path of a channel map
+        seconds: duration of a piece [s]
 
     Raises:
         InputError: the file cannot be read
@@ -46,7 +52,7 @@ def pieces_of(
     from tierod.io.readers import open_chunks
 
     databases, used = read_by(vehicle, dbc, channel_map)
-    yield from open_chunks(source, seconds=CHUNK, names=needs, dbc=databases, channel_map=used)
+    yield from open_chunks(source, seconds=seconds, names=needs, dbc=databases, channel_map=used)
 
 
 def refuse_leap(last: float, following: float) -> None:

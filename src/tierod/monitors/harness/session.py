@@ -108,7 +108,7 @@ class BlockSession(ABC):
         self.signals = trace(block).sample
         self.traces: Mapping[str, str] = dict(traces.values())
         self._outputs = {name: output for output, (name, _) in traces.items()}
-        self._running = running
+        self.running = running
         self.fitted: object = None
         """Data of the recording that the block was fitted to; None if the block follows from the vehicle alone."""
         self.pictured = True
@@ -118,11 +118,6 @@ class BlockSession(ABC):
         self.memory: Memory | None = None
         """State of the block after the last piece, for the next piece or a checkpoint; None before the first."""
         self._scanner: Scanner[Any, Any, Any] | None = None
-
-    @property
-    def running(self) -> tuple[str, Sequence[Status]] | None:
-        """Output with the code of the running verdict, and the status of each code; None without such an output."""
-        return self._running
 
     @property
     def shown_outputs(self) -> Mapping[str, str]:
@@ -155,8 +150,8 @@ class BlockSession(ABC):
     def taken(self, aligned: Aligned, result: Result) -> Mapping[str, np.ndarray]:
         """Store the result of the block over a piece and return its traces, (n,) each."""
         self.memory = result.state
-        if self._running is not None:
-            self._follow(aligned.time, result[self._running[0]], self._running[1])
+        if self.running is not None:
+            self._follow(aligned.time, result[self.running[0]], self.running[1])
         self.collect(aligned.time, aligned.columns, result)
         return {name: result[output] for name, output in self._outputs.items()}
 

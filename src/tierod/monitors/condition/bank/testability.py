@@ -10,10 +10,7 @@ from tierod.core.block import Scalar
 from tierod.core.graph.maths import absolute, all_of, any_of, both, either, maximum, negated, present, where
 from tierod.monitors.condition.bank.lane import LeaveOutFilter
 from tierod.monitors.condition.bank.weighing import Weighing
-from tierod.monitors.condition.signals import ALL_WHEELS, ELEMENTS, OF_AUTOMATED, SENSORS, Elements
-
-TOLD_BY = {"steering_motor_1": "steering_shaft_torque", "steering_motor_2": "steering_shaft_torque"}
-"""Actuator -> sensor without which its faults are not observable."""
+from tierod.monitors.condition.signals import ALL_WHEELS, ELEMENTS, NEEDED, OF_AUTOMATED, SENSORS, Elements
 
 
 class Open(NamedTuple):
@@ -89,7 +86,7 @@ class Testability:
         left = sum(there[1:], there[0])
         open_ = []
         for each in weighing.hypotheses:
-            needed = {*each.sensors, *(TOLD_BY[name] for name in each.actuators if name in TOLD_BY)}
+            needed = {*each.sensors, *(NEEDED[name] for name in each.actuators if name in NEEDED)}
             enough = both(left >= self.fewest, left >= self.remaining + float(len(each.sensors)))
             open_.append(all_of(enough, *(negated(newly[name]) for name in self.judged if name in needed)))
         return Open(open_, where(any_of(0.0, *newly.values()), self.poorer, 1.0))
