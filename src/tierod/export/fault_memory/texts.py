@@ -13,6 +13,7 @@ from tierod.diagnosis.fault_memory import CAUSE_DELAY, PLACES
 from tierod.diagnosis.trouble_codes import TroubleCodes
 from tierod.export.fault_memory.vectors import CYCLES, memory_vectors
 from tierod.export.members import identifier
+from tierod.export.templates import rendered
 
 NAMES = ("tierod_fault_memory.h", "tierod_fault_memory.c")
 
@@ -36,17 +37,8 @@ def fault_memory_files(codes: TroubleCodes, places: int = PLACES) -> Mapping[str
         codes: table of trouble codes
         places: number of codes that the memory can hold
     """
-    import jinja2
-
-    # The templates produce C, where HTML escaping would do harm.
-    environment: Any = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(Path(__file__).parent),
-        autoescape=False,
-        undefined=jinja2.StrictUndefined,
-        keep_trailing_newline=True,
-    )
     values = _values(codes, places)
-    texts = {name: environment.get_template(template).render(values) for name, template in TEMPLATES.items()}
+    texts = {name: rendered(Path(__file__).parent, template, values) for name, template in TEMPLATES.items()}
     inputs, expected = memory_vectors(codes, places)
     return {**texts, "test/inputs.csv": inputs, "test/expected.csv": expected}
 

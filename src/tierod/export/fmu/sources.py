@@ -6,7 +6,6 @@ import math
 from collections.abc import Mapping
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
 
 from tierod.core.errors import MissingExtra
 from tierod.export.c_header import header
@@ -14,6 +13,7 @@ from tierod.export.c_parameters import parameters
 from tierod.export.c_source import source
 from tierod.export.fmu.description import Version, token
 from tierod.export.fmu.variables import Model, Variable
+from tierod.export.templates import rendered
 
 TEMPLATES = Path(__file__).parent / "templates"
 
@@ -46,7 +46,7 @@ def sources(model: Model, version: Version) -> dict[str, str]:
     values = _values(model)
     own = {f"{face.prefix}.h": header(face), f"{face.prefix}.c": source(face)}
     own[f"{face.prefix}_parameters.c"] = parameters(face)
-    made = {name: _rendered(f"{name}.j2", values) for name in ("model.h", "model.c", f"fmi{version}.c")}
+    made = {name: rendered(TEMPLATES, f"{name}.j2", values) for name in ("model.h", "model.c", f"fmi{version}.c")}
     return own | made | standard_headers(version)
 
 
@@ -61,20 +61,6 @@ def standard_headers(version: Version) -> dict[str, str]:
         raise MissingExtra("fmpy", "fmi", "the export of functional mock-up units")
     folder = Path(found.origin).parent / "c-code"
     return {name: (folder / name).read_text(encoding="utf-8", errors="replace") for name in HEADERS[version]}
-
-
-def _rendered(name: str, values: Mapping[str, object]) -> str:
-    import jinja2
-
-    # The templates produce C, where HTML escaping would do harm.
-    environment: Any = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(TEMPLATES),
-        autoescape=False,
-        undefined=jinja2.StrictUndefined,
-        keep_trailing_newline=True,
-    )
-    text: str = environment.get_template(name).render(values)
-    return text
 
 
 def _values(model: Model) -> dict[str, object]:

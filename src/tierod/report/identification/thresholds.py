@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, TypeAlias
 
-from tierod.core.content import Item, Table
+from tierod.core.content import Table
 from tierod.core.errors import ParameterError
 from tierod.core.recording import Recording
 from tierod.monitors.condition.calibration.of_motion import MotionCalibration, calibrate_motion
@@ -38,10 +38,6 @@ def _thresholds_signals() -> tuple[str, ...]:
     return tuple(ConditionSample._fields)
 
 
-def _thresholds_items(result: Calibrated) -> Iterable[Item]:
-    return _thresholds_tables(result)
-
-
 def _thresholds_tables(result: Calibrated) -> Sequence[Table]:
     limits = result.designed.limits
     pairs = zip(result.explanations[1:], limits.fast, limits.slow, strict=True)
@@ -69,7 +65,7 @@ THRESHOLDS = Subject(
     "from the first five minutes; limits of the condition monitor from all driving after them, for a wanted mean "
     "time between false alarms. Of a car that is judged by its motion alone: limits from all its driving.",
     _thresholds,
-    _thresholds_items,
+    _thresholds_tables,
     _thresholds_tables,
     lambda result: [],
     _thresholds_document,

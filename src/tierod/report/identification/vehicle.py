@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from tierod.core.content import Heading, Item, Table
@@ -118,16 +118,12 @@ def _signals() -> tuple[str, ...]:
     return tuple(dict.fromkeys((*SIGNALS, *SteeringSample._fields)))
 
 
-def _shown(result: VehicleIdentification) -> Iterable[Item]:
-    return _items(result)
-
-
 VEHICLE = Subject(
     "Vehicle",
     "Most probable parameters of a vehicle given its file and ordinary drives. What the drives do not show keeps the "
     "value and the standard deviation that it had.",
     _vehicle,
-    _shown,
+    _items,
     _tables,
     _lines,
     _document,
