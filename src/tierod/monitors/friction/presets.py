@@ -59,7 +59,7 @@ def joint_filter(
             (1 in place of dt)
         covariance_update: "printed" (Table 3) or "schmidt" (consistent with the enabled gain)
         initial_friction_variance: P_T [(N m)^2], not printed; it decides how fast the estimate leaves its start.
-            With the printed covariance it is forgotten before the gate first opens, whatever it was
+            With the printed covariance values from 0.1 on make no difference: they fade before the gate first opens
         initial_friction: [N m]; 3 as printed
         measurement_variance: variance of angle [rad^2], rate and yaw rate [rad^2/s^2]; 1e-4 as printed
         estimator: class of the filter
@@ -100,8 +100,8 @@ def printed(
 
     Args:
         parameters: parameters of the joint model
-        initial_friction_variance: P_T [(N m)^2]; from 3 N m, 12.5 N m reads about 11 N m after the printed 50 s of
-            enabled time with 1, and 8.6 N m with the steady value of 6e-4
+        initial_friction_variance: P_T [(N m)^2]; from 3 N m, 12.5 N m reads 8.0 N m after the printed 50 s of enabled
+            time with 1, and 6.5 N m with the steady value of 6e-4 (`tierod study friction`)
         operating_point: see `RefinedFrictionMonitor`, appendix B
         virtual_noise: reading of G; "per sample" tracks the self-aligning torque at the price of more scatter
     """
