@@ -10,7 +10,7 @@ import numpy as np
 
 from tierod.core.errors import ParameterError
 from tierod.core.recording import Recording
-from tierod.monitors.sideslip.beside_truth import beside_truth
+from tierod.monitors.sideslip.beside_truth import BesideTruth, beside_truth
 from tierod.vehicles import Vehicle
 
 TYRES = ("front_cornering_stiffness", "rear_cornering_stiffness", "tyre_friction", "rear_friction_ratio")
@@ -60,17 +60,25 @@ def calibrated(
         return with_parameters(vehicle, dict(zip(names, (start + spread * moved).tolist(), strict=True)))
 
     def residuals(moved: np.ndarray) -> np.ndarray:
-        seen = beside_truth(recording, with_moved(moved), rate)
-        judged = (seen.time > seen.time[0] + SETTLING) & (seen.time < until) & np.isfinite(seen.error)
-        error = seen.error[judged][::EVERY]
-        # Weighted to one term per independent error; the clip bounds the cost of a filter that is lost.
-        worth = math.sqrt(EVERY / rate / MEMORY)
-        return np.concatenate([worth / EXPECTED * np.clip(error, -1.0, 1.0), moved])
+        return np.concatenate([weighted(beside_truth(recording, with_moved(moved), rate), until, rate, MEMORY), moved])
 
     found = least_squares(
         residuals, np.zeros(len(names)), bounds=(-FARTHEST, FARTHEST), diff_step=1e-3, x_scale=1.0, max_nfev=20
     )
     return with_moved(found.x)
+
+
+def weighted(seen: BesideTruth, until: float, rate: float, memory: float) -> np.ndarray:
+    """Errors weighted to one term per independent error; `memory` is the time after which two are independent [s]."""
+    # The clip bounds the cost of a filter that is lost.
+    error: np.ndarray = np.clip(seen.error[judged(seen, until)][::EVERY], -1.0, 1.0)
+    return math.sqrt(EVERY / rate / memory) / EXPECTED * error
+
+
+def judged(seen: BesideTruth, until: float) -> np.ndarray:
+    """Whether each sample counts in the fit, which ends at `until` [s]."""
+    counted: np.ndarray = (seen.time > seen.time[0] + SETTLING) & (seen.time < until) & np.isfinite(seen.error)
+    return counted
 
 
 def prior(vehicle: Vehicle, names: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]:

@@ -9,8 +9,8 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 
 from tierod.core.recording import Recording
-from tierod.monitors.sideslip.beside_truth import BesideTruth, beside_truth
-from tierod.monitors.sideslip.calibration import EVERY, EXPECTED, FARTHEST, SETTLING, TYRES, prior
+from tierod.monitors.sideslip.beside_truth import beside_truth
+from tierod.monitors.sideslip.calibration import FARTHEST, TYRES, judged, prior, weighted
 from tierod.monitors.sideslip.drive import BAND
 from tierod.vehicles import Vehicle
 from tierod.vehicles.catalogue import QUANTITIES
@@ -89,17 +89,14 @@ def calibrated_with_noises(
         return with_noises(vehicle, values | dict(zip(START, noises, strict=True)) | HELD)
 
     def residuals(moved: np.ndarray) -> np.ndarray:
-        seen = beside_truth(recording, with_moved(moved), rate)
-        error = seen.error[_judged(seen, until)][::EVERY]
-        worth = math.sqrt(EVERY / rate / MEMORY)
-        return np.concatenate([worth / EXPECTED * np.clip(error, -1.0, 1.0), moved])
+        return np.concatenate([weighted(beside_truth(recording, with_moved(moved), rate), until, rate, MEMORY), moved])
 
     first = np.zeros(len(names) + len(START))
     found = least_squares(residuals, first, bounds=(-FARTHEST, FARTHEST), diff_step=STEP, max_nfev=EVALUATIONS)
     best = with_moved(found.x)
     seen = beside_truth(recording, best, rate)
-    judged = _judged(seen, until)
-    needed = float(np.quantile(np.abs(seen.error[judged]) / seen.deviation[judged], COVERED)) / BAND
+    counted = judged(seen, until)
+    needed = float(np.quantile(np.abs(seen.error[counted]) / seen.deviation[counted], COVERED)) / BAND
     return _scaled(best, min(max(needed, 1.0 / FARTHEST_FACTOR), FARTHEST_FACTOR))
 
 
@@ -111,11 +108,6 @@ def with_noises(vehicle: Vehicle, values: Mapping[str, float], source: str = "fi
         spread = given.standard_deviation if given else None
         changed[name] = Parameter(name, float(value), QUANTITIES[name].unit, spread, source)
     return dataclasses.replace(vehicle, parameters={**vehicle.parameters, **changed})
-
-
-def _judged(seen: BesideTruth, until: float) -> np.ndarray:
-    judged: np.ndarray = (seen.time > seen.time[0] + SETTLING) & (seen.time < until) & np.isfinite(seen.error)
-    return judged
 
 
 def _scaled(vehicle: Vehicle, factor: float) -> Vehicle:
