@@ -20,6 +20,7 @@ from tierod.monitors.driver_torque.misfits import distances
 from tierod.monitors.driver_torque.monitor import DriverTorqueMonitor
 from tierod.monitors.driver_torque.sensor_noise import SensorNoise, measured_noise
 from tierod.monitors.harness.session import BlockSession, Conclusion
+from tierod.monitors.harness.verdict import nis_figures
 from tierod.vehicles import Vehicle
 
 WITHHELD = (
@@ -172,7 +173,7 @@ class DriverTorqueSession(BlockSession):
         remarks = {"estimate": WITHHELD if unfit else self._remark if fits else "", "consistency": SIZED * bool(found)}
         return Conclusion(
             finding,
-            consistency={"enabled_samples": float(found.samples), "nis_mean": found.nis} if found else {},
+            consistency=nis_figures(found, wide=True) if found else {},
             remarks={part: remark for part, remark in remarks.items() if remark},
             withheld=withheld,
             distances=distances(drive, self.vehicle) if fits or unfit else {},

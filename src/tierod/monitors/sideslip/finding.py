@@ -8,6 +8,7 @@ from dataclasses import replace
 from tierod.core.findings import Estimate, Finding, Status
 from tierod.methods.detectors import Detector
 from tierod.methods.detectors.rule_design import alarms_at
+from tierod.monitors.harness.verdict import Obstacle
 from tierod.monitors.sideslip.consistency import FILE_WEIGHT as FILE
 from tierod.monitors.sideslip.consistency import SIGNALS_WEIGHT as SIGNALS
 from tierod.monitors.sideslip.decisions import (
@@ -31,9 +32,6 @@ OFFSET = "yaw_rate_offset_rad_per_s"
 LEAST_COMPARED = 5.0
 """Least time with a recorded truth for a judgement of the band [s]."""
 
-Obstacle = tuple[Status, str, str]
-"""Why no statement is possible: status, cause, action."""
-
 
 def obstacle(drive: SideslipDrive, needs_torque: bool, torque_known: bool) -> Obstacle | None:
     """Why no statement is possible; None where one is.
@@ -47,36 +45,25 @@ def obstacle(drive: SideslipDrive, needs_torque: bool, torque_known: bool) -> Ob
     if turned := drive.signs.turned():
         names = " or ".join(turned)
         cause = f"the sign of {names} contradicts the other signals of a turning car"
-        return Status.NOT_TESTABLE, cause, f"correct the sign of {names} in the channel map"
+        return Obstacle(Status.NOT_TESTABLE, cause, f"correct the sign of {names} in the channel map")
     if wrong := drive.sensors.wrong_unit():
-        return Status.NOT_TESTABLE, wrong, "correct the unit in the channel map"
+        return Obstacle(Status.NOT_TESTABLE, wrong, "correct the unit in the channel map")
     if not figures.angles:
         cause = "the recording has neither road_wheel_angle nor steering_wheel_angle"
-        return Status.NOT_AVAILABLE, cause, "name one of them in the channel map"
+        return Obstacle(Status.NOT_AVAILABLE, cause, "name one of them in the channel map")
     if needs_torque and not (figures.torques and torque_known):
         missing = "motor_torque or motor_current" if torque_known else "gearhead_ratio in the vehicle file"
         cause = f"this variant needs the torque of the steering, and there is no {missing}"
-        return Status.NOT_AVAILABLE, cause, "take a variant that needs no torque (--variant combined), or add it"
+        return Obstacle(
+            Status.NOT_AVAILABLE, cause, "take a variant that needs no torque (--variant combined), or add it"
+        )
     if drive.seconds < LEAST_ENABLED:
         cause = (
             f"it could be estimated for {drive.seconds:.1f} s, {LEAST_ENABLED:g} s are needed; the car stood, rolled "
             f"backwards, or speed or angle were missing (fastest {figures.fastest:.1f} m/s)"
         )
-        return Status.NOT_ENABLED, cause, "record a drive, with speed and steering angle throughout"
+        return Obstacle(Status.NOT_ENABLED, cause, "record a drive, with speed and steering angle throughout")
     return None
-
-
-def withheld(drive: SideslipDrive, name: str, reason: Obstacle) -> Finding:
-    """The finding where no statement is possible.
-
-    Args:
-        drive: statistics of the drive
-        name: name of monitor and variant
-        reason: result of `obstacle`
-    """
-    status, cause, action = reason
-    headline = f"Sideslip angle: {status.value}; {cause}."
-    return Finding(name, status, headline, evidence=drive.evidence(), cause=cause, action=action)
 
 
 def judge(drive: SideslipDrive, name: str, misfit_rule: Detector, nis: float) -> Finding:

@@ -15,13 +15,14 @@ from tierod.core.statement import code_of
 from tierod.methods.analysis.consistency import ConsistencyAccumulator
 from tierod.models.single_track import SingleTrack
 from tierod.monitors.harness.session import BlockSession, Conclusion
+from tierod.monitors.harness.verdict import nis_figures, withheld
 from tierod.monitors.sideslip.combined import CombinedSideslip
 from tierod.monitors.sideslip.combined_identifiability import WORDS, identifiability
 from tierod.monitors.sideslip.consistency import Consistency, Wrong, consistency_of
 from tierod.monitors.sideslip.decisions import LEAST_COVERAGE, MOST_RESTARTS, misfit_rule
 from tierod.monitors.sideslip.drive import TRUTHS, SideslipDrive, truth_in
 from tierod.monitors.sideslip.expected import Tolerances
-from tierod.monitors.sideslip.finding import OFFSET, confirmed, distances, judge, obstacle, withheld
+from tierod.monitors.sideslip.finding import OFFSET, confirmed, distances, judge, obstacle
 from tierod.monitors.sideslip.monitor import SideslipMonitor
 from tierod.monitors.sideslip.observables import WHEELS
 from tierod.vehicles import Vehicle
@@ -95,7 +96,8 @@ class SideslipSession(BlockSession):
     def conclude(self) -> Conclusion:
         """The finding, with the consistency of the innovations."""
         if reason := obstacle(self.drive, self._needs_torque, self._torque_known):
-            return Conclusion(withheld(self.drive, self.name, reason), withheld=tuple(self.traces))
+            finding = withheld(self.name, "Sideslip angle", [reason], self.drive.evidence())
+            return Conclusion(finding, withheld=tuple(self.traces))
         found = self._consistency.result()
         finding = judge(self.drive, self.name, self.misfit_rule, found.nis)
         if self.moved:
@@ -104,16 +106,9 @@ class SideslipSession(BlockSession):
         consistency = consistency_of(self.drive.observables, self._vehicle, self.tolerances, offset)
         finding = replace(finding, evidence={**finding.evidence, **consistency.evidence(), **self._share()})
         defects, hidden = self._contradicting(consistency, finding)
-        figures = {
-            "enabled_samples": float(found.samples),
-            "nis_mean": found.nis,
-            "nis_band_low": found.nis_band[0],
-            "nis_band_high": found.nis_band[1],
-            "nis_outside_95_share": found.outside,
-        }
         return Conclusion(
             finding,
-            consistency=figures,
+            consistency=nis_figures(found),
             withheld=(*TRUTHS[1:], *hidden),
             distances=distances(finding),
             defects=defects,
