@@ -11,6 +11,7 @@ import numpy as np
 from tierod.core.findings import Defect
 from tierod.methods.identification.regression import solved
 from tierod.models.single_track import SingleTrack
+from tierod.monitors.sideslip.relations import BlocksOverDrive
 from tierod.physics.single_track import steady_yaw_gain, understeer_gradient
 
 BLOCK: Annotated[float, "s"] = 1.0
@@ -86,12 +87,11 @@ class MotionOverDrive:
 
     def __init__(self, p: SingleTrack.Parameters, rate: float, limits: MotionLimits | None = None):
         self.limits = limits or MotionLimits()
-        self._size = max(round(BLOCK * rate), STEPS)
+        self._blocks = BlocksOverDrive(rate, 5, BLOCK, STEPS)
         self._wheelbase = p.front_distance + p.rear_distance
         self._gradient = understeer_gradient(
             p.mass, p.front_distance, p.rear_distance, p.front_cornering_stiffness, p.rear_cornering_stiffness
         )
-        self._rest = np.empty((0, 5))
         self._turn, self._yaw, self._side, self._gain = _Pair(), _Pair(), _Pair(), _Pair()
         self._leaps = self._steps = 0
         self._rolling = np.zeros((5, 5))
@@ -112,13 +112,10 @@ class MotionOverDrive:
             lateral, longitudinal: accelerations [m/s**2]
             angle: road wheel angle [rad]
         """
-        rows = np.vstack([self._rest, np.column_stack([speed, yaw_rate, lateral, longitudinal, angle])])
-        count = max(len(rows) - 1, 0) // self._size
-        self._rest = rows[count * self._size :]
-        if not count:
+        blocks, changes = self._blocks.add(np.column_stack([speed, yaw_rate, lateral, longitudinal, angle]))
+        if not len(blocks):
             return
-        gained = rows[self._size : count * self._size + 1 : self._size, 0] - rows[: count * self._size : self._size, 0]
-        blocks = rows[: count * self._size].reshape(count, self._size, 5)
+        gained = changes[:, 0]
         v, r, a, along, d = np.moveaxis(blocks, 2, 0)
         steered = steady_yaw_gain(v, self._wheelbase, self._gradient) * d
         self._turn.add((v * r).mean(axis=1), a.mean(axis=1))
@@ -128,7 +125,7 @@ class MotionOverDrive:
         gentle = (np.abs(gained) < self.limits.gentle) & (np.abs(along) < self.limits.gentle)
         self._gain.add(gained[gentle], along[gentle])
         self._roll(v, r, a)
-        steps = np.abs(np.diff(v[:, :: self._size // STEPS], axis=1))
+        steps = np.abs(np.diff(v[:, :: v.shape[1] // STEPS], axis=1))
         self._steps += int(np.isfinite(steps).sum())
         self._leaps += int((steps > self.limits.leap).sum())
 

@@ -89,8 +89,9 @@ class ObservablesOverDrive:
         missing = np.full(len(angle), np.nan)
         wheels = (signals.get(name, missing) for name in WHEELS)
         rows = np.column_stack([*(signals[name] for name in names), angle, *wheels])
-        blocks, slopes = self._blocks.add(rows)
+        blocks, changes = self._blocks.add(rows)
         if len(blocks):
+            slopes = changes / self._blocks.seconds
             self._relate(blocks, slopes[:, 0], slopes[:, 1])
 
     def _relate(self, blocks: np.ndarray, gained: np.ndarray, turning: np.ndarray) -> None:

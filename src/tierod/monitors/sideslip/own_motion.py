@@ -76,10 +76,10 @@ class OwnMotionOverDrive:
         """
         known = np.isfinite(sideslip) & (speed > self.limits.slowest)
         self._angles += (known.sum(), sideslip[known].sum(), sideslip[known] @ sideslip[known])
-        blocks, slopes = self._blocks.add(np.column_stack([speed, yaw_rate, lateral, speed * np.tan(sideslip)]))
+        blocks, changes = self._blocks.add(np.column_stack([speed, yaw_rate, lateral, speed * np.tan(sideslip)]))
         if not len(blocks):
             return
-        _, turning, _, across = slopes.T
+        _, turning, _, across = (changes / self._blocks.seconds).T
         turn = (blocks[:, :, 0] * blocks[:, :, 1]).mean(axis=1)
         mean = blocks.mean(axis=1)
         self._relation.add((across, turn, turning, np.ones(len(blocks))), mean[:, 2], mean[:, 0] > self.limits.slowest)

@@ -43,24 +43,27 @@ class BlocksOverDrive:
     Args:
         rate: sampling rate [Hz]
         signals: number of signals
+        seconds: averaging time of a block [s]
+        fewest: least number of samples of a block
     """
 
-    def __init__(self, rate: float, signals: int):
-        self._size, self._rate = max(round(BLOCK * rate), 2), rate
+    def __init__(self, rate: float, signals: int, seconds: float = BLOCK, fewest: int = 2):
+        self._size = max(round(seconds * rate), fewest)
+        self.seconds = self._size / rate
         self._rest = np.empty((0, signals))
 
     def add(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Blocks that the next samples complete (m, samples, signals), and the slopes over them [1/s], (m, signals).
+        """Blocks that the next samples complete (m, samples, signals), and the changes over them, (m, signals).
 
         Args:
             rows: the next samples (n, signals)
         """
         rows, size = np.vstack([self._rest, rows]), self._size
-        # The slope of a block needs the sample after it, so a block waits for the next piece.
+        # The change over a block needs the sample after it, so a block waits for the next piece.
         count = max(len(rows) - 1, 0) // size
         self._rest = rows[count * size :]
-        slopes = (rows[size::size][:count] - rows[: count * size : size]) / (size / self._rate)
-        return rows[: count * size].reshape(count, size, rows.shape[1]), slopes
+        changes = rows[size::size][:count] - rows[: count * size : size]
+        return rows[: count * size].reshape(count, size, rows.shape[1]), changes
 
 
 class RelationOverDrive:
