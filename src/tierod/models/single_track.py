@@ -6,7 +6,15 @@ from dataclasses import dataclass
 from typing import Annotated, NamedTuple
 
 from tierod.core.block import Scalar
-from tierod.physics.single_track import front_slip_speed, lateral_acceleration, rear_slip_speed, yaw_acceleration
+from tierod.core.graph.maths import Number
+from tierod.physics.single_track import (
+    front_slip_speed,
+    lateral_acceleration,
+    rear_slip_speed,
+    steady_yaw_gain,
+    understeer_gradient,
+    yaw_acceleration,
+)
 from tierod.physics.tyre import linear_lateral_force
 
 
@@ -80,3 +88,11 @@ class SingleTrack:
             linear_lateral_force(front, p.front_cornering_stiffness),
             linear_lateral_force(rear, p.rear_cornering_stiffness),
         )
+
+    @staticmethod
+    def steady_yaw_gain(speed: Number, p: Parameters) -> Number:
+        """Yaw rate per road-wheel angle [1/s] in a steady turn at a speed [m/s]."""
+        gradient = understeer_gradient(
+            p.mass, p.front_distance, p.rear_distance, p.front_cornering_stiffness, p.rear_cornering_stiffness
+        )
+        return steady_yaw_gain(speed, p.front_distance + p.rear_distance, gradient)

@@ -12,7 +12,6 @@ from tierod.core.findings import Defect
 from tierod.methods.identification.regression import solved
 from tierod.models.single_track import SingleTrack
 from tierod.monitors.sideslip.relations import BlocksOverDrive
-from tierod.physics.single_track import steady_yaw_gain, understeer_gradient
 
 BLOCK: Annotated[float, "s"] = 1.0
 """Averaging time; below 1 Hz a car follows its steering wheel without delay."""
@@ -87,11 +86,8 @@ class MotionOverDrive:
 
     def __init__(self, p: SingleTrack.Parameters, rate: float, limits: MotionLimits | None = None):
         self.limits = limits or MotionLimits()
+        self._car = p
         self._blocks = BlocksOverDrive(rate, 5, BLOCK, STEPS)
-        self._wheelbase = p.front_distance + p.rear_distance
-        self._gradient = understeer_gradient(
-            p.mass, p.front_distance, p.rear_distance, p.front_cornering_stiffness, p.rear_cornering_stiffness
-        )
         self._turn, self._yaw, self._side, self._gain = _Pair(), _Pair(), _Pair(), _Pair()
         self._leaps = self._steps = 0
         self._rolling = np.zeros((5, 5))
@@ -117,7 +113,7 @@ class MotionOverDrive:
             return
         gained = changes[:, 0]
         v, r, a, along, d = np.moveaxis(blocks, 2, 0)
-        steered = steady_yaw_gain(v, self._wheelbase, self._gradient) * d
+        steered = SingleTrack.steady_yaw_gain(v, self._car) * d
         self._turn.add((v * r).mean(axis=1), a.mean(axis=1))
         self._yaw.add((v * r).mean(axis=1), (v * steered).mean(axis=1))
         self._side.add(a.mean(axis=1), (v * steered).mean(axis=1))

@@ -12,7 +12,6 @@ from tierod.io.signs import TurnLimits
 from tierod.methods.detectors.rule_design import alarms_at
 from tierod.models.single_track import SingleTrack
 from tierod.monitors.sideslip.decisions import USUAL_OFFSET, offset_rule
-from tierod.physics.single_track import steady_yaw_gain, understeer_gradient
 
 
 @dataclass(frozen=True)
@@ -62,10 +61,7 @@ class SensorsOverDrive:
 
     def __init__(self, p: SingleTrack.Parameters, rate: float, limits: SensorLimits | None = None):
         self.limits, self._rate, self.offset_rule = limits or SensorLimits(), rate, offset_rule()
-        self._wheelbase = p.front_distance + p.rear_distance
-        self._gradient = understeer_gradient(
-            p.mass, p.front_distance, p.rear_distance, p.front_cornering_stiffness, p.rear_cornering_stiffness
-        )
+        self._car = p
         self._standing, self._rolling, self._turning = np.zeros(3), np.zeros(4), np.zeros(6)
         self._readings = self._beyond = 0
 
@@ -89,7 +85,7 @@ class SensorsOverDrive:
         self._turning += (len(x), x.sum(), a.sum(), x @ x, a @ a, x @ a)
         steered = np.isfinite(angle[rolling])
         v, r, a, d = v[steered], r[steered], a[steered], angle[rolling][steered]
-        gain = steady_yaw_gain(v, self._wheelbase, self._gradient)
+        gain = SingleTrack.steady_yaw_gain(v, self._car)
         self._rolling += (len(v), np.sum(r - a / v), np.sum(r - gain * d), np.sum(r))
 
     def offset(self, beside_turns: float = 0.0) -> Offset | None:
