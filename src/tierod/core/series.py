@@ -59,6 +59,14 @@ class Stride:
         self._seen += count
         return slice(first, None, self.step)
 
+    def indices(self, count: int) -> np.ndarray:
+        """Indices of the samples to take from the next piece, in place of `over`.
+
+        Args:
+            count: number of samples of the piece
+        """
+        return np.arange(count)[self.over(count)]
+
 
 class Rows:
     """Growing table of rows of numbers, in one array that doubles when it is full.

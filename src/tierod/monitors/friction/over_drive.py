@@ -33,7 +33,7 @@ class EstimateOverDrive:
 
     def add(self, time: np.ndarray, estimate: np.ndarray, ready: np.ndarray) -> None:
         """Add estimates that follow those already added; only those of the ready monitor count."""
-        chosen = np.arange(*self._stride.over(len(time)).indices(len(time)))
+        chosen = self._stride.indices(len(time))
         chosen = chosen[ready[chosen] & np.isfinite(estimate[chosen])]
         self._rows.add(np.column_stack([time[chosen], estimate[chosen]]))
 
@@ -139,7 +139,7 @@ class SignalsOverDrive:
     def add(self, time: np.ndarray, signals: Mapping[str, np.ndarray]) -> None:
         """Add signals that follow those already added."""
         self._start = float(time[0]) if self._start is None else self._start
-        rows = np.arange(*self._stride.over(len(time)).indices(len(time)))
+        rows = self._stride.indices(len(time))
         rows = rows[time[rows] < self._start + self.LONGEST]
         self._rows.add(np.column_stack([time[rows], *(signals[name][rows] for name in self.SIGNALS)]))
 

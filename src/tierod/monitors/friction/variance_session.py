@@ -53,7 +53,7 @@ class VarianceSession(BlockSession):
         """Collect the windows of one piece."""
         ready = result["ready"] > 0.5
         self._spread.add(time, result["variance"], ready)
-        chosen = np.arange(*self._stride.over(len(time)).indices(len(time)))
+        chosen = self._stride.indices(len(time))
         self._seen += len(time)
         self._enabled += int(np.count_nonzero(result["enabled"] > 0.5))
         chosen = chosen[ready[chosen]]
