@@ -7,11 +7,11 @@ from typing import Annotated, NamedTuple
 
 from tierod.core.block import Scalar, Tree
 from tierod.core.errors import ParameterError
-from tierod.core.graph.maths import both, sqrt, where
+from tierod.core.graph.maths import sqrt
 from tierod.methods.estimators.fixed_lag import FixedLag
 from tierod.models.column_observation import MotorTorque
 from tierod.monitors.driver_torque.design import Column, column_of_vehicle, design, process_noises
-from tierod.monitors.driver_torque.observer import UNKNOWN, resting_state
+from tierod.monitors.driver_torque.observer import resting_state
 from tierod.monitors.driver_torque.starting import ColumnSample, Starting, StartState
 from tierod.monitors.driver_torque.tuning import ColumnTuning, usual_tuning
 from tierod.vehicles import Vehicle
@@ -130,8 +130,7 @@ class DelayedHandTorque:
         moved, estimate = self.smoother.step(state.smoother, given)
         resting = self.smoother.at(resting_state(self.smoother.model, self.starting.layout, sample))
         smoother = phase.chosen(resting, moved, state.smoother)
-        settled = both(start.started > 0.5, start.settling <= 0.0)
         growth = self.starting.layout.hand_torque_growth * start.missing
-        variance = self.smoother.variances[0] + growth + where(settled, 0.0, UNKNOWN**2)
+        variance = self.smoother.variances[0] + growth + start.unknown
         oldest = phase.chosen(resting.recent[0][-1], estimate.smoothed.hand_torque, state.smoother.recent[0][-1])
         return DelayedState(smoother, start), DelayedEstimate(oldest, sqrt(variance), phase.ready)

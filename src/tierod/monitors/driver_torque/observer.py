@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
 from tierod.core.block import Scalar, Tree, values_of
-from tierod.core.graph.maths import both, present, sqrt, where
+from tierod.core.graph.maths import present, sqrt, where
 from tierod.methods.estimators.stationary_bank import StationaryBank
 from tierod.models.column_observation import MotorTorque
 from tierod.models.steering_column import ColumnOutput
@@ -14,9 +14,6 @@ from tierod.monitors.driver_torque.design import Column, Layout, column_of_vehic
 from tierod.monitors.driver_torque.starting import ColumnSample, Phase, Starting, StartState
 from tierod.monitors.driver_torque.tuning import ColumnTuning, usual_tuning
 from tierod.vehicles import Vehicle
-
-UNKNOWN = 10.0
-"""Standard deviation of an unknown torque [N m]; more than hands usually give."""
 
 
 class ColumnEstimate(NamedTuple):
@@ -132,9 +129,7 @@ class ColumnObserver:
         return ColumnMemory(bank, start), self._estimate(start, self.bank.mean(bank), estimate, phase)
 
     def _estimate(self, start: StartState, mean: Tree, estimate: Tree, phase: Phase) -> ColumnEstimate:
-        layout = self.starting.layout
-        settled = both(start.started > 0.5, start.settling <= 0.0)
-        unknown = where(settled, 0.0, UNKNOWN**2)
+        layout, unknown = self.starting.layout, start.unknown
         hand = estimate.variance.hand_torque + layout.hand_torque_growth * start.missing + unknown
         disturbance = estimate.variance.disturbance_torque + layout.disturbance_torque_growth * start.missing
         innovation = dict(zip(layout.outputs, values_of(estimate.innovation), strict=True))

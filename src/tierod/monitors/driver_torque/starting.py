@@ -6,8 +6,11 @@ from dataclasses import dataclass
 from typing import Annotated, NamedTuple
 
 from tierod.core.block import Scalar, Tree, leaves, rebuild
-from tierod.core.graph.maths import all_of, either, maximum, present, where
+from tierod.core.graph.maths import all_of, both, either, maximum, present, where
 from tierod.monitors.driver_torque.design import Layout
+
+UNKNOWN = 10.0
+"""Standard deviation of an unknown torque [N m]; more than hands usually give."""
 
 
 class ColumnSample(NamedTuple):
@@ -40,6 +43,11 @@ class StartState(NamedTuple):
     missing: Annotated[Scalar, "s"]
     started: Annotated[Scalar, ""]
     settling: Annotated[Scalar, "s"]
+
+    @property
+    def unknown(self) -> Scalar:
+        """Variance that an observer adds to its torques until it has settled [N**2*m**2]."""
+        return where(both(self.started > 0.5, self.settling <= 0.0), 0.0, UNKNOWN**2)
 
 
 class Phase(NamedTuple):

@@ -8,7 +8,7 @@ from typing import Annotated, NamedTuple, get_type_hints
 
 from tierod.core.block import Scalar, Tree, named_tuple
 from tierod.core.errors import ParameterError
-from tierod.core.graph.maths import both, sqrt, where
+from tierod.core.graph.maths import sqrt, where
 from tierod.core.model import Model, model_like
 from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.methods.estimators.linear_algebra import congruence
@@ -18,7 +18,7 @@ from tierod.models.linear import Matrices
 from tierod.models.steering_column import ColumnParameters
 from tierod.models.two_inertia_column import TwoInertiaParameters, without_gear
 from tierod.monitors.driver_torque.design import column_of_vehicle, design, process_noises
-from tierod.monitors.driver_torque.observer import UNKNOWN, resting_state
+from tierod.monitors.driver_torque.observer import resting_state
 from tierod.monitors.driver_torque.starting import ColumnSample, Phase, Starting, StartState
 from tierod.monitors.driver_torque.tuning import ColumnTuning, usual_tuning
 from tierod.physics.friction import dahl_update
@@ -246,7 +246,7 @@ class ColumnFrictionObserver:
         mean = belief.mean
         friction = mean.normalised_friction * mean.friction_level
         spread, level_spread = self._spreads(belief)
-        unknown = where(both(start.started > 0.5, start.settling <= 0.0), 0.0, UNKNOWN**2)
+        unknown = start.unknown
         return FrictionEstimate(
             mean.disturbance_torque + friction,
             sqrt(spread + unknown + self.starting.layout.disturbance_torque_growth * start.missing),
