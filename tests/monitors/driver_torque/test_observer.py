@@ -11,7 +11,8 @@ from tierod.core.graph import scan
 from tierod.models.steering_column import ColumnParameters
 from tierod.models.two_inertia_column import without_gear
 from tierod.monitors.driver_torque.design import column_of_vehicle
-from tierod.monitors.driver_torque.observer import UNKNOWN, ColumnObserver, ColumnSample
+from tierod.monitors.driver_torque.observer import ColumnObserver, ColumnSample
+from tierod.monitors.driver_torque.starting import UNKNOWN
 from tierod.monitors.driver_torque.tuning import ROAD, ColumnTuning, usual_tuning
 from tierod.vehicles import load
 

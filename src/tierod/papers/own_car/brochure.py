@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from tierod.core.units import COUNT
+from tierod.methods.identification.motor import MotorIdentification
 from tierod.methods.identification.vehicle import VehicleIdentification
 from tierod.vehicles.beginning import begun
 from tierod.vehicles.catalogue import QUANTITIES
@@ -45,8 +46,8 @@ def brochure_car(name: str, kind: str, mass: float, wheelbase: float, torques_kn
     )
 
 
-def identified(car: Vehicle, found: VehicleIdentification) -> Vehicle:
-    """Vehicle as `tierod identify vehicle` updates it; unchanged where the identification reports a doubt.
+def identified(car: Vehicle, found: VehicleIdentification | MotorIdentification) -> Vehicle:
+    """Vehicle as `tierod identify` updates it; unchanged where the identification reports a doubt.
 
     Args:
         car: the vehicle before

@@ -15,7 +15,7 @@ from tierod.methods.identification.motor import identify_motor
 from tierod.models.stator_frame_motor import MotorParameters
 from tierod.papers.motor_angle.identified import Drawn, recording
 from tierod.papers.motor_angle.observer_drives import ObserverDrive, bench
-from tierod.papers.own_car.brochure import with_values
+from tierod.papers.own_car import brochure
 from tierod.papers.own_car.judging import BROCHURE, IDENTIFIED, TRUE, Judged, over
 from tierod.papers.own_car.reported import MOTORS as REPORTED
 from tierod.papers.own_car.reported import SEEDS
@@ -23,9 +23,8 @@ from tierod.papers.own_car.virtual import claims, false_and_cost, pooled, table
 from tierod.physics.pm_motor import flux_at
 from tierod.vehicles import load
 from tierod.vehicles.beginning import UNKNOWN
-from tierod.vehicles.catalogue import QUANTITIES
 from tierod.vehicles.classes import USUAL, rules
-from tierod.vehicles.vehicle import Parameter, Vehicle
+from tierod.vehicles.vehicle import Vehicle
 
 MONITOR = "motor-angle"
 MOTORS, QUICK_MOTORS = 20, 4
@@ -98,7 +97,7 @@ def drawn(number: int, seed: int) -> UnknownMotor:
     sheet = _data_sheet(load("motor-bench"))
     values = {f"motor_{name}": getattr(machine, name) for name in ("resistance", "flux", "inertia", "damping")}
     values |= {"motor_inductance": inductance, "motor_flux": float(flux_at(truth.temperature, machine.flux))}
-    return UnknownMotor(f"motor {number + 1}", truth, sheet, with_values(sheet, values))
+    return UnknownMotor(f"motor {number + 1}", truth, sheet, brochure.with_values(sheet, values))
 
 
 def _data_sheet(car: Vehicle) -> Vehicle:
@@ -120,13 +119,7 @@ def identified(motor: UnknownMotor) -> Vehicle:
     """
     seen = motor.truth.driven(motor.truth.seed, LEARNING)
     found = identify_motor(motor.brochure.parameters_for(MotorParameters), {"learning": recording(seen)})
-    if found.doubt:
-        return motor.brochure
-    learnt = {
-        each.name: Parameter(each.name, each.value, QUANTITIES[each.name].unit, each.deviation, "identified")
-        for each in found.found
-    }
-    return dataclasses.replace(motor.brochure, parameters={**motor.brochure.parameters, **learnt})
+    return brochure.identified(motor.brochure, found)
 
 
 def studied(task: tuple[int, int]) -> list[Judged]:
