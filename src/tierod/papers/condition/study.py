@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from importlib import import_module
+from collections.abc import Iterator, Mapping
 
 from tierod.core.content import Item
 from tierod.experiments.effort import Effort, Progress
+from tierod.papers.parts import items_of
 
 PARTS: Mapping[str, str] = {
     "driven": "what is driven",
@@ -31,8 +31,5 @@ PARTS: Mapping[str, str] = {
 
 def items(effort: Effort, progress: Progress) -> Iterator[Item]:
     """Headings, tables, charts and claims of all parts."""
-    for done, (name, title) in enumerate(PARTS.items()):
-        progress(done / len(PARTS), title)
-        part: Callable[[Effort], Iterator[Item]] = import_module(f"tierod.papers.condition.{name}").items
-        yield from part(effort)
+    yield from items_of("condition", PARTS, effort, progress)
     progress(1.0, "done")

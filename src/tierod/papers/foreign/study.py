@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from importlib import import_module
+from collections.abc import Iterator, Mapping
 
 from tierod.core.content import Item
 from tierod.experiments.effort import Effort, Progress
 from tierod.papers.foreign.reported import FRICTION, MOTORS, SENSORS
+from tierod.papers.parts import items_of
 
 PARTS: Mapping[str, str] = {
     "cars": "sensors of a foreign car",
@@ -19,10 +19,7 @@ PARTS: Mapping[str, str] = {
 
 def items(effort: Effort, progress: Progress) -> Iterator[Item]:
     """All items of the study."""
-    for done, (name, title) in enumerate(PARTS.items()):
-        progress(done / len(PARTS), title)
-        part: Callable[[Effort], Iterator[Item]] = import_module(f"tierod.papers.foreign.{name}").items
-        yield from part(effort)
+    yield from items_of("foreign", PARTS, effort, progress)
     for seeds in (SENSORS, FRICTION, MOTORS):
         yield seeds.table()
     progress(1.0, "done")

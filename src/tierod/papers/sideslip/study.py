@@ -2,47 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator, Mapping
 
 from tierod.core.content import Item
 from tierod.experiments.effort import Effort, Progress
-from tierod.papers.sideslip import (
-    bandwidth,
-    combined,
-    cosine,
-    limits,
-    neutral_steer,
-    paper,
-    race_blocks,
-    real_cars,
-    slow_cars,
-    table,
-    unprepared,
-)
+from tierod.papers.parts import items_of
 from tierod.papers.sideslip.reported import SEEDS
 
-Part = Callable[[Effort], Iterator[Item]]
-
-PARTS: tuple[tuple[str, Part], ...] = (
-    ("the paper's test", paper.items),
-    ("the observers side by side", table.items),
-    ("the cosine of the steer", cosine.items),
-    ("limits at low speed", limits.items),
-    ("noise against bandwidth", bandwidth.items),
-    ("neutral steer", neutral_steer.items),
-    ("the combined estimator", combined.items),
-    ("two real cars", real_cars.items),
-    ("cars without preparation", unprepared.items),
-    ("small and slow", slow_cars.items),
-    ("race laps, block by block", race_blocks.items),
-)
-"""Name for the progress, and function, of every part in order."""
+PARTS: Mapping[str, str] = {
+    "paper": "the paper's test",
+    "table": "the observers side by side",
+    "cosine": "the cosine of the steer",
+    "limits": "limits at low speed",
+    "bandwidth": "noise against bandwidth",
+    "neutral_steer": "neutral steer",
+    "combined": "the combined estimator",
+    "real_cars": "two real cars",
+    "unprepared": "cars without preparation",
+    "slow_cars": "small and slow",
+    "race_blocks": "race laps, block by block",
+}
+"""Subject of every part, by name of its module."""
 
 
 def items(effort: Effort, progress: Progress) -> Iterator[Item]:
     """Headings, tables, charts and claims of all parts."""
-    for done, (name, part) in enumerate(PARTS):
-        progress(done / len(PARTS), name)
-        yield from part(effort)
+    yield from items_of("sideslip", PARTS, effort, progress)
     yield SEEDS.table()
     progress(1.0, "done")
