@@ -8,15 +8,13 @@ from tierod.experiments.effort import Effort
 from tierod.methods.detectors.stopping_rules import CusumRule
 from tierod.monitors.motor_angle.comparison import ANGLE_DRIFT
 from tierod.papers.motor_angle.healthy_drives import (
-    FLUX,
-    INDUCTANCE,
-    RESISTANCE,
     HealthyDrive,
     HealthyDrives,
     bench_monitor,
     healthy_drives,
     other_motor,
 )
+from tierod.papers.motor_angle.observer_drives import FLUX, INDUCTANCE, RESISTANCE
 from tierod.papers.motor_angle.run_length import TriedLength, items, simulated, tried_lengths
 
 

@@ -17,6 +17,7 @@ from tierod.papers.motor_angle.observer_drives import (
     ObserverDrive,
     bench,
     drive,
+    of_another_motor,
     parameters,
     rms,
     to_and_fro,
@@ -28,8 +29,6 @@ from tierod.proving_ground.varied import Varied
 
 DRAWS, SECONDS = 20, 20.0
 """Number of motors, and duration of a drive [s]."""
-RESISTANCE, FLUX, INDUCTANCE = (0.8, 1.3), (0.94, 1.02), (0.93, 1.07)
-"""Ranges of the true values over those that the observer assumes."""
 TARGET = "target of tierod"
 
 
@@ -73,12 +72,11 @@ def items(effort: Effort) -> Iterator[Item]:
 
 def drawn(seed: int) -> Errors:
     """Errors over a drive of a motor whose parameters are drawn at random."""
-    random = np.random.default_rng([seed, 13])
-    return _with_true(seed, *(random.uniform(*span) for span in (RESISTANCE, FLUX, INDUCTANCE)))
+    return _errors(of_another_motor(np.random.default_rng([seed, 13])), to_and_fro(seed, SECONDS))
 
 
 def _warm(seed: int) -> Errors:
-    return _with_true(seed, 1.2, 1.0, 1.0)
+    return _errors(MotorAngleObserver(with_true(parameters()[1], 1.2, 1.0, 1.0)), to_and_fro(seed, SECONDS))
 
 
 def ramped(seed: int) -> Errors:
@@ -98,11 +96,6 @@ def _lighter(plant: MotorBench) -> MotorBench:
     machine = plant.motor.machine
     lower = replace(machine, inductance_d=0.9 * machine.inductance_d, inductance_q=0.9 * machine.inductance_q)
     return replace(plant, motor=replace(plant.motor, machine=lower))
-
-
-def _with_true(seed: int, resistance: float, flux: float, inductance: float) -> Errors:
-    assumed = with_true(parameters()[1], resistance, flux, inductance)
-    return _errors(MotorAngleObserver(assumed), to_and_fro(seed, SECONDS))
 
 
 def _errors(observer: MotorAngleObserver, seen: ObserverDrive) -> Errors:

@@ -15,15 +15,13 @@ from tierod.experiments.effort import Effort
 from tierod.monitors.motor_angle.monitor import MotorAngleMonitor
 from tierod.monitors.motor_angle.signals import MotorAngleSample
 from tierod.papers.motor_angle.fault_drives import RATE, clean_drive, noisy
-from tierod.papers.motor_angle.observer_drives import with_true
+from tierod.papers.motor_angle.observer_drives import FLUX, INDUCTANCE, RESISTANCE, with_true
 from tierod.vehicles import load
 
 SECONDS = 60.0
 """Duration of a drive [s]."""
 MOTORS = 3
 """Motors, each with its own noise, that share one simulated drive, since the bench takes as long as the monitor."""
-RESISTANCE, FLUX, INDUCTANCE = (0.8, 1.3), (0.94, 1.02), (0.93, 1.07)
-"""Ranges of the true values over those that the monitor assumes, by temperature and tolerance."""
 STEPS = (0.819173, 0.671044, 0.549700)
 """Increments of an additive recurrence that fills three ranges evenly: powers of 1/1.220744, root of x^4 = x + 1."""
 

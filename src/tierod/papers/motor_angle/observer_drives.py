@@ -157,6 +157,16 @@ def with_true(p: SampledMotorParameters, resistance: float, flux: float, inducta
     )
 
 
+RESISTANCE, FLUX, INDUCTANCE = (0.8, 1.3), (0.94, 1.02), (0.93, 1.07)
+"""Ranges of the true values over those that an observer assumes, by temperature and tolerance."""
+
+
+def of_another_motor(random: np.random.Generator) -> MotorAngleObserver:
+    """The observer with parameters from which the true ones differ at random, within the ranges."""
+    factors = (random.uniform(*span) for span in (RESISTANCE, FLUX, INDUCTANCE))
+    return MotorAngleObserver(with_true(parameters()[1], *factors))
+
+
 class Accuracy(NamedTuple):
     """Accuracy of an observer: rms errors of speed [rad/s] and angle [rad], and largest error of the angle [rad]."""
 

@@ -14,7 +14,8 @@ from tierod.experiments.effort import Effort
 from tierod.papers.motor_angle.fault_drives import RATE
 from tierod.papers.motor_angle.fault_kinds import offset
 from tierod.papers.motor_angle.fault_trials import Found
-from tierod.papers.motor_angle.healthy_drives import FLUX, RESISTANCE, AlarmWatch
+from tierod.papers.motor_angle.healthy_drives import AlarmWatch
+from tierod.papers.motor_angle.observer_drives import FLUX, RESISTANCE
 from tierod.papers.motor_angle.reported import SALIENT, SALIENT_FAULTS, SALIENT_HOURS, SEEDS
 from tierod.papers.motor_angle.salient_drives import (
     FAST,

@@ -21,6 +21,7 @@ from tierod.papers.motor_angle.observer_drives import (
     drive,
     electrical,
     methods,
+    of_another_motor,
     parameters,
     to_and_fro,
     with_true,
@@ -67,7 +68,7 @@ def settling(error: float, begins: str, trials: int) -> np.ndarray:
         seen, start = BEGINNINGS[begins](trial, random)
         samples = seen.samples.copy()
         samples[:, 4] += error * random.choice((-1.0, 1.0))
-        away = within_a_turn(replace(seen, samples=samples).error(_another_motor(random)))
+        away = within_a_turn(replace(seen, samples=samples).error(of_another_motor(random)))
         found.append(settled(np.abs(away[start:]) > WITHIN))
     return np.array(found)
 
@@ -95,13 +96,6 @@ BEGINNINGS: dict[str, Callable[[int, np.random.Generator], tuple[ObserverDrive, 
     "reversing": _reversing,
 }
 """Functions that return a drive and the sample from which the time counts, by name of the start."""
-
-
-def _another_motor(random: np.random.Generator) -> MotorAngleObserver:
-    p = parameters()[1]
-    return MotorAngleObserver(
-        with_true(p, random.uniform(0.8, 1.3), random.uniform(0.94, 1.02), random.uniform(0.93, 1.07))
-    )
 
 
 def _wrong_beginnings(trials: int) -> Iterator[Item]:
