@@ -127,9 +127,7 @@ def score(hands: np.ndarray, course: BenchHands) -> Score:
         hands: estimated state of the hands by sample, as from `HandsMonitor`
         course: true course of the hands
     """
-    # An uncertain sample keeps the last decision.
-    place = np.maximum.accumulate(np.where(hands == UNCERTAIN, 0, np.arange(len(hands))))
-    decided = hands[place]
+    decided = decisions(hands)
     switches, ends = course.switches[:-1], course.switches[1:]
     # An episode that the end of the run cuts off has no complete delay.
     whole = ends < len(hands) * STEP
@@ -145,6 +143,12 @@ def score(hands: np.ndarray, course: BenchHands) -> Score:
     firmness = course.firmness[: len(delays[1]), 0]
     uncertain = float(np.count_nonzero(hands == UNCERTAIN)) * STEP
     return Score(np.array(delays[1]), np.array(delays[0]), firmness, false[1], false[0], uncertain, len(hands) * STEP)
+
+
+def decisions(hands: np.ndarray) -> np.ndarray:
+    """States of the hands, in which an uncertain sample keeps the last decision."""
+    decided: np.ndarray = hands[np.maximum.accumulate(np.where(hands == UNCERTAIN, 0, np.arange(len(hands))))]
+    return decided
 
 
 def together(scores: list[Score]) -> Score:

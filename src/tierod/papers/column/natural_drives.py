@@ -16,7 +16,8 @@ from tierod.core.recording import Recording
 from tierod.experiments.effort import Effort
 from tierod.monitors.driver_torque.definition import DRIVER_TORQUE
 from tierod.monitors.driver_torque.drive import TRUTH
-from tierod.monitors.driver_torque.hands import OFF, UNCERTAIN
+from tierod.monitors.driver_torque.hands import OFF
+from tierod.papers.column.handled_bench import decisions
 from tierod.papers.column.hands import RELEASE_MEDIAN
 from tierod.papers.column.reported import NATURAL, SEEDS
 from tierod.proving_ground.cars.catalogue import load as load_car
@@ -194,8 +195,7 @@ def _states(
     time: np.ndarray, hands: np.ndarray, drive: Drive, step: float
 ) -> tuple[float, float, float, float, tuple[float, ...]]:
     """Time with hands on, time of it declared off, the same with hands off, and delay of every release [s]."""
-    place = np.maximum.accumulate(np.where(hands == UNCERTAIN, 0, np.arange(len(hands))))
-    decided = hands[place]
+    decided = decisions(hands)
     gone = np.zeros(len(time), bool)
     fading = np.zeros(len(time), bool)
     delays = []
