@@ -16,11 +16,11 @@ from tierod.methods.estimators.pole_placement import discrete_poles, observer_ga
 from tierod.models.linear import LinearSystem, sampled
 from tierod.models.stator_frame_motor import SampledMotorParameters
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
-from tierod.papers.motor_angle.printed_observers import WIDEST, Sample, fresh, output_class, residual
+from tierod.papers.motor_angle.printed_observers import WIDEST, Sample, flux_rate, fresh, output_class, residual
 from tierod.physics.angle import wrapped
 from tierod.physics.clarke_park import Direction, StatorVector, direction, electrical_angle, park, turned
 from tierod.physics.lag import share_reached
-from tierod.physics.pm_motor import rotor_acceleration, stator_flux_rate, torque_constant
+from tierod.physics.pm_motor import rotor_acceleration, torque_constant
 
 READINGS = ("corrected", "printed")
 """Sign of the inductive term in (46): minus, or plus as printed."""
@@ -139,13 +139,7 @@ class FeedforwardAngle:
     def _emf(self, state: FeedforwardState, sample: MotorAngleObserver.Sample) -> StatorVector:
         """Filtered back-EMF; while an input is missing it is rotated with the last speed."""
         p = self.parameters
-        # The voltage is a mean over the sample, so that the ohmic drop takes the mean current.
-        mean = StatorVector(
-            0.5 * (sample.motor_current_alpha + state.current.alpha),
-            0.5 * (sample.motor_current_beta + state.current.beta),
-        )
-        voltage = StatorVector(sample.motor_voltage_alpha, sample.motor_voltage_beta)
-        rest = stator_flux_rate(voltage, mean, p.motor_resistance)
+        rest = flux_rate(sample, state.current, p)
         slope = p.motor_inductance / p.sample_time * (1.0 if self.reading == "printed" else -1.0)
         alpha = rest.alpha + slope * (sample.motor_current_alpha - state.current.alpha)
         beta = rest.beta + slope * (sample.motor_current_beta - state.current.beta)

@@ -10,9 +10,8 @@ from tierod.core.fields import NOT_NEGATIVE, POSITIVE, check_ranges
 from tierod.core.graph.maths import absolute, all_of, both, either, limit, present, where
 from tierod.models.stator_frame_motor import SampledMotorParameters
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
-from tierod.papers.motor_angle.printed_observers import WIDEST, Sample, fresh, output_class, residual
+from tierod.papers.motor_angle.printed_observers import WIDEST, Sample, flux_rate, fresh, output_class, residual
 from tierod.physics.clarke_park import Direction, StatorVector, direction, electrical_angle, park, turned
-from tierod.physics.pm_motor import stator_flux_rate
 
 
 class FluxState(NamedTuple):
@@ -92,14 +91,7 @@ class FluxObserver:
     def _advanced(self, state: FluxState, sample: MotorAngleObserver.Sample) -> StatorVector:
         """Stator flux after a sample; while an input is missing it is rotated with the last speed."""
         p = self.parameters
-        # The voltage is a mean over the sample, so that the ohmic drop takes the mean current.
-        mean = StatorVector(
-            0.5 * (sample.motor_current_alpha + state.current.alpha),
-            0.5 * (sample.motor_current_beta + state.current.beta),
-        )
-        rate = stator_flux_rate(
-            StatorVector(sample.motor_voltage_alpha, sample.motor_voltage_beta), mean, p.motor_resistance
-        )
+        rate = flux_rate(sample, state.current, p)
         whole = all_of(present(rate.alpha), present(rate.beta), state.known)
         travel = limit(p.sample_time * state.speed, -WIDEST, WIDEST)
         carried = turned(Direction(*state.flux), travel)

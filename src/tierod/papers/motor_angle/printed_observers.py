@@ -12,6 +12,7 @@ from tierod.core.errors import ParameterError, nearest
 from tierod.core.fields import POSITIVE
 from tierod.core.graph.maths import both, either, present, where
 from tierod.models.linear import LinearSystem
+from tierod.models.stator_frame_motor import SampledMotorParameters
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
 from tierod.monitors.motor_angle.tuning import MotorAngleTuning
 from tierod.papers.motor_angle.dq_motor import DqMotorParameters, q_axis_motor, with_load
@@ -19,6 +20,7 @@ from tierod.papers.motor_angle.luenberger import LinearSpeed, full_observer, red
 from tierod.papers.motor_angle.printed_kalman import KalmanSpeed, speed_filter
 from tierod.physics.angle import wrapped
 from tierod.physics.clarke_park import RotorVector, StatorVector, direction, electrical_angle, park
+from tierod.physics.pm_motor import stator_flux_rate
 
 Sample = MotorAngleObserver.Sample
 
@@ -54,6 +56,16 @@ def fresh(begun: Scalar, sample: MotorAngleObserver.Sample) -> Truth:
 def residual(begun: Scalar, sample: MotorAngleObserver.Sample, angle: Scalar, pole_pairs: Scalar) -> Scalar:
     """Electrical angle of the sensor less that of the observer [rad]; zero before the initialisation."""
     return where(begun, wrapped(pole_pairs * (sample.motor_angle_mechanical - angle)), 0.0)
+
+
+def flux_rate(sample: MotorAngleObserver.Sample, before: StatorVector, p: SampledMotorParameters) -> StatorVector:
+    """Rate of the stator flux over a sample [V], from the current of the sample before [A]."""
+    # The voltage is a mean over the sample, so that the ohmic drop takes the mean current.
+    mean = StatorVector(
+        0.5 * (sample.motor_current_alpha + before.alpha), 0.5 * (sample.motor_current_beta + before.beta)
+    )
+    voltage = StatorVector(sample.motor_voltage_alpha, sample.motor_voltage_beta)
+    return stator_flux_rate(voltage, mean, p.motor_resistance)
 
 
 FULL_POLES = (-600.0, -700.0)
