@@ -14,8 +14,9 @@ from tierod.monitors.condition.signals import SENSOR_TABLE
 from tierod.papers.condition import real_cars
 from tierod.papers.condition.real_cars import at_other_instants, judged
 from tierod.papers.condition.real_diagnoses import RULES, SETTLED, accuracy, healthy_ratios
-from tierod.papers.condition.real_recordings import CARS, DATA, SENSORS
+from tierod.papers.condition.real_recordings import CARS, SENSORS
 from tierod.papers.condition.summary import isolated, summary
+from tierod.papers.real_data import DATA
 
 
 @pytest.fixture(params=CARS, ids=["rav4", "passenger-car"])

@@ -8,7 +8,7 @@ from tierod.core.claims import Claim
 from tierod.core.content import Table
 from tierod.experiments.effort import Effort
 from tierod.papers.motor_angle import real_drives
-from tierod.papers.sideslip.real_recordings import NO_DATA
+from tierod.papers.real_data import NO_DATA
 
 
 @pytest.fixture

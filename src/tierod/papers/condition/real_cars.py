@@ -24,12 +24,13 @@ from tierod.papers.condition.by_rules import said as said_by_rules
 from tierod.papers.condition.drives import Drive
 from tierod.papers.condition.faults import LOSS, OFFSET, OFFSETS, OUTLIER, OUTLIER_FACTOR, Injected
 from tierod.papers.condition.real_diagnoses import RULES, SETTLED, accuracy, healthy_ratios, learnt, said
-from tierod.papers.condition.real_recordings import CARS, DATA, SENSORS, RealCar, on_grid
+from tierod.papers.condition.real_recordings import CARS, SENSORS, RealCar, on_grid
 from tierod.papers.condition.runs import BEST, VARIANTS
 from tierod.papers.condition.scoring import GRACE, DriveScore, score
 from tierod.papers.condition.sensors import GOAL
 from tierod.papers.condition.summary import isolated, summary
 from tierod.papers.condition.truth import KNOWN, Declared, Truth
+from tierod.papers.real_data import NO_DATA
 from tierod.proving_ground.faults import injected
 
 TEXT = (
@@ -70,9 +71,8 @@ def items(effort: Effort) -> Iterator[Item]:
     recordings = {car: car.recording() for car in CARS}
     for car, recording in recordings.items():
         if recording is None:
-            note = f"The recording is not here; name the folder that holds it with {DATA}."
             claims.append(
-                Claim(f"cars.{car.vehicle}", f"Faults in a {car.name}.", GOAL, None, None, exactly(0.0), "", note)
+                Claim(f"cars.{car.vehicle}", f"Faults in a {car.name}.", GOAL, None, None, exactly(0.0), "", NO_DATA)
             )
             continue
         for name in (BEST, RULES):

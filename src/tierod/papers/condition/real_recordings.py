@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Annotated
 
 import numpy as np
 
-from tierod.core.errors import MissingExtra
 from tierod.core.recording import Channel, Recording
+from tierod.papers.real_data import recorded
 from tierod.vehicles import Vehicle, load
-
-DATA = "TIEROD_DATA"
-"""Environment variable with the folder of the real recordings; the default is ../shared/data."""
 
 RATE = 100.0
 """Sampling rate of the grid [Hz]."""
@@ -58,16 +53,7 @@ class RealCar:
 
     def recording(self) -> Recording | None:
         """The original recording; None where it or the library of its reader is missing."""
-        from tierod.io.derive import complete
-        from tierod.io.readers import read
-
-        path = Path(os.environ.get(DATA, "../shared/data")).joinpath(*self.file)
-        if not path.exists():
-            return None
-        try:
-            return complete(read(path, dbc=self.dbc, channel_map=self.known.channel_map))
-        except MissingExtra:
-            return None
+        return recorded(*self.file, dbc=self.dbc, channel_map=self.known.channel_map)
 
 
 def on_grid(made: Recording) -> Recording:

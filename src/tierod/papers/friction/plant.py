@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,18 +12,17 @@ import numpy as np
 from tierod.core.block import leaves, skeleton
 from tierod.core.claims import Claim, at_most, between
 from tierod.core.content import Heading, Item
-from tierod.core.errors import InputError, MissingExtra
+from tierod.core.errors import InputError
 from tierod.core.graph import scan
+from tierod.core.recording import Recording
 from tierod.experiments.plant_agreement import Agreement, commonroad_agreement, commonroad_tyre
 from tierod.experiments.plant_checks import STEP, energy_error, understeer_error, unresisted, yaw_gain_error
 from tierod.experiments.plant_recordings import ferrari_agreement, rav4_agreement
 from tierod.methods.identification.hysteresis import HysteresisIdentification
 from tierod.papers.friction.fleet import GOAL
+from tierod.papers.real_data import NO_DATA, recorded
 from tierod.proving_ground import ColumnEps, EpsCar, TwoTrack, lock_to_lock, with_friction
 from tierod.proving_ground.courses import Start
-
-DATA = "TIEROD_DATA"
-"""Environment variable with the folder of the real recordings; the default is ../shared/data."""
 
 LEVELS = (4.0, 12.5)
 SPEEDS = (10.0, 20.0, 30.0)
@@ -33,7 +30,6 @@ WEAVES = ((20.0, 0.035, 0.2), (20.0, 0.035, 0.5), (20.0, 0.035, 1.0), (30.0, 0.0
 """Speed [m/s], road-wheel angle [rad] and frequency [Hz] of the weaves that run in both simulators."""
 
 ABSENT = "The package commonroad-vehicle-models is not installed."
-NO_DATA = f"The recording is not here; name the folder that holds it with {DATA}."
 
 
 def items() -> Iterator[Item]:
@@ -208,15 +204,7 @@ def _on_real_cars() -> Iterator[Claim]:
     )
 
 
-def _recorded(judge: Callable[..., Agreement], *parts: str, **how: Any) -> Agreement | None:
+def _recorded(judge: Callable[[Recording], Agreement], *parts: str, **how: Any) -> Agreement | None:
     """Agreement with a recording of a real car; None where it or its reader is missing."""
-    from tierod.io.derive import complete
-    from tierod.io.readers import read
-
-    path = Path(os.environ.get(DATA, "../shared/data")).joinpath(*parts)
-    if not path.exists():
-        return None
-    try:
-        return judge(complete(read(path, **how)))
-    except MissingExtra:
-        return None
+    found = recorded(*parts, **how)
+    return None if found is None else judge(found)

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Iterator
 from dataclasses import replace
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -27,7 +25,7 @@ from tierod.monitors.motor_angle.observer import MotorAngleObserver
 from tierod.monitors.motor_angle.tuning import MotorAngleTuning
 from tierod.papers.motor_angle.feedforward import FeedforwardAngle
 from tierod.papers.motor_angle.flux_observer import FluxObserver
-from tierod.papers.sideslip.real_recordings import DATA, NO_DATA
+from tierod.papers.real_data import NO_DATA, path_of
 
 _STANDS = 0.05
 """Speed scale of the smoothed sign in the dry friction [1/s]."""
@@ -96,7 +94,7 @@ _EARLIER = "earlier trial"
 
 def recorded(name: str) -> Recording | None:
     """A recording of the drive; None where it is not available."""
-    path = Path(os.environ.get(DATA, "../shared/data")) / FOLDER / name
+    path = path_of(FOLDER, name)
     return read(path) if path.exists() else None
 
 

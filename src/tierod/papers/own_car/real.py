@@ -19,8 +19,9 @@ from tierod.monitors.registry import MONITORS
 from tierod.papers.condition.real_recordings import CARS
 from tierod.papers.own_car.brochure import brochure_car
 from tierod.papers.own_car.judging import FALSE, over
+from tierod.papers.real_data import NO_DATA
 from tierod.papers.sideslip import race_laps
-from tierod.papers.sideslip.real_recordings import GOAL, NO_DATA, recorded
+from tierod.papers.sideslip.real_recordings import GOAL, recorded
 from tierod.vehicles import load
 from tierod.vehicles.vehicle import Vehicle
 

@@ -19,8 +19,9 @@ from tierod.monitors.sideslip.beside_truth import BesideTruth, ErrorFigures, bes
 from tierod.monitors.sideslip.calibration import TYRES
 from tierod.monitors.sideslip.drive import BAND
 from tierod.monitors.sideslip.noise_calibration import calibrated_with_noises, with_noises
+from tierod.papers.real_data import NO_DATA
 from tierod.papers.sideslip import race_laps
-from tierod.papers.sideslip.real_recordings import GOAL, NO_DATA, recorded
+from tierod.papers.sideslip.real_recordings import GOAL, recorded
 from tierod.papers.sideslip.typical_cars import SPORTS, typical
 from tierod.vehicles import Vehicle, load
 

@@ -3,35 +3,20 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Iterator
-from pathlib import Path
 
 from tierod.core.claims import Claim, Goal, at_least, at_most
-from tierod.core.errors import MissingExtra
 from tierod.core.recording import Recording
 from tierod.monitors.sideslip.beside_truth import BesideTruth, ErrorFigures
+from tierod.papers import real_data
 from tierod.vehicles import load
 
-DATA = "TIEROD_DATA"
-"""Environment variable with the folder of the real recordings; the default is ../shared/data."""
-
-NO_DATA = f"The recording is not here; name the folder that holds it with {DATA}."
 GOAL = "goal of tierod"
 
 
 def recorded(parts: tuple[str, str], vehicle: str) -> Recording | None:
     """A recording of a real car; None where it or the library of its reader is missing."""
-    from tierod.io.derive import complete
-    from tierod.io.readers import read
-
-    path = Path(os.environ.get(DATA, "../shared/data")).joinpath(*parts)
-    if not path.exists():
-        return None
-    try:
-        return complete(read(path, channel_map=load(vehicle).channel_map))
-    except MissingExtra:
-        return None
+    return real_data.recorded(*parts, channel_map=load(vehicle).channel_map)
 
 
 def share_in_band(seen: BesideTruth, until: float) -> str:
@@ -73,4 +58,4 @@ def claims(
 def absent(name: str, keys: tuple[str, ...]) -> Iterator[Claim]:
     """Claims without a figure, for a recording that is missing."""
     for key in keys:
-        yield Claim(f"cars.{name}-{key}", "Sideslip of a real car.", GOAL, None, None, None, "deg", NO_DATA)
+        yield Claim(f"cars.{name}-{key}", "Sideslip of a real car.", GOAL, None, None, None, "deg", real_data.NO_DATA)

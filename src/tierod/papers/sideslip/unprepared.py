@@ -11,8 +11,9 @@ from tierod.core.content import Heading, Item, Table
 from tierod.core.recording import Recording
 from tierod.experiments.effort import Effort
 from tierod.monitors.sideslip.beside_truth import BesideTruth, beside_truth
+from tierod.papers.real_data import NO_DATA
 from tierod.papers.sideslip import car_park, race_laps
-from tierod.papers.sideslip.real_recordings import GOAL, NO_DATA, recorded
+from tierod.papers.sideslip.real_recordings import GOAL, recorded
 from tierod.papers.sideslip.typical_cars import PASSENGER, SIMPLE, SPORTS, Class, measured_wrong
 from tierod.vehicles import load
 
