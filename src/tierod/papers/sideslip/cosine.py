@@ -11,20 +11,18 @@ import numpy as np
 
 from tierod.core.claims import Claim, at_most
 from tierod.core.content import Heading, Item, Table
-from tierod.core.graph import scan
 from tierod.core.model import Model
 from tierod.experiments.effort import Effort
-from tierod.methods.estimators.luenberger import Luenberger
 from tierod.models.discretise import discretise
 from tierod.models.single_track import SingleTrack
 from tierod.models.steered_single_track import TurnedSingleTrack, TurnedSteeredVehicle
 from tierod.models.steered_vehicle import SteeredVehicle
 from tierod.monitors.sideslip.conventional import ConventionalKalman, conventional_kalman
-from tierod.monitors.sideslip.observer import LowSpeed, finer_steps
-from tierod.papers.sideslip.estimators import Course, error, observed
+from tierod.monitors.sideslip.observer import finer_steps
+from tierod.papers.sideslip.estimators import Course, error, observed, open_loop
 from tierod.papers.sideslip.matching import matched
 from tierod.papers.sideslip.reported import SEEDS, SIDE_BY_SIDE
-from tierod.papers.sideslip.setting import CARS, FAST, RATE, SLOW, Drive, Driven, on
+from tierod.papers.sideslip.setting import CARS, FAST, RATE, SLOW, Drive, on
 from tierod.papers.sideslip.table import PAPER
 
 MODELS: dict[str, Model] = {"small angles": SingleTrack, "cos δ (eq 6)": TurnedSingleTrack}
@@ -122,21 +120,6 @@ def _errors(car: str, drive: Drive, seeds: Sequence[int]) -> list[float]:
         both = (conventional_kalman(p, 1.0 / RATE), turned_kalman(p, 1.0 / RATE))
         errors.append([*alone, *(error(observed(each, driven), driven) for each in both)])
     return [float(each) for each in np.mean(errors, axis=0)]
-
-
-def open_loop(model: Model, p: SteeredVehicle.Parameters, drive: Driven) -> np.ndarray:
-    """Sideslip angle [rad] of a single-track model driven by the measured steer angle, without feedback, (n,)."""
-    sampled: Any = discretise(model, "midpoint")
-    names = (field.name for field in dataclasses.fields(SingleTrack.Parameters))
-    own = SingleTrack.Parameters(*(getattr(p, name) for name in names))
-    none = ((0.0, 0.0), (0.0, 0.0))
-    # With gains of zero, and NaN as measurements, the observer only predicts.
-    observer = Luenberger(sampled, sampled.Parameters(own, 1.0 / RATE), (0.0, 0.0), none)
-    speed = np.maximum(drive.signals["vehicle_speed"], LowSpeed.slowest)
-    missing = np.full(len(speed), np.nan)
-    columns = np.column_stack([drive.signals["road_wheel_angle"], speed, missing, missing])
-    found: np.ndarray = scan(observer, columns)["mean.sideslip_angle"]
-    return found
 
 
 def turned_kalman(p: SteeredVehicle.Parameters, sample_time: float) -> ConventionalKalman:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cache
 
 import numpy as np
 
 from tierod.core.graph import Result, scan
+from tierod.core.model import Model
 from tierod.methods.estimators.luenberger import Luenberger
 from tierod.models.discretise import discretise
 from tierod.models.single_track import SingleTrack
@@ -54,7 +55,7 @@ def samples(drive: Driven) -> np.ndarray:
 def courses(p: SteeredVehicle.Parameters, drive: Driven) -> dict[str, Course]:
     """Runs every estimator of `NAMES` with the parameters over a drive."""
     found = {name: observed(built(name, p), drive) for name in OBSERVERS}
-    found[MODEL] = Course(model_only(p, drive))
+    found[MODEL] = Course(open_loop(SingleTrack, p, drive))
     found[INVERSION] = Course(inverted(p, drive, found["two-stage, poles x2"]))
     return found
 
@@ -71,19 +72,12 @@ def observed(observer: SteeringTorqueObserver, drive: Driven) -> Course:
     return Course(result["sideslip_angle"], result)
 
 
-def model_only(p: SteeredVehicle.Parameters, drive: Driven) -> np.ndarray:
-    """Sideslip angle [rad] of the single-track model driven by the measured steer angle, without feedback, (n,)."""
-    model = discretise(SingleTrack, "midpoint")
-    own = SingleTrack.Parameters(
-        p.mass,
-        p.yaw_inertia,
-        p.front_distance,
-        p.rear_distance,
-        p.front_cornering_stiffness,
-        p.rear_cornering_stiffness,
-    )
+def open_loop(model: Model, p: SteeredVehicle.Parameters, drive: Driven) -> np.ndarray:
+    """Sideslip angle [rad] of a single-track model driven by the measured steer angle, without feedback, (n,)."""
+    sampled = discretise(model, "midpoint")
+    own = SingleTrack.Parameters(*(getattr(p, field.name) for field in fields(SingleTrack.Parameters)))
     # With gains of zero, and NaN as measurements, the observer only predicts.
-    observer = Luenberger(model, model.Parameters(own, 1.0 / RATE), (0.0, 0.0), ((0.0, 0.0), (0.0, 0.0)))
+    observer = Luenberger(sampled, sampled.Parameters(own, 1.0 / RATE), (0.0, 0.0), ((0.0, 0.0), (0.0, 0.0)))
     speed = np.maximum(drive.signals["vehicle_speed"], LowSpeed.slowest)
     missing = np.full(len(speed), np.nan)
     columns = np.column_stack([drive.signals["road_wheel_angle"], speed, missing, missing])

@@ -11,7 +11,7 @@ from tierod.core.content import Chart, Heading, Item, Lines, Mark, Panel
 from tierod.experiments.effort import Effort
 from tierod.models.steered_vehicle import SteeredVehicle
 from tierod.monitors.sideslip.observer import LowSpeed
-from tierod.papers.sideslip.estimators import Course, courses, error, model_only
+from tierod.papers.sideslip.estimators import MODEL, Course, courses, error
 from tierod.papers.sideslip.matching import matched
 from tierod.papers.sideslip.reported import PAPER_TEST, SEEDS
 from tierod.papers.sideslip.setting import SLOW, Driven, driven, virtual_car
@@ -39,6 +39,7 @@ def items(effort: Effort) -> Iterator[Item]:
     p = matched(CAR, SLOW.speed, SLOW.steer)
     drive = driven(virtual_car(), proving_courses.load(COURSE), SEEDS.of(PAPER_TEST, 1)[0])
     found = courses(p, drive)
+    alone = found[MODEL].sideslip_angle
     yield Heading(
         "The test of the paper",
         (
@@ -48,9 +49,9 @@ def items(effort: Effort) -> Iterator[Item]:
         ),
     )
     yield _steering("figure-6", "Figure 6", "conventional", found[CONVENTIONAL], drive)
-    yield _motion("figure-7", "Figure 7", "conventional", found[CONVENTIONAL], drive, model_only(p, drive))
+    yield _motion("figure-7", "Figure 7", "conventional", found[CONVENTIONAL], drive, alone)
     yield _steering("figure-8", "Figure 8", "disturbance", found[TWO_STAGE], drive)
-    yield _motion("figure-9", "Figure 9", "two-stage", found[TWO_STAGE], drive, model_only(p, drive))
+    yield _motion("figure-9", "Figure 9", "two-stage", found[TWO_STAGE], drive, alone)
     modelled = _modelled(p, drive)
     yield _torque(found[TWO_STAGE], drive, modelled)
     yield from _claims(found, drive, modelled)
