@@ -68,8 +68,10 @@ def run_drives(parts: Iterable[Wants], effort: Effort, progress: Progress, first
     minutes, done = sum(case.minutes for case in wants), 0.0
     digests: dict[Case, Digest] = {}
     failures: list[tuple[Case, str]] = []
-    for tasks in (_first(wants), _then(wants)):
+    for alone in (True, False):
+        cases = [case for case in wants if (case.reference is None) is alone]
         # The level of a reference is known only now, so the tasks of the second round are made here.
+        tasks = [_Task(case, tuple(sorted(wants[case]))) for case in cases]
         given = [replace(_with_level(task, digests), first=first) for task in tasks]
         # Longest first, so that no core is left alone with a long drive at the end.
         given.sort(key=lambda task: -task.case.minutes)
@@ -84,14 +86,6 @@ def run_drives(parts: Iterable[Wants], effort: Effort, progress: Progress, first
     if wants and not digests:
         raise TierodError(f"no drive of the study went well; the first one ended so: {failures[0][1]}")
     return Drives(digests, tuple(failures), first)
-
-
-def _first(wants: Mapping[Case, set[str]]) -> list[_Task]:
-    return [_Task(case, tuple(sorted(names))) for case, names in wants.items() if case.reference is None]
-
-
-def _then(wants: Mapping[Case, set[str]]) -> list[_Task]:
-    return [_Task(case, tuple(sorted(names))) for case, names in wants.items() if case.reference is not None]
 
 
 def _with_level(task: _Task, digests: Mapping[Case, Digest]) -> _Task:
