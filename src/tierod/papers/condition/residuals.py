@@ -12,7 +12,6 @@ from tierod.core.claims import Claim, at_least, at_most
 from tierod.core.content import Heading, Item, Table
 from tierod.core.recording import Recording
 from tierod.experiments.effort import Effort
-from tierod.methods.detectors.stopping_rules import HoldRule, StoppingRule
 from tierod.papers.condition.by_rules import said
 from tierod.papers.condition.drives import Drive, actuator_tests, healthy_drives, sensor_tests
 from tierod.papers.condition.recorded import calibration_set, recorded
@@ -47,13 +46,11 @@ class JudgedResidual:
         residual: entry of the catalogue
         deviation: fault-free standard deviation, in its unit
         threshold: threshold, fixed or adaptive
-        rule: stopping rule: one value beyond the threshold, which the rules then hold for their hold-on time
     """
 
     residual: Residual
     deviation: Annotated[float, "unit of the signal"]
     threshold: ResidualThreshold
-    rule: StoppingRule
 
     @property
     def distance(self) -> str:
@@ -87,8 +84,7 @@ def judged(name: str, calibration: ResidualCalibration) -> JudgedResidual:
     Raises:
         ParameterError: there is no such residual
     """
-    rule = HoldRule(sides="both", hold=1)
-    return JudgedResidual(residual(name), calibration.deviations[name], calibration.thresholds[name], rule)
+    return JudgedResidual(residual(name), calibration.deviations[name], calibration.thresholds[name])
 
 
 TEXT = (
