@@ -14,7 +14,7 @@ from tierod.papers.condition.faults import LOSS, Injected, lost
 from tierod.papers.condition.recorded import each, recorded
 from tierod.papers.condition.reported import USED, vehicles
 from tierod.papers.condition.tables import between, curves
-from tierod.papers.condition.truth import truth_of, truths, where_shown
+from tierod.papers.condition.truth import observable
 from tierod.papers.condition.vehicles import LONG, SHORT, THIRD
 
 TEXT = (
@@ -67,11 +67,7 @@ def _rounds() -> Chart:
 def _shown(drive: Drive, recording: Recording) -> tuple[str, str, float, float]:
     """Element, kind, observable share of the fault's time [-], and time from the fault until it is observable [s]."""
     injected = drive.injected[0]
-    time = recording["yaw_rate"].time
-    there = truths(drive, time)[injected.element]
-    shows = where_shown(injected.element, truth_of(drive, recording).off[injected.element], there)
-    first = float(time[np.argmax(shows)] - injected.start) if shows.any() else np.inf
-    return injected.element, injected.kind, float(np.mean(shows[there])), first
+    return injected.element, injected.kind, *observable(drive, recording)
 
 
 def _shares(effort: Effort) -> Iterator[Item]:

@@ -140,12 +140,9 @@ class _View:
         monitor = self.monitor
         result = scan(AllResiduals(monitor.sensors, monitor.actuators), samples_of(recording))
         lively = Excitation._make(result[f"excitation.{name}"] for name in Excitation._fields)
-        names = [each.name for each in (*SENSOR_RESIDUALS, *ACTUATOR_RESIDUALS)]
-        thresholds = (*monitor.sensor_thresholds, *monitor.actuator_thresholds)
-        there, residuals = ({each: result[f"{part}.{each}"] for each in names} for part in ("there", "residuals"))
         return {
-            name: np.where(there[name] > 0.5, threshold.ratio(residuals[name], lively), 0.0)  # type: ignore[arg-type]  # arrays
-            for name, threshold in zip(names, thresholds, strict=True)
+            name: np.where(result[f"there.{name}"] > 0.5, threshold.ratio(result[f"residuals.{name}"], lively), 0.0)  # type: ignore[arg-type]  # arrays
+            for name, threshold in monitor.thresholds.items()
         }
 
 

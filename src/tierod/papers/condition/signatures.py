@@ -13,7 +13,7 @@ from tierod.core.recording import Recording
 from tierod.papers.condition.drives import ACTUATORS, SENSORS, Drive
 from tierod.papers.condition.faults import TARGETS
 from tierod.papers.condition.rules.all_residuals import AllResiduals
-from tierod.papers.condition.rules.catalogue import ACTUATOR_RESIDUALS, RESIDUALS, SENSOR_RESIDUALS
+from tierod.papers.condition.rules.catalogue import RESIDUALS, SENSOR_RESIDUALS
 from tierod.papers.condition.rules.fit import samples_of
 from tierod.papers.condition.rules.readings import Excitation
 from tierod.papers.condition.rules.rule_monitor import RuleMonitor
@@ -64,8 +64,7 @@ def signatures(tests: Sequence[Drive], recordings: Sequence[Recording], monitor:
         monitor: rules with the residuals and thresholds
     """
     block = AllResiduals(monitor.sensors, monitor.actuators)
-    names = [each.name for each in (*SENSOR_RESIDUALS, *ACTUATOR_RESIDUALS)]
-    limits = dict(zip(names, (*monitor.sensor_thresholds, *monitor.actuator_thresholds), strict=True))
+    thresholds = monitor.thresholds
     found: dict[tuple[str, str], list[dict[str, Seen]]] = {}
     for drive, recording in zip(tests, recordings, strict=True):
         result, fault = scan(block, samples_of(recording)), drive.injected[0]
@@ -73,15 +72,15 @@ def signatures(tests: Sequence[Drive], recordings: Sequence[Recording], monitor:
         time = recording["yaw_rate"].time
         during = (time >= fault.start) & (time < fault.end)
         ratios = {
-            name: np.abs(limits[name].ratio(result[f"residuals.{name}"], lively))[during]  # type: ignore[arg-type]  # arrays
-            for name in names
+            name: np.abs(threshold.ratio(result[f"residuals.{name}"], lively))[during]  # type: ignore[arg-type]  # arrays
+            for name, threshold in thresholds.items()
         }
         seen = {
             name: Seen(float(np.mean(each >= 1.0)), float(np.quantile(each, 0.95))) for name, each in ratios.items()
         }
         found.setdefault((fault.element, fault.kind), []).append(seen)
     return {
-        key: {name: Seen(*np.mean([each[name] for each in several], axis=0).tolist()) for name in names}
+        key: {name: Seen(*np.mean([each[name] for each in several], axis=0).tolist()) for name in thresholds}
         for key, several in found.items()
     }
 

@@ -13,20 +13,19 @@ from tierod.core.graph import scan
 from tierod.core.recording import Recording
 from tierod.experiments.effort import Effort
 from tierod.papers.condition.drives import ACTUATOR_SECONDS, TEST_SECONDS, Drive, both_motors
-from tierod.papers.condition.faults import LOSS, TARGETS, Injected, lost
+from tierod.papers.condition.faults import LOSS, Injected, lost
+from tierod.papers.condition.figures import EIGHT, RULES
 from tierod.papers.condition.recorded import RATE, recorded
 from tierod.papers.condition.rules.all_residuals import AllResiduals
-from tierod.papers.condition.rules.catalogue import ACTUATOR_RESIDUALS, SENSOR_RESIDUALS, residual
+from tierod.papers.condition.rules.catalogue import PAPER, residual
 from tierod.papers.condition.rules.fit import samples_of
 from tierod.papers.condition.rules.readings import ResidualThreshold
 from tierod.papers.condition.rules.rule_monitor import RuleMonitor
 from tierod.papers.condition.runs import BEST, VARIANTS, calibrations, diagnosed
-from tierod.papers.condition.truth import Declared, truth_of
+from tierod.papers.condition.truth import Declared, observable, truth_of
 from tierod.papers.condition.vehicles import LONG, SHORT, THIRD
 
-RULES, SHARES = "rules", "rules-discriminating"
-EIGHT = tuple(f"r{number}a" for number in range(1, 9))
-"""Residuals of the actuators in the paper."""
+SHARES = "rules-discriminating"
 FOUR = ("r1a", "r4a", "r5a", "r6a")
 """Residuals of Figure 27."""
 MOTION = ("r1a", "r5a")
@@ -40,7 +39,6 @@ DELAY = (
     "asked of it before. It fails here at that time, and then where for longest no more torque is asked of it than "
     "could be seen to be missing (1.5 N·m over 0.1 s). What the motion shows comes late; the torque does not.",
 )
-PAPER = "Li, Frey, Gauterin, "
 MOTOR = "steering_motor_1"
 _SEED, _LATE, _FROM = 11, 21, 100.0
 
@@ -70,7 +68,7 @@ def _late(monitor: RuleMonitor, known: Mapping[tuple[str, int], Any], names: Seq
         alarms[title] = alarm_times(monitor, made, lazy)
         said = {name: delay(diagnosed(name, lazy, made, known), lazy) for name in names}
         bank.append(said[BEST][0])
-        cells = (unobservable(lazy, made), *alarms[title].values(), *(each[0] for each in said.values()))
+        cells = (observable(lazy, made)[1], *alarms[title].values(), *(each[0] for each in said.values()))
         rows.append((title, *(f"{each:.2f}" if np.isfinite(each) else "never" for each in cells)))
     header = ("the motor fails", "observable after [s]", *(f"{name} beyond" for name in FOUR))
     yield Table(
@@ -137,8 +135,7 @@ def _residuals(
 ) -> dict[str, tuple[np.ndarray, ResidualThreshold]]:
     """Residuals, NaN where missing, with their thresholds."""
     result = scan(AllResiduals(monitor.sensors, monitor.actuators), samples_of(made))
-    every = (*monitor.sensor_thresholds, *monitor.actuator_thresholds)
-    known = {each.name: at for each, at in zip((*SENSOR_RESIDUALS, *ACTUATOR_RESIDUALS), every, strict=True)}
+    known = monitor.thresholds
     return {
         name: (np.where(result[f"there.{name}"] > 0.5, result[f"residuals.{name}"], np.nan), known[name])
         for name in names
@@ -161,8 +158,7 @@ def _quiet(name: str) -> tuple[float, str, float]:
     drive = Drive(name, ACTUATOR_SECONDS, 1, _LATE, (lost(MOTOR, end=ACTUATOR_SECONDS),))
     free = recorded(Drive(name, ACTUATOR_SECONDS, 1, _LATE))
     time = free["yaw_rate"].time
-    truth = truth_of(drive, free)._replace(asked={MOTOR: free[TARGETS[MOTOR]].values})
-    seen = truth.would_show(drive.injected[0], time) | (time < _FROM) | (time > ACTUATOR_SECONDS - 20.0)
+    seen = truth_of(drive, free).would_show(drive.injected[0], time) | (time < _FROM) | (time > ACTUATOR_SECONDS - 20.0)
     start, count = longest_run(~seen)
     return count / RATE, name, float(time[start])
 
@@ -175,14 +171,6 @@ def longest_run(flags: np.ndarray) -> tuple[int, int]:
     begins, ends = edges[::2], edges[1::2]
     place = int(np.argmax(ends - begins))
     return int(begins[place]), int(ends[place] - begins[place])
-
-
-def unobservable(drive: Drive, made: Recording) -> float:
-    """Time from the fault until it is observable [s]; infinite if it never is."""
-    time, fault = made["yaw_rate"].time, drive.injected[0]
-    there = (time >= fault.start - 1e-9) & (time < fault.end - 1e-9)
-    shows = truth_of(drive, made).shows(fault.element, there)
-    return float(time[np.argmax(shows)] - fault.start) if shows.any() else np.inf
 
 
 def delay(declared: Declared, drive: Drive) -> tuple[float, float]:

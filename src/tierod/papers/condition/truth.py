@@ -187,6 +187,15 @@ class Truth(NamedTuple):
         return np.full(len(time), math.inf)
 
 
+def observable(drive: Drive, recording: Recording) -> tuple[float, float]:
+    """Observable share of the time of a fault [-], and time from it until it is observable [s]; infinite for never."""
+    time, fault = recording["yaw_rate"].time, drive.injected[0]
+    there = truths(drive, time)[fault.element]
+    shows = truth_of(drive, recording).shows(fault.element, there)
+    first = float(time[np.argmax(shows)] - fault.start) if shows.any() else math.inf
+    return float(np.mean(shows[there])), first
+
+
 def truth_of(drive: Drive, recording: Recording) -> Truth:
     """The truth of a drive of the demonstrator, with the noise of its sensors for the strict score."""
     sensors = drive.driven.sensors

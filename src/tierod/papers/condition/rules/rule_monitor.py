@@ -25,7 +25,7 @@ from tierod.monitors.condition.signals import (
 )
 from tierod.papers.condition.rules.actuator_set import ActuatorSet, Repaired, Targets, actuator_set
 from tierod.papers.condition.rules.calibration import ResidualCalibration
-from tierod.papers.condition.rules.catalogue import ACTUATOR_RESIDUALS, SENSOR_RESIDUALS
+from tierod.papers.condition.rules.catalogue import ACTUATOR_RESIDUALS, RESIDUALS, SENSOR_RESIDUALS
 from tierod.papers.condition.rules.diagnosis import RuleDiagnosis
 from tierod.papers.condition.rules.parameters import ResidualParameters
 from tierod.papers.condition.rules.readings import Excitation, ResidualThreshold
@@ -67,6 +67,11 @@ class RuleMonitor:
         since: Since
 
     Output = Judged
+
+    @property
+    def thresholds(self) -> dict[str, ResidualThreshold]:
+        """Threshold of every residual by name."""
+        return dict(zip(RESIDUALS, (*self.sensor_thresholds, *self.actuator_thresholds), strict=True))
 
     def init(self) -> State:
         """At rest, all fault-free."""
