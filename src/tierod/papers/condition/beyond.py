@@ -8,6 +8,7 @@ import numpy as np
 
 from tierod.core.claims import Claim, Goal, at_least, at_most, exactly
 from tierod.core.content import Chart, Heading, Item, Lines, Panel, Table
+from tierod.core.signals import SIGNALS
 from tierod.experiments.effort import Effort
 from tierod.papers.condition import causes, tables
 from tierod.papers.condition.drives import SENSORS, TEST_SECONDS, Drive, mixed_pairs, more_kinds, sensor_pairs
@@ -15,7 +16,7 @@ from tierod.papers.condition.faults import OFFSET, OFFSETS, Injected
 from tierod.papers.condition.reported import vehicles
 from tierod.papers.condition.runs import BEST, VARIANTS, scores
 from tierod.papers.condition.scoring import DriveScore
-from tierod.papers.condition.sensors import GOAL, VALUES
+from tierod.papers.condition.sensors import GOAL
 from tierod.papers.condition.summary import Isolated, isolated, summary
 from tierod.papers.condition.vehicles import LONG, SHORT, THIRD
 
@@ -132,7 +133,7 @@ def _small(effort: Effort) -> Iterator[Item]:
     rows = []
     for sensor in SENSORS:
         own = [each for each in found if each.drive.injected[0].element == sensor]
-        unit = VALUES[sensor][1].replace("*", "·")
+        unit = SIGNALS[sensor].unit.replace("*", "·")
         rows.append((f"{sensor} [{unit}]", *(f"{_least(own, within):.3g}" for within in (0.2, 0.5, 2.0, 20.0))))
     yield Table(
         "Smallest offset that is found every time within so long",

@@ -8,17 +8,19 @@ import numpy as np
 
 from tierod.core.claims import Claim, Goal, at_least, at_most, exactly
 from tierod.core.content import Chart, Heading, Item, Panel, Points
+from tierod.core.signals import SIGNALS
 from tierod.experiments.effort import Effort
 from tierod.monitors.condition.bank.returning import Returning
 from tierod.papers.condition import causes, tables
 from tierod.papers.condition.drives import SENSORS, Drive, sensor_tests
 from tierod.papers.condition.faults import LOSS, OFFSET, OUTLIER
 from tierod.papers.condition.reported import vehicles
+from tierod.papers.condition.rules.catalogue import PAPER
 from tierod.papers.condition.runs import BEST, VARIANTS, scores
 from tierod.papers.condition.scoring import AMBIGUOUS, UNNAMED, DriveScore
 from tierod.papers.condition.summary import share_within, summary
+from tierod.papers.condition.truth import KNOWN
 
-PAPER = "Li, Frey, Gauterin, "
 GOAL = "goal of tierod"
 TEXT = (
     "Six sensors, four faults, two rounds, 60 s each, the fault from 20 to 40 s (an outlier for a second): 48 "
@@ -26,16 +28,6 @@ TEXT = (
     "sensor is right. It counts samples as wrong at which a lost signal is near zero in truth; the second accuracy "
     "leaves out those at which the fault is not observable and not declared.",
 )
-VALUES = {
-    "wheel_speed_rear_left": (0.015, "m/s"),
-    "wheel_speed_rear_right": (0.015, "m/s"),
-    "yaw_rate": (0.01, "rad/s"),
-    "steering_wheel_angle": (0.1, "rad"),
-    "steering_shaft_torque": (0.35, "N*m"),
-    "tie_rod_force": (45.0, "N"),
-}
-"""Sensor -> goal of the root mean square error of its substitute value, and the unit."""
-
 BACK = (
     f"A sensor that is right again counts as whole after {Returning.recovers:g} s in which its fault would show; near "
     "zero a lost signal and a right one read alike, and it stays declared. Quicker would take back faults that pause."
@@ -110,7 +102,7 @@ def _claims(of: Sequence[DriveScore]) -> Iterator[Claim]:
     yield _claim("kinds", "Kinds named rightly after 2 s.", known.kinds, at_least(0.98), causes.kinds(of))
     sizes = "Relative error of sizes, 95 % quantile."
     yield _claim("sizes", sizes, known.size_error, at_most(0.1), causes.sizes(of))
-    for sensor, (limit, unit) in VALUES.items():
+    for sensor in SENSORS:
         errors = [f.rmse for each in of for f in each.faults if f.injected.element == sensor and np.isfinite(f.rmse)]
         worst = float(np.sqrt(np.mean(np.square(errors)))) if errors else np.nan
         name = sensor.replace("_", " ")
@@ -120,9 +112,9 @@ def _claims(of: Sequence[DriveScore]) -> Iterator[Claim]:
             key,
             claim,
             worst,
-            at_most(limit),
+            at_most(KNOWN[sensor]),
             f"Of {len(errors)} drives the worst: {max(errors, default=np.nan):.3g}.",
-            unit,
+            SIGNALS[sensor].unit,
         )
 
 

@@ -29,6 +29,7 @@ from tierod.papers.condition.rules.angle_filters import (
     two_bodies,
     two_body_parameters,
 )
+from tierod.papers.condition.rules.catalogue import PAPER
 from tierod.papers.condition.rules.parameters import ResidualParameters
 from tierod.papers.condition.vehicles import SHORT
 from tierod.vehicles import load
@@ -39,7 +40,6 @@ TEXT = (
     "worked out once; Runge and Kutta blow up with less than 22 steps to a sample. The rack's position, made "
     "from the angle by eq (5), counts the one sensor twice.",
 )
-PAPER = "Li, Frey, Gauterin, "
 SAMPLE_TIME = 0.01
 CAR = load("smartload").parameters_for(ResidualParameters)
 _FINE = 200

@@ -14,6 +14,7 @@ from tierod.papers.friction import estimators as named
 from tierod.papers.friction.cases import STATES, Case
 from tierod.papers.friction.conditions import FAILING, PRINTED_DEVIATION
 from tierod.papers.friction.paper_sets import SOURCE, WORST
+from tierod.papers.friction.refined_claims import slug
 from tierod.papers.friction.runs import Drives, Wants
 from tierod.papers.friction.statistics import (
     BINS,
@@ -108,7 +109,7 @@ def _claims(estimates: dict[str, np.ndarray], variances: dict[str, np.ndarray]) 
     low, high = PRINTED_DEVIATION
     for state, values in estimates.items():
         yield Claim(
-            f"paper.picture-deviation-{state.lower().replace(' ', '-').replace('%', '')}",
+            f"paper.picture-deviation-{slug(state)}",
             f"{under} every health state has a standard deviation of 1.5 to 2.2 N·m: {state}.",
             f"{SOURCE}, section 5 and Figure 8",
             "1.5 to 2.2",

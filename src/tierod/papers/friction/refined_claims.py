@@ -96,7 +96,7 @@ def _on_deviation(estimates: dict[str, np.ndarray], tracked: dict[str, np.ndarra
     """Standard deviations by health state, as printed and with a tracked self-aligning torque [N*m]."""
     for state in STATES:
         yield Claim(
-            f"paper.deviation-{_slug(state)}",
+            f"paper.deviation-{slug(state)}",
             f"Every health state has a standard deviation of 1.5 to 2.2 N·m: {state}.",
             f"{SOURCE}, section 5 and Figure 8",
             "1.5 to 2.2",
@@ -169,5 +169,6 @@ def _on_tyres(sets: PaperSets, drives: Drives) -> Iterator[Claim]:
     )
 
 
-def _slug(state: str) -> str:
+def slug(state: str) -> str:
+    """Name of a health state within the name of a claim."""
     return state.lower().replace(" ", "-").replace("%", "")

@@ -23,13 +23,12 @@ from tierod.papers.motor_angle.observer_drives import (
     to_and_fro,
     with_true,
 )
-from tierod.papers.motor_angle.reported import DRAWN, RAMPED, SEEDS
+from tierod.papers.motor_angle.reported import DRAWN, RAMPED, SEEDS, TARGET
 from tierod.proving_ground.cars.motor_bench import MotorBench
 from tierod.proving_ground.varied import Varied
 
 DRAWS, SECONDS = 20, 20.0
 """Number of motors, and duration of a drive [s]."""
-TARGET = "target of tierod"
 
 
 class Errors(NamedTuple):

@@ -20,7 +20,7 @@ from tierod.monitors.motor_angle.observer import MotorAngleObserver
 from tierod.monitors.motor_angle.signals import COMMANDED
 from tierod.monitors.motor_angle.tuning import MotorAngleTuning
 from tierod.papers.motor_angle.observer_drives import SAMPLE_TIME, ObserverDrive, parameters, rms, to_and_fro
-from tierod.papers.motor_angle.reported import INVERTER, SEEDS
+from tierod.papers.motor_angle.reported import INVERTER, SEEDS, TARGET
 from tierod.proving_ground.motor import Inverter
 from tierod.vehicles import load
 
@@ -28,7 +28,6 @@ LOSSY = Inverter(dead_time=1e-6, forward_drop=0.7, knee_current=1.0)
 """Inverter that takes 0.83 V from every phase, as much as the bench's motor induces at 24 rad/s."""
 WRONG = 2.0
 """Factor of a wrong knee current, up or down."""
-TARGET = "target of tierod"
 LEARNT = "learnt in the drive, knee"
 HELD = "held, knee"
 """Start of the names of observers that estimate the knee current, and of those that keep it."""

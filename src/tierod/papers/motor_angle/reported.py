@@ -18,6 +18,9 @@ def _judged() -> Sequence[Block]:
     return MotorAngleMonitor.of_vehicle(vehicle, sample_time), commanded
 
 
+TARGET = "target of tierod"
+"""Source of the claims that no paper makes."""
+
 SIDE_BY_SIDE, LOAD = "the observers side by side", "a load that steps"
 STEP_COST, IN_THE_CAR = "what a step costs", "in the car"
 DRAWN, RAMPED, GUARANTEED = "motors that differ", "warm and warming motors", "guaranteed intervals"

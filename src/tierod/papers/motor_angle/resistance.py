@@ -25,7 +25,7 @@ from tierod.papers.motor_angle.observer_drives import (
     rms,
     to_and_fro,
 )
-from tierod.papers.motor_angle.reported import RESISTANCE, SEEDS
+from tierod.papers.motor_angle.reported import RESISTANCE, SEEDS, TARGET
 from tierod.proving_ground.motor import Warming
 
 SPEEDS = (0.0, 20.0, 44.0, 110.0, np.inf)
@@ -34,7 +34,6 @@ WARMER = 1.2
 """True resistance over the assumed one."""
 CAPACITY = 1.95
 """Heat capacity of a winding whose resistance rises by about 40 % in 20 s of the bench's work [J/K]."""
-TARGET = "target of tierod"
 
 
 class Errors(NamedTuple):

@@ -16,7 +16,7 @@ from tierod.papers.motor_angle.fault_kinds import offset
 from tierod.papers.motor_angle.fault_trials import Found
 from tierod.papers.motor_angle.healthy_drives import AlarmWatch
 from tierod.papers.motor_angle.observer_drives import FLUX, RESISTANCE
-from tierod.papers.motor_angle.reported import SALIENT, SALIENT_FAULTS, SALIENT_HOURS, SEEDS
+from tierod.papers.motor_angle.reported import SALIENT, SALIENT_FAULTS, SALIENT_HOURS, SEEDS, TARGET
 from tierod.papers.motor_angle.salient_drives import (
     FAST,
     LOAD,
@@ -35,7 +35,6 @@ SECONDS, SETTLED = 20.0, 2.0
 """Duration of a drive whose error is measured, and warm-up in it [s]."""
 LONG = 60.0
 """Duration of a fault-free drive [s]."""
-TARGET = "target of tierod"
 TEXT = (
     f"Drives of {SECONDS:g} s on a bench whose motor has more inductance across the flux than along it, with the least "
     f"current for a torque, under a load that steps by up to {LOAD:g} N*m within one sample, twice a second. Fast "

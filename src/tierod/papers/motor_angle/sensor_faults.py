@@ -13,7 +13,7 @@ from tierod.core.content import Chart, Heading, Item, Lines, Panel, Points, Tabl
 from tierod.experiments.effort import Effort
 from tierod.papers.motor_angle.fault_kinds import FAULTS, STUCK, SWAPPED_PHASES, SWAPPED_SINE, drift, offset
 from tierod.papers.motor_angle.fault_trials import AFTER, Found, Trial, found_anywhere, found_in
-from tierod.papers.motor_angle.reported import ANYWHERE, BY_SPEED, SEEDS, TURNING
+from tierod.papers.motor_angle.reported import ANYWHERE, BY_SPEED, SEEDS, TARGET, TURNING
 
 SPEEDS = (15.0, 30.0, 60.0, 100.0)
 """Speeds of the strokes [rad/s]; below 10 rad/s nothing is compared."""
@@ -21,7 +21,6 @@ SPEEDS = (15.0, 30.0, 60.0, 100.0)
 STALLS = (STUCK, SWAPPED_SINE, SWAPPED_PHASES)
 """Faults that stall the drive: found by secondary tests, if at all."""
 
-TARGET = "target of tierod"
 
 TEXT = (
     "The bench's motor turns to and fro under control of its angle. At a random instant at which it turns fast enough "

@@ -26,7 +26,7 @@ from tierod.papers.motor_angle.observer_drives import (
     to_and_fro,
     with_true,
 )
-from tierod.papers.motor_angle.reported import SEEDS, STANDING
+from tierod.papers.motor_angle.reported import SEEDS, STANDING, TARGET
 
 WITHIN, KEPT = 0.03, 0.1
 """Settling criterion: error of the angle modulo whole electrical turns [rad], and time it must stay below that [s]."""
@@ -34,7 +34,6 @@ BEGUN_SPEED = 1.0
 """Speed above which a starting motor counts as turning [rad/s]."""
 WATCHED = 2.0
 """Time for which the observer is watched after a wrong initial angle [s]."""
-TARGET = "target of tierod"
 
 
 def within_a_turn(angle: np.ndarray) -> np.ndarray:

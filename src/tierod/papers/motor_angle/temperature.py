@@ -15,7 +15,7 @@ from tierod.monitors.motor_angle.observer import MotorAngleObserver
 from tierod.papers.motor_angle.fault_drives import bench_time, course
 from tierod.papers.motor_angle.healthy_drives import AlarmWatch, bench_monitor
 from tierod.papers.motor_angle.observer_drives import ObserverDrive, drive, parameters, to_and_fro
-from tierod.papers.motor_angle.reported import SEEDS, TEMPERATURE
+from tierod.papers.motor_angle.reported import SEEDS, TARGET, TEMPERATURE
 from tierod.physics.pm_motor import flux_at, resistance_at
 from tierod.proving_ground.cars.motor_bench import MotorBench
 from tierod.proving_ground.motor import AFS_MOTOR, Warming
@@ -27,7 +27,6 @@ COLD, HOT = -40.0, 120.0
 """Ends of the temperature range [degree Celsius]."""
 RAMP = 60.0
 """Duration of a temperature ramp from one end to the other [s]."""
-TARGET = "target of tierod"
 
 
 @dataclass(frozen=True)

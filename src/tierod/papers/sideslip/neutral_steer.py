@@ -9,8 +9,8 @@ from tierod.core.content import Heading, Item
 from tierod.experiments.effort import Effort
 from tierod.methods.analysis.neutral_steer import Shown, shown, table
 from tierod.papers.sideslip.matching import from_file
+from tierod.papers.sideslip.table import PAPER
 
-PAPER = "Yih, Ryu, Gerdes"
 RATIOS = (0.8, 0.95, 0.99, 1.0, 1.01, 1.05, 1.4)
 SPEEDS = (6.7, 25.0, 40.0)
 """Speeds [m/s]."""
