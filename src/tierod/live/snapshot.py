@@ -125,11 +125,9 @@ class Walk:
             return ["q", number, value.maxlen, [self.node(each) for each in value]]
         if isinstance(value, set):
             return ["S", number, [self.node(each) for each in value]]
-        if isinstance(value, Counter | dict):
+        if isinstance(value, Mapping):
             pairs: list[Node] = [[self.node(key), self.node(each)] for key, each in value.items()]
             return ["d", number, isinstance(value, Counter), pairs]
-        if isinstance(value, Mapping):
-            return ["d", number, False, [[self.node(key), self.node(each)] for key, each in value.items()]]
         attributes: list[Node] = [[name, self.node(each)] for name, each in held_by(value)]
         return ["o", number, self._class(value), attributes]
 
