@@ -41,6 +41,8 @@ HEADERS = {
     "cross-origin-opener-policy": "same-origin",
     "cross-origin-resource-policy": "same-origin",
     "permissions-policy": "camera=(), microphone=(), geolocation=()",
+    "content-security-policy": POLICY,
+    "cache-control": "no-store",
 }
 
 SAFE = ("GET", "HEAD")
@@ -131,8 +133,8 @@ class Guard:
             return
         # Partial answers are not supported: every answer is complete.
         scope["headers"] = [each for each in scope["headers"] if each[0] not in (b"range", b"if-range")]
-        limit = self.trust.upload if scope["path"] == "/api/uploads" else self.trust.body
-        await self.app(scope, _counted(receive, limit), _secured(send) if scope["type"] == "http" else send)
+        counted = _counted(receive, self._limit(scope))
+        await self.app(scope, counted, _secured(send) if scope["type"] == "http" else send)
 
     def _refusal(self, scope: Scope, headers: Mapping[str, str]) -> tuple[int, str]:
         """(status, sentence) of a refusal; (0, "") if the request may pass."""
@@ -153,8 +155,11 @@ class Guard:
             return self._length(scope, headers)
         return 401, "the token is missing; open the whole address that 'tierod serve' has printed, with its token"
 
+    def _limit(self, scope: Scope) -> int:
+        return self.trust.upload if scope["path"] == "/api/uploads" else self.trust.body
+
     def _length(self, scope: Scope, headers: Mapping[str, str]) -> tuple[int, str]:
-        limit = self.trust.upload if scope["path"] == "/api/uploads" else self.trust.body
+        limit = self._limit(scope)
         length = headers.get("content-length", "0")
         if not length.isdecimal() or len(length) > 18:
             return 400, "the length of the request is no number"
@@ -207,8 +212,8 @@ async def _into_cookie(scope: Scope, send: Send, token: str, trust: Trust) -> No
 
 
 async def _answer(send: Send, status: int, headers: Mapping[str, str], body: bytes) -> None:
-    every = {**HEADERS, "content-security-policy": POLICY, "cache-control": "no-store", **headers}
-    lines = [(name.encode(), value.encode()) for name, value in {**every, "content-length": str(len(body))}.items()]
+    every = {**HEADERS, **headers, "content-length": str(len(body))}
+    lines = [(name.encode(), value.encode()) for name, value in every.items()]
     await send({"type": "http.response.start", "status": status, "headers": lines})
     await send({"type": "http.response.body", "body": body})
 
@@ -236,10 +241,9 @@ def _secured(send: Send) -> Send:
     async def secured(message: MutableMapping[str, Any]) -> None:
         if message["type"] == "http.response.start":
             own = {name.lower() for name, _ in message["headers"]}
-            more = {**HEADERS, "content-security-policy": POLICY, "cache-control": "no-store"}
             message["headers"] = [
                 *message["headers"],
-                *((name.encode(), value.encode()) for name, value in more.items() if name.encode() not in own),
+                *((name.encode(), value.encode()) for name, value in HEADERS.items() if name.encode() not in own),
             ]
         await send(message)
 
