@@ -1,9 +1,10 @@
-"""Output files: written beside the target and renamed, so that no reader ever sees a half-written file."""
+"""Output files, written beside the target and renamed, so that no reader sees a half-written file; digests of files."""
 
 from __future__ import annotations
 
 import contextlib
 import errno
+import hashlib
 import os
 import re
 import secrets
@@ -87,6 +88,12 @@ def expanded(path: str | Path) -> Path:
         return Path(path).expanduser()
     except RuntimeError:
         return Path(path)
+
+
+def sha256_of(path: Path) -> str:
+    """SHA-256 of the content of a file, in hexadecimal; an OSError where it cannot be read."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def require_folder(path: str | Path) -> None:

@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from tierod.core.files import sha256_of
 from tierod.core.version import __version__
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -121,7 +122,7 @@ def work_code(module: str) -> str:
         if path is not None and path not in files:
             files.add(path)
             waiting += [name for name in _imports(path) if name.startswith(STUDIES) and " " not in name]
-    return fingerprint(ground_code(), tower_code(), sorted(map(_digest, files)))
+    return fingerprint(ground_code(), tower_code(), sorted(map(sha256_of, files)))
 
 
 STUDIES = ("tierod.papers.", "tierod.experiments.", "tierod.fleet.")
@@ -146,13 +147,9 @@ def _file_of(module: str) -> Path | None:
     return Path(found.origin) if found and found.origin else None
 
 
-def _digest(path: Path) -> str:
-    return hashlib.sha256(path.read_bytes()).hexdigest()
-
-
 def _files(packages: Iterable[str]) -> list[Path]:
     return [path for package in packages for path in sorted((ROOT / package).rglob("*.py"))]
 
 
 def _contents(paths: Iterable[Path]) -> dict[str, str]:
-    return {path.relative_to(ROOT).as_posix(): _digest(path) for path in paths}
+    return {path.relative_to(ROOT).as_posix(): sha256_of(path) for path in paths}

@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import Any
 
 from tierod.core.errors import InputError, OutputError
-from tierod.core.files import write_text
+from tierod.core.files import sha256_of, write_text
 from tierod.core.locks import alone
 from tierod.core.recording import Recording
 from tierod.core.user_files import MOST_DATA_BYTES, json_document, read_bytes
@@ -139,7 +139,7 @@ class Store:
             return None
         path = self.folder / kept["file"]
         try:
-            if hashlib.sha256(path.read_bytes()).hexdigest() != kept["sha256"]:
+            if sha256_of(path) != kept["sha256"]:
                 return None
             return read(path)
         except (OSError, InputError):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import inspect
 from contextlib import suppress
 from functools import cache
@@ -10,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from tierod.core.files import sha256_of
 from tierod.core.version import __version__
 from tierod.experiments.fingerprint import fingerprint, tower_code
 from tierod.monitors.harness.session import Monitor
@@ -51,6 +51,6 @@ def _sources(monitor: Monitor) -> list[Path]:
 
 def _content(path: Path) -> str:
     try:
-        return hashlib.sha256(path.read_bytes()).hexdigest()
+        return sha256_of(path)
     except OSError:
         return "absent"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import io
 import json
 import resource
@@ -18,6 +17,7 @@ from pathlib import Path, PurePosixPath
 from typing import IO, TYPE_CHECKING, Any
 
 from tierod.core.errors import InputError, ParameterError, TierodError
+from tierod.core.files import sha256_of
 from tierod.experiments.executor import Passing
 from tierod.experiments.fingerprint import fingerprint
 from tierod.fleet import levels, schema
@@ -99,7 +99,7 @@ def work(task: Task) -> Done:
     findings = None
     try:
         with _fetched(task.found) as path:
-            row["recording"] = _digest(path)
+            row["recording"] = sha256_of(path)
             assigned = task.assigned or _looked_up(task, path)
             row |= {"vehicle": assigned.vehicle, "cohort": assigned.cohort, "mileage_m": assigned.mileage}
             findings = _judged(task.job, path, assigned, row)
@@ -162,11 +162,6 @@ def _fetched(found: Found) -> Iterator[Path]:
             # Messages name the recording, not its temporary copy.
             error.args = (str(error).replace(str(path), found.name),)
             raise
-
-
-def _digest(path: Path) -> str:
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def _looked_up(task: Task, path: Path) -> Assigned:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import hashlib
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
@@ -13,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from tierod.core.errors import InputError, ParameterError, TierodError
-from tierod.core.files import write_text
+from tierod.core.files import sha256_of, write_text
 from tierod.core.findings import Decided, Diagnosis
 from tierod.core.recording import Channel, Recording
 from tierod.core.signals import SIGNALS
@@ -152,8 +151,7 @@ def digest(path: Path) -> str:
         InputError: the recording cannot be read
     """
     try:
-        with path.open("rb") as file:
-            return hashlib.file_digest(file, "sha256").hexdigest()
+        return sha256_of(path)
     except IsADirectoryError:
         parts = sorted(each for each in path.iterdir() if each.is_file())
         return fingerprint([(each.name, digest(each)) for each in parts])

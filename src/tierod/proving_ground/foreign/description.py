@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import math
 import re
 import zipfile
@@ -14,7 +13,7 @@ from typing import Any
 
 from tierod.core.errors import InputError, MissingExtra
 from tierod.core.fields import ANY, Range
-from tierod.core.files import expanded
+from tierod.core.files import expanded, sha256_of
 
 LARGEST = 2_000_000_000
 """Maximum unpacked size of a unit [bytes]."""
@@ -158,7 +157,7 @@ def _unit(file: Path, described: Any, own: Any, version: int) -> Unit:
         step = described.defaultExperiment.stepSize
     return Unit(
         path=file,
-        digest=hashlib.sha256(file.read_bytes()).hexdigest(),
+        digest=sha256_of(file),
         name=str(described.modelName),
         version=version,
         identifier=str(own.modelIdentifier),

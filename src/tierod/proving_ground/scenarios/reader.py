@@ -10,6 +10,7 @@ from typing import Annotated, Any
 
 from tierod.core.errors import ParameterError, TierodError
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE
+from tierod.core.files import sha256_of
 from tierod.core.plugins import FileRegistry
 from tierod.core.toml import Document, build
 from tierod.core.user_files import MOST_DATA_BYTES, read_bytes, read_text, toml
@@ -45,8 +46,7 @@ def _collect(content: object, folder: Path, found: dict[str, str]) -> None:
 def _digest(path: Path) -> str:
     """SHA-256 of a file, read in blocks if it is a unit of another tool, which may be large."""
     if path.suffix.lower() == ".fmu":
-        with path.open("rb") as file:
-            return hashlib.file_digest(file, "sha256").hexdigest()
+        return sha256_of(path)
     return hashlib.sha256(read_bytes(path, "the file", ParameterError, most=MOST_DATA_BYTES)).hexdigest()
 
 

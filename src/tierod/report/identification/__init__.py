@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import importlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -11,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from tierod.core.errors import InputError, ParameterError, nearest
-from tierod.core.files import holding, write_text
+from tierod.core.files import holding, sha256_of, write_text
 from tierod.core.recording import Recording
 from tierod.core.user_files import read_text
 from tierod.io.readers import ChannelMap, read
@@ -238,5 +237,4 @@ def _read(
 def _source(path: Path) -> str:
     if not path.is_file():  # data from a pipe cannot be read a second time
         return path.name
-    with path.open("rb") as file:
-        return f"{path.name} ({hashlib.file_digest(file, 'sha256').hexdigest()[:12]})"
+    return f"{path.name} ({sha256_of(path)[:12]})"
