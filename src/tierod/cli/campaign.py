@@ -114,8 +114,8 @@ def _dry(chosen: Campaign, folder: Path, processes: int, as_json: bool) -> int:
 def _run(
     chosen: Campaign, folder: Path, workers: int | None, scheduler: str | None, summary_only: bool, as_json: bool
 ) -> int:
-    from tierod.cli.terminal import stopped_by_sigterm
     from tierod.core.errors import OutputError
+    from tierod.core.processes import stopped_by_sigterm
     from tierod.report.campaign import show
     from tierod.report.campaign.running import campaign as run
 

@@ -92,7 +92,7 @@ def fleet(
     from tierod.fleet.running import document, run
 
     asked = Asked(chosen, float("inf") if span is None else 60.0 * span, shortest, spread)
-    from tierod.cli.terminal import stopped_by_sigterm
+    from tierod.core.processes import stopped_by_sigterm
 
     with stopped_by_sigterm(), _shown_progress() as progress:
         try:

@@ -6,7 +6,6 @@ import codecs
 import contextlib
 import json
 import re
-import signal
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -253,17 +252,3 @@ def show(found: Analysis) -> None:
             console.print(rows(item.header, item.rows, right=item.numeric))
             if item.note:
                 console.print(Text(item.note))
-
-
-@contextmanager
-def stopped_by_sigterm() -> Iterator[None]:
-    """Handle SIGTERM like Ctrl-C: finished results are kept, and no process is left behind."""
-
-    def stop(*_: object) -> None:
-        raise KeyboardInterrupt
-
-    before = signal.signal(signal.SIGTERM, stop)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, before)

@@ -1,8 +1,12 @@
-"""Processes of this machine."""
+"""Processes of this machine, and the end of this one."""
 
 from __future__ import annotations
 
 import os
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 
 def runs(process: int) -> bool:
@@ -18,3 +22,20 @@ def runs(process: int) -> bool:
     except OSError:  # no permission to signal it: it belongs to another user
         return True
     return True
+
+
+@contextmanager
+def stopped_by_sigterm() -> Iterator[None]:
+    """Handle SIGTERM like Ctrl-C, where this is the main thread: results are kept, and no process is left behind."""
+
+    def stop(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGTERM, stop)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)

@@ -6,7 +6,6 @@ import contextlib
 import errno
 import os
 import secrets
-import signal
 import socket
 import sys
 import threading
@@ -19,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 from tierod.core.errors import InputError, MissingExtra, ParameterError
 from tierod.core.files import expanded
+from tierod.core.processes import stopped_by_sigterm
 
 if TYPE_CHECKING:
     from tierod.web.site import Limits, Site
@@ -93,7 +93,8 @@ def serve(
         if browser:
             threading.Timer(0.5, webbrowser.open, (address,)).start()
         config = uvicorn.Config(application(bench, trust, _relay(site)), **_SERVER)
-        with contextlib.suppress(KeyboardInterrupt), _ended_by_sigterm():
+        # uvicorn raises the signal again after it has ended.
+        with contextlib.suppress(KeyboardInterrupt), stopped_by_sigterm():
             uvicorn.Server(config).run(sockets=[sockets])
 
 
@@ -209,23 +210,6 @@ def listening(bind: str, port: int) -> Iterator[socket.socket]:
         except (OSError, OverflowError) as error:
             raise InputError(_not_bound(bind, port, error)) from None
         yield made
-
-
-@contextmanager
-def _ended_by_sigterm() -> Iterator[None]:
-    """Handle SIGTERM like Ctrl-C, so that everything is closed; uvicorn raises the signal again after it has ended."""
-
-    def end(*_: object) -> None:
-        raise KeyboardInterrupt
-
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = signal.signal(signal.SIGTERM, end)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, before)
 
 
 def _not_bound(bind: str, port: int, error: Exception) -> str:
