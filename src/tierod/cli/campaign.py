@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping
@@ -12,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from tierod.cli.terminal import say
+from tierod.cli.terminal import command_line, say
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -119,7 +118,7 @@ def _run(
     from tierod.report.campaign import show
     from tierod.report.campaign.running import campaign as run
 
-    command = shlex.join(["tierod", *sys.argv[1:]])
+    command = command_line()
     if summary_only:
         found = run(chosen, folder, summary_only=True, command=command)
     else:
@@ -203,6 +202,6 @@ def _compare(folders: tuple[Path, Path], target: Path, as_json: bool) -> int:
     from tierod.report.campaign import show_comparison
     from tierod.report.campaign.running import compare
 
-    found = compare(*folders, target, command=shlex.join(["tierod", *sys.argv[1:]]))
+    found = compare(*folders, target, command=command_line())
     _show(found, show_comparison, as_json)
     return found.exit_code

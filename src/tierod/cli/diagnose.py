@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
-import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -11,6 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+from tierod.cli.terminal import command_line
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -160,7 +160,7 @@ def _one(
                 memory=memory,
                 signals=signals,
                 spread=reading.spread,
-                command=_command(),
+                command=command_line(),
                 progress=advance,
             )
     show(diagnosis, as_json, target, console, messages)
@@ -253,7 +253,7 @@ def _judged(
             start=reading.start,
             stop=reading.stop,
             spread=reading.spread,
-            command=_command(),
+            command=command_line(),
             progress=progress,
         )
     except (InputError, MissingExtra) as error:
@@ -282,10 +282,6 @@ def _of(monitors: str, reason: str) -> str:
     from tierod.monitors.several import ALL
 
     return reason if monitors == ALL else f"{monitors}: {reason}"
-
-
-def _command() -> str:
-    return shlex.join(["tierod", *sys.argv[1:]])
 
 
 def _refuse_options_of_one(options: Mapping[str, object], alone: bool) -> None:

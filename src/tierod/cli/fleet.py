@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from tierod.cli.terminal import command_line
+
 if TYPE_CHECKING:
     from tierod.fleet.fleet_file import Fleet
     from tierod.fleet.running import Progress, Summary
@@ -119,12 +121,9 @@ def _report(given: Sequence[str], output: str | None, as_json: bool, prior: Path
     if len(given) != 1:
         raise ParameterError("'tierod fleet report' takes one results folder; name the one that --output named")
     module = importlib.import_module("tierod.fleet.report_command")
-    code: int = module.report(given[0], None if output is None else Path(output), as_json, _command(), prior, cohort)
+    target = None if output is None else Path(output)
+    code: int = module.report(given[0], target, as_json, command_line(), prior, cohort)
     return code
-
-
-def _command() -> str:
-    return shlex.join(["tierod", *sys.argv[1:]])
 
 
 def _fleet(vehicle: str | None, vehicles: Path | None) -> Fleet:

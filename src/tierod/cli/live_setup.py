@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -111,7 +110,7 @@ def drive_of(wanted: Wanted, addresses: Sequence[Address]) -> tuple[Drive, Hub]:
     """
     import queue
 
-    from tierod.cli.terminal import origin
+    from tierod.cli.terminal import command_line, origin
     from tierod.io.readers.dbc import load_databases
     from tierod.live.agreement import disagreements
     from tierod.live.bus_files import bus_files
@@ -132,7 +131,7 @@ def drive_of(wanted: Wanted, addresses: Sequence[Address]) -> tuple[Drive, Hub]:
     names = wanted.monitors or [each.monitor for each in usual()]
     if wanted.send:
         refuse_clash(database, len(names), int(wanted.results_id, 0))
-    plan = Plan(car, wanted.memory, wanted.baselines, shlex.join(["tierod", *sys.argv[1:]]))
+    plan = Plan(car, wanted.memory, wanted.baselines, command_line())
     hub, inbox = Hub(), queue.SimpleQueue[Any]()
     width = 64 if wanted.fd else 8
     outputs = Outputs(

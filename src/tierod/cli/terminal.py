@@ -6,6 +6,7 @@ import codecs
 import contextlib
 import json
 import re
+import shlex
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -181,14 +182,16 @@ def refuse_to_overwrite(
             raise OutputError(f"the {what} would overwrite {path}, which was given; name another place with {cure}")
 
 
+def command_line() -> str:
+    """The running command as it was typed."""
+    return shlex.join(["tierod", *sys.argv[1:]])
+
+
 def origin() -> Origin:
     """Provenance of the running command's output: time, version and command line."""
-    import shlex
-    import sys
-
     from tierod.report.html import Origin
 
-    return Origin.now(shlex.join(["tierod", *sys.argv[1:]]))
+    return Origin.now(command_line())
 
 
 def write_page(
