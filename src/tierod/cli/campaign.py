@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import sys
-import time
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from tierod.cli.terminal import command_line, say
+from tierod.cli.terminal import Counting, command_line, counting, messages, output, print_json, rows, say
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -19,9 +17,6 @@ if TYPE_CHECKING:
     from tierod.experiments.campaign import Campaign
     from tierod.experiments.running import Progress
     from tierod.report.campaign.running import Outcome
-
-QUIET_SECONDS = 10.0
-"""Shortest time between two progress lines if stderr is no terminal [s]; failed drives are printed at once."""
 
 
 def campaign(
@@ -71,7 +66,6 @@ def campaign(
 
 
 def _list(names: tuple[str, ...]) -> None:
-    from tierod.cli.terminal import output, rows
     from tierod.experiments.campaign import load
 
     console = output()
@@ -87,7 +81,6 @@ def _list(names: tuple[str, ...]) -> None:
 def _dry(chosen: Campaign, folder: Path, processes: int, as_json: bool) -> int:
     import dataclasses
 
-    from tierod.cli.terminal import output, print_json, rows
     from tierod.experiments.estimate import estimate
     from tierod.experiments.store import Store
     from tierod.report.display import duration
@@ -122,9 +115,11 @@ def _run(
     if summary_only:
         found = run(chosen, folder, summary_only=True, command=command)
     else:
-        with _shown_progress(chosen.file.name, len(chosen.plan.cells)) as progress, stopped_by_sigterm():
+        total = len(chosen.plan.cells)
+        with counting("drives", "compiling", chosen.file.name, total) as count, stopped_by_sigterm():
             try:
-                found = run(chosen, folder, workers, scheduler=scheduler, command=command, progress=progress)
+                tell = partial(_tell, count)
+                found = run(chosen, folder, workers, scheduler=scheduler, command=command, progress=tell)
             except (KeyboardInterrupt, OSError, OutputError):
                 _say_what_is_kept(chosen, folder)
                 raise
@@ -133,7 +128,6 @@ def _run(
 
 
 def _say_what_is_kept(chosen: Campaign, folder: Path) -> None:
-    from tierod.cli.terminal import messages
     from tierod.experiments.store import Store
 
     if not folder.is_dir():
@@ -148,49 +142,14 @@ def _say_what_is_kept(chosen: Campaign, folder: Path) -> None:
     )
 
 
-@contextmanager
-def _shown_progress(name: str, total: int) -> Iterator[Callable[[Progress], None]]:
-    """Progress bar on a terminal, occasional lines elsewhere; failed drives are named at once."""
-    from tierod.cli.terminal import messages
-
-    console = messages()
-    if not sys.stderr.isatty():
-        yield _Lines(console, name)
-        return
-    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
-    from rich.progress import Progress as Bar
-
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
-    with Bar(*columns, TimeElapsedColumn(), TimeRemainingColumn(), console=console, transient=True) as bar:
-        task = bar.add_task("compiling", total=total)
-
-        def advance(progress: Progress) -> None:
-            bar.update(task, completed=progress.done, description=name.replace("[", "\\["))
-            if progress.outcome not in ("", "driven"):
-                bar.console.print(f"{progress.outcome}: {progress.name}", markup=False)
-
-        yield advance
-
-
-class _Lines:
-    """Progress as occasional lines of text."""
-
-    def __init__(self, console: Any, name: str):
-        self.console, self.name, self.last = console, name, -QUIET_SECONDS
-
-    def __call__(self, progress: Progress) -> None:
-        now = time.monotonic()
-        if progress.outcome not in ("", "driven"):
-            self.console.print(f"{progress.outcome}: {progress.name}", soft_wrap=True, markup=False)
-        if now - self.last < QUIET_SECONDS and progress.done < progress.total:
-            return
-        self.last = now
-        self.console.print(f"{self.name}: {progress.done} of {progress.total} drives", soft_wrap=True, markup=False)
+def _tell(count: Counting, made: Progress) -> None:
+    """Name a failed drive at once, and count the finished ones."""
+    if made.outcome not in ("", "driven"):
+        count.say(f"{made.outcome}: {made.name}")
+    count.show(made.done, made.total)
 
 
 def _show(found: Outcome, show: Callable[[Mapping[str, Any], Console], None], as_json: bool) -> None:
-    from tierod.cli.terminal import messages, output, print_json
-
     if as_json:
         print_json(found.content)
     else:

@@ -4,24 +4,19 @@ from __future__ import annotations
 
 import importlib
 import shlex
-import sys
-import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tierod.cli.terminal import command_line
+from tierod.cli.terminal import Counting, command_line, counting, output, print_json, rows
 
 if TYPE_CHECKING:
     from tierod.fleet.fleet_file import Fleet
     from tierod.fleet.running import Progress, Summary
     from tierod.monitors.together import Chosen
-
-QUIET_SECONDS = 10.0
-"""Shortest time between two progress lines if stderr is no terminal [s]; failed recordings are printed at once."""
 
 REPORT = "report"
 """Word in place of the recordings that requests the report of a results folder."""
@@ -89,25 +84,24 @@ def fleet(
         raise ParameterError("--output is missing; name the folder or address that takes the results")
     cars = _fleet(vehicle, vehicles)
     chosen = _chosen(monitor or ())
+    from tierod.core.processes import stopped_by_sigterm
     from tierod.experiments.doors import workers_of
     from tierod.fleet.judging import Asked
     from tierod.fleet.running import document, run
 
     asked = Asked(chosen, float("inf") if span is None else 60.0 * span, shortest, spread)
-    from tierod.core.processes import stopped_by_sigterm
-
-    with stopped_by_sigterm(), _shown_progress() as progress:
+    with stopped_by_sigterm(), counting("recordings", "judging") as count:
         try:
             found = run(
                 recordings, cars, output, asked, workers_of(workers, scheduler), again=again, with_levels=levels,
-                progress=progress,
+                progress=partial(_tell, count),
             )  # fmt: skip
         except BaseException:
-            progress.say_what_is_kept(output)
+            if count.total:
+                kept = f"{count.done} of {count.total} recordings are finished and kept in {output}"
+                count.say(f"{kept}; the same command goes on from there")
             raise
     if as_json:
-        from tierod.cli.terminal import print_json
-
         print_json(document(found))
     else:
         _show(found)
@@ -150,7 +144,6 @@ def _chosen(names: Sequence[str]) -> tuple[Chosen, ...]:
 
 
 def _show(found: Summary) -> None:
-    from tierod.cli.terminal import output, rows
     from tierod.fleet.schema import FAILED, JUDGED, SKIPPED
 
     console = output()
@@ -183,48 +176,8 @@ def _why(name: str, reason: str) -> str:
     return reason.removeprefix(name).lstrip(": ")
 
 
-@contextmanager
-def _shown_progress() -> Iterator[_Shown]:
-    """Progress bar on a terminal, occasional lines elsewhere; failed recordings are named at once."""
-    from tierod.cli.terminal import messages
-
-    console = messages()
-    if not sys.stderr.isatty():
-        yield _Shown(console)
-        return
-    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
-    from rich.progress import Progress as Bar
-
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
-    with Bar(*columns, TimeElapsedColumn(), TimeRemainingColumn(), console=console, transient=True) as bar:
-        task = bar.add_task("judging", total=None)
-        yield _Shown(bar.console, lambda progress: bar.update(task, completed=progress.done, total=progress.total))
-
-
-class _Shown:
-    """Progress on the terminal: a bar if there is one, else occasional lines."""
-
-    def __init__(self, console: Any, bar: Callable[[Progress], None] | None = None):
-        self.console, self.bar, self.last, self.progress = console, bar, -QUIET_SECONDS, (0, 0)
-
-    def __call__(self, progress: Progress) -> None:
-        now = time.monotonic()
-        self.progress = (progress.done, progress.total)
-        if progress.outcome == "failed":
-            reason = _why(progress.name, progress.reason)
-            self.console.print(f"failed: {progress.name}: {reason}", soft_wrap=True, markup=False)
-        if self.bar is not None:
-            self.bar(progress)
-        elif now - self.last >= QUIET_SECONDS or progress.done == progress.total:
-            self.last = now
-            self.console.print(f"{progress.done} of {progress.total} recordings", soft_wrap=True, markup=False)
-
-    def say_what_is_kept(self, results: str) -> None:
-        """Print how many results are kept when a run is aborted."""
-        done, total = self.progress
-        if total:
-            self.console.print(
-                f"{done} of {total} recordings are finished and kept in {results}; the same command goes on from there",
-                soft_wrap=True,
-                markup=False,
-            )
+def _tell(count: Counting, made: Progress) -> None:
+    """Name a failed recording at once, and count the finished ones."""
+    if made.outcome == "failed":
+        count.say(f"failed: {made.name}: {_why(made.name, made.reason)}")
+    count.show(made.done, made.total)

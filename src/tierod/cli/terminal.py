@@ -11,6 +11,7 @@ import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -88,6 +89,9 @@ def _spelt(letter: str) -> str:
 PATIENCE = 1.0
 """Time before a progress bar appears [s]."""
 
+QUIET_SECONDS = 10.0
+"""Shortest time between two lines of progress if stderr is no terminal [s]."""
+
 PIPED_WIDTH = 120
 """Width of the output in columns if it is no terminal."""
 
@@ -159,6 +163,61 @@ def progress(description: str) -> Iterator[Callable[[float], None]]:
     finally:
         if bar is not None:
             bar.stop()
+
+
+class Counting:
+    """Number of finished drives or recordings on the terminal: a bar if there is one, else occasional lines.
+
+    Args:
+        console: console of stderr
+        what: what is counted, in the plural
+        name: title of the lines, and of the bar from the first count on; "" for none
+        bar: update of the bar; None where there is none
+    """
+
+    def __init__(self, console: Console, what: str, name: str, bar: Callable[..., None] | None = None):
+        self._console, self._what, self._name, self._bar = console, what, name, bar
+        self._last, self.done, self.total = -QUIET_SECONDS, 0, 0
+
+    def show(self, done: int, total: int) -> None:
+        """Show how many are finished, in a line only after `QUIET_SECONDS` or at the end."""
+        self.done, self.total, now = done, total, time.monotonic()
+        if self._bar is not None:
+            self._bar(completed=done, total=total, description=self._name.replace("[", "\\[") or None)
+        elif now - self._last >= QUIET_SECONDS or done >= total:
+            self._last = now
+            self.say(f"{self._name}{': ' if self._name else ''}{done} of {total} {self._what}")
+
+    def say(self, text: str) -> None:
+        """Print a line at once."""
+        self._console.print(text, soft_wrap=True, markup=False)
+
+
+@contextmanager
+def counting(what: str, begin: str, name: str = "", total: int | None = None) -> Iterator[Counting]:
+    """Count of finished drives or recordings: a bar if stderr is a terminal, else occasional lines.
+
+    Args:
+        what, name: as for `Counting`
+        begin: title of the bar before the first count
+        total: number of all, where it is known from the beginning
+    """
+    if not sys.stderr.isatty():
+        yield Counting(messages(), what, name)
+        return
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
+
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
+    with Progress(*columns, TimeElapsedColumn(), TimeRemainingColumn(), console=messages(), transient=True) as bar:
+        task = bar.add_task(begin, total=total)
+        yield Counting(bar.console, what, name, partial(bar.update, task))
 
 
 def refuse_to_overwrite(
