@@ -164,6 +164,13 @@ def days(findings: pa.Table) -> np.ndarray:
     return np.where(known, microseconds / DAY, np.nan)
 
 
+def stamps(days: np.ndarray) -> pa.Array:
+    """Time stamps of instants in days since 1970, as `days` reads them back."""
+    import pyarrow as pa
+
+    return pa.array((days * DAY).astype(np.int64), pa.timestamp("us", tz="UTC"))
+
+
 def _coded(findings: pa.Table, columns: Sequence[str]) -> tuple[np.ndarray, list[tuple[str, ...]]]:
     """Code of the combination of columns in each row, and the combinations by code."""
     codes, names = [], []

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
-from tierod.fleet.series import MILEAGE_UNIT, REFERENCE_TEMPERATURE, Series, Watched
+from tierod.fleet.series import MILEAGE_UNIT, REFERENCE_TEMPERATURE, Series, Watched, stamps
 from tierod.fleet.virtual import VirtualCars
 from tierod.methods.trends.drives import Drives
 
@@ -138,12 +138,11 @@ def findings_table(cars: VirtualCars, estimate: np.ndarray, deviation: np.ndarra
         "span": 0, "nominal": nominal, "limit": limit, "start_s": 0.0,
         "duration_s": cars.file.duration, "judged_s": cars.file.duration, "version": "estimate level",
     }  # fmt: skip
-    micro = (cars.day[number, drive] * 86_400_000_000).astype(np.int64)
     columns: dict[str, Any] = {
         "vehicle": pa.array(np.array(cars.names)[number].tolist()),
         "cohort": pa.array([labels[car] for car in number], pa.map_(pa.string(), pa.string())),
         "recording_name": pa.array([f"{cars.names[c]}/drive-{d + 1:04d}" for c, d in zip(number, drive, strict=True)]),
-        "start": pa.array(micro, pa.timestamp("us", tz="UTC")),
+        "start": stamps(cars.day[number, drive]),
         "mileage_m": pa.array(cars.mileage[number, drive]),
         "temperature_K": pa.array(cars.temperature[number, drive]),
         "status": pa.array(status.tolist()),

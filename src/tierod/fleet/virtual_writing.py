@@ -13,6 +13,7 @@ import numpy as np
 from tierod.core.files import replacing, write_text
 from tierod.core.toml import Document, build
 from tierod.experiments.executor import Failure, run
+from tierod.fleet.series import stamps
 from tierod.fleet.virtual import VirtualCars
 from tierod.fleet.virtual_drives import VirtualDrive
 from tierod.fleet.virtual_estimates import ErrorLaw, estimates, findings_table
@@ -130,7 +131,7 @@ def write_truth(cars: VirtualCars, path: Path) -> None:
     table = pa.table(
         {
             "vehicle": np.array(cars.names)[number].tolist(),
-            "start": pa.array((cars.day.ravel() * 86_400_000_000).astype(np.int64), pa.timestamp("us", tz="UTC")),
+            "start": stamps(cars.day.ravel()),
             "friction": cars.friction.ravel(),
             "temperature_K": cars.temperature.ravel(),
             "mileage_m": cars.mileage.ravel(),
