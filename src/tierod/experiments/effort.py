@@ -13,7 +13,7 @@ from typing import Any
 
 from tierod.core.errors import InputError
 from tierod.core.graph.kernel_cache import Bounds, KernelCache
-from tierod.experiments.doors import workers_of
+from tierod.experiments.doors import cores, workers_of
 from tierod.experiments.executor import Failure, Given, Passing, Result, Work, Workers, run
 from tierod.experiments.fingerprint import fingerprint, work_code
 
@@ -48,7 +48,7 @@ class Effort:
     @property
     def workers(self) -> int:
         """Number of processes."""
-        return self.processes or os.cpu_count() or 1
+        return self.processes or cores()
 
     @contextmanager
     def kept(self, folder: Path | None) -> Iterator[Effort]:
