@@ -105,7 +105,7 @@ def read_unit(path: str | Path) -> Unit:
         described: Any = fmpy.read_model_description(str(file), validate=False)
         platforms = list(fmpy.supported_platforms(str(file)))
     except Exception as error:  # fmpy and lxml raise many kinds of errors for a damaged description
-        raise InputError(f"{file} has no description that can be read ({_first_line(error)}); export it anew") from None
+        raise InputError(f"{file} has no description that can be read ({first_line(error)}); export it anew") from None
     version, own = str(described.fmiVersion), described.coSimulation
     if own is None:
         raise InputError(f"{file} is for model exchange alone; export it for co-simulation, with its own solver")
@@ -133,7 +133,7 @@ def _require_archive(file: Path) -> bytes:
             size = sum(each.file_size for each in archive.infolist())
             described = archive.read(DESCRIPTION) if DESCRIPTION in archive.namelist() else None
     except (zipfile.BadZipFile, zlib.error, EOFError, OSError, ValueError, NotImplementedError, RuntimeError) as error:
-        raise InputError(f"{file} is no functional mock-up unit: {_first_line(error)}; export it anew") from None
+        raise InputError(f"{file} is no functional mock-up unit: {first_line(error)}; export it anew") from None
     if described is None:
         raise InputError(f"{file} is no functional mock-up unit: it has no modelDescription.xml; export it anew")
     if size > LARGEST:
@@ -201,5 +201,6 @@ def _float(text: object, otherwise: float = math.nan) -> float:
         return otherwise
 
 
-def _first_line(error: BaseException) -> str:
+def first_line(error: BaseException) -> str:
+    """First line of an error's message; the name of its class where it has none."""
     return next(iter(str(error).splitlines()), "") or type(error).__name__

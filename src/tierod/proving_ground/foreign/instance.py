@@ -10,7 +10,7 @@ from typing import Any, Literal
 import numpy as np
 
 from tierod.core.errors import InputError
-from tierod.proving_ground.foreign.description import Unit
+from tierod.proving_ground.foreign.description import Unit, first_line
 
 
 class UnitFailure(Exception):
@@ -73,8 +73,7 @@ class Instance:
             self.message = message.decode(errors="replace").strip().splitlines()[0][:200]
 
     def _words(self, what: str, error: Exception) -> str:
-        reason = self.message or next(iter(str(error).splitlines()), "") or type(error).__name__
-        return f"{what}: {reason}"
+        return f"{what}: {self.message or first_line(error)}"
 
     def begin(self, settings: dict[int, float], inputs: dict[int, float], stop: float) -> None:
         """Set parameters and inputs, and initialise the unit.
