@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from tierod.core.claims import Goal
-from tierod.experiments.definition import label
+from tierod.experiments.definition import labels
 from tierod.experiments.pools import Pool, pool
 from tierod.experiments.rows import FAULT, FAULT_FREE, SIZE, Row, matching
 
@@ -31,7 +31,7 @@ class Gate:
     @property
     def name(self) -> str:
         """Figure and place in words."""
-        place = ", ".join(f"{axis} {_levels(levels)}" for axis, levels in self.where.items())
+        place = ", ".join(f"{axis} {' or '.join(labels(levels))}" for axis, levels in self.where.items())
         return f"{self.figure}{f' ({place})' if place else ''}"
 
 
@@ -73,7 +73,3 @@ def pool_at(rows: Sequence[Row], where: Mapping[str, object], monitor: str) -> P
     others = {axis: level for axis, level in where.items() if axis not in (FAULT, SIZE)}
     fault_free = matching(rows, {**others, FAULT: FAULT_FREE}, monitor)
     return pool(matching(rows, where, monitor), fault_free)
-
-
-def _levels(levels: object) -> str:
-    return " or ".join(map(label, levels)) if isinstance(levels, list | tuple) else label(levels)

@@ -10,7 +10,7 @@ from typing import Any
 
 from tierod.core.errors import nearest
 from tierod.core.toml import Document
-from tierod.experiments.definition import CampaignFile, Seeds, label
+from tierod.experiments.definition import CampaignFile, Seeds, label, labels
 from tierod.experiments.rows import FAULT, FAULT_FREE, SEED, SIZE, is_at
 from tierod.proving_ground.faults import Fault, fault_of
 
@@ -249,7 +249,7 @@ def check_where(
     for axis, wanted in where.items():
         if axis not in known:
             raise document.error((*location, axis), f"no axis is called '{axis}'{nearest(axis, known)}")
-        for name in map(label, wanted if isinstance(wanted, list | tuple) else [wanted]):
+        for name in labels(wanted):
             if name not in known[axis] and not (axis == SEED and seeds is None):
                 near = nearest(name, filter(None, known[axis]))
                 raise document.error((*location, axis), f"the axis '{axis}' has no level '{name}'{near}")

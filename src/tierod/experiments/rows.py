@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from tierod.experiments.definition import label
+from tierod.experiments.definition import labels
 from tierod.experiments.judged import Judged
 
 FAULT_FREE = "fault-free"
@@ -60,7 +60,4 @@ def matching(rows: Iterable[Row], where: Mapping[str, object], monitor: str | No
 
 def is_at(place: Mapping[str, str], where: Mapping[str, object]) -> bool:
     """Whether a place has the given levels."""
-    return all(
-        place.get(axis) in [label(level) for level in (levels if isinstance(levels, list | tuple) else [levels])]
-        for axis, levels in where.items()
-    )
+    return all(place.get(axis) in labels(levels) for axis, levels in where.items())
