@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Set
 from pathlib import Path
 from typing import Any
 
@@ -72,7 +72,7 @@ def override(
     known = numbers(instance)
     places = {".".join(path.split(".")[:depth]) for path in known for depth in range(1, path.count(".") + 1)}
     nested: dict[str, Any] = {}
-    for path, value in _flat(changes):
+    for path, value in flat(changes, {"kind"}):
         if path not in known and path not in places and not _has(instance, path):
             raise source.error((*location, path), f"no parameter is called '{path}'{nearest(path, known)}")
         below = nested
@@ -89,15 +89,20 @@ def quoted(text: str) -> str:
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
-def _flat(changes: Mapping[str, object], above: str = "") -> list[tuple[str, object]]:
-    """(dotted path, value) of nested tables; a table with `kind` is a value."""
-    pairs: list[tuple[str, object]] = []
-    for name, value in changes.items():
-        path = f"{above}{name}"
-        if isinstance(value, Mapping) and "kind" not in value:
-            pairs.extend(_flat(value, f"{path}."))
+def flat(table: Mapping[str, Any], keys: Set[str], above: str = "") -> list[tuple[str, Any]]:
+    """(dotted path, value) of nested tables.
+
+    Args:
+        table: the tables
+        keys: a table with one of these keys is a value
+        above: beginning of the paths
+    """
+    pairs: list[tuple[str, Any]] = []
+    for name, value in table.items():
+        if isinstance(value, Mapping) and not keys & set(value):
+            pairs.extend(flat(value, keys, f"{above}{name}."))
         else:
-            pairs.append((path, value))
+            pairs.append((f"{above}{name}", value))
     return pairs
 
 

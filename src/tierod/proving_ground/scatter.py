@@ -15,7 +15,7 @@ import numpy as np
 from tierod.core.errors import ParameterError, nearest
 from tierod.core.fields import NOT_NEGATIVE, Number, check_ranges, numbers, replaced
 from tierod.core.signals import SIGNALS
-from tierod.core.toml import Document, Location, build
+from tierod.core.toml import Document, Location, build, flat
 from tierod.proving_ground.parts import Plant
 from tierod.proving_ground.sensors import Sensor, SensorSet
 
@@ -169,7 +169,7 @@ class Scatter(UsualScatter):
         if not isinstance(given, dict):
             raise document.error((*place, "parameters"), "'parameters' has to be a table of deviations by path")
         spreads = dict(base.parameters)
-        for path, value in _flat(given):
+        for path, value in flat(given, {"deviation", "kind", "also"}):
             spread = value if isinstance(value, dict) else {"deviation": value}
             spreads[path] = build(Spread, spread, document, (*place, "parameters", path))
         return cls(**vars(own), parameters=spreads, origin=(document, place))
@@ -254,14 +254,3 @@ def _of_sensor(sensor: Sensor, unit: str) -> dict[str, Number]:
     """Every float field of a sensor; fields in the unit of the signal get that unit."""
     known = numbers(sensor)
     return {field: number._replace(unit=number.unit.format(signal=unit or "1")) for field, number in known.items()}
-
-
-def _flat(table: Mapping[str, Any], above: str = "") -> list[tuple[str, Any]]:
-    """(dotted path, deviation or table of a `Spread`)."""
-    pairs: list[tuple[str, Any]] = []
-    for name, value in table.items():
-        if isinstance(value, dict) and not {"deviation", "kind", "also"} & set(value):
-            pairs.extend(_flat(value, f"{above}{name}."))
-        else:
-            pairs.append((f"{above}{name}", value))
-    return pairs

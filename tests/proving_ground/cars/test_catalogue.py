@@ -12,7 +12,7 @@ from tierod.core.graph import scan
 from tierod.core.toml import Document
 from tierod.io.derive import complete
 from tierod.io.readers import read
-from tierod.proving_ground.cars.catalogue import Choice, flat, load, shipped
+from tierod.proving_ground.cars.catalogue import Choice, by_path, load, shipped
 from tierod.proving_ground.chassis import SingleTrack, TwoTrack
 from tierod.proving_ground.replay import ChassisInput, Replay
 from tierod.proving_ground.steering.friction_laws import LuGre
@@ -58,7 +58,7 @@ def test_a_shipped_car_says_what_it_is_and_where_its_values_come_from(name):
     assert car.file.source
     assert car.file.good_for
     assert car.file.not_good_for
-    for path in {each.removesuffix(".value").removesuffix(".source") for each in flat(car.file.parameters)}:
+    for path in {each.removesuffix(".value").removesuffix(".source") for each in by_path(car.file.parameters)}:
         assert car.source_of(path), f"{path} of {name} has no source"
 
 

@@ -11,7 +11,7 @@ from tierod import vehicles
 from tierod.core.errors import ParameterError, nearest
 from tierod.core.fields import numbers
 from tierod.core.files import expanded
-from tierod.core.toml import Document, build, override
+from tierod.core.toml import Document, build, flat, override
 from tierod.proving_ground.cars.kinds import car_of, on_tyres, with_parts
 from tierod.proving_ground.parts import Plant
 
@@ -111,7 +111,7 @@ class VirtualCar:
         Raises:
             ParameterError: unknown tyres, parts or parameters, a wrong unit or value
         """
-        block = with_parts(self.block, flat(choice.parts), document, (*location, "parts"))
+        block = with_parts(self.block, by_path(choice.parts), document, (*location, "parts"))
         if choice.parts:
             known = numbers(block)
             kept = {path: value for path, (value, _) in _sourced(self.file.parameters).items() if path in known}
@@ -162,15 +162,9 @@ def load(name_or_path: str | Path, beside: Path | None = None) -> VirtualCar:
     return VirtualCar(file, document, _block(file, document))
 
 
-def flat(table: Mapping[str, Any], above: str = "") -> dict[str, Any]:
+def by_path(table: Mapping[str, Any]) -> dict[str, Any]:
     """Values of nested tables by dotted path; a table with `value` or `kind` is a value."""
-    found: dict[str, Any] = {}
-    for name, value in table.items():
-        if isinstance(value, Mapping) and not {"value", "kind"} & set(value):
-            found |= flat(value, f"{above}{name}.")
-        else:
-            found[f"{above}{name}"] = value
-    return found
+    return dict(flat(table, {"value", "kind"}))
 
 
 def _sourced(parameters: Mapping[str, Any]) -> dict[str, Sourced]:
@@ -178,13 +172,13 @@ def _sourced(parameters: Mapping[str, Any]) -> dict[str, Sourced]:
         path: Sourced(given["value"], str(given.get("source", "")))
         if isinstance(given, Mapping) and "value" in given
         else Sourced(given, "")
-        for path, given in flat(parameters).items()
+        for path, given in by_path(parameters).items()
     }
 
 
 def _block(file: CarFile, document: Document) -> Plant:
     """The car of a file as a block."""
-    block = with_parts(car_of(file.kind, document), flat(file.parts), document)
+    block = with_parts(car_of(file.kind, document), by_path(file.parts), document)
     if file.tyres:
         block = on_tyres(block, file.tyres, document, ("tyres",))
     values = {path: each.value for path, each in _sourced(file.parameters).items()}

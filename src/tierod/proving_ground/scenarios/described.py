@@ -8,7 +8,7 @@ from typing import Any
 
 from tierod.core.fields import numbers
 from tierod.core.toml_builder import kind_name
-from tierod.proving_ground.cars.catalogue import VirtualCar, flat
+from tierod.proving_ground.cars.catalogue import VirtualCar, by_path
 from tierod.proving_ground.cars.kinds import parts_of
 from tierod.proving_ground.courses import AnyCourse
 from tierod.proving_ground.faults.wording import fault_in_words
@@ -39,7 +39,7 @@ def _changes(scenario: Scenario) -> list[tuple[str, Any]]:
     if not isinstance(table, Mapping):
         return []
     tyres = [("tyres", table["tyres"])] if "tyres" in table else []
-    return [*tyres, *flat(table.get("parts", {})).items(), *flat(table.get("parameters", {})).items()]
+    return [*tyres, *by_path(table.get("parts", {})).items(), *by_path(table.get("parameters", {})).items()]
 
 
 def scenario_document(scenario: Scenario) -> dict[str, Any]:
