@@ -18,7 +18,7 @@ import numpy as np
 
 from tierod.core.files import expanded, require_folder
 from tierod.core.recording import Channel
-from tierod.io.readers.listed import require_library
+from tierod.io.libraries import require_library
 from tierod.live.log import refused
 
 CHUNK: Annotated[int, "byte"] = 1 << 14

@@ -10,12 +10,12 @@ import numpy as np
 
 from tierod.core.errors import InputError
 from tierod.core.recording import Channel
+from tierod.io.libraries import require_library
 from tierod.io.readers import hdf_child
 from tierod.io.readers.channel_map import GUESSED, TimeEntry
 from tierod.io.readers.clocks import is_time, require_plausible_rate, unit_of
 from tierod.io.readers.clocks import seconds as to_seconds
 from tierod.io.readers.limits import Allowance
-from tierod.io.readers.listed import require_library
 from tierod.io.readers.mat import PERIODS
 from tierod.io.readers.reader_process import ReaderProcess
 from tierod.io.readers.source import Column, Format, Lane, Piece, Source

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -11,25 +10,16 @@ from typing import Any
 
 import numpy as np
 
-from tierod.core.errors import InputError, MissingExtra
+from tierod.core.errors import InputError
 from tierod.core.recording import Channel
 from tierod.io.layout import description_in
+from tierod.io.libraries import require_library
 from tierod.io.readers import bag_child
 from tierod.io.readers.channel_map import GUESSED, TimeEntry
 from tierod.io.readers.reader_process import ReaderProcess
 from tierod.io.readers.source import Column, Format, Lane, Piece, Source, begins_with
 
 _TEXTS = ("name", "unit", "title")
-
-
-def require_library(library: str, extra: str, purpose: str) -> None:
-    """Raise MissingExtra where a library is not installed."""
-    try:
-        found = importlib.util.find_spec(library)
-    except ValueError:
-        found = None
-    if found is None:
-        raise MissingExtra(library, extra, purpose)
 
 
 def open_bag(path: Path, time: TimeEntry = GUESSED) -> Source:

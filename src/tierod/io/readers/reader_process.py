@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import importlib.util
 import json
 import math
 import os
@@ -20,8 +19,9 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from tierod.core.errors import DamagedFile, MissingExtra
+from tierod.core.errors import DamagedFile
 from tierod.core.processes import runs
+from tierod.io.libraries import require_library
 from tierod.io.readers import mat_child, mdf_child
 from tierod.io.readers.limits import VARIABLE, Limits, limits
 from tierod.io.readers.reader_template import Started, TemplateEnded, started
@@ -145,7 +145,7 @@ class MdfProcess(ReaderProcess):
     """
 
     def __init__(self, path: Path):
-        require_asammdf()
+        require_library("asammdf", "mdf", "reading an MDF file")
         super().__init__(path, mdf_child, "asammdf", "MDF")
         self._lanes = 0
 
@@ -177,16 +177,6 @@ class MatProcess(ReaderProcess):
 
     def __init__(self, path: Path):
         super().__init__(path, mat_child, "SciPy", "MATLAB file")
-
-
-def require_asammdf() -> None:
-    """Raise MissingExtra where the library that reads MDF files is not installed."""
-    try:
-        found = importlib.util.find_spec("asammdf")
-    except ValueError:
-        found = None
-    if found is None:
-        raise MissingExtra("asammdf", "mdf", "reading an MDF file")
 
 
 def reading_folder() -> Path | None:

@@ -12,7 +12,7 @@ from tierod.core.errors import OutputError
 from tierod.core.files import replacing
 from tierod.core.recording import Channel
 from tierod.io.layout import Writer
-from tierod.io.readers.listed import require_library
+from tierod.io.libraries import require_library
 from tierod.io.writers.spool import FromSpool, Spool, SpooledGroup
 
 
