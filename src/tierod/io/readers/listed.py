@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -85,7 +85,7 @@ def _lane(
     """The wanted columns with their descriptions by tierod, timed by the field that the user names ("": by the log)."""
     described, names = given[0].get("channels", {}), list(columns)
     request = {"lane": number, "clock": given[1], "names": [column.name for column in columns.values()]}
-    for about, arrays in _asked(process, request):
+    for about, arrays in process.answers(request):
         notes += [str(note)[:300] for note in about.get("notes", [])]
         channels = []
         for clock, members in enumerate(about.get("clocks", [])):
@@ -96,14 +96,6 @@ def _lane(
                 origin = (kept.get("source", each.name), kept.get("note", ""))
                 channels.append(Channel(name, time, arrays.get(str(place), np.empty(0)), each.unit, *origin))
         yield Piece(channels, float(about.get("share", 1.0)))
-
-
-def _asked(process: ReaderProcess, request: dict[str, Any]) -> Iterator[tuple[dict[str, Any], dict[str, np.ndarray]]]:
-    while True:
-        about, arrays = process.ask(request)
-        if about["end"]:
-            return
-        yield about, arrays
 
 
 ROS1 = Format(

@@ -96,6 +96,11 @@ class ReaderProcess:
             raise self._refused(about["error"])
         return about, arrays
 
+    def answers(self, request: Mapping[str, object]) -> Iterator[tuple[dict[str, Any], dict[str, np.ndarray]]]:
+        """Answers, as of `ask`, to the same request until the process says that there are no more."""
+        while not (answer := self.ask(request))[0]["end"]:
+            yield answer
+
     def _answer(self, request: bytes) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
         stdout = self._reader.answers
         self._reader.requests.write(request)
@@ -161,11 +166,7 @@ class MdfProcess(ReaderProcess):
         """
         self._lanes += 1
         request = {"lane": self._lanes, "group": group, "channels": channels}
-        while True:
-            about, arrays = self.ask(request)
-            if about["end"]:
-                return
-            yield arrays
+        yield from (arrays for _, arrays in self.answers(request))
 
 
 class MatProcess(ReaderProcess):
