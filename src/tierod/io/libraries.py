@@ -1,8 +1,11 @@
-"""Check that a library of a format is installed, without importing it."""
+"""Libraries of the formats: whether they are installed, without importing them, and without what they log."""
 
 from __future__ import annotations
 
 import importlib.util
+import logging
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 from tierod.core.errors import MissingExtra
 
@@ -15,3 +18,20 @@ def require_library(library: str, extra: str, purpose: str) -> None:
         found = None
     if found is None:
         raise MissingExtra(library, extra, purpose)
+
+
+@contextmanager
+def muted(library: str, level: int) -> Iterator[None]:
+    """Suppress what a library logs below a level.
+
+    Args:
+        library: name of its logger
+        level: lowest level that is logged, as in `logging`
+    """
+    logger = logging.getLogger(library)
+    before = logger.level
+    logger.setLevel(level)
+    try:
+        yield
+    finally:
+        logger.setLevel(before)

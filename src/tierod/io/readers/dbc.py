@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import contextlib
 import logging
 import re
 import warnings
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -16,6 +15,7 @@ import numpy as np
 from tierod.core.errors import InputError, MissingExtra
 from tierod.core.recording import Channel
 from tierod.core.user_files import MOST_DATA_BYTES, read_bytes
+from tierod.io.libraries import muted
 from tierod.io.readers.bits import Payloads, span
 from tierod.io.readers.frames import EXTENDED, Frames, identifier_text, messages, parameter_group, without_value
 from tierod.io.readers.log import Heard, InOrder, Log
@@ -60,7 +60,8 @@ def load_databases(paths: Sequence[str | Path]) -> list[Message]:
     for path in paths:
         content = read_bytes(path, "the CAN database", most=MOST_DATA_BYTES)
         try:
-            with _quiet():
+            # cantools warns of duplicate names, but here identifiers decide.
+            with muted("cantools", logging.ERROR), warnings.catch_warnings(action="ignore"):
                 found += getattr(_database(Path(path), content), "messages", [])
         except Exception as error:
             reason = " ".join(str(error).split())[:200]
@@ -68,20 +69,6 @@ def load_databases(paths: Sequence[str | Path]) -> list[Message]:
     if not found:
         raise InputError(f"{', '.join(map(str, paths))} describes no CAN message; give the DBC of this vehicle")
     return found
-
-
-@contextlib.contextmanager
-def _quiet() -> Iterator[None]:
-    """Suppress warnings and log entries of cantools about duplicate names: here identifiers decide."""
-    logger = logging.getLogger("cantools")
-    level = logger.level
-    logger.setLevel(logging.ERROR)
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            yield
-    finally:
-        logger.setLevel(level)
 
 
 def _database(path: Path, content: bytes) -> CanDatabase | DiagnosticsDatabase:

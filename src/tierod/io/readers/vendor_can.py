@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import io
 import logging
 import math
@@ -18,6 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tierod.core.errors import InputError, MissingExtra, TierodError
+from tierod.io.libraries import muted
 from tierod.io.readers.content import Content, Stream, whole_lines
 from tierod.io.readers.frames import EXTENDED, IDENTIFIERS, Frames, bus_number, taken
 from tierod.io.readers.limits import Allowance
@@ -174,7 +174,7 @@ def frames_of(content: Content, kind: str) -> Iterator[Frames]:
 def _messages(content: Content, kind: str, damages: list[str], strange: Counter[str]) -> Iterator[can.Message]:
     """The frames with data, up to the end or to damage, which is noted in `damages`; invalid ones are counted."""
     try:
-        with _quiet():
+        with muted("can", logging.CRITICAL + 1):  # python-can logs the lines that it leaves out
             for message in _reader(content, kind):
                 if message.is_error_frame or message.is_remote_frame:
                     continue
@@ -188,18 +188,6 @@ def _messages(content: Content, kind: str, damages: list[str], strange: Counter[
         raise
     except Exception as error:
         damages.append(" ".join(str(error).split())[:120] or type(error).__name__)
-
-
-@contextlib.contextmanager
-def _quiet() -> Iterator[None]:
-    """Suppress what python-can logs about lines that it leaves out."""
-    logger = logging.getLogger("can")
-    level = logger.level
-    logger.setLevel(logging.CRITICAL + 1)
-    try:
-        yield
-    finally:
-        logger.setLevel(level)
 
 
 def _reader(content: Content, kind: str) -> Iterable[can.Message]:
