@@ -6,8 +6,7 @@ import re
 import unicodedata
 from typing import NamedTuple
 
-from tierod.core.signals import SIGNALS, match
-from tierod.core.units import split_suffix
+from tierod.io.readers.mapping import meant
 from tierod.io.readers.source import Column
 
 
@@ -102,10 +101,7 @@ def meant_by(column: Column) -> Meant | None:
     Args:
         column: column of a file, with its unit where the file has one
     """
-    bare, ending = split_suffix(column.name)
-    unit = column.unit or ending
-    title = column.title or column.name
-    found = SIGNALS.get(column.name) or match(title, unit, column.qualified) or match(bare, unit)
+    title, found = column.title or column.name, meant(column)
     if found is not None:
         return Meant(found.name, f"'{title}' is a known name", True)
     text = words_of(title)

@@ -211,7 +211,7 @@ def _guesses(columns: Sequence[Column], mapped: set[str], taken: set[str]) -> tu
     """The signal of every recognised column, and by signal a warning where several columns could be it."""
     candidates: dict[str, list[Column]] = {}
     for column in columns:
-        found = _meant(column)
+        found = meant(column)
         if found is not None and found.name not in mapped and column.name not in taken:
             candidates.setdefault(found.name, []).append(column)
     chosen, doubles = {}, {}
@@ -224,7 +224,7 @@ def _guesses(columns: Sequence[Column], mapped: set[str], taken: set[str]) -> tu
     return chosen, doubles
 
 
-def _meant(column: Column) -> Signal | None:
+def meant(column: Column) -> Signal | None:
     """The signal that name and unit of a column stand for; None where none is known."""
     bare, ending = split_suffix(column.name)
     unit = column.unit or ending
