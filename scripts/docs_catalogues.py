@@ -12,9 +12,12 @@ from typing import Any
 from docs_text import names, page, table, unit
 
 from tierod.cli import main
+from tierod.core.findings import CONSISTENT, ESTIMATED, INCONSISTENT, Status
 from tierod.core.nomenclature import nomenclature
 from tierod.diagnosis.trouble_codes import load_trouble_codes
 from tierod.papers.condition.rules.catalogue import RESIDUALS
+from tierod.report.display import words
+from tierod.report.terms import STATUSES, TERMS
 from tierod.vehicles import QUANTITIES, load, shipped
 
 
@@ -29,6 +32,7 @@ def pages() -> dict[str, Callable[[], str]]:
         "reference/faults.md": faults,
         "reference/scenarios.md": scenarios,
         "reference/cars-and-courses.md": cars_and_courses,
+        "reference/words.md": glossary,
     }
 
 
@@ -39,6 +43,26 @@ def printed(*arguments: str) -> Any:
     with contextlib.redirect_stdout(text):
         assert main([*arguments, "--json"]) == 0
     return json.loads(text.getvalue())
+
+
+def glossary() -> str:
+    """Page of the statuses of a verdict and of the terms in reports."""
+    shown = {ESTIMATED: Status.HEALTHY, CONSISTENT: Status.HEALTHY, INCONSISTENT: Status.SUSPECT}
+    statuses = [
+        (f"`{name}`", str(Status(shown.get(name, name)).exit_code), meaning) for name, meaning in STATUSES.items()
+    ]
+    terms = sorted((words(name), meaning) for name, meaning in TERMS.items())
+    return page(
+        "Statuses and terms",
+        "What the words of a verdict and of a report mean. Signals have [their own page](signals.md), parameters "
+        "[theirs](parameters.md).",
+        "## Statuses",
+        table(("status", "exit code", "meaning"), statuses),
+        "A monitor that only estimates shows `estimated` or `consistent` in place of `healthy`, and `inconsistent` in "
+        "place of `suspect`.",
+        "## Terms",
+        table(("term", "meaning"), sorted(terms, key=lambda each: each[0].lower())),
+    )
 
 
 def parameters() -> str:

@@ -35,6 +35,10 @@ def index() -> str:
         (f"[`{each.name}`]({each.name}.md)", each.summary, f"`{each.default}`" if each.default else "to be chosen")
         for each in MONITORS.values()
     ]
+    recorded = [
+        (f"`{each.name}`", each.drive, names(each.required) or "some of its sensors", f"{each.minimum_rate:g} Hz")
+        for each in MONITORS.values()
+    ]
     suited = []
     for vehicle in shipped():
         cells = []
@@ -45,8 +49,10 @@ def index() -> str:
     return page(
         "Monitors",
         "`tierod diagnose RECORDING --monitor NAME` runs one of them. Without `--monitor` the vehicle file names it; "
-        "else `friction` runs. `tierod inspect RECORDING` lists those that a recording can run with.",
+        "else every monitor runs that recording and vehicle file allow. `tierod inspect RECORDING` lists these.",
         table(("monitor", "what it does", "default variant"), rows),
+        "## What to record",
+        table(("monitor", "drive", "needed signals", "at least"), recorded),
         "## Shipped vehicles",
         "Variants that a vehicle file has all needed parameters for. `sideslip` and `condition` also fit other cars "
         "than those that their papers describe; their pages say what is then left out.",
@@ -61,6 +67,7 @@ def monitor_page(name: str) -> str:
         name,
         f"**{monitor.title}.** {monitor.summary}",
         f"Source: {monitor.source}. [Equations and limits]({EXPLANATION[name]}).",
+        f"**What to record.** {monitor.drive}",
         f"```text\ntierod diagnose RECORDING --vehicle VEHICLE --monitor {name}\n```",
         "## Signals",
         _signals(monitor),

@@ -113,6 +113,7 @@ def _document(monitor: Monitor) -> dict[str, Any]:
         "optional": list(_measured(monitor.optional)),
         "minimum_rate": monitor.minimum_rate,
         "condition": monitor.condition,
+        "drive": monitor.drive,
         "default": monitor.default,
         "variants": [
             {
@@ -149,6 +150,8 @@ def _show(monitor: Monitor) -> None:
         f"[bold]{monitor.name}[/bold]: {monitor.title}", monitor.summary, f"Source: {monitor.source}", sep="\n"
     )
     console.print(f"Package: {MONITORS.package_of(monitor.name)}", markup=False)
+    if monitor.drive:
+        console.print(f"Drive: {monitor.drive}", markup=False)
     console.print("\n[bold]Signals[/bold]")
     signals = [
         (name, use, written(SIGNALS[name].unit), SIGNALS[name].meaning)

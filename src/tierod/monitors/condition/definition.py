@@ -36,6 +36,8 @@ CONDITION = Monitor(
     title="Sensors and actuators of the vehicle",
     summary="Finds which of six sensors and four actuators is at fault, of what kind and size, and replaces its value.",
     source=PAPER,
+    drive="Any drive on a dry road with bends to both sides, acceleration and braking: a fault is found while the "
+    "motion shows it, and an element that a drive does not excite is called not testable.",
     # A missing signal gets a state of its own; without any signal the verdict is "not available".
     required=(),
     optional=ConditionSample._fields,

@@ -11,6 +11,7 @@ from tierod.monitors.driver_torque.decisions import DECISIONS
 from tierod.monitors.driver_torque.delayed import DELAY, DelayedHandTorque
 from tierod.monitors.driver_torque.design import gear_is_too_fast
 from tierod.monitors.driver_torque.drive import TRUTH
+from tierod.monitors.driver_torque.finding import LEAST_READY
 from tierod.monitors.driver_torque.hands import HandsMonitor
 from tierod.monitors.driver_torque.monitor import DriverTorqueMonitor
 from tierod.monitors.driver_torque.observer import ColumnObserver
@@ -134,6 +135,7 @@ DRIVER_TORQUE = Monitor(
     title="Torque of the driver's hands",
     summary="Estimates the torque that the driver's hands put on the wheel, and decides whether they are on it.",
     source=PAPER,
+    drive=f"At least {LEAST_READY:g} s in which the wheel turns: a drive, or a bench whose motor turns the column.",
     required=("steering_wheel_angle", "driver_torque"),
     optional=("motor_torque", "motor_target_torque", "motor_angle_mechanical", TRUTH),
     rate=1000.0,

@@ -20,7 +20,7 @@ from dataclasses import replace
 from typing import Any
 
 from tierod.models.friction_estimation import FrictionParameters
-from tierod.monitors.friction.decisions import DECISIONS, VARIANCE_DECISIONS
+from tierod.monitors.friction.decisions import DECISIONS, TUNING, VARIANCE_DECISIONS
 from tierod.monitors.friction.monitor import (
     FrictionMonitor,
     FrictionSession,
@@ -135,6 +135,8 @@ FRICTION = Monitor(
     title="Friction of the steering",
     summary="Detects and quantifies rising dry friction of column, gear and rack in natural driving.",
     source=PAPER,
+    drive=f"Bends to both sides, steered by hand on city or country roads: {TUNING.ready_time:g} s in which driver and "
+    "motor turn the wheel together, some three minutes of mixed driving; a baseline needs some six minutes.",
     required=(
         "steering_wheel_angle",
         "steering_wheel_rate",

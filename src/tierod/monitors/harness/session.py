@@ -255,6 +255,7 @@ class Monitor:
         reaction: time that it needs to find a fault [s]; if required signals are lost for longer at the end of a
             recording, the verdict is not healthy
         condition: requirement on the recording that no channel shows, as a half-sentence after "if"; "" without one
+        drive: manoeuvres and driving time that a verdict needs, as sentences
         learns: whether it learns a baseline of the vehicle, with which later recordings are compared
     """
 
@@ -270,6 +271,7 @@ class Monitor:
     variants: Mapping[str, Variant]
     default: str | None
     condition: str = ""
+    drive: str = ""
     slower: tuple[float, ...] = ()
     learns: bool = False
     rests_on: tuple[str, ...] = ()

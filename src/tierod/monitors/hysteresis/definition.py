@@ -238,6 +238,8 @@ HYSTERESIS = Monitor(
     title="Friction from a turn lock to lock",
     summary="Measures the friction of the standing car from the work of a closed turn of the steering wheel.",
     source=PAPER,
+    drive="The standing car, on a hoist or on the ground: the wheel is turned slowly from lock to lock and back, "
+    "two times or more.",
     required=("steering_wheel_angle", "steering_wheel_rate", "driver_torque", "motor_torque"),
     optional=("vehicle_speed",),
     rate=100.0,

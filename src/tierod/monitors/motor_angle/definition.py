@@ -9,6 +9,7 @@ from tierod.core.errors import ParameterError
 from tierod.monitors.harness.baseline import Baseline
 from tierod.monitors.harness.session import Monitor, Variant
 from tierod.monitors.motor_angle.decisions import DECISIONS
+from tierod.monitors.motor_angle.finding import LEAST_KNOWN
 from tierod.monitors.motor_angle.monitor import MotorAngleMonitor
 from tierod.monitors.motor_angle.plausibility import AnglePlausibility, Superposition, VariableGain
 from tierod.monitors.motor_angle.session import MotorAngleSession
@@ -54,6 +55,7 @@ MOTOR_ANGLE = Monitor(
     title="Sensor of the motor's angle",
     summary="Compares a motor's angle sensor with the angle that its currents and voltages give, and names its faults.",
     source=PAPER,
+    drive=f"Steering that turns the motor faster than about 10 rad/s, for at least {LEAST_KNOWN:g} s in all.",
     required=_required(MEASURED),
     optional=(
         "target_motor_angle_mechanical",

@@ -14,6 +14,7 @@ from tierod.monitors.sideslip.combined import CombinedSideslip
 from tierod.monitors.sideslip.conventional import conventional_kalman, conventional_poles
 from tierod.monitors.sideslip.decisions import COMBINED_DECISIONS, DECISIONS
 from tierod.monitors.sideslip.drive import TRUTHS
+from tierod.monitors.sideslip.finding import LEAST_ENABLED
 from tierod.monitors.sideslip.monitor import BY_WIRE
 from tierod.monitors.sideslip.session import JUDGED, CombinedSession, SideslipSession
 from tierod.monitors.sideslip.two_stage import two_stage_kalman, two_stage_poles
@@ -115,6 +116,8 @@ SIDESLIP = Monitor(
     title="Sideslip of the vehicle",
     summary="Estimates the sideslip angle and the aligning torque of the front tyres, with their uncertainty.",
     source=PAPER,
+    drive=f"Forward driving with a steering angle for at least {LEAST_ENABLED:g} s; some minutes with bends to both sides "
+    "let it learn stiffnesses and offsets, and test the vehicle file.",
     required=("vehicle_speed", "yaw_rate"),
     optional=(*JUDGED, *TRUTHS),
     rests_on=("road_wheel_angle", "steering_wheel_angle", "lateral_acceleration"),
