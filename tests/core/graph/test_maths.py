@@ -1,11 +1,17 @@
 """Floats behave as compiled code does: IEEE results in place of exceptions and warnings."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 import pytest
 
 from tierod.core.graph import maths
+
+
+class Complex(NamedTuple):
+    real: float
+    imaginary: float
 
 
 @pytest.mark.parametrize(
@@ -37,3 +43,10 @@ def test_floats_and_arrays_follow_ieee(function, arguments, expected):
     with np.errstate(all="ignore"):
         arrays = function(*(np.array([float(value)]) for value in arguments))
     np.testing.assert_allclose(arrays.astype(float), [expected], rtol=1e-15)
+
+
+def test_one_of_two_trees_is_selected_whole():
+    taken, otherwise = Complex(1.0, 2.0), Complex(3.0, math.nan)
+    assert maths.select(1.0, (taken, 5.0), (otherwise, 6.0)) == (taken, 5.0)
+    assert maths.select(0.0, (otherwise, 5.0), (taken, 6.0)) == (taken, 6.0)
+    assert maths.select(0.0, 5.0, 6.0) == 6.0

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from typing_extensions import TypeVar
 
-from tierod.core.block import Scalar, Truth
+from tierod.core.block import Scalar, T, Truth, rebuild, values_of
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -178,6 +178,17 @@ def any_of(first: Truth, *others: Truth) -> Truth:
     for other in others:
         first = either(first, other)
     return first
+
+
+def select(condition: Truth, taken: T, otherwise: T) -> T:
+    """One of two trees of the same shape, leaf by leaf: the first where the condition holds, else the second.
+
+    Args:
+        condition: for all leaves
+        taken, otherwise: scalars or (named) tuples of trees
+    """
+    pairs = zip(values_of(taken), values_of(otherwise), strict=True)
+    return rebuild(otherwise, [where(condition, a, b) for a, b in pairs])
 
 
 def present(value: Scalar) -> Truth:

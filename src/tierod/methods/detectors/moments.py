@@ -7,7 +7,7 @@ from typing import Annotated, NamedTuple
 
 from tierod.core.block import Ring, Scalar, Truth
 from tierod.core.errors import ParameterError
-from tierod.core.graph.maths import both, maximum, where
+from tierod.core.graph.maths import both, maximum, select, where
 from tierod.methods.detectors.value import Value, counts, number
 from tierod.physics.lag import share_reached
 
@@ -204,7 +204,7 @@ class MovingMoments:
         fresh = state.fresh.changed(weight, value - reference)
         age = state.age + 1.0
         whole = age > self.size - 0.5
-        window = _Sums(*(where(whole, new, old) for new, old in zip(fresh, window, strict=True)))
+        window = select(whole, fresh, window)
         shift = where(whole, window.sum / maximum(window.number, 1.0), 0.0)
         moments = self._moments(window, reference)
         window = _moved(window, shift)

@@ -10,7 +10,7 @@ import numpy as np
 
 from tierod.core.block import Scalar, Tree, rebuild, skeleton
 from tierod.core.errors import ParameterError
-from tierod.core.graph.maths import all_of, present, where
+from tierod.core.graph.maths import all_of, present, select, where
 from tierod.core.model import Model, require_discrete
 from tierod.methods.estimators.imm import imm_estimate_class
 from tierod.methods.estimators.kernels import usable
@@ -160,8 +160,7 @@ class StationaryBank:
         count: Scalar = sum(where(present(value), 1.0, 0.0) for value in measured)
         whole = usable(leaf_values(sample.input))
         if whole is not True:
-            chosen = [where(whole, a, b) for a, b in zip(leaf_values(after), leaf_values(state), strict=True)]
-            after = rebuild(after, chosen)
+            after = select(whole, after, state)
             count = where(whole, count, 0.0)
             scores = [where(whole, score, 0.0) for score in scores]
         return after, self._estimate(after, origin.predicted, innovations, scores, count)

@@ -7,9 +7,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from tierod.core.block import Scalar, Tree, leaves, rebuild, skeleton, values_of
+from tierod.core.block import Scalar, Tree, rebuild, skeleton, values_of
 from tierod.core.graph.derivatives import jacobian
-from tierod.core.graph.maths import log, present, sqrt, where
+from tierod.core.graph.maths import log, present, select, sqrt, where
 from tierod.core.model import Model
 from tierod.methods.estimators.kernels import correct_in_turn, predict_covariance, usable
 from tierod.methods.estimators.linear_algebra import Vector, dot, from_diagonal, plus
@@ -75,9 +75,7 @@ class Simulation:
         whole = usable(values_of(sample))
         if whole is True:
             return Moving(ahead, moved), Simulated(output, sensitivities)
-        after = Moving(ahead, moved)
-        held = [where(whole, a, b) for (_, a), (_, b) in zip(leaves(after), leaves(state), strict=True)]
-        return rebuild(state, held), Simulated(output, sensitivities)
+        return select(whole, Moving(ahead, moved), state), Simulated(output, sensitivities)
 
     def _derived(self, function: Callable[[Tree, Tree, Tree], Tree], state: Moving, sample: Tree) -> Rows:
         """Total derivatives of a function of state and parameters by the free parameters and states."""

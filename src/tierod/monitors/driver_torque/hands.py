@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Annotated, NamedTuple
 
 from tierod.core.block import Scalar, Tree
-from tierod.core.graph.maths import absolute, both, either, limit, negated, present, sqrt, where
+from tierod.core.graph.maths import absolute, both, either, limit, negated, present, select, sqrt, where
 from tierod.methods.detectors import Cusum
 from tierod.methods.estimators import KalmanFilter
 from tierod.methods.estimators.shapes import Belief
@@ -20,7 +20,6 @@ from tierod.monitors.driver_torque.hands_filters import (
     WheelAcceleration,
     WheelRate,
     begun,
-    chosen,
     hands_off_filter,
     hands_on_filter,
     log_likelihood,
@@ -206,7 +205,7 @@ class HandsMonitor:
         hands = where(up.alarm, ON, where(down.alarm, OFF, state.hands))
         rate = where(hands < 0.25, off.mean.steering_wheel_rate, on.mean.steering_wheel_rate)
         smooth, moved = self.motion.step(state.smooth, WheelRate(rate))
-        last = self.Sample(*(where(accepted, new, old) for new, old in zip(sample, state.last, strict=True)))
+        last = select(accepted, sample, state.last)
         gap = where(accepted, 0.0, state.gap + self.sample_time)
         motion = (smooth, rate, moved.steering_wheel_acceleration)
         beliefs = (off_belief, on_belief, state.learnt)
@@ -240,7 +239,7 @@ class HandsMonitor:
         sure = both(state.hands < 0.25, state.to_on.up < self.calm * self.to_on.threshold)
         absurd = self._absurd(state.off.mean)
         forgotten = either(lost, absurd)
-        learnt = chosen(both(sure, negated(forgotten)), state.off, state.learnt)
+        learnt = select(both(sure, negated(forgotten)), state.off, state.learnt)
         here = off._replace(mean=off.mean._replace(steering_wheel_angle=sample.steering_wheel_angle))
         unknown = begun(off, here, learnt, anew, state.off)
         held = begun(on, here, on, anew, state.on)
@@ -252,7 +251,7 @@ class HandsMonitor:
             to_on=self.to_on.State(*(where(forgotten, 0.0, each) for each in state.to_on)),
             to_off=self.to_off.State(*(where(forgotten, 0.0, each) for each in state.to_off)),
             hands=where(forgotten, UNCERTAIN, state.hands),
-            last=chosen(anew, sample, state.last),
+            last=select(anew, sample, state.last),
             acceleration=where(anew, 0.0, state.acceleration),
         )
 

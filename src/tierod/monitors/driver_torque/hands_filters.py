@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Annotated, NamedTuple
 
-from tierod.core.block import Scalar, Tree, leaves, rebuild
-from tierod.core.graph.maths import log, where
+from tierod.core.block import Scalar, Tree
+from tierod.core.graph.maths import log, select, where
 from tierod.methods.estimators import KalmanFilter
 from tierod.methods.estimators.augment import augment
 from tierod.methods.estimators.linear_algebra import unpack, upper
@@ -209,8 +209,8 @@ def begun(start: Belief, motion: Belief, learnt: Belief, begins: Scalar, otherwi
         for i, j in upper(count)
     ]
     return Belief(
-        type(start.mean)(*(where(begins, new, old) for new, old in zip(mean, otherwise.mean, strict=True))),
-        tuple(where(begins, new, old) for new, old in zip(covariance, otherwise.covariance, strict=True)),
+        select(begins, type(start.mean)(*mean), otherwise.mean),
+        select(begins, tuple(covariance), otherwise.covariance),
     )
 
 
@@ -223,9 +223,3 @@ def relearning(belief: Belief, learnt: Belief, anew: Scalar) -> Belief:
         anew: whether to reset
     """
     return begun(belief, belief, learnt, anew, belief)
-
-
-def chosen(condition: Scalar, taken: Tree, otherwise: Tree) -> Tree:
-    """One of two trees of the same shape."""
-    pairs = zip(leaves(taken), leaves(otherwise), strict=True)
-    return rebuild(otherwise, [where(condition, new, old) for (_, new), (_, old) in pairs])

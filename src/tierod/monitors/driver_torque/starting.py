@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, NamedTuple
 
-from tierod.core.block import Scalar, Tree, leaves, rebuild
-from tierod.core.graph.maths import all_of, both, either, maximum, present, where
+from tierod.core.block import Scalar, Tree
+from tierod.core.graph.maths import all_of, both, either, maximum, present, select, where
 from tierod.monitors.driver_torque.design import Layout
 
 UNKNOWN = 10.0
@@ -69,10 +69,7 @@ class Phase(NamedTuple):
 
     def chosen(self, resting: Tree, moved: Tree, held: Tree) -> Tree:
         """The tree that belongs to the phase: restarted, updated or held."""
-        triples = zip(leaves(resting), leaves(moved), leaves(held), strict=True)
-        return rebuild(
-            held, [where(self.following, where(self.restart, a, b), c) for (_, a), (_, b), (_, c) in triples]
-        )
+        return select(self.following, select(self.restart, resting, moved), held)
 
 
 @dataclass(frozen=True)

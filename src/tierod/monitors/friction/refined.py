@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 from math import inf
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
-from tierod.core.block import rebuild, skeleton, values_of
+from tierod.core.block import skeleton, values_of
 from tierod.core.errors import ParameterError
-from tierod.core.graph.maths import absolute, all_of, both, present, sign, sqrt, where
+from tierod.core.graph.maths import absolute, all_of, both, present, select, sign, sqrt, where
 from tierod.methods.estimators.gaussian import GaussianFilter
 from tierod.methods.estimators.shapes import Belief
 from tierod.methods.filters.each import EachSignal
@@ -209,8 +209,8 @@ class RefinedFrictionMonitor:
         )
         # The last element of the packed covariance is the variance of the friction torque.
         covariance = (*start.covariance[:-1], known.covariance[-1])
-        belief = Belief(_chosen(anew, mean, known.mean), _chosen(anew, covariance, known.covariance))
-        return belief, _chosen(anew, sample, state.before), where(anew, 0.0, state.running_time)
+        belief = Belief(select(anew, mean, known.mean), select(anew, covariance, known.covariance))
+        return belief, select(anew, sample, state.before), where(anew, 0.0, state.running_time)
 
     def _filtered(self, memory: Any, sample: Any) -> tuple[Any, Any]:
         """The signals after the low-pass; missing ones stay missing."""
@@ -227,7 +227,3 @@ class RefinedFrictionMonitor:
         driver, *others = self.filter.input_noise
         extra = self.sticking.torque_deviation * self.sticking.torque_deviation
         return where(stands, 0.0, sign(rate)), (where(stands, driver + extra, driver), *others)
-
-
-def _chosen(condition: Any, taken: Any, otherwise: Any) -> Any:
-    return rebuild(otherwise, [where(condition, a, b) for a, b in zip(taken, otherwise, strict=True)])

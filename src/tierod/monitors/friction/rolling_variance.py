@@ -7,7 +7,7 @@ from typing import Annotated, NamedTuple
 
 from tierod.core.block import Scalar
 from tierod.core.errors import ParameterError
-from tierod.core.graph.maths import both, maximum, present, where
+from tierod.core.graph.maths import both, maximum, present, select, where
 
 
 class Moments(NamedTuple):
@@ -75,11 +75,11 @@ class RollingVariance:
         seen = state.seen + 1.0
         full = seen >= float(self.block_samples)
         moved = (*state.window[1:], moments)
-        window = tuple(_select(full, new, old) for new, old in zip(moved, state.window, strict=True))
+        window = select(full, moved, state.window)
         merged = _NONE
         for block in window:
             merged = _merge(merged, block)
-        after = self.State(where(full, 0.0, seen), _select(full, _NONE, moments), window, merged)
+        after = self.State(where(full, 0.0, seen), select(full, _NONE, moments), window, merged)
         enough = merged.number >= 2.0
         variance = merged.squares / where(enough, merged.number - 1.0, 1.0)
         return after, self.Spread(where(enough, variance, 0.0), merged.number)
@@ -90,14 +90,10 @@ def _with(moments: Moments, value: Scalar, counted: Scalar) -> Moments:
     away = value - moments.mean
     mean = moments.mean + away / count
     added = Moments(count, mean, moments.squares + away * (value - mean))
-    return _select(counted, added, moments)
+    return select(counted, added, moments)
 
 
 def _merge(a: Moments, b: Moments) -> Moments:
     count = a.number + b.number
     away, share = b.mean - a.mean, b.number / maximum(count, 1.0)
     return Moments(count, a.mean + away * share, a.squares + b.squares + away * away * a.number * share)
-
-
-def _select(condition: Scalar, taken: Moments, otherwise: Moments) -> Moments:
-    return Moments(*(where(condition, a, b) for a, b in zip(taken, otherwise, strict=True)))

@@ -7,7 +7,7 @@ from typing import Annotated, NamedTuple
 
 from tierod.core.block import Scalar
 from tierod.core.fields import POSITIVE, check_ranges
-from tierod.core.graph.maths import absolute, all_of, both, maximum, minimum, negated, present, where
+from tierod.core.graph.maths import absolute, all_of, both, maximum, minimum, negated, present, select, where
 from tierod.methods.detectors.threshold import Debounce
 from tierod.monitors.motor_angle.signals import MotorAngleSample
 from tierod.monitors.motor_angle.which_angle import MOTOR, NONE, PINION, WHEEL, Opinions, WhichAngle
@@ -68,7 +68,7 @@ class Moved(NamedTuple):
         """The state after a new value, where angles are compared; travel restarts where they agree."""
         step = value - self.last
         new = Moved(value, step, where(agrees, 0.0, self.travel + absolute(step)))
-        return Moved(*(where(compares, a, b) for a, b in zip(new, self, strict=True)))
+        return select(compares, new, self)
 
 
 @dataclass(frozen=True)

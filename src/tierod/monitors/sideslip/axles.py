@@ -8,7 +8,7 @@ from typing import Annotated, NamedTuple
 
 from tierod.core.block import Scalar
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE
-from tierod.core.graph.maths import exp, where
+from tierod.core.graph.maths import exp, select
 from tierod.physics.single_track import front_slip_speed, rear_slip_speed
 from tierod.vehicles.uncertain import held_deviation
 from tierod.vehicles.vehicle import Vehicle
@@ -83,7 +83,7 @@ class Axles:
             front + exp(-rolled / self.front_relaxation) * (before.front_late - front),
             rear + exp(-rolled / self.rear_relaxation) * (before.rear_late - rear),
         )
-        return Slips(*(where(running, new, old) for new, old in zip(after, before, strict=True)))
+        return select(running, after, before)
 
     def variance(self, slips: Slips) -> Scalar:
         """Variance of the sideslip angle [rad2] from errors of stiffness and trail and from neglected tyre lag."""

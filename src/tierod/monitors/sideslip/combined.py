@@ -13,7 +13,7 @@ from typing import Annotated, NamedTuple, Self
 from tierod.core.block import Scalar, Tree
 from tierod.core.errors import ParameterError
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE
-from tierod.core.graph.maths import absolute, both, either, limit, log, maximum, present, sqrt, where
+from tierod.core.graph.maths import absolute, both, either, limit, log, maximum, present, select, sqrt, where
 from tierod.methods.detectors.control_charts import HeldThreshold
 from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.methods.estimators.kernels import correct
@@ -240,7 +240,7 @@ class CombinedSideslip:
         misfit = self._smoothed(state.misfit, per_reading, PATIENCE)
         skids = absolute(belief.mean.lateral_speed) > MOST_SIDESLIP * maximum(inputs.vehicle_speed, SLOW)
         lost = either(misfit > self.most_misfit, both(self._adapts(state), skids))
-        belief = self._restarted(belief._replace(mean=self._kept(belief.mean, lateral)), lost)
+        belief = select(lost, self.filter.init(), belief._replace(mean=self._kept(belief.mean, lateral)))
         known = both(running, present(sample.road_wheel_angle))
         after = CombinedState(
             belief,
@@ -355,13 +355,6 @@ class CombinedSideslip:
         sample_time: Scalar = self.filter.parameters.sample_time
         share = sample_time / (time + sample_time)
         return where(present(value), before + share * (where(present(value), value, before) - before), before)
-
-    def _restarted(self, belief: Belief, lost: Scalar) -> Belief:
-        """The belief, or the initial one where the filter is lost."""
-        start = self.filter.init()
-        mean = [where(lost, first, now) for first, now in zip(start.mean, belief.mean, strict=True)]
-        pairs = zip(start.covariance, belief.covariance, strict=True)
-        return Belief(type(belief.mean)(*mean), tuple(where(lost, first, now) for first, now in pairs))
 
     def _kept(self, mean: Tree, lateral: Scalar) -> Tree:
         """The mean with every factor held within the bounds of its prior.

@@ -10,7 +10,7 @@ import numpy as np
 from tierod.core.block import Scalar, Tree, Truth
 from tierod.core.errors import ParameterError, nearest
 from tierod.core.fields import POSITIVE, check_ranges
-from tierod.core.graph.maths import all_of, arctan2, both, either, hypot, limit, present, sqrt, where
+from tierod.core.graph.maths import all_of, arctan2, both, either, hypot, limit, present, select, sqrt, where
 from tierod.methods.estimators.linear_algebra import add
 from tierod.methods.estimators.pole_placement import discrete_poles, observer_gain
 from tierod.models.linear import LinearSystem, sampled
@@ -128,7 +128,7 @@ class FeedforwardAngle:
             StatorVector(sample.motor_current_alpha, sample.motor_current_beta),
             self._has_current(sample),
         )
-        kept = StatorVector(*(where(complete, new, old) for new, old in zip(current, state.current, strict=True)))
+        kept = select(complete, current, state.current)
         sensed = where(present(sample.motor_angle_mechanical), sample.motor_angle_mechanical, state.sensed)
         known, speed = where(complete, 1.0, 0.0), turning.electrical_speed
         return FeedforwardState(emf, kept, known, speed, turning.lagging, sensed, begun), turning
@@ -260,7 +260,7 @@ class FeedforwardWithLoad:
         shift = where(usable, away, 0.0)
         rotor = RotorState(*add(rotor, tuple(gain * shift for gain in self.gain)))
         begun = inner.begun
-        rotor = RotorState(*(where(begun, new, old) for new, old in zip(rotor, state.rotor, strict=True)))
+        rotor = select(begun, rotor, state.rotor)
         rotor = rotor._replace(angle=where(first, sample.motor_angle_mechanical, rotor.angle))
         away_from_sensor = residual(begun, sample, rotor.angle, p.motor_pole_pairs)
         output = output_class("motor_load_torque", "standing")(

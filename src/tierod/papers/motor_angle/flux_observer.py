@@ -7,7 +7,7 @@ from typing import Annotated, NamedTuple
 
 from tierod.core.block import Scalar, Tree
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE, check_ranges
-from tierod.core.graph.maths import absolute, all_of, both, either, limit, present, where
+from tierod.core.graph.maths import absolute, all_of, both, either, limit, present, select, where
 from tierod.models.stator_frame_motor import SampledMotorParameters
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
 from tierod.papers.motor_angle.printed_observers import WIDEST, Sample, flux_rate, fresh, output_class, residual
@@ -118,8 +118,8 @@ class FluxObserver:
             where(first, p.motor_flux * axis + own, where(state.begun, new, old))
             for axis, own, new, old in zip(rotor, made, after.flux, state.flux, strict=True)
         ]
-        current = [where(known, new, old) for new, old in zip(after.current, state.current, strict=True)]
+        current = select(known, after.current, state.current)
         angle = where(first, at, where(state.begun, after.angle, state.angle))
         speed = where(state.begun, after.speed, state.speed)
         known = where(known, 1.0, 0.0)
-        return FluxState(StatorVector(*flux), StatorVector(*current), known, angle, speed, begun)
+        return FluxState(StatorVector(*flux), current, known, angle, speed, begun)

@@ -9,9 +9,9 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from tierod.core.block import Scalar, Tree, Truth, named_tuple, skeleton
+from tierod.core.block import Scalar, Tree, named_tuple, skeleton
 from tierod.core.errors import ParameterError
-from tierod.core.graph.maths import both, present, where
+from tierod.core.graph.maths import both, present, select, where
 from tierod.core.model import Model
 from tierod.methods.estimators.pole_placement import place
 from tierod.models.linear import LinearSystem, Matrices, as_model, sampled
@@ -155,14 +155,10 @@ class LinearSpeed:
         x = self.model.transition(before.x, mean, self.parameters)
         estimate = self.model.output(x, self.model.Input(voltage.q, current.q), self.parameters)
         kept = where(present(current.q), current.q, before.current)
-        after = LinearMemory(_chosen(whole, x, before.x), _chosen(whole, estimate, before.estimate), kept)
+        after = LinearMemory(select(whole, x, before.x), select(whole, estimate, before.estimate), kept)
         return after, tuple(after.estimate)
 
 
 @lru_cache(maxsize=32)
 def _numbers(names: tuple[str, ...]) -> type:
     return named_tuple("Numbers", [(name, Annotated[float, ""]) for name in names])
-
-
-def _chosen(condition: Truth, taken: Tree, otherwise: Tree) -> Tree:
-    return type(taken)(*(where(condition, a, b) for a, b in zip(taken, otherwise, strict=True)))

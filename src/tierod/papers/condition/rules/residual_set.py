@@ -8,7 +8,7 @@ from typing import Annotated, NamedTuple
 
 from tierod.core.block import Scalar, Tree
 from tierod.core.fields import POSITIVE
-from tierod.core.graph.maths import absolute, all_of, both, maximum, minimum, present, where
+from tierod.core.graph.maths import absolute, all_of, both, maximum, minimum, present, select, where
 from tierod.methods.estimators import KalmanFilter, UnscentedFilter
 from tierod.methods.estimators.shapes import Belief
 from tierod.methods.filters.each import InputHold
@@ -165,7 +165,7 @@ class ResidualSet:
             where(complete, held.steering_shaft_torque, 0.0), where(complete, held.tie_rod_force, 0.0)
         )
         ahead = self.angle.model.transition(state, inputs, self.angle.parameters)
-        return type(ahead)(*(where(complete, new, old) for new, old in zip(ahead, state, strict=True)))
+        return select(complete, ahead, state)
 
     def _turning(self, state: Belief, held: Measured, now: Measured) -> tuple[Belief, SingleTrack.State]:
         """Advances the lateral filter by one sample; its speed is the mean of the rear wheels, limited from below."""
