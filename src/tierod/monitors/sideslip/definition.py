@@ -116,8 +116,8 @@ SIDESLIP = Monitor(
     title="Sideslip of the vehicle",
     summary="Estimates the sideslip angle and the aligning torque of the front tyres, with their uncertainty.",
     source=PAPER,
-    drive=f"Forward driving with a steering angle for at least {LEAST_ENABLED:g} s; some minutes with bends to both sides "
-    "let it learn stiffnesses and offsets, and test the vehicle file.",
+    drive=f"Forward driving with a steering angle for at least {LEAST_ENABLED:g} s; some minutes with bends to both "
+    "sides let it learn stiffnesses and offsets, and test the vehicle file.",
     required=("vehicle_speed", "yaw_rate"),
     optional=(*JUDGED, *TRUTHS),
     rests_on=("road_wheel_angle", "steering_wheel_angle", "lateral_acceleration"),
