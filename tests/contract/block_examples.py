@@ -271,3 +271,38 @@ EXAMPLES: dict[type, Callable[[], Any]] = {
     ),
 }
 """Class -> a function that builds an example."""
+
+_OF_COMPOSITES: dict[type, tuple[type, ...]] = {
+    RulesWithReaction: (
+        RuleMonitor,
+        AllResiduals,
+        ResidualSet,
+        ActuatorSet,
+        SteeringSignals,
+        AdaptiveSpeed,
+        RuleDiagnosis,
+        LostShares,
+        DebounceCounters,
+        Switchover,
+    ),
+    DriverTorqueMonitor: (ColumnObserver, StationaryBank, Starting, HandsMonitor, WheelAcceleration, ColumnSigns),
+    FrictionMonitor: (PreslidingFrictionFilter, FrictionVerdict, SteeringConditioning),
+    MotorAngleMonitor: (
+        MotorAngleObserver,
+        SensorComparison,
+        ResidualGate,
+        Increments,
+        Stuck,
+        NotFollowing,
+        ElectricalChecks,
+        MotorVoltages,
+    ),
+    AnglePlausibility: (WhichAngle,),
+    DelayedHandTorque: (FixedLag,),
+    SideslipMonitor: (TwoStageKalman,),
+    SteeringController: (DriverIntervention, PositionControl),
+    LeaveOutFilter: (WhitenedInnovations,),
+}
+
+WITHIN = {part: composite for composite, parts in _OF_COMPOSITES.items() for part in parts}
+"""Block -> an example that contains it, or all that it is made of: compiled by itself it runs the same steps."""

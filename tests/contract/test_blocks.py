@@ -7,12 +7,13 @@ import importlib
 import inspect
 import pkgutil
 import subprocess
+from functools import lru_cache
 
 import numpy as np
 import pytest
 
 import tierod
-from contract.block_examples import BASES, EXAMPLES, PARTS, SET_UPS
+from contract.block_examples import BASES, EXAMPLES, PARTS, SET_UPS, WITHIN
 from tierod.core.block import leaves, rebuild, skeleton, tuning, units, with_tuning
 from tierod.core.graph import Stream, batch, scan, trace
 from tierod.core.graph.bank_graph import BankGraph
@@ -22,15 +23,29 @@ from tierod.core.graph.printer import print_lanes
 
 COUNT = 600
 
+STRICT = ("-std=c99", "-pedantic", "-Wall", "-Wextra", "-Wno-unknown-pragmas", "-Werror")
+
 
 @pytest.fixture(scope="module", autouse=True)
 def compiled_in_a_moment():
-    """What is printed counts here; kernels as shipped, which compile six times as long, run in core/graph."""
+    """What is printed counts here; kernels as shipped, which compile six times as long, run in core/graph.
+
+    Every kernel is compiled without a warning, or the test that runs it fails.
+    """
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("TIEROD_CFLAGS", "-O0")
+        patch.setenv("TIEROD_CFLAGS", " ".join(("-O0", *STRICT)))
+        if compiler() is not None:
+            patch.setenv("TIEROD_ENGINE", "compiled")
+        patch.setattr("tierod.core.graph.kernel.print_c", printed)
+        patch.setattr("tierod.core.graph.virtual_machine.BLOCK", 100)  # some of the samples in blocks, the rest singly
         _attempted.cache_clear()
         yield
     _attempted.cache_clear()  # later tests of the same process run faster kernels
+    printed.cache_clear()
+
+
+printed = lru_cache(maxsize=None)(print_c)
+"""C of a graph, printed once."""
 
 
 def blocks() -> list[type]:
@@ -57,13 +72,41 @@ def samples_of(block) -> np.ndarray:
     width = len(list(leaves(skeleton(block.Sample))))
     values = random.normal(size=(COUNT, width)).cumsum(axis=0) * 0.05 + random.normal(size=(COUNT, width)) * 0.3
     values[random.random(values.shape) < 0.03] = np.nan
-    values[200:230] = np.nan
+    values[4] = values[200:230] = np.nan
     return values
 
 
-@pytest.fixture(params=blocks(), ids=lambda kind: kind.__name__)
+KINDS = blocks()
+
+
+@pytest.fixture(scope="module", params=KINDS, ids=lambda kind: kind.__name__)
 def block(request):
     return example(request.param)
+
+
+@pytest.fixture(
+    scope="module",
+    params=[pytest.param(kind, marks=[pytest.mark.slow] if kind in WITHIN else []) for kind in KINDS],
+    ids=lambda kind: kind.__name__,
+)
+def whole(request):
+    """A block that no other example contains; the others are compiled with it."""
+    return example(request.param)
+
+
+def inner(value) -> set[type]:
+    """Kinds of all blocks within a block."""
+    if dataclasses.is_dataclass(value):
+        fields = [getattr(value, field.name) for field in dataclasses.fields(value)]
+        return {type(each) for each in fields}.union(*map(inner, fields))
+    return {type(each) for each in value}.union(*map(inner, value)) if isinstance(value, tuple) else set()
+
+
+@pytest.mark.parametrize(("part", "composite"), WITHIN.items(), ids=lambda kind: kind.__name__)
+def test_what_is_left_to_a_composite_block_is_part_of_it(part, composite):
+    assert composite not in WITHIN
+    there = {composite} | inner(example(composite))
+    assert part in there or inner(example(part)) <= there
 
 
 def test_it_is_frozen_and_its_signals_are_named(block):
@@ -76,10 +119,10 @@ def test_it_is_frozen_and_its_signals_are_named(block):
     )
 
 
-def test_every_driver_gives_the_same_numbers(block):
-    samples = samples_of(block)
-    offline = scan(block, samples)
-    live = Stream(block)
+def test_every_driver_gives_the_same_numbers(whole):
+    samples = samples_of(whole)
+    offline = scan(whole, samples)
+    live = Stream(whole)
     pushed = np.empty_like(offline.values)
     for row, out in zip(samples, pushed, strict=True):
         live.inputs[:] = row
@@ -87,34 +130,43 @@ def test_every_driver_gives_the_same_numbers(block):
         out[:] = live.outputs
     np.testing.assert_array_equal(pushed, offline.values)
     backwards = samples[::-1][:300]
-    alone = (offline.values, scan(block, backwards).values)
-    for number, lane in enumerate(batch(block, [samples, backwards] * 8)):
+    alone = (offline.values, scan(whole, backwards).values)
+    for number, lane in enumerate(batch(whole, [samples, backwards] * 8)):
         np.testing.assert_array_equal(lane.values, alone[number % 2])
 
 
-def test_plain_floats_and_the_virtual_machine_agree_with_compiled_code(block):
-    samples = samples_of(block)[:250]
-    compiled = scan(block, samples)
-    interpreted = scan(block, samples, engine="virtual machine")
-    np.testing.assert_allclose(interpreted.values, compiled.values, rtol=1e-6, atol=1e-9)
+def test_the_virtual_machine_agrees_with_compiled_code(whole):
+    samples = samples_of(whole)[:250]
+    interpreted = scan(whole, samples, engine="virtual machine")
+    np.testing.assert_allclose(interpreted.values, scan(whole, samples).values, rtol=1e-6, atol=1e-9)
+
+
+def test_plain_floats_agree_with_the_virtual_machine(block):
     if trace(block).rings:
         return  # plain floats need a driver that turns the delay lines: tests/graph/test_drivers.py
+    samples = samples_of(block)[:8]
     state, sample = block.init(), skeleton(block.Sample)
-    for row, expected in zip(samples[:20], compiled.values, strict=False):
+    for row, expected in zip(samples, scan(block, samples, engine="virtual machine").values, strict=True):
         state, output = block.step(state, rebuild(sample, row.tolist()))
         np.testing.assert_allclose([value for _, value in leaves(output)], expected, rtol=1e-6, atol=1e-9)
 
 
+def engine_of(block) -> str:
+    """A part of a composite block is compiled with that one alone."""
+    return "virtual machine" if type(block) in WITHIN else "auto"
+
+
 def test_missing_samples_never_reach_the_state(block):
+    engine = engine_of(block)
     clean = np.nan_to_num(samples_of(block))
     holed = clean.copy()
     holed[100:130] = np.nan
     holed[200:260, 0] = np.nan
     holed[0:3] = np.inf
-    after = scan(block, holed).values[-100:]
-    assert (np.isfinite(after) | ~np.isfinite(scan(block, clean).values[-100:])).all()
-    nothing = scan(block, np.full_like(clean, np.nan))
-    assert np.isfinite(scan(block, clean, nothing.state).values[-1]).any()
+    after = scan(block, holed, engine=engine).values[-100:]
+    assert (np.isfinite(after) | ~np.isfinite(scan(block, clean, engine=engine).values[-100:])).all()
+    nothing = scan(block, np.full_like(clean, np.nan), engine=engine)
+    assert np.isfinite(scan(block, clean, nothing.state, engine=engine).values[-1]).any()
 
 
 def test_tuning_does_not_shape_the_graph(block):
@@ -123,32 +175,20 @@ def test_tuning_does_not_shape_the_graph(block):
 
 
 def test_a_run_can_be_cut_anywhere(block):
-    samples = samples_of(block)
-    whole, first = scan(block, samples), scan(block, samples[:211])
-    second = scan(block, samples[211:], first.state)
-    np.testing.assert_array_equal(np.vstack([first.values, second.values]), whole.values)
-
-
-STRICT = (
-    "-std=c99",
-    "-pedantic",
-    "-Wall",
-    "-Wextra",
-    "-Wno-unknown-pragmas",
-    "-Werror",
-    "-fsyntax-only",
-    "-x",
-    "c",
-    "-",
-)
+    samples, engine = samples_of(block), engine_of(block)
+    at_once, first = scan(block, samples, engine=engine), scan(block, samples[:211], engine=engine)
+    second = scan(block, samples[211:], first.state, engine=engine)
+    np.testing.assert_array_equal(np.vstack([first.values, second.values]), at_once.values)
 
 
 @pytest.mark.skipif(compiler() is None, reason="no C compiler")
-def test_its_c_is_clean_in_double_and_single_precision(block):
-    graph = trace(block)
+def test_its_c_is_clean_in_single_precision_and_in_lanes_with_tunings_of_their_own(whole):
+    """All else that is printed is compiled with the same options in the tests above."""
+    graph = trace(whole)
+    check = [*compiler(), *STRICT, "-fsyntax-only", "-x", "c", "-"]
     lanes = () if isinstance(graph, BankGraph) else ((print_lanes(graph, True),),)
-    for source, *extra in ((print_c(graph),), (print_c(graph), "-DTIEROD_FLOAT32"), *lanes):
-        run = subprocess.run([*compiler(), *STRICT, *extra], input=source, capture_output=True, text=True, check=False)
+    for source, *extra in ((printed(graph), "-DTIEROD_FLOAT32"), *lanes):
+        run = subprocess.run([*check, *extra], input=source, capture_output=True, text=True, check=False)
         assert run.returncode == 0, run.stderr
 
 
