@@ -11,10 +11,10 @@ from attack.pool import Pool
 from attack.seeds import seeds, user_files
 from attack.targets import BESIDE, FILE, FITTING, READERS, TARGETS, Case, case
 
-COUNT = 3
+COUNT = 2
 """Cases of each target in the suite: a few seconds for all of them. `make attack` runs thousands."""
 
-FEW = 2
+FEW = 1
 """Cases of formats each of which takes a process of its own."""
 
 PROCESSES = ("mdf", "process")

@@ -77,7 +77,9 @@ def test_a_folder_that_others_may_write_is_not_used(tmp_path, folder):
     assert list(folder.iterdir()) == []
 
 
-SCRIPT = """
+TASKS = 30
+
+SCRIPT = f"""
 import sys
 from functools import partial
 from pathlib import Path
@@ -86,7 +88,7 @@ from tierod.experiments.effort import Effort
 
 if __name__ == "__main__":
     with Effort(processes=2).kept(Path(sys.argv[1])) as effort:
-        effort.made(partial(noted, sys.argv[2], pause=0.05), list(range(60)))
+        effort.made(partial(noted, sys.argv[2], pause=0.05), list(range({TASKS})))
 """
 
 
@@ -100,8 +102,8 @@ def test_a_study_that_is_killed_goes_on_where_it_was(tmp_path, folder):
     process.send_signal(signal.SIGKILL)
     process.wait()
     left = len(list(folder.glob("result-*.kernel")))
-    assert 10 <= left < 60
+    assert 10 <= left < TASKS
     time.sleep(0.5)  # the workers see that their parent is gone
     log.unlink()
     assert subprocess.run([sys.executable, script, folder, log], env=environment(), check=False).returncode == 0
-    assert len(log.read_text().split()) == 60 - left
+    assert len(log.read_text().split()) == TASKS - left

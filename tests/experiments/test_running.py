@@ -237,8 +237,8 @@ if __name__ == "__main__":
     store = Store(Path(sys.argv[1]))
     store.prepare()
     with store.alone():
-        scenarios = [ToyScenario(seed=n, faults=(FAULT,) if n % 2 else (), duration=40.0) for n in range(10)]
-        run(plan(*scenarios), store, Executor(2))
+        scenarios = [ToyScenario(seed=n, faults=(FAULT,) if n % 2 else (), duration=40.0) for n in range(8)]
+        run(plan(*scenarios), store, Executor(1))
 """
 
 
@@ -253,11 +253,11 @@ def finished(store):
 def test_a_campaign_that_is_killed_again_and_again_ends_as_if_nothing_had_been(tmp_path):
     script = tmp_path / "campaign.py"
     script.write_text(SCRIPT)
-    scenarios = [ToyScenario(seed=n, faults=(FAULT,) if n % 2 else (), duration=40.0) for n in range(10)]
+    scenarios = [ToyScenario(seed=n, faults=(FAULT,) if n % 2 else (), duration=40.0) for n in range(8)]
     undisturbed = prepared(tmp_path / "whole")
     ran(undisturbed, plan(*scenarios))
     whole = contents(undisturbed)
-    assert len(whole) == 30
+    assert len(whole) == 24
     broken = Store(tmp_path / "broken")
     for kills in range(1, 3):
         process = started(script, broken.folder)
@@ -266,7 +266,7 @@ def test_a_campaign_that_is_killed_again_and_again_ends_as_if_nothing_had_been(t
             time.sleep(0.005)
         process.send_signal(signal.SIGKILL)
         assert process.wait() == -signal.SIGKILL
-    assert 4 <= len(finished(broken)) < 10
+    assert 4 <= len(finished(broken)) < 8
     left = broken.folder / "verdicts" / ".half.0123456789ab.json"
     write_text(left, '{"schema": ')
     assert started(script, broken.folder).wait() == 0

@@ -153,8 +153,8 @@ def test_judging_in_a_thread_gives_the_same(tmp_path, monkeypatch):
         overlapped.append(beside.engine.tally.frames - before)
 
     monkeypatch.setattr(beside.engine, "work", slow)
-    for begin in range(0, len(frames), 10):
-        driven(beside, inbox, frames[begin : begin + 10])
+    for begin in range(0, len(frames), 20):
+        driven(beside, inbox, frames[begin : begin + 20])
         time.sleep(0.01)
     assert max(overlapped) > 50, "ticks took frames while a piece was judged"
     for name in ("friction", "sideslip"):
@@ -220,7 +220,7 @@ def multicast():
 def test_a_session_over_multicast_that_is_ended(tmp_path, multicast, ending):
     database_file(tmp_path)
     process = _live(tmp_path, "--checkpoint", str(tmp_path / "state.json"))
-    log, frames = tmp_path / "log.mf4", frames_of_drive(tmp_path, 6.0)
+    log, frames = tmp_path / "log.mf4", frames_of_drive(tmp_path, 3.0)
     begun = time.monotonic()
     # The first frames come while the session starts; they are sent again until the log is there.
     while not log.exists() and time.monotonic() < begun + 60.0:
