@@ -55,14 +55,14 @@ def test_a_threshold_measured_on_a_healthy_recording(healthy, tmp_path, capsys):
 
 
 def test_a_likelihood_ratio_is_measured_on_simulated_residuals_and_says_so(capsys):
-    wish = ["design", "detector", "--false-alarms", "1 per 100 s", "--shift", "0.4", "--rate", "100", "--sigma", "0.4"]
+    wish = ["design", "detector", "--false-alarms", "1 per 20 s", "--shift", "0.4", "--rate", "100", "--sigma", "0.4"]
     assert main([*wish, "--rule", "likelihood-ratio", "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert found["simulated"]
     assert not found["extrapolated"]
-    # One window of n samples alone: 2 (1 - Phi(sqrt(2 h))) per sample, at 10 000 samples 7.6; six of them need more.
-    assert 7.6 < found["threshold"] < 11.0
-    wish[wish.index("1 per 100 s")] = "1 per 10 s"
+    # One window of n samples alone: 2 (1 - Phi(sqrt(2 h))) per sample, at 2 000 samples 6.05; six of them need more.
+    assert 6.05 < found["threshold"] < 9.0
+    wish[wish.index("1 per 20 s")] = "1 per 10 s"
     assert main([*wish, "--rule", "likelihood-ratio"]) == 0
     assert "White residuals were simulated" in capsys.readouterr().out
 

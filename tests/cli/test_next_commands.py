@@ -9,8 +9,10 @@ from tierod.proving_ground.scenarios import load, shipped
 
 LONG = ("country-drive-friction-ramp", "demonstrator-healthy", "mixed-drive-friction-step", "mixed-drive-healthy",
         "worn-sensors-in-town", "hot-motor-in-town", "active-front-steering-drive", "column-bench-locked-sweep",
-        "column-bench-ramps", "column-bench-sweep")  # fmt: skip
-"""Scenarios that take seconds to drive or to judge."""
+        "column-bench-ramps", "column-bench-sweep", "motor-bench-multisine", "parking-large-car", "demonstrator-lap",
+        "column-bench-hands", "steer-by-wire-sideslip")  # fmt: skip
+"""Scenarios that take long to drive or to judge; others lead to the same monitors, or pages of the documentation run
+the same commands."""
 
 CASES = [pytest.param(name, marks=pytest.mark.slow if name in LONG else ()) for name in shipped()]
 

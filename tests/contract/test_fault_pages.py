@@ -113,7 +113,14 @@ MAKERS = {
     "motor-angle": motor_angle,
     "condition": condition,
 }
-CASES = [(monitor, variant) for monitor in MONITORS for variant in MONITORS[monitor].variants]
+OTHER_THRESHOLDS = (("condition", "rules-discriminating"), ("condition", "rules-printed"))
+"""Variants that have the structure of "rules", whose page is looked at always."""
+
+CASES = [
+    pytest.param(monitor, variant, marks=pytest.mark.slow if (monitor, variant) in OTHER_THRESHOLDS else ())
+    for monitor in MONITORS
+    for variant in MONITORS[monitor].variants
+]
 
 ELECTRICAL = {
     "supply low": ("supply_voltage", lambda x: x - 6.0),

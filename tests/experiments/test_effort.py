@@ -105,5 +105,6 @@ def test_a_study_that_is_killed_goes_on_where_it_was(tmp_path, folder):
     assert 10 <= left < TASKS
     time.sleep(0.5)  # the workers see that their parent is gone
     log.unlink()
-    assert subprocess.run([sys.executable, script, folder, log], env=environment(), check=False).returncode == 0
+    with Effort(processes=1).kept(folder) as effort:
+        assert effort.made(partial(noted, str(log), pause=0.05), list(range(TASKS))) == [n * n for n in range(TASKS)]
     assert len(log.read_text().split()) == TASKS - left

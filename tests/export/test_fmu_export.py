@@ -127,6 +127,21 @@ def watch():
     return subject_of_block("watch", Watch(), 100.0, "A watch")
 
 
+@pytest.fixture(scope="module")
+def watches(watch, tmp_path_factory):
+    """Model and path of a unit of the watch, by version."""
+    return {version: unit(watch, version, tmp_path_factory.mktemp("watch")) for version in (2, 3)}
+
+
+@pytest.fixture(scope="module")
+def benches(tmp_path_factory):
+    """Model and path of a unit of a bench, by version."""
+    bench = ColumnBench()
+    subject = subject_of_block("plant", bench, 1.0 / bench.step_time, "A bench")
+    folder, starts = tmp_path_factory.mktemp("bench"), usual_inputs(bench)
+    return {version: unit(subject, version, folder, starts, present=True) for version in (2, 3)}
+
+
 @pytest.mark.parametrize("version", [2, 3])
 def test_a_monitor_is_valid_and_states_what_scan_states(friction, tmp_path, version):
     from fmpy.validation import validate_fmu
@@ -143,13 +158,13 @@ def test_a_monitor_is_valid_and_states_what_scan_states(friction, tmp_path, vers
 
 
 @pytest.mark.parametrize("version", [2, 3])
-def test_a_plant_gives_its_outputs_at_the_instant_of_its_inputs(tmp_path, version):
+def test_a_plant_gives_its_outputs_at_the_instant_of_its_inputs(benches, tmp_path, version):
     from fmpy.validation import validate_fmu
 
     bench = ColumnBench()
-    subject = subject_of_block("plant", bench, 1.0 / bench.step_time, "A bench")
     starts = usual_inputs(bench)
-    model, path = unit(subject, version, tmp_path, starts, present=True)
+    model, path = benches[version]
+    subject = model.face.subject
     assert validate_fmu(str(path)) == []
     inputs = np.tile([starts[name] for name in subject.graph.sample], (800, 1))
     place = next(k for k, name in enumerate(subject.graph.sample) if "torque" in name or "angle" in name)
@@ -164,9 +179,9 @@ def test_a_plant_gives_its_outputs_at_the_instant_of_its_inputs(tmp_path, versio
     assert worst_share(found, wanted).max() <= 1e-12
 
 
-def test_every_function_of_the_standard_is_exported(watch, tmp_path):
+def test_every_function_of_the_standard_is_exported(watches, tmp_path):
     for version in (2, 3):
-        _, path = unit(watch, version, tmp_path)
+        _, path = watches[version]
         instance = Instance(path, tmp_path / str(version))
         text = standard_headers(version)[f"fmi{version}Functions.h"]
         names = set(re.findall(rf"#define (fmi{version}\w+)\s+fmi{version}FullName", text))
@@ -189,9 +204,9 @@ def test_the_sources_compile_without_a_warning(watch, tmp_path):
         assert done.returncode == 0, done.stderr[:2000]
 
 
-def test_a_state_is_kept_restored_and_written(watch, tmp_path):
+def test_a_state_is_kept_restored_and_written(watches, tmp_path):
     for version in (2, 3):
-        model, path = unit(watch, version, tmp_path)
+        model, path = watches[version]
         instance = Instance(path, tmp_path / str(version))
         instance.begin()
         instance.begun()
@@ -209,8 +224,8 @@ def test_a_state_is_kept_restored_and_written(watch, tmp_path):
         instance.end()
 
 
-def test_a_tunable_parameter_acts_from_the_next_step_and_a_fixed_one_before_the_first(watch, tmp_path):
-    model, path = unit(watch, 3, tmp_path)
+def test_a_tunable_parameter_acts_from_the_next_step_and_a_fixed_one_before_the_first(watches, tmp_path):
+    model, path = watches[3]
     kinds = {each.name: each.kind for each in model.variables}
     assert kinds["limit"] == kinds["memory"] == "tunable"
     assert "sample_time" not in kinds
@@ -226,8 +241,8 @@ def test_a_tunable_parameter_acts_from_the_next_step_and_a_fixed_one_before_the_
     instance.end()
 
 
-def test_a_communication_step_of_any_length_takes_the_samples_that_fall_into_it(watch, tmp_path):
-    model, path = unit(watch, 3, tmp_path)
+def test_a_communication_step_of_any_length_takes_the_samples_that_fall_into_it(watches, tmp_path):
+    model, path = watches[3]
     fine, coarse = Instance(path, tmp_path / "fine"), Instance(path, tmp_path / "coarse")
     for instance in (fine, coarse):
         instance.begin()
@@ -247,8 +262,8 @@ def wrong(instance, action, *arguments):
     return instance.messages[-1]
 
 
-def test_what_is_wrong_is_said_in_a_message(watch, tmp_path):
-    _, path = unit(watch, 3, tmp_path)
+def test_what_is_wrong_is_said_in_a_message(watches, tmp_path):
+    _, path = watches[3]
     instance = Instance(path, tmp_path)
     assert "a step follows initialization" in wrong(instance, instance.step, 0.01)
     instance.begin(stop=1.0)
@@ -262,10 +277,9 @@ def test_what_is_wrong_is_said_in_a_message(watch, tmp_path):
     instance.end()
 
 
-def test_a_plant_that_diverges_and_a_step_that_does_not_fit_are_named(tmp_path):
+def test_a_plant_that_diverges_and_a_step_that_does_not_fit_are_named(benches, tmp_path):
     bench = ColumnBench()
-    subject = subject_of_block("plant", bench, 1.0 / bench.step_time, "A bench")
-    model, path = unit(subject, 3, tmp_path, usual_inputs(bench), present=True)
+    model, path = benches[3]
     instance = Instance(path, tmp_path)
     instance.begin()
     instance.begun()
@@ -276,18 +290,16 @@ def test_a_plant_that_diverges_and_a_step_that_does_not_fit_are_named(tmp_path):
     instance.end()
 
 
-def test_a_parameter_out_of_its_range_is_refused(tmp_path):
-    bench = ColumnBench()
-    subject = subject_of_block("plant", bench, 1.0 / bench.step_time, "A bench")
-    model, path = unit(subject, 3, tmp_path, usual_inputs(bench), present=True)
+def test_a_parameter_out_of_its_range_is_refused(benches, tmp_path):
+    model, path = benches[3]
     chosen = next(each for each in model.of("tunable", "fixed") if each.limits.open_low and each.limits.low == 0.0)
     instance = Instance(path, tmp_path)
     assert "its range is above 0" in wrong(instance, instance.set, [chosen.name], [-1.0])
     instance.end()
 
 
-def test_a_unit_of_another_description_is_refused(watch, tmp_path):
-    _, path = unit(watch, 3, tmp_path)
+def test_a_unit_of_another_description_is_refused(watches, tmp_path):
+    _, path = watches[3]
     instance = Instance(path, tmp_path)
     make = instance.fmu.dll.fmi3InstantiateCoSimulation
     make.restype = ctypes.c_void_p
@@ -296,8 +308,8 @@ def test_a_unit_of_another_description_is_refused(watch, tmp_path):
     instance.end()
 
 
-def test_the_same_unit_is_made_of_the_same_bytes(watch, tmp_path):
-    _, first = unit(watch, 3, tmp_path)
+def test_the_same_unit_is_made_of_the_same_bytes(watch, watches, tmp_path):
+    _, first = watches[3]
     before = first.read_bytes()
     _, second = unit(watch, 3, tmp_path)
     assert second.read_bytes() == before

@@ -1,4 +1,4 @@
-"""A plug-in package is built, unpacked into a folder as pip does, and used by commands and by Python as tierod's own."""
+"""A plug-in package is built, unpacked as pip does, and used by commands and by Python as tierod's own."""
 
 import json
 import os
