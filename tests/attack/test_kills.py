@@ -1,4 +1,4 @@
-"""A handful of the kills of `attack.kills`: nothing breaks, what was finished is kept, and the next run works."""
+"""One of the kills of `attack.kills`: nothing breaks, what was finished is kept, and the next run works."""
 
 import pytest
 
@@ -10,9 +10,8 @@ BAD = ("broken", "lost", "hindered", "strays")
 
 def test_a_command_that_is_killed_breaks_and_loses_nothing(tmp_path):
     """Of all commands the one that writes most; the cache of the user is at hand, and is not emptied."""
-    found = run(2, seed=50, folder=tmp_path, names=("diagnose again",), cache=cache_folder())["diagnose again"]
-    assert found["runs"] == 2
-    assert found["killed"] >= 1, "the test kills something"
+    found = run(1, seed=50, folder=tmp_path, names=("diagnose again",), cache=cache_folder())["diagnose again"]
+    assert found["runs"] == found["killed"] == 1, "the test kills something"
     assert [found[each] for each in BAD] == [0] * 4, found
 
 

@@ -95,7 +95,7 @@ def test_a_contradiction_leaves_the_file_as_it_was(folder, capsys):
     text = guessed().replace("value = 0.069 ", "value = 0.045 ").replace("deviation = 0.003\n", "deviation = 0.0005\n")
     (folder / "wrong.toml").write_text(text, encoding="utf-8")
     target = folder / "never.toml"
-    assert identify(folder, "--vehicle", str(folder / "wrong.toml"), "-o", str(target)) == 2
+    assert identify(folder, "--vehicle", str(folder / "wrong.toml"), "-o", str(target), "--free", "steering_ratio") == 2
     assert "steering_ratio is 0.045 ± 0.0005 before" in capsys.readouterr().err
     assert not target.exists()
 

@@ -8,6 +8,7 @@ import pytest
 from shared_data import shared_data
 from tierod.cli import main
 from tierod.cli.terminal import without_advice
+from tierod.core.graph.kernel import _attempted
 from tierod.core.recording import Channel, Recording
 from tierod.core.signals import SIGNALS
 from tierod.io.readers import read
@@ -23,6 +24,16 @@ def recording(names, **values):
     channels = {name: values.get(name, rng.normal(0.0, 0.1, len(time))) for name in names}
     units = {name: SIGNALS[name].unit if name in SIGNALS else "V" for name in names}
     return Recording({name: Channel(name, time, data, units[name]) for name, data in channels.items()})
+
+
+@pytest.fixture(scope="module", autouse=True)
+def compiled_in_a_moment():
+    """Kernels for signals that no other test has together, run over seconds."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("TIEROD_CFLAGS", "-O0")
+        _attempted.cache_clear()
+        yield
+    _attempted.cache_clear()  # later tests of the same process run faster kernels
 
 
 @pytest.fixture

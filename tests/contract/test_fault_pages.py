@@ -22,7 +22,7 @@ from tierod.report.verdict import deciding
 from tierod.vehicles import load
 
 SCENARIOS = {
-    "friction": ("mixed-drive-friction-step", "700"),
+    "friction": ("mixed-drive-friction-step", "520"),
     "hysteresis": ("lock-to-lock-on-hoist", None),
     "sideslip": ("steer-by-wire-sideslip", "20"),
     "driver-torque": ("column-bench-hands", "20"),

@@ -338,8 +338,8 @@ def test_a_report_of_the_drive_so_far_is_said_when_it_is_there_or_failed(tmp_pat
     drive.interim.make()
     assert "begin with --log" in events[-1]["text"]
     driven(drive, inbox, frames_of_drive(tmp_path, 8.0))
-    dbc = tmp_path / ("car.dbc" if good else "none.dbc")
-    drive.interim.words = ["--vehicle", "midsize-eps", "--monitor", "friction", "--dbc", str(dbc)]
+    monitor = "friction" if good else "fricton"  # refused at once
+    drive.interim.words = ["--vehicle", "midsize-eps", "--monitor", monitor, "--dbc", str(tmp_path / "car.dbc")]
     drive.interim.make()
     drive.interim.make()
     assert "is being made" in events[-1]["text"]
@@ -348,7 +348,7 @@ def test_a_report_of_the_drive_so_far_is_said_when_it_is_there_or_failed(tmp_pat
         assert events[-1]["event"] == "report"
         assert Path(events[-1]["path"]).exists()
     else:
-        assert "was not made: the CAN database" in events[-1]["text"]
+        assert "was not made: there is no monitor 'fricton'" in events[-1]["text"]
 
 
 def test_the_view_and_the_state_say_how_late_a_verdict_may_be(tmp_path):

@@ -15,7 +15,7 @@ FILE = "drives/weave.parquet"
 
 
 def test_a_drive_becomes_a_vehicle_file_once(working, analysed, site):
-    asked = Identified(files=[FILE], vehicle="midsize-eps")
+    asked = Identified(files=[FILE], vehicle="midsize-eps", free=["steering_ratio"])
     done = ended(working.jobs, working.identify(asked))
     assert (done.state, done.text) == (DONE, "")
     key = done.found["identified"]
