@@ -5,7 +5,7 @@ import pytest
 from attack.crowds import CROWDS, commands
 
 
-@pytest.mark.parametrize("count", [2, 20])
+@pytest.mark.parametrize("count", [pytest.param(2, marks=pytest.mark.slow), 20])
 @pytest.mark.parametrize("shared", CROWDS)
 def test_a_crowd_loses_nothing_and_refuses_nothing_wrongly(tmp_path, shared, count):
     found = CROWDS[shared](count, seed=count, folder=tmp_path)

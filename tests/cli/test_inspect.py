@@ -26,13 +26,12 @@ def recording(names, **values):
     return Recording({name: Channel(name, time, data, units[name]) for name, data in channels.items()})
 
 
-@pytest.fixture(scope="module", autouse=True)
-def compiled_in_a_moment():
+@pytest.fixture
+def compiled_in_a_moment(monkeypatch):
     """Kernels for signals that no other test has together, run over seconds."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("TIEROD_CFLAGS", "-O0")
-        _attempted.cache_clear()
-        yield
+    monkeypatch.setenv("TIEROD_CFLAGS", "-O0")
+    _attempted.cache_clear()
+    yield
     _attempted.cache_clear()  # later tests of the same process run faster kernels
 
 
@@ -58,6 +57,7 @@ def test_says_on_what_condition_a_monitor_can_run_and_that_a_variant_must_be_cho
     assert "choose --variant hoist or ground" in printed
 
 
+@pytest.mark.usefixtures("compiled_in_a_moment")
 def test_says_what_a_monitor_lacks(tmp_path, capsys):
     path = tmp_path / "drive.csv"
     write(recording(("yaw_rate", "vehicle_speed", "battery")), path)

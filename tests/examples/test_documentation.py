@@ -104,13 +104,23 @@ def commands_of(page):
 WITH_COMMANDS = [page for page in PAGES if list(commands_of(page))]
 
 
-@pytest.mark.parametrize("page", WITH_COMMANDS, ids=name_of)
-def test_commands_of_a_page_exist_and_run_where_marked(page, folder, capsys):
+EXPORTING = [ROOT / "docs/how-to/fmu.md", ROOT / "docs/how-to/control-unit.md"]
+"""Pages whose commands compile for seconds; cli/test_export and export/ run the same exports."""
+
+RUNS = [(page, page not in EXPORTING) for page in WITH_COMMANDS]
+
+
+@pytest.mark.parametrize(
+    ("page", "run"),
+    [*RUNS, *(pytest.param(page, True, marks=pytest.mark.slow) for page in EXPORTING)],
+    ids=lambda given: name_of(given) if isinstance(given, Path) else "run" if given else "exist",
+)
+def test_commands_of_a_page_exist_and_run_where_marked(page, run, folder, capsys):
     """Those that run do so one after another in one folder: a later one reads what an earlier one wrote."""
     for line, command, marked in commands_of(page):
         verb, *arguments = shlex.split(command)[1:]
         assert verb in commands(), line
-        if not marked:
+        if not (marked and run):
             options = {argument for argument in arguments if argument.startswith("--")}
             assert main([verb, "--help"]) == 0
             known = set(re.findall(r"--[a-z-]+", capsys.readouterr().out))
