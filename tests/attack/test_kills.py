@@ -1,4 +1,8 @@
-"""One of the kills of `attack.kills`: nothing breaks, what was finished is kept, and the next run works."""
+"""Kills of `attack.kills`: nothing breaks, what was finished is kept, and the next run works.
+
+In `make test` fault memories, live logs and campaigns are killed: diagnosis/test_store, live/test_kills,
+experiments/test_running.
+"""
 
 import pytest
 
@@ -8,6 +12,7 @@ from tierod.core.graph.compiler import cache_folder
 BAD = ("broken", "lost", "hindered", "strays")
 
 
+@pytest.mark.slow
 def test_a_command_that_is_killed_breaks_and_loses_nothing(tmp_path):
     """Of all commands the one that writes most; the cache of the user is at hand, and is not emptied."""
     found = run(1, seed=50, folder=tmp_path, names=("diagnose again",), cache=cache_folder())["diagnose again"]

@@ -71,7 +71,8 @@ def test_a_slip_is_one_sentence(drives, capsys, monkeypatch, arguments, words):
     assert "Traceback" not in errors
 
 
-@pytest.mark.parametrize("how", [pytest.param(signal.SIGTERM, marks=pytest.mark.slow), signal.SIGKILL])
+@pytest.mark.slow
+@pytest.mark.parametrize("how", [signal.SIGTERM, signal.SIGKILL])
 def test_a_run_that_is_stopped_goes_on_where_it_was(tmp_path, how):
     for number in range(3):
         written(tmp_path / f"drives/{number}.parquet", seed=1 + number % 2, start=NOVEMBER + number * DAY)

@@ -92,6 +92,7 @@ if __name__ == "__main__":
 """
 
 
+@pytest.mark.slow
 def test_a_study_that_is_killed_goes_on_where_it_was(tmp_path, folder):
     script, log = tmp_path / "study.py", tmp_path / "log"
     script.write_text(SCRIPT)

@@ -148,7 +148,7 @@ def test_a_monitor_is_valid_and_states_what_scan_states(friction, tmp_path, vers
 
     model, path = unit(friction, version, tmp_path)
     assert validate_fmu(str(path)) == []
-    inputs = rounded(random_inputs(friction, 1500, seed=2))
+    inputs = rounded(random_inputs(friction, 600, seed=2))
     instance = Instance(path, tmp_path)
     instance.begin()
     instance.begun()
@@ -166,9 +166,9 @@ def test_a_plant_gives_its_outputs_at_the_instant_of_its_inputs(benches, tmp_pat
     model, path = benches[version]
     subject = model.face.subject
     assert validate_fmu(str(path)) == []
-    inputs = np.tile([starts[name] for name in subject.graph.sample], (800, 1))
+    inputs = np.tile([starts[name] for name in subject.graph.sample], (400, 1))
     place = next(k for k, name in enumerate(subject.graph.sample) if "torque" in name or "angle" in name)
-    inputs[:, place] = 2.0 * np.sin(0.02 * np.arange(800))
+    inputs[:, place] = 2.0 * np.sin(0.02 * np.arange(400))
     instance = Instance(path, tmp_path)
     instance.begin()
     instance.begun()

@@ -215,6 +215,7 @@ def test_sixty_kills_at_random_moments(tmp_path):
     kill_study(tmp_path, drives=100, kills=60, seed=11)
 
 
+@pytest.mark.slow
 def test_a_campaign_takes_the_same_door(processes, tmp_path):
     scenarios = [ToyScenario(seed=number) for number in range(2)]
     kept = {}
