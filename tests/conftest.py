@@ -2,6 +2,7 @@
 
 import gc
 import os
+from functools import lru_cache
 
 import pytest
 from hypothesis import settings
@@ -28,3 +29,17 @@ def pytest_collection_finish():
 def shipped_kernels(monkeypatch):
     """Compile as users do."""
     monkeypatch.delenv("TIEROD_CFLAGS", raising=False)
+
+
+@pytest.fixture(scope="module")
+def kernels_in_a_moment():
+    """Compile without optimisation, in a third of the time: for modules that run kernels of their own for a moment.
+
+    Such kernels compute the same to the last bit and run three times as long; no other module gets them.
+    """
+    from tierod.core.graph import kernel
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("TIEROD_CFLAGS", "-O0")
+        patch.setattr(kernel, "_attempted", lru_cache(maxsize=512)(kernel._attempted.__wrapped__))
+        yield

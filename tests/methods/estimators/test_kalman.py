@@ -26,6 +26,8 @@ from tierod.methods.estimators import KalmanFilter
 from tierod.methods.estimators.linear_algebra import pack
 from tierod.models.linear import LinearSystem, as_model
 
+pytestmark = pytest.mark.usefixtures("kernels_in_a_moment")
+
 cart = KalmanFilter(
     Cart,
     CartParameters(),

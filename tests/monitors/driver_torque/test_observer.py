@@ -16,6 +16,8 @@ from tierod.monitors.driver_torque.starting import UNKNOWN
 from tierod.monitors.driver_torque.tuning import ROAD, ColumnTuning, usual_tuning
 from tierod.vehicles import load
 
+pytestmark = pytest.mark.usefixtures("kernels_in_a_moment")
+
 BENCH = load("column-bench")
 KNOWN = BENCH.parameters_for(ColumnParameters)
 

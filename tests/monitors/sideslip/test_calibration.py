@@ -13,6 +13,8 @@ from tierod.monitors.sideslip.calibration import calibrated, with_parameters
 from tierod.monitors.sideslip.combined_tuning import THROUGH_A_COLUMN, CombinedTuning, tuning_of
 from tierod.vehicles import load
 
+pytestmark = pytest.mark.usefixtures("kernels_in_a_moment")
+
 CAR = load("ferrari-250lm")
 TIME = np.arange(3000) / 100.0
 

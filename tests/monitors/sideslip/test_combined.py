@@ -23,6 +23,8 @@ from tierod.proving_ground.cars import catalogue
 from tierod.proving_ground.courses.open_loop import RandomSteer
 from tierod.vehicles import load
 
+pytestmark = pytest.mark.usefixtures("kernels_in_a_moment")
+
 STEP = 0.01
 RATE = 1.0 / STEP
 NOISE = {

@@ -14,6 +14,8 @@ from tierod.monitors.sideslip.combined_tuning import tuning_of
 from tierod.monitors.sideslip.noise_calibration import HELD, START, calibrated_with_noises, with_noises
 from tierod.vehicles import load
 
+pytestmark = pytest.mark.usefixtures("kernels_in_a_moment")
+
 CAR = load("midsize-eps")
 TIME = np.arange(2000) / 100.0
 

@@ -16,6 +16,8 @@ from tierod.monitors.sideslip.observer import LowSpeed, ObserverSample
 from tierod.monitors.sideslip.two_stage import two_stage_kalman, two_stage_poles
 from tierod.vehicles import load
 
+pytestmark = pytest.mark.usefixtures("kernels_in_a_moment")
+
 CAR = load("steer-by-wire").parameters_for(SteeredVehicle.Parameters)
 DT = 0.01
 OBSERVERS = {

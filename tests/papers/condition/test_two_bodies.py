@@ -7,6 +7,8 @@ from tierod.papers.condition import two_bodies as part
 from tierod.papers.condition.rules.angle_filters import one_body, two_bodies
 from tierod.papers.condition.rules.residual_set import residual_set
 
+pytestmark = pytest.mark.usefixtures("kernels_in_a_moment")
+
 
 def test_the_modes_are_those_of_table_a1():
     found = part.modes()

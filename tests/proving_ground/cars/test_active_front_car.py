@@ -13,6 +13,8 @@ from tierod.proving_ground.chassis import SingleTrack
 from tierod.proving_ground.control.driver import HumanDriver
 from tierod.proving_ground.recorder import channel_names
 
+pytestmark = pytest.mark.usefixtures("kernels_in_a_moment")
+
 CAR = ActiveFrontCar(chassis=SingleTrack(), driver=HumanDriver(persistence=0.0), start=Start(15.0))
 COUNT = 3000
 TIME = np.arange(COUNT) * 1e-3

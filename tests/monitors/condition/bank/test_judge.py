@@ -1,6 +1,7 @@
 """The whole judge over made-up lanes: kinds, sizes and shares beside the names; and the bank of all hypotheses."""
 
 import math
+from functools import partial
 from types import SimpleNamespace
 
 import numpy as np
@@ -8,7 +9,8 @@ import pytest
 
 from monitors.condition.made_up_judge import made_up_bank
 from monitors.condition.made_up_lanes import LEFT, MOTOR_2, TORQUE, column, healthy_drive
-from tierod.core.graph import Bank, scan
+from tierod.core import graph
+from tierod.core.graph import Bank
 from tierod.monitors.condition.bank.judge import LossState
 from tierod.monitors.condition.hypotheses import hypotheses
 from tierod.monitors.condition.kinds.catalogue import KINDS
@@ -16,6 +18,9 @@ from tierod.monitors.condition.monitor import condition_monitor
 from tierod.monitors.condition.signals import ACTUATORS, ELEMENTS, OF_AUTOMATED
 from tierod.monitors.condition.statements import FAULT
 from tierod.vehicles import load
+
+scan = partial(graph.scan, engine="virtual machine")
+"""To compile a bank takes far longer than the few thousand samples here."""
 
 
 @pytest.fixture(scope="module")

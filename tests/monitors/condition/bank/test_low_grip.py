@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from monitors.condition.nominal_filter import nominal_filter
-from tierod.core.graph import batch
+from tierod.core.graph import scan
 from tierod.monitors.condition.bank.low_grip import Lack, LowGrip, sliding
 from tierod.monitors.condition.calibration.grid import aligned
 from tierod.monitors.condition.hypotheses import Hypothesis
@@ -110,7 +110,8 @@ def filters():
 
 
 def slides_in(recording):
-    results = batch(filters(), [aligned(recording)] * 4)
+    samples = aligned(recording)
+    results = [scan(each, samples) for each in filters()]
     values = [result["log_likelihood"] for result in results]
     last, rule, found = results[-1], LowGrip(), []
     state = rule.init()

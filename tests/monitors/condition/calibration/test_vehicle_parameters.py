@@ -25,7 +25,7 @@ CAR = load("smartload")
 def test_whitened_innovations_make_up_the_likelihood_of_the_filter():
     samples = aligned(recorded(Drive("short-round", 24.0, 0, 5)))[:1000]
     lane = replace(LeaveOutFilter.of_vehicle(CAR), influence=1e3)
-    values = scan(WhitenedInnovations(lane), samples).values
+    values = scan(WhitenedInnovations(lane), samples, engine="virtual machine").values
     constant = sum(math.log(each) + 0.5 * math.log(2.0 * math.pi) for each in lane.sensor_noise)
     ours = -0.5 * np.sum(values[:, :8] ** 2, axis=1) - np.sum(values[:, 8:], axis=1) - constant
     theirs = scan(lane, samples)["log_likelihood"]

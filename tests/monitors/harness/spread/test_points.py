@@ -16,12 +16,14 @@ from tierod.monitors.registry import MONITORS
 from tierod.proving_ground import drive
 from tierod.vehicles import load
 
+pytestmark = pytest.mark.usefixtures("kernels_in_a_moment")
+
 PARAMETERS = ("tire_damping", "column_damping", "steering_ratio", "motor_ratio", "mass")
 
 
 @pytest.fixture(scope="module")
 def recording():
-    return drive(minutes=1.5, seed=2)
+    return drive(minutes=1.0, seed=2)
 
 
 def sessions(name):
@@ -36,12 +38,12 @@ def run(name, recording, monkeypatch, lanes_from):
     found, monitor = sessions(name)
     signals = found.running[0].session.signals
     shown = []
-    for start, stop in ((0.0, 30.0), (30.0, 60.0), (60.0, 90.0)):
+    for start, stop in ((0.0, 20.0), (20.0, 40.0), (40.0, 60.0)):
         shown.append(found.absorb(recording.align(signals, monitor.rate, maximum_age=0.1, start=start, stop=stop)))
     return shown, found.conclude(), found
 
 
-@pytest.mark.parametrize("name", ["friction", "sideslip", "driver-torque"])
+@pytest.mark.parametrize("name", ["friction", "sideslip", pytest.param("driver-torque", marks=pytest.mark.slow)])
 def test_vehicles_side_by_side_give_what_each_gives_alone_to_the_last_bit(name, recording, monkeypatch):
     alone, concluded, _ = run(name, recording, monkeypatch, np.inf)
     abreast, same, found = run(name, recording, monkeypatch, 0)

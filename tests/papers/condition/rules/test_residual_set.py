@@ -13,6 +13,8 @@ from tierod.papers.condition.rules.catalogue import RESIDUALS, SENSOR_RESIDUALS
 from tierod.papers.condition.rules.parameters import Coefficients
 from tierod.papers.condition.rules.residual_set import residual_set
 
+pytestmark = pytest.mark.usefixtures("kernels_in_a_moment")
+
 BLOCK = residual_set(CAR)
 ROLLING = ("r2", "r7", "r8", "r9", "r10", "r11", "r12", "r13", "r14", "r15")
 

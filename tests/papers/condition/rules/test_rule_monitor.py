@@ -17,6 +17,8 @@ from tierod.papers.condition.rules.readings import Excitation, ResidualThreshold
 from tierod.papers.condition.rules.rule_monitor import rule_monitor
 from tierod.papers.condition.rules.symptom_files import FILES, rules
 
+pytestmark = pytest.mark.usefixtures("kernels_in_a_moment")
+
 LIMITS = dict.fromkeys(RESIDUALS, 0.2) | {"r2": 0.5, "r3": 2.0, "r4": 0.1, "r16": 1.0, "r5": 1.0, "r19": 150.0}
 KNOWN = ResidualCalibration(Coefficients(), {k: ResidualThreshold(v) for k, v in LIMITS.items()}, {}, 0)
 
