@@ -32,7 +32,7 @@ def driven(
     friction: float | FrictionCourse,
     seed: int = 1,
     dahl_degrees: float = 1.0,
-    minutes: float = 13.0,
+    minutes: float = 9.0,
     rate_noise: float = 0.01,
     scatter: bool = False,
 ) -> Aligned:

@@ -11,7 +11,7 @@ from tierod.monitors.friction.signals import SteeringSample
 from tierod.papers.friction import cases
 from tierod.proving_ground import FrictionCourse
 
-MINUTES = 9.0
+MINUTES = 7.0
 """Duration of a drive [min]."""
 
 

@@ -71,5 +71,5 @@ def test_a_ratio_that_is_known_exactly_is_left_alone(car, drive, monkeypatch):
     monkeypatch.setattr("tierod.monitors.own_car.ratio_of_drives", lambda *given: pytest.fail("looked for it"))
     exact = dataclasses.replace(car.brochure.parameters["motor_ratio"], standard_deviation=0.0)
     known = dataclasses.replace(car.brochure, parameters={**car.brochure.parameters, "motor_ratio": exact})
-    short = drive.slice(stop=60.0)
+    short = drive.slice(stop=45.0)
     assert all(each.name != "motor_ratio" for each in identify_own_car({"a": short}, known).judged)

@@ -58,13 +58,16 @@ def test_coulomb_friction(level):
     assert abs(estimates.mean() - level) <= 0.15
 
 
-@pytest.mark.parametrize("law", ["Dahl, exponent 0.5", pytest.param("Dahl, exponent 2", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("law", ["Dahl, exponent 0.5", "Dahl, exponent 2"])
 def test_another_law_of_build_up_is_learnt(law):
     estimates = settled(signals(Case(SEED, 12.5, law=law)))
     assert abs(estimates.mean() - 12.5) <= 0.02 * 12.5
 
 
-@pytest.mark.parametrize(("law", "share"), [("Stribeck 20 %", 0.06), ("load-dependent 40 %", 0.06)])
+@pytest.mark.parametrize(
+    ("law", "share"), [pytest.param("Stribeck 20 %", 0.06, marks=pytest.mark.slow), ("load-dependent 40 %", 0.06)]
+)
 def test_laws_outside_the_model_cost_a_few_percent(law, share):
     estimates = settled(signals(Case(SEED, 4.0, law=law)))
     assert abs(estimates.mean() - 4.0) <= share * 4.0

@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from monitors.friction.study_drives import MINUTES, Case, signals
+from monitors.friction.study_drives import Case, signals
 from tierod.core.block import leaves
 from tierod.core.errors import InputError, ParameterError
 from tierod.core.findings import Status
@@ -22,6 +22,8 @@ VEHICLE = load("midsize-eps")
 MONITOR = FrictionMonitor.of_vehicle(VEHICLE)
 LIMITS = FrictionLimits(4.0, 4.8, 7.5)
 ANGLE, RATE, DRIVER, MOTOR, YAW, LATERAL, SPEED = range(7)
+MINUTES = 9.0
+"""Duration of a drive whose friction changes half-way, when its level is learnt [min]."""
 CHANGE = 30.0 * MINUTES
 
 
@@ -40,7 +42,7 @@ def enabled_delay(result, *wanted):
 
 @pytest.mark.parametrize("seed", [1001, pytest.param(1002, marks=pytest.mark.slow)])
 def test_a_step_to_12_5_is_a_fault_within_12_s_enabled(seed):
-    result = scan(MONITOR, signals(Case(seed, 4.0, 12.5)))
+    result = scan(MONITOR, signals(Case(seed, 4.0, 12.5, minutes=MINUTES)))
     assert enabled_delay(result, Status.FAULT) <= 12.0
     finding = MONITOR.finding(result)
     assert finding.status is Status.FAULT
@@ -51,7 +53,7 @@ def test_a_step_to_12_5_is_a_fault_within_12_s_enabled(seed):
 
 @pytest.mark.parametrize("seed", [1001, pytest.param(1002, marks=pytest.mark.slow)])
 def test_a_step_to_5_5_is_rising_within_25_s_enabled(seed):
-    result = scan(MONITOR, signals(Case(seed, 4.0, 5.5)))
+    result = scan(MONITOR, signals(Case(seed, 4.0, 5.5, minutes=MINUTES)))
     assert enabled_delay(result, Status.RISING, Status.FAULT) <= 25.0
     finding = MONITOR.finding(result, start_time=1000.0)
     assert finding.status is Status.RISING
@@ -427,7 +429,7 @@ def late(seconds, *columns):
     return change
 
 
-@pytest.mark.parametrize("level", [4.0, 8.0])
+@pytest.mark.parametrize("level", [4.0, pytest.param(8.0, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(
     ("change", "words"),
     [
