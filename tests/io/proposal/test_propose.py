@@ -74,10 +74,18 @@ CASES = {
         "lateral_acceleration": -1.0, "driver_torque": -1.0,
     },
 }  # fmt: skip
+SLOWLY = ("degrees and km/h", "right is positive")
+"""Those of which a drive at walking pace is looked at too: km/h might be m/s, and the motion shows the signs less."""
 
 
-@pytest.mark.parametrize("case", CASES)
-@pytest.mark.parametrize("fastest", [8.0, 30.0])
+@pytest.mark.parametrize(
+    ("case", "fastest"),
+    [
+        *((case, 30.0) for case in CASES),
+        *((case, 8.0) for case in SLOWLY),
+        *(pytest.param(case, 8.0, marks=pytest.mark.slow) for case in CASES if case not in SLOWLY),
+    ],
+)
 def test_the_proposed_map_gives_the_truth(case, fastest, tmp_path):
     time, signals = truth(fastest)
     path = written(tmp_path, signals, time, TITLES, CASES[case])

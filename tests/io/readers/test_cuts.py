@@ -14,7 +14,7 @@ from tierod.io.readers.limits import Allowance
 from tierod.io.readers.source import Piece
 from tierod.io.writers import write
 
-SECONDS = 40.0
+SECONDS = 20.0
 
 DBC = """VERSION ""\n\nNS_ :\n\nBS_:\n\nBU_: A\n
 BO_ 256 M: 8 A\n SG_ yaw_rate : 0|16@1- (0.001,0) [0|0] "rad/s" A
@@ -28,9 +28,9 @@ def drive() -> Recording:
     fast, slow = np.arange(0.0, SECONDS, 0.01), np.arange(0.0, SECONDS, 0.1)
     chance = np.random.default_rng(3)
     angle, yaw = chance.normal(size=(2, len(fast)))
-    angle[5:9], yaw[700], yaw[3000] = np.nan, np.inf, -np.inf
+    angle[5:9], yaw[700], yaw[1500] = np.nan, np.inf, -np.inf
     fast = fast.copy()
-    fast[[100, 101]], fast[2000], fast[[3333, 3334]] = fast[[101, 100]], fast[1999], fast[[3334, 3333]]
+    fast[[100, 101]], fast[1000], fast[[1666, 1667]] = fast[[101, 100]], fast[999], fast[[1667, 1666]]
     channels = (
         Channel("steering_wheel_angle", fast, angle, "rad"),
         Channel("yaw_rate", fast, yaw, "rad/s"),
@@ -59,17 +59,17 @@ def made(path, ending: str):
         path.write_bytes(gzip.compress(path.with_suffix("").read_bytes()))
     elif ending == "quoted.csv":
         rows = (
-            f'{0.01 * k:.2f};"{k},5";"a{chr(10) * (k > 2500)}{k}";{"oops" if k % 400 == 7 else k}\n'
-            for k in range(4000)
+            f'{0.01 * k:.2f};"{k},5";"a{chr(10) * (k > 1250)}{k}";{"oops" if k % 400 == 7 else k}\n'
+            for k in range(2000)
         )
         path.write_text("time;speed [m/s];note;yaw_rate [rad/s]\n" + "".join(rows))
     elif ending == "dates.csv":
         rows = (
-            f"2024-05-29 13:53:{k // 100:02d}.{k % 100:02d}{'Z' if k % 7 == 0 else ''},{k},\xe4\n" for k in range(4000)
+            f"2024-05-29 13:53:{k // 100:02d}.{k % 100:02d}{'Z' if k % 7 == 0 else ''},{k},\xe4\n" for k in range(2000)
         )
         path.write_bytes(("timestamp,speed [m/s],text\n" + "".join(rows)).encode("latin-1"))
     elif ending == "utf16.csv":
-        rows = (f"{0.01 * k:.2f},{k}\n" for k in range(4000))
+        rows = (f"{0.01 * k:.2f},{k}\n" for k in range(2000))
         path.write_text("time,yaw_rate [°/s]\n" + "".join(rows) + "broken\n", encoding="utf-16")
     elif ending == "mat":
         scipy_io = pytest.importorskip("scipy.io")

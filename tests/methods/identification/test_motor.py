@@ -103,9 +103,9 @@ def driven():
 
 @pytest.fixture(scope="module")
 def short(driven):
-    """Three seconds of it."""
+    """A second and a half of it."""
     begin = driven[1].span[0]
-    return driven[1].slice(begin, begin + 3.0)
+    return driven[1].slice(begin, begin + 1.5)
 
 
 @pytest.fixture(scope="module")
@@ -212,7 +212,7 @@ def changed(recording, **factors):
     [
         ({"motor_current_alpha": -1.0, "motor_current_beta": -1.0}, "'sign = -1' in a channel map"),
         ({"motor_current_beta": -1.0}, "two phases of the currents swapped"),
-        ({"motor_voltage_beta": -1.0}, "two phases of the voltages swapped"),
+        pytest.param({"motor_voltage_beta": -1.0}, "two phases of the voltages swapped", marks=pytest.mark.slow),
         ({"motor_angle_mechanical": -1.0}, "the angle turns against currents and voltages"),
         ({"motor_angle_mechanical": 4.0}, "the angle is the electrical one"),
         ({"motor_angle_mechanical": 4.0 / 3.0}, "motor_pole_pairs = 3 instead of 4"),
@@ -250,7 +250,7 @@ def test_phase_currents_that_do_not_add_up_are_reported(short, offset, reported)
     assert any("do not add up to zero" in each for each in remarks) == reported
 
 
-@pytest.mark.parametrize("whose", ["current", "voltage"])
+@pytest.mark.parametrize("whose", ["current", pytest.param("voltage", marks=pytest.mark.slow)])
 def test_exchanged_axes_are_named(short, whose):
     alpha, beta = short[f"motor_{whose}_alpha"], short[f"motor_{whose}_beta"]
     channels = [replace(alpha, values=beta.values), replace(beta, values=alpha.values)]

@@ -34,8 +34,8 @@ def recording():
 
 @pytest.fixture(scope="module")
 def short(recording):
-    """Its first 75 s."""
-    return recording.slice(stop=recording.span[0] + 75.0)
+    """Its first minute."""
+    return recording.slice(stop=recording.span[0] + 60.0)
 
 
 def known_but(vehicle, *names):
@@ -168,7 +168,7 @@ def test_parameters_that_drives_show_only_together_contradict_together():
 
 
 def test_drives_of_two_cars_are_found_and_the_odd_one_is_named(short, guess):
-    drives = {"first": short, "other": driven("small-eps", 12, 1.0), "second": driven(seed=13, minutes=1.0)}
+    drives = {"first": short, "other": driven("small-eps", 12, 0.75), "second": driven(seed=13, minutes=1.0)}
     result = identify_vehicle(drives, guess)
     assert result.doubt.startswith("other is of another car")
     assert result.odd is not None

@@ -111,7 +111,7 @@ def test_a_fault_of_an_actuator_stands_after_an_acceleration_has_failed():
     assert declared(diagnosis) == ["drive_left", ALONG]
 
 
-@pytest.mark.parametrize("cuts", [(23.17,), (0.3, 20.0, 21.5, 44.4)])
+@pytest.mark.parametrize("cuts", [pytest.param((23.17,), marks=pytest.mark.slow), (0.3, 20.0, 21.5, 44.4)])
 def test_the_result_does_not_depend_on_the_cuts(off, cuts):
     wrong = changed(off, SINCE, **{ACROSS: off[ACROSS].values + 2.46})
     pieces = [wrong.slice(*edges) for edges in pairwise((-np.inf, *cuts, np.inf))]
@@ -137,9 +137,12 @@ def test_an_impossible_value_is_removed_before_it_decides_and_is_named(drive, na
 @pytest.mark.parametrize(
     ("target", "factor"),
     [
-        *((target, -1.0) for target in TARGETS),
-        *((target, factor) for target in TARGETS[::2] for factor in (0.0, 2.0)),
-        *(pytest.param(target, factor, marks=pytest.mark.slow) for target in TARGETS[1::2] for factor in (0.0, 2.0)),
+        *((target, factor) for target in TARGETS[::2] for factor in (-1.0, 0.0, 2.0)),
+        *(
+            pytest.param(target, factor, marks=pytest.mark.slow)
+            for target in TARGETS[1::2]
+            for factor in (-1.0, 0.0, 2.0)
+        ),
     ],
 )
 def test_a_wrong_target_is_named_as_a_cause(drive, target, factor):

@@ -124,19 +124,25 @@ def test_names_are_checked():
         StuckSignals(("yaw_rate",), (), 0.0)
 
 
-@pytest.mark.parametrize("monitor", MONITORS.values(), ids=list(MONITORS))
+REAL = {
+    ("rav4_highway_minute", "can.log"): ("friction", "condition"),
+    ("revsted_slip_angle", "obd.csv"): ("sideslip",),
+    ("ferrari_250lm_race", "laps.parquet"): ("sideslip",),
+    ("pmsm_drive", "SigRecSaveE.mat"): ("motor-angle",),
+}
+"""Recordings of real cars, and the monitors that judge them; the others share signals with these."""
+
+
 @pytest.mark.parametrize(
-    "parts",
+    ("parts", "name"),
     [
-        ("rav4_highway_minute", "can.log"),
-        ("revsted_slip_angle", "obd.csv"),
-        ("ferrari_250lm_race", "laps.parquet"),
-        ("pmsm_drive", "SigRecSaveE.mat"),
+        pytest.param(parts, name, marks=() if name in judged else pytest.mark.slow, id=f"{parts[0]}-{name}")
+        for parts, judged in REAL.items()
+        for name in MONITORS
     ],
-    ids=lambda parts: parts[0],
 )
-def test_no_signal_of_a_real_recording_is_stuck(parts, monitor):
-    path, rav4 = shared_data(*parts), load("rav4")
+def test_no_signal_of_a_real_recording_is_stuck(parts, name):
+    path, rav4, monitor = shared_data(*parts), load("rav4"), MONITORS[name]
     given = {"dbc": rav4.database, "channel_map": rav4.channel_map} if parts[0].startswith("rav4") else {}
     names = (*monitor.required, *monitor.optional)
     assert ever_stuck(complete(read(path, **given), names), names) == ()

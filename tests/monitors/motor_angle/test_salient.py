@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 import pytest
@@ -21,12 +22,15 @@ from tierod.papers.motor_angle.salient_drives import (
     stepping_load,
 )
 
+driven = lru_cache(maxsize=8)(salient_drive)
+"""Drives that several tests watch; one that changes the samples changes a copy."""
+
 RATIOS = (1.1, pytest.param(2.0, marks=pytest.mark.slow), 3.0)
 
 
 def watched(ratio, assumed=RIGHT, seed=5, seconds=12.0):
     """Outputs of the monitor, and the error of its angle from 2 s on [rad]."""
-    seen = salient_drive(ratio, seed, seconds)
+    seen = driven(ratio, seed, seconds)
     found = scan(salient_monitor(ratio, assumed), seen.samples)
     return found, (found["estimate.motor_angle"] - seen.angle)[round(2.0 * RATE) :]
 
@@ -75,7 +79,7 @@ def finding(samples, ratio):
 
 @pytest.mark.parametrize("ratio", RATIOS)
 def test_a_fault_free_drive_is_healthy_and_an_offset_is_a_fault_of_the_sensor(ratio):
-    samples = salient_drive(ratio, 6, 9.0).samples
+    samples = driven(ratio, 6, 9.0).samples.copy()
     assert finding(samples, ratio).status is Status.HEALTHY
     samples[62_000:, COLUMN["motor_angle_mechanical"]] += np.radians(5.0) / 4.0
     found = finding(samples, ratio)
@@ -93,9 +97,9 @@ def test_a_fault_free_drive_is_healthy_and_an_offset_is_a_fault_of_the_sensor(ra
         ("motor_voltage", lambda v: 0.5 * v, "so is the voltage's scale"),
     ],
 )
-@pytest.mark.parametrize("ratio", [1.1, 3.0])
+@pytest.mark.parametrize("ratio", [pytest.param(1.1, marks=pytest.mark.slow), 3.0])
 def test_a_wrong_recording_of_a_salient_motor_is_named(names, change, cause, ratio):
-    samples = salient_drive(ratio, 6, 9.0).samples
+    samples = driven(ratio, 6, 9.0).samples.copy()
     columns = [COLUMN[f"{names}_{axis}"] for axis in ("alpha", "beta")]
     vector = change(samples[:, columns[0]] + 1j * samples[:, columns[1]])
     samples[:, columns] = np.column_stack([vector.real, vector.imag])
@@ -116,7 +120,7 @@ def test_a_sensor_of_noise_is_named_and_not_the_currents_of_a_salient_motor():
 @pytest.mark.parametrize("ratio", [1.5, 3.0])
 def test_a_saliency_that_the_file_does_not_know_is_named_and_is_no_fault(ratio):
     vehicle = vehicle_with(motor_inductance=salient_monitor(ratio).observer.parameters.motor_inductance)
-    found = diagnose(recording(salient_drive(ratio, 5, 12.0).samples), vehicle, "motor-angle").findings[0]
+    found = diagnose(recording(driven(ratio, 5, 12.0).samples), vehicle, "motor-angle").findings[0]
     assert found.status is Status.NOT_TESTABLE
     assert "those along and across the flux may differ" in found.cause
     assert float(found.action.split("motor_saliency = ")[1].split()[0]) == pytest.approx(ratio, rel=0.05)

@@ -92,6 +92,7 @@ def test_a_trial_and_a_whole_drive_with_the_same_fault_show_the_same(begun):
     np.testing.assert_array_equal(again.monitor.values, begun.monitor.values)
 
 
+@pytest.mark.slow
 def test_processes_change_nothing():
     trials = [Trial(11, 60.0), Trial(12, 60.0)]
     assert found_in(trials, Effort(processes=2)) == found_in(trials, Effort(processes=1))
