@@ -316,7 +316,7 @@ def test_the_covariance_stays_positive_up_to_the_documented_ratio(seed):
 
     noise = (spread(n, 5, 6), spread(n, -10, -4), spread(p, -6, -2))
     block = KalmanFilter(model, parameters, (0.0,) * n, *noise, full_covariance=True)
-    packed = scan(block, rng.normal(size=(300, 1 + p))).values[:, -n * (n + 1) // 2 :]
+    packed = scan(block, rng.normal(size=(300, 1 + p)), engine="virtual machine").values[:, -n * (n + 1) // 2 :]
     full = np.zeros((300, n, n))
     rows, columns = np.triu_indices(n)
     full[:, rows, columns] = full[:, columns, rows] = packed

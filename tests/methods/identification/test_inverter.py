@@ -29,7 +29,7 @@ def recorded(seed, knee=1.0, drop=0.7, dead_time=1e-6, seconds=6.0):
     )
 
 
-@pytest.mark.parametrize(("knee", "drop"), [(1.0, 0.7), (2.5, 0.7), (1.0, 0.1)])
+@pytest.mark.parametrize(("knee", "drop"), [(1.0, 0.7), pytest.param(2.5, 0.7, marks=pytest.mark.slow), (1.0, 0.1)])
 def test_it_finds_loss_and_knee_within_their_deviations(knee, drop):
     found = identified_inverter({"drive": recorded(90, knee, drop)}, 4.0, expected=MOTOR)
     loss, at = found.found

@@ -76,7 +76,8 @@ CASES = [
     *(("drive", change) for change in CHANGES if change not in ALIKE),
     *(pytest.param("drive", change, marks=pytest.mark.slow) for change in ALIKE),
     *(("motor", change) for change in CHANGES if change != "angle constant"),
-    *((name, change) for name in ("column", "by wire") for change in ("as it is", "raw counts")),
+    *(("column", change) for change in ("as it is", "raw counts")),
+    *(pytest.param("by wire", change, marks=pytest.mark.slow) for change in ("as it is", "raw counts")),
 ]
 
 

@@ -27,8 +27,11 @@ def car(request, monkeypatch):
     return request.param
 
 
-def test_the_bank_finds_what_shows_names_no_other_and_is_silent_where_nothing_is_wrong(car):
-    found = judged(car, car.recording())
+@pytest.mark.parametrize(
+    "quick", [True, pytest.param(False, marks=pytest.mark.slow)], ids=["at one instant", "at every instant"]
+)
+def test_the_bank_finds_what_shows_names_no_other_and_is_silent_where_nothing_is_wrong(car, quick):
+    found = judged(car, car.recording(), quick=quick)
     assert found.quiet.false_alarms == 0
     assert found.quiet.healthy_hours * 3600.0 > 10.0
     known, isolation = summary(found.found), isolated(found.found)
@@ -73,6 +76,12 @@ def test_what_shows_is_found_and_named_at_other_instants_too(car):
     assert (of["missed"], of["named rightly"], of["declared afterwards"]) == ("0", "1.000", "0")
 
 
+@pytest.mark.parametrize(
+    "car",
+    [pytest.param(CARS[0], marks=pytest.mark.slow), CARS[1]],
+    indirect=True,
+    ids=[each.vehicle for each in CARS],
+)
 def test_a_claim_on_real_cars_that_does_not_hold_names_what_was_missed(car, monkeypatch):
     monkeypatch.setattr(real_cars, "CARS", (car,))
     claims = [each for each in real_cars.items(Effort(quick=True)) if isinstance(each, Claim)]

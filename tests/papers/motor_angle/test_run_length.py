@@ -7,6 +7,7 @@ from tierod.core.claims import Claim
 from tierod.experiments.effort import Effort
 from tierod.methods.detectors.stopping_rules import CusumRule
 from tierod.monitors.motor_angle.comparison import ANGLE_DRIFT
+from tierod.papers.motor_angle import run_length
 from tierod.papers.motor_angle.healthy_drives import (
     HealthyDrive,
     HealthyDrives,
@@ -18,8 +19,14 @@ from tierod.papers.motor_angle.observer_drives import FLUX, INDUCTANCE, RESISTAN
 from tierod.papers.motor_angle.run_length import TriedLength, items, simulated, tried_lengths
 
 
-def test_fault_free_drives_are_counted_in_hours():
-    found = healthy_drives(1, 40, Effort(processes=1), seconds=7.0)
+@pytest.fixture(scope="module")
+def driven():
+    """One course, driven by three motors."""
+    return healthy_drives(1, 40, Effort(processes=1), seconds=7.0)
+
+
+def test_fault_free_drives_are_counted_in_hours(driven):
+    found = driven
     assert found.hours == pytest.approx(3 * 7.0 / 3600.0)
     assert 0.0 < found.turning < 3 * 2.0 / 3600.0
     assert found.alarms == 0
@@ -72,7 +79,9 @@ def test_without_an_alarm_only_a_bound_is_left():
     assert tried.interval[1] == math.inf
 
 
-def test_what_was_not_counted_is_not_judged():
+def test_what_was_not_counted_is_not_judged(driven, monkeypatch):
+    twice = HealthyDrives(2 * driven.drives, driven.seconds)
+    monkeypatch.setattr(run_length, "healthy_drives", lambda *given: twice)
     claims = {item.id: item for item in items(Effort(quick=True, processes=1)) if isinstance(item, Claim)}
     assert claims["run-length.white"].met is None
     assert not [name for name in claims if name.startswith("run-length.coloured")], "too few alarms to measure them"
