@@ -322,7 +322,7 @@ def survive(path, kills):
 
 
 def test_killed_at_random_bytes_it_loses_no_confirmed_code(tmp_path):
-    survive(tmp_path / "memory.json", 20)
+    survive(tmp_path / "memory.json", 10)
 
 
 @pytest.mark.slow

@@ -41,7 +41,7 @@ def recordings(draw):
     return Recording({channel.name: channel for channel in channels}, {"comment": "test", "origin": 1.6e9})
 
 
-@settings(max_examples=30, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=20, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @pytest.mark.parametrize("ending", FORMATS)
 @given(recording=recordings())
 def test_round_trip(tmp_path, ending, recording):

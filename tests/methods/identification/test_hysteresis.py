@@ -30,7 +30,7 @@ def changed(recording: Recording, name: str, values=None, time=None) -> Recordin
 
 
 @pytest.mark.parametrize("support", ["hoist", "ground"])
-@pytest.mark.parametrize("added", [0.0, 1.5, 4.0, 8.5])
+@pytest.mark.parametrize("added", [0.0, *(pytest.param(each, marks=pytest.mark.slow) for each in (1.5, 4.0)), 8.5])
 def test_added_friction_within_three_tenths(added, support):
     unfaulted = [IDENTIFICATION.identify(lock_to_lock(HEALTHY, support, seed=s), support) for s in (1, 2)]
     faulted = IDENTIFICATION.identify(lock_to_lock(HEALTHY + added, support, seed=3), support)
@@ -42,7 +42,7 @@ def test_added_friction_within_three_tenths(added, support):
 
 
 @pytest.mark.parametrize("support", ["hoist", "ground"])
-@pytest.mark.parametrize("added", [0.0, 1.5, 4.0, 8.5])
+@pytest.mark.parametrize("added", [0.0, *(pytest.param(each, marks=pytest.mark.slow) for each in (1.5, 4.0)), 8.5])
 def test_added_friction_of_the_virtual_car_within_three_tenths(added, support):
     hoist, method = support == "hoist", HysteresisIdentification.of_vehicle(load("midsize-eps"))
     unfaulted = method.identify(virtual_turn(HEALTHY, hoist, seed=1), support)

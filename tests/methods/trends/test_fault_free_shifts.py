@@ -36,7 +36,7 @@ def test_with_shifts_of_fault_free_cars_the_mean_is_the_time_watched():
         at = chance.exponential(EVERY, (len(day), 1))
         return np.where(day > at, 0.2 * chance.standard_normal((len(day), 1)), 0.0)
 
-    drives = fleet(60_000, 5, 7.0, shifts)
+    drives = fleet(40_000, 5, 7.0, shifts)
     known, ignored = (np.exp(statistic(drives, deviation))[:, 4] for deviation in (0.2, 0.0))
     error = known.std() / math.sqrt(len(known))
     assert known.mean() == pytest.approx(28.0, abs=4.0 * error)

@@ -6,6 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from driven import odd_drives
 from tierod.core.findings import Status
 from tierod.core.recording import Channel, Recording
 from tierod.monitors.condition.definition import CONDITION
@@ -14,7 +15,7 @@ from tierod.monitors.condition.signals import ACTUATORS, OF_AUTOMATED, TARGETS
 from tierod.monitors.diagnose import Run
 from tierod.papers.condition.drives import Drive
 from tierod.papers.condition.faults import OFFSET, Injected
-from tierod.papers.condition.odd_drives import odd_drives, without
+from tierod.papers.condition.odd_drives import without
 from tierod.papers.condition.recorded import recorded
 from tierod.vehicles import load
 

@@ -7,10 +7,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from driven import odd_drives
 from tierod.core.findings import Diagnosis, Element, Episode, Finding, Status
 from tierod.experiments.effort import Effort
 from tierod.papers.condition import odd
-from tierod.papers.condition.odd_drives import odd_drives
 from tierod.vehicles import load
 
 
