@@ -167,8 +167,10 @@ def test_parameters_that_drives_show_only_together_contradict_together():
     assert found[0].together == pytest.approx(5.3, abs=0.1)
 
 
-def test_drives_of_two_cars_are_found_and_the_odd_one_is_named(short, guess):
-    drives = {"first": short, "other": driven("small-eps", 12, 0.75), "second": driven(seed=13, minutes=1.0)}
+def test_drives_of_two_cars_are_found_and_the_odd_one_is_named(recording, guess):
+    begin = recording.span[0]
+    first, second = (recording.slice(begin + start, begin + start + 45.0) for start in (0.0, 60.0))
+    drives = {"first": first, "other": driven("small-eps", 12, 0.75), "second": second}
     result = identify_vehicle(drives, guess)
     assert result.doubt.startswith("other is of another car")
     assert result.odd is not None
