@@ -30,7 +30,7 @@ WORKER_LIFE = 1500
 # A terminal acts on these; a line end and a tab are all that output needs.
 _CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")
 
-_SHORT = re.compile(r"memory is not enough|MemoryError|malloc of size|bad_alloc|[Uu]nable to allocate|out of memory")
+_SHORT = re.compile(r"not enough memory|MemoryError|malloc of size|bad_alloc|[Uu]nable to allocate|out of memory")
 
 
 @dataclass(frozen=True)

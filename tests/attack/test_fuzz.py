@@ -103,7 +103,7 @@ def test_a_death_and_one_that_waits_for_ever_are_seen(pool, monkeypatch):
         ({"code": 3}, "", "tierod: give another file\n", ""),
         ({"code": 3}, "", "", "silence"),
         ({"code": 3}, "", "x" * 5000, "flood"),
-        ({"code": 3}, "", "tierod: the memory is not enough\n", "memory"),
+        ({"code": 3}, "", "tierod: not enough memory\n", "memory"),
         ({"code": 4, "where": "here"}, "", "tierod: a defect\n", "defect"),
         ({"code": 5}, "", "", "code"),
         ({"code": None, "escaped": "Traceback"}, "", "", "traceback"),

@@ -69,7 +69,7 @@ def test_a_command_decides_the_exit_code(verb, given, code):
     ("error", "code", "sentence"),
     [
         (InputError("the file is\nhalf; give the whole"), 3, "tierod: the file is half; give the whole\n"),
-        (MemoryError(), 3, "the memory is not enough"),
+        (MemoryError(), 3, "not enough memory"),
         (
             PermissionError(errno.EACCES, "Permission denied", "a.csv"),
             3,

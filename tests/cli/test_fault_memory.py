@@ -95,10 +95,10 @@ def test_a_damaged_memory_is_refused_and_can_be_cleared(path, capsys):
         (["snapshot", "PATH", "friction-rising"], "has not failed"),
         (["read", "PATH", "--uds", "19x"], "pairs of hexadecimal"),
         (["read", "PATH", "--uds", "14FFFFFF"], "tierod faults clear"),
-        (["clear", "PATH", "--uds", "1902FF"], "--uds goes with 'read'"),
+        (["clear", "PATH", "--uds", "1902FF"], "--uds works with 'read'"),
         (["read", "PATH", "--toml"], "no meaning"),
         (["read", "PATH", "--uds", "1902FF", "--json"], "leave the rest out"),
-        (["yaw-rate-offset", "PATH"], "none of read, clear, snapshot"),
+        (["yaw-rate-offset", "PATH"], "one of read, clear, snapshot, not"),
     ],
 )
 def test_bad_use_is_reported_in_a_line(path, arguments, says, capsys):

@@ -74,7 +74,7 @@ def test_without_places_nothing_is_written(folder, capsys):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["-o", "{folder}/eps.toml"], "say --in-place"),
+        (["-o", "{folder}/eps.toml"], "give --in-place"),
         (["-o", "{folder}/multisine.parquet"], "the vehicle file would overwrite"),
         (["-o", "{folder}/x.toml", "--in-place"], "two places"),
         (["-o", "{folder}/x.toml", "--report", "{folder}/x.toml"], "the page would overwrite"),

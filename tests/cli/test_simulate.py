@@ -74,7 +74,7 @@ def test_shows_one_run_as_json(scenario, capsys):
 
 def test_another_duration_leaves_later_faults_out_and_says_so(scenario, capsys):
     assert main(["simulate", scenario(), "-o", "drive.csv", "--seconds", "2"]) == 0
-    assert "left out, since it would begin later: yaw_rate offset" in capsys.readouterr().err
+    assert "left out, since it begins after the end of the run: yaw_rate offset" in capsys.readouterr().err
     assert read("drive.csv").span[1] < 2.0
 
 
@@ -144,7 +144,7 @@ def test_ctrl_c_leaves_nothing_half_written(scenario, monkeypatch, capsys, tmp_p
     else:
         monkeypatch.setattr(os, "fsync", stop)
     assert main(["simulate", name, "-o", "drive.parquet"]) == 130
-    assert "stopped; nothing half-written is left behind" in capsys.readouterr().err
+    assert "stopped; no incomplete file is left" in capsys.readouterr().err
     assert [path.name for path in tmp_path.iterdir()] == ["mine.toml"]
 
 

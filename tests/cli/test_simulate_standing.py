@@ -23,7 +23,7 @@ def scenario(speed):
 @pytest.mark.parametrize("speed", [0.0, np.nan])
 def test_a_car_that_stands_where_its_course_drives_is_said(name, speed):
     sentence = _standing(scenario(20.0), outcome(speed, name))
-    assert "stands throughout" in sentence
+    assert "stands still throughout" in sentence
     assert "demand.speed" in sentence
 
 

@@ -25,7 +25,7 @@ def analyse(
         Path | None, typer.Option("--map", help="TOML file: source name, unit, sign and offset of each signal.")
     ] = None,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="Where the HTML page goes; beside you where not given.")
+        Path | None, typer.Option("--output", "-o", help="HTML page to write; in the current folder if not given.")
     ] = None,
     report: Annotated[bool, typer.Option(help="Write the HTML page.")] = True,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON document to stdout, all else to stderr.")] = False,
@@ -41,7 +41,7 @@ def analyse(
     if subject not in SUBJECTS:
         raise ParameterError(f"'{subject}' cannot be analysed{nearest(subject, SUBJECTS)}")
     if recording is not None and not SUBJECTS[subject].recordings:
-        raise ParameterError(f"the analysis of '{subject}' makes no use of a recording; leave --recording out")
+        raise ParameterError(f"the analysis of '{subject}' does not use a recording; leave --recording out")
     car = load(vehicle)
     target = (output or Path(f"{car.name}-{subject}.html")) if report else None
     refuse_to_overwrite(target, [car.path, recording, channel_map, *(dbc or [])])

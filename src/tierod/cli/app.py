@@ -193,9 +193,9 @@ def _explain(error: BaseException) -> tuple[int, str]:
     if isinstance(error, TierodError):
         return BAD_INPUT, " ".join(str(error).split())
     if isinstance(error, KeyboardInterrupt):
-        return INTERRUPTED, "stopped; nothing half-written is left behind"
+        return INTERRUPTED, "stopped; no incomplete file is left"
     if isinstance(error, MemoryError):
-        return BAD_INPUT, "the memory is not enough; give a shorter recording or fewer channels"
+        return BAD_INPUT, "not enough memory; give a shorter recording or fewer channels"
     if isinstance(error, OSError):
         return BAD_INPUT, _of_the_system(error)
     if isinstance(error, RuntimeError) and str(error).startswith(_LOOP):

@@ -37,7 +37,7 @@ def campaign(
         bool, typer.Option("--dry-run", help="Check the file, show the matrix and what it costs.")
     ] = False,
     summary_only: Annotated[
-        bool, typer.Option("--summary-only", help="Write table and report of what is there; drive nothing.")
+        bool, typer.Option("--summary-only", help="Write table and report of the finished drives; simulate none.")
     ] = False,
     toml: Annotated[bool, typer.Option("--toml", help="Print the campaign file, to begin one of your own.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON document to stdout, all else to stderr.")] = False,

@@ -14,7 +14,7 @@ def demo(
     minutes: Annotated[float, typer.Option(help="Duration of the drive in minutes.")] = 13.0,
     healthy: Annotated[float, typer.Option(help="Friction of the first half [N*m].")] = 4.0,
     risen: Annotated[float, typer.Option(help="Friction of the second half [N*m].")] = 8.0,
-    seed: Annotated[int, typer.Option(min=0, help="Of road, driver and sensors.")] = 1,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of road, driver and sensors.")] = 1,
 ) -> int:
     """Simulate a drive, write it as a recording, and judge it: a demonstration of tierod in one command."""
     from tierod.cli.diagnose import show
@@ -37,7 +37,7 @@ def demo(
     write(recording, path)
     terminal.print(f"recording: {path}", soft_wrap=True, markup=False)
     command = shlex.join(["tierod", "diagnose", str(path), "--vehicle", "midsize-eps"])
-    terminal.print(f"judging it, as this would: {command}", soft_wrap=True, markup=False)
+    terminal.print(f"judging it, as this command does: {command}", soft_wrap=True, markup=False)
     diagnosis = diagnose(path, "midsize-eps", command=command)
     show(diagnosis, as_json=False, path=output / "demo-friction.html", console=console, messages=messages)
     return 0

@@ -23,8 +23,8 @@ _ALARMS = re.compile(r"\s*([\d.eE+-]+)\s*per\s*([\d.eE+-]*)\s*([a-z]+)\s*")
 
 def design(
     subject: Annotated[str, typer.Argument(help="What to design: detector.")],
-    false_alarms: Annotated[str, typer.Option(help='False alarms that one can bear: "1 per 10000 h".')],
-    shift: Annotated[float, typer.Option(help="Shift of the residual's mean that must be found, in its unit.")],
+    false_alarms: Annotated[str, typer.Option(help='Accepted rate of false alarms: "1 per 10000 h".')],
+    shift: Annotated[float, typer.Option(help="Shift of the mean residual that must be detected, in its unit.")],
     rate: Annotated[float, typer.Option(help="Rate of the residuals in Hz.")],
     sigma: Annotated[
         float | None, typer.Option(help="Standard deviation of the residual, in its unit; not with --residual.")
@@ -39,11 +39,11 @@ def design(
     sides: Annotated[str, typer.Option(help="both, upper (increases only) or lower.")] = "both",
     residual: Annotated[
         list[Path] | None,
-        typer.Option(help="Recording with a healthy residual of any colour: the threshold is measured on it."),
+        typer.Option(help="Recording with a fault-free residual, white or not, on which the threshold is measured."),
     ] = None,
     signal: Annotated[str | None, typer.Option(help="Name of the residual in the recording.")] = None,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="Where the HTML page goes; none is written where not given.")
+        Path | None, typer.Option("--output", "-o", help="HTML page to write; none if not given.")
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON document to stdout, all else to stderr.")] = False,
 ) -> int:
@@ -57,7 +57,7 @@ def design(
         if not 0.0 < value < float("inf"):
             raise ParameterError(f"{name} is {value:g}; expected a number greater than zero")
     if (sigma is None) == (not residual):
-        raise ParameterError("give either --sigma of a white residual, or a healthy --residual to measure on")
+        raise ParameterError("give either --sigma of a white residual, or --residual with a fault-free recording")
     if signal is not None and not residual:
         raise ParameterError("--signal goes with --residual; leave it out")
     refuse_to_overwrite(output, residual or [])

@@ -37,15 +37,13 @@ VehicleName = Annotated[
 MonitorName = Annotated[
     str | None,
     typer.Option(
-        help="What to watch (see 'tierod monitors'), or all; what the vehicle file names for a single recording where "
-        "not given, else every monitor that can run."
+        help="Monitor to run (see 'tierod monitors'), or all. If not given: the one that the vehicle file names, for "
+        "a single recording; else every monitor that can run."
     ),
 ]
-VariantName = Annotated[
-    str | None, typer.Option(help="How to watch it; the monitor's default where not given and it has one.")
-]
+VariantName = Annotated[str | None, typer.Option(help="Variant of the monitor; its default, if it has one.")]
 StretchStart = Annotated[
-    float | None, typer.Option("--from", help="Begin of the stretch that is judged, in the recording's time [s].")
+    float | None, typer.Option("--from", help="Start of the stretch that is judged, in the recording's time [s].")
 ]
 StretchStop = Annotated[float | None, typer.Option("--to", help="End of that stretch [s].")]
 Databases = Annotated[list[Path] | None, typer.Option(help="CAN database; may be given more than once.")]
@@ -53,15 +51,15 @@ ChannelMap = Annotated[
     Path | None, typer.Option("--map", help="TOML file: source name, unit, sign and offset of each signal.")
 ]
 ReportPath = Annotated[
-    Path | None, typer.Option("--output", "-o", help="Where the HTML report goes; beside you where not given.")
+    Path | None, typer.Option("--output", "-o", help="HTML report to write; in the current folder if not given.")
 ]
 BaselinePath = Annotated[
     Path | None,
-    typer.Option(help="File with this car's baseline; written by the first healthy recording, then judged against."),
+    typer.Option(help="Baseline file of this car: written from the first healthy recording, read for all later ones."),
 ]
 MemoryPath = Annotated[
     Path | None,
-    typer.Option(help="Fault memory that takes the recording as one operation cycle; see 'tierod faults read'."),
+    typer.Option(help="Fault memory to update, with the recording as one operation cycle; see 'tierod faults read'."),
 ]
 SignalsPath = Annotated[
     Path | None,
@@ -72,7 +70,9 @@ SignalsPath = Annotated[
 ]
 WithSpread = Annotated[
     bool,
-    typer.Option(help="Carry the spread of the parameters into bands and verdict; without, it is faster."),
+    typer.Option(
+        help="Include the uncertainty of the parameters in intervals and verdict; without it, the run is faster."
+    ),
 ]
 WithReport = Annotated[bool, typer.Option(help="Write the HTML report.")]
 AsJson = Annotated[bool, typer.Option("--json", help="One JSON document to stdout, all else to stderr.")]
@@ -217,7 +217,7 @@ def _all(recordings: list[Path], monitor: str | None, reading: _Reading, target:
     if not any(one.diagnoses for one in judged):
         reasons = "; ".join(_of(name, without_advice(reason)) for _, name, reason in several.not_run(judged))
         raise InputError(
-            f"no monitor can run on {', '.join(map(str, recordings))}: {reasons}. 'tierod inspect' says more"
+            f"no monitor can run on {', '.join(map(str, recordings))}: {reasons}. 'tierod inspect' shows the details"
         )
     if target is not None:
         write_text(target, several.render(judged, origin()))
@@ -291,7 +291,7 @@ def _refuse_options_of_one(options: Mapping[str, object], alone: bool) -> None:
     for name, value in options.items():
         if value is not None:
             cure = "name one with --monitor" if alone else "judge the recordings one by one, each with --monitor"
-            raise ParameterError(f"{name} belongs to one monitor over one recording; {cure}, or leave it out")
+            raise ParameterError(f"{name} works with one monitor and one recording only; {cure}, or leave it out")
 
 
 def _named_in(recording: Path, dbc: list[Path] | None, channel_map: Path | None) -> str:
@@ -301,7 +301,7 @@ def _named_in(recording: Path, dbc: list[Path] | None, channel_map: Path | None)
 
     name = vehicle_named_in(recording, dbc or None, channel_map)
     messages().print(
-        f"vehicle: {name}, as the recording names it; --vehicle takes another", soft_wrap=True, markup=False
+        f"vehicle: {name}, named by the recording; choose another with --vehicle", soft_wrap=True, markup=False
     )
     return name
 

@@ -18,17 +18,20 @@ Name = Annotated[
         help="Name of the monitor, see 'tierod monitors'; as fmu also plant, driver or assist, as c fault-memory."
     ),
 ]
-OutputPath = Annotated[Path, typer.Option("--output", "-o", help="Folder that takes the C, or file of the unit.")]
-VehicleName = Annotated[str | None, typer.Option(help="Vehicle file, or the name of a shipped vehicle; of a monitor.")]
+OutputPath = Annotated[Path, typer.Option("--output", "-o", help="Folder for the C, or .fmu file to write.")]
+VehicleName = Annotated[str | None, typer.Option(help="For a monitor: vehicle file, or the name of a shipped vehicle.")]
 VariantName = Annotated[str | None, typer.Option(help="Variant of the monitor; its default where not given.")]
 ScenarioName = Annotated[
     str | None, typer.Option(help="Scenario whose plant, driver or assist unit is exported as fmu.")
 ]
-Fmi = Annotated[int | None, typer.Option(help="Version of the standard of a unit: 3, the default, or 2.")]
-PrecisionName = Annotated[str | None, typer.Option(help="Of the C of a monitor: single, the default, or double.")]
-Validity = Annotated[bool, typer.Option("--validity", help="A mask says which inputs are valid, in place of NaN.")]
+Fmi = Annotated[int | None, typer.Option(help="For fmu: version of the standard, 3 (default) or 2.")]
+PrecisionName = Annotated[str | None, typer.Option(help="For the C of a monitor: single (default) or double.")]
+Validity = Annotated[bool, typer.Option("--validity", help="Mark valid inputs by a bit mask, in place of NaN.")]
 Libm = Annotated[
-    bool, typer.Option("--libm/--no-libm", help="Sine, logarithm and the like of the C library, or tierod's own.")
+    bool,
+    typer.Option(
+        "--libm/--no-libm", help="Take sine, logarithm and similar functions from the C library, or print tierod's own."
+    ),
 ]
 DriveName = Annotated[
     str | None,

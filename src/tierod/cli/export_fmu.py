@@ -40,7 +40,7 @@ def export_fmu(
         raise ParameterError(f"--fmi is {fmi}; the versions are 2 and 3")
     version: Literal[2, 3] = 2 if fmi == 2 else 3
     if output.suffix.lower() != ".fmu":
-        raise OutputError(f"{output} is no name of a unit, which ends in .fmu; write {output}.fmu")
+        raise OutputError(f"{output} does not end in .fmu; write {output}.fmu")
     require_folder(output)
     model = _of_scenario(what, scenario) if what in OF_SCENARIO else _monitor(what, vehicle, variant)
     path = write_unit(model, version, output)
@@ -63,8 +63,8 @@ def _monitor(name: str, vehicle: str | None, variant: str | None) -> Model:
     subject = subject_of(name, load(vehicle), variant)
     if isinstance(subject.graph, BankGraph):
         raise ParameterError(
-            f"the monitor '{name}', variant '{subject.variant}', is a bank of {subject.graph.count} filters, of which "
-            "no unit is made yet; export it as C, or its variant with rules (--variant rules)"
+            f"the monitor '{name}', variant '{subject.variant}', is a bank of {subject.graph.count} filters, which "
+            "cannot be exported as a unit; export it as C, or its variant with rules (--variant rules)"
         )
     return _model(subject, {}, False)
 

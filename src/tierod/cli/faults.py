@@ -26,12 +26,14 @@ def faults(
     ] = None,
     memory: Annotated[Path | None, typer.Argument(help="with read, clear, snapshot: the file of the memory")] = None,
     code: Annotated[
-        str | None, typer.Argument(help="with snapshot, and if wished with read and clear: a trouble code or its name")
+        str | None, typer.Argument(help="with snapshot, optional with read and clear: a trouble code or its name")
     ] = None,
     uds: Annotated[
-        str | None, typer.Option("--uds", help="with read: answer a request in hexadecimal digits, as 1902FF")
+        str | None, typer.Option("--uds", help="with read: answer a UDS request in hexadecimal digits, such as 1902FF")
     ] = None,
-    behaviours: Annotated[bool, typer.Option("--behaviours", help="list how elements can behave instead")] = False,
+    behaviours: Annotated[
+        bool, typer.Option("--behaviours", help="list the behaviours of faulty elements instead")
+    ] = False,
     toml: Annotated[bool, typer.Option("--toml", help="print the file, to begin one of your own")] = False,
     json: Annotated[bool, typer.Option("--json", help="print one JSON document")] = False,
 ) -> None:
@@ -48,7 +50,9 @@ def faults(
         on_memory(str(name), memory, code, uds, json)
         return
     if memory is not None or uds is not None:
-        raise ParameterError(f"a memory is given, but '{name}' is none of {', '.join(MEMORY_VERBS)}; name one of them")
+        raise ParameterError(
+            f"a memory or --uds needs one of {', '.join(MEMORY_VERBS)}, not '{name}'; name one of them"
+        )
     from tierod.proving_ground.faults import FAULTS, load
 
     if toml and json:
@@ -140,7 +144,7 @@ def on_memory(verb: str, path: Path | None, code: str | None, uds: str | None, j
     if path is None:
         raise ParameterError(f"'tierod faults {verb}' needs the file of a memory: tierod faults {verb} memory.json")
     if uds is not None and (verb != "read" or code is not None or json):
-        raise ParameterError("--uds goes with 'read' and a memory alone; leave the rest out")
+        raise ParameterError("--uds works with 'read' and a memory only; leave the rest out")
     {"read": _read, "clear": _clear, "snapshot": _snapshot}[verb](path, code, uds, json)
 
 
@@ -159,7 +163,9 @@ def _read(path: Path, code: str | None, uds: str | None, json: bool) -> None:
 
     memory = _opened(path)
     if uds is not None:
-        print(answer(memory, _request(uds)).hex(" ").upper() or "no answer: the request suppresses a positive one")
+        print(
+            answer(memory, _request(uds)).hex(" ").upper() or "no answer: the request suppresses the positive response"
+        )
     elif json or code is not None:
         print_json(sovd.faults(memory) if code is None else sovd.fault(memory, code))
     else:
@@ -220,6 +226,6 @@ def _clear(path: Path, code: str | None, uds: str | None, json: bool) -> None:
             raise
         with holding(path) as target:
             kept = store.remove(target)
-    messages().print(f"cleared {path}; what it held is kept as {kept}", soft_wrap=True, markup=False)
+    messages().print(f"cleared {path}; its previous content is kept as {kept}", soft_wrap=True, markup=False)
     if json:
         print_json({"cleared": str(path), "kept": str(kept)})

@@ -35,18 +35,19 @@ FleetPath = Annotated[
     Path | None, typer.Option("--vehicles", help="Fleet file: which recording is of which vehicle and cohort.")
 ]
 Output = Annotated[
-    str | None, typer.Option("--output", "-o", help="Results folder or its address; what is there is gone on with.")
+    str | None, typer.Option("--output", "-o", help="Results folder or its address; a run that is there is continued.")
 ]
 Monitors = Annotated[
     list[str] | None,
     typer.Option(
-        "--monitor", help="What to watch, as NAME or NAME:VARIANT; may be given more than once. All that run."
+        "--monitor",
+        help="Monitor, as NAME or NAME:VARIANT; may be given more than once. If not given: all that can run.",
     ),
 ]
 WorkerCount = Annotated[int | None, typer.Option(min=1, help="Processes; one per core where not given.")]
 Scheduler = Annotated[str | None, typer.Option(help="Address of a Dask scheduler, as tcp://host:8786.")]
 Span = Annotated[
-    float | None, typer.Option(min=1.0, help="Keep a verdict every so many minutes of a long recording as well.")
+    float | None, typer.Option(min=1.0, help="Of a long recording, also keep a verdict every so many minutes.")
 ]
 Shortest = Annotated[float, typer.Option(min=0.0, help="Recordings that are shorter are skipped [s].")]
 
@@ -63,15 +64,19 @@ def fleet(
     shortest: Shortest = 30.0,
     spread: Annotated[
         bool,
-        typer.Option(help="Carry the spread of parameters into bands and verdicts; without, it is much faster."),
+        typer.Option(
+            help="Include the uncertainty of the parameters in intervals and verdicts; without it, the run "
+            "is much faster."
+        ),
     ] = True,
-    again: Annotated[bool, typer.Option("--again", help="Try recordings again that failed.")] = False,
+    again: Annotated[bool, typer.Option("--again", help="Judge failed recordings again.")] = False,
     levels: Annotated[bool, typer.Option(help="Keep estimates over time, decimated in levels.")] = True,
     prior: Annotated[
-        Path | None, typer.Option(help="Of a report: vehicle file that takes the level a new car may expect.")
+        Path | None, typer.Option(help="For report: vehicle file to update with the expected level of a new car.")
     ] = None,
     cohort: Annotated[
-        list[str] | None, typer.Option(help="Of the new car, as KIND=NAME; may be given more than once.")
+        list[str] | None,
+        typer.Option(help="For report: cohort of the new car, as KIND=NAME; may be given more than once."),
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON document to stdout, all else to stderr.")] = False,
 ) -> int:
@@ -167,7 +172,7 @@ def _show(found: Summary) -> None:
         if len(missed) > 20:
             console.print(f"and {len(missed) - 20} more; the ledger names all of them")
     console.print(f"\nresults: {found.results.root}", soft_wrap=True, markup=False)
-    console.print(f"'tierod fleet report {shlex.quote(found.results.root)}' says which vehicle to inspect first",
+    console.print(f"'tierod fleet report {shlex.quote(found.results.root)}' shows which vehicle to inspect first",
                   soft_wrap=True, markup=False)  # fmt: skip
 
 

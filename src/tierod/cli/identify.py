@@ -19,31 +19,35 @@ if TYPE_CHECKING:
 
 StretchStart = Annotated[
     float | None,
-    typer.Option("--from", help="Begin of the stretch of every recording that is used, in its own time [s]."),
+    typer.Option("--from", help="Start of the stretch that is used of every recording, in its own time [s]."),
 ]
 
 
 def identify(
     subject: Annotated[str, typer.Argument(help="What to identify: vehicle, column, motor, inverter or thresholds.")],
     recordings: Annotated[
-        list[Path], typer.Argument(help="Recordings of bench or drive, one experiment each or more.")
+        list[Path], typer.Argument(help="Recordings of bench or drive, each with one experiment or more.")
     ],
-    vehicle: Annotated[str, typer.Option(help="A vehicle's name, or its TOML file: where the search starts.")],
+    vehicle: Annotated[
+        str, typer.Option(help="A vehicle's name, or its TOML file; the search starts from its values.")
+    ],
     free: Annotated[
         str | None,
-        typer.Option(help="Parameters to find, with commas between; of a column damping and friction where not given."),
+        typer.Option(
+            help="Parameters to identify, separated by commas; for a column, damping and friction if not given."
+        ),
     ] = None,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="Vehicle file to write; not written where not given.")
+        Path | None, typer.Option("--output", "-o", help="Vehicle file to write; none if not given.")
     ] = None,
     in_place: Annotated[bool, typer.Option("--in-place", help="Write into the vehicle file that was given.")] = False,
-    report: Annotated[Path | None, typer.Option(help="HTML page to write; none where not given.")] = None,
+    report: Annotated[Path | None, typer.Option(help="HTML page to write; none if not given.")] = None,
     start: StretchStart = None,
     stop: StretchStop = None,
     dbc: Databases = None,
     channel_map: ChannelMap = None,
     false_alarms: Annotated[
-        str | None, typer.Option(help='Of thresholds: false alarms that one can bear, "1 per 1000 h" where not given.')
+        str | None, typer.Option(help='For thresholds: accepted rate of false alarms; "1 per 1000 h" if not given.')
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON document to stdout, all else to stderr.")] = False,
 ) -> int:
@@ -95,7 +99,7 @@ def _next(
 ) -> str:
     """The next command, with the same options for reading, or the option that was missing."""
     if written is None:
-        return "nothing is written: say where with --output car.toml"
+        return "no vehicle file is written; to write one, give --output car.toml"
     words = ["tierod", "diagnose", *map(str, recordings), "--vehicle", str(written)]
     reading = [("--from", start), ("--to", stop), *(("--dbc", each) for each in dbc or []), ("--map", channel_map)]
     words += [str(word) for option in reading if option[1] is not None for word in option]
@@ -110,7 +114,7 @@ def _wanted_hours(wanted: Subject, subject: str, false_alarms: str | None) -> fl
     if false_alarms is None:
         return None
     if not wanted.takes_false_alarms:
-        raise ParameterError(f"the identification of '{subject}' makes no use of --false-alarms; leave it out")
+        raise ParameterError(f"the identification of '{subject}' does not use --false-alarms; leave it out")
     return seconds_between(false_alarms) / 3600.0
 
 
@@ -131,10 +135,10 @@ def _target(car: Vehicle, output: Path | None, in_place: bool) -> Path | None:
     from tierod.vehicles.vehicle import SHIPPED
 
     if in_place and output is not None:
-        raise OutputError("--in-place and --output say two places for the vehicle file; give one of them")
+        raise OutputError("--in-place and --output name two places for the vehicle file; give one of them")
     if in_place and car.path.parent == SHIPPED:
         raise OutputError(
-            f"{car.name} is shipped with tierod and is not written over; give --output eps-identified.toml"
+            f"{car.name} is shipped with tierod and cannot be overwritten; give --output eps-identified.toml"
         )
     return car.path if in_place else output
 
@@ -152,7 +156,7 @@ def _require_places(
 
     refuse_to_overwrite(report, [*given, car.path, target], "page", "--report")
     if not in_place:
-        refuse_to_overwrite(target, [car.path], "vehicle file", "--output, or say --in-place")
+        refuse_to_overwrite(target, [car.path], "vehicle file", "--output, or give --in-place")
     refuse_to_overwrite(target, given, "vehicle file")
     for path in filter(None, (target, report)):
         require_folder(path)

@@ -79,11 +79,11 @@ def _write_map(
     if channel_map is not None or as_json:
         raise ParameterError(f"--write-map and {'--json' if as_json else '--map'} exclude each other; give one of them")
     if target.suffix != ".toml":
-        raise OutputError(f"{target} is no name of a channel map, which ends in .toml; write car.channels.toml")
+        raise OutputError(f"{target} is not the name of a channel map, which ends in .toml; write car.channels.toml")
     refuse_to_overwrite(target, [recording, *(dbc or [])], "channel map", "--write-map")
     require_folder(target)
     if target.exists() and not overwrite:
-        raise OutputError(f"{target} is there already; name another file, or replace it with --overwrite")
+        raise OutputError(f"{target} exists already; name another file, or replace it with --overwrite")
     car = None if vehicle is None else load(vehicle)
     with progress(f"reading {recording.name}") as advance:
         found = propose(recording, read_by(car, dbc)[0], advance)
@@ -104,9 +104,9 @@ def _show_proposal(found: Proposal, target: Path, vehicle: str | None, dbc: Sequ
         console.print(f"{which} not matched; the map lists {'it' if count == 1 else 'them'}", markup=False)
     if found.texts:
         names = ", ".join(found.texts[:5]) + (" and more" if len(found.texts) > 5 else "")
-        advice = "empty the values that such a flag calls invalid before the export"
+        advice = "before the export, empty the values that such a flag marks as invalid"
         console.print(f"not read, since they hold text: {names}; {advice}", markup=False)
-    console.print(f"channel map: {target}: the reasons stand in it; edit it where it is wrong", markup=False)
+    console.print(f"channel map: {target}: it holds the reasons; edit it where it is wrong", markup=False)
     databases = [word for each in dbc for word in ("--dbc", str(each))]
     if vehicle is not None:
         words = ["diagnose", str(found.path), "--vehicle", vehicle, *databases, "--map", str(target)]
@@ -117,7 +117,7 @@ def _show_proposal(found: Proposal, target: Path, vehicle: str | None, dbc: Sequ
         words = ["new", str(own), "--class", "midsize", *named, *databases[:2], "--drive", str(found.path)]
     console.print(f"go on with: tierod {shlex.join(words)}", markup=False, soft_wrap=True)
     if vehicle is None:
-        console.print("and add to it what a brochure says, such as mass=1480 wheelbase=2.68", markup=False)
+        console.print("and add values from the data sheet, such as mass=1480 wheelbase=2.68", markup=False)
 
 
 def _show(found: Inspection, every: bool, channel_map: Path | None) -> None:
@@ -170,9 +170,9 @@ def _can_run(ready: Readiness, verdict: str) -> str:
 def _say_which_vehicle(car: Vehicle | None) -> None:
     """Print for which vehicle the list of monitors holds."""
     if car is None:
-        text = "no vehicle is named, so that a typical car stands for it; --vehicle looks at the parameters of yours"
+        text = "no vehicle is named: a typical car is assumed; name yours with --vehicle"
     else:
-        text = f"looked at as the vehicle {car.name}; --vehicle takes another"
+        text = f"checked for the vehicle {car.name}; choose another with --vehicle"
     messages().print(text, soft_wrap=True, markup=False)
 
 

@@ -38,11 +38,11 @@ def inspect_unit(path: Path, target: Path | None, overwrite: bool, as_json: bool
         return
     if target is not None:
         if target.suffix != ".toml":
-            raise OutputError(f"{target} is no name of a plant file, which ends in .toml; write car.plant.toml")
+            raise OutputError(f"{target} is not the name of a plant file, which ends in .toml; write car.plant.toml")
         refuse_to_overwrite(target, [path], "plant file", "--write-map")
         require_folder(target)
         if target.exists() and not overwrite:
-            raise OutputError(f"{target} is there already; name another file, or replace it with --overwrite")
+            raise OutputError(f"{target} exists already; name another file, or replace it with --overwrite")
         write_text(target, found.text(os.path.relpath(path, target.absolute().parent)))
     _show(found, target)
 

@@ -16,7 +16,7 @@ def isolability(
         list[str] | None, typer.Option(help="A sensor that the car does not have; may be given more than once.")
     ] = None,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="Where the HTML page goes; beside you where not given.")
+        Path | None, typer.Option("--output", "-o", help="HTML page to write; in the current folder if not given.")
     ] = None,
     report: Annotated[bool, typer.Option(help="Write the HTML page.")] = True,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON document to stdout, all else to stderr.")] = False,

@@ -28,31 +28,35 @@ def live(
     monitor: Annotated[
         list[str] | None, typer.Option(help="What to watch; every monitor that can run where not given.")
     ] = None,
-    log: Annotated[Path | None, typer.Option(help="MF4 file that takes every frame as it comes.")] = None,
+    log: Annotated[Path | None, typer.Option(help="MF4 file to which every frame is logged.")] = None,
     mcap: Annotated[Path | None, typer.Option(help="MCAP file of signals, estimates and findings.")] = None,
     send: Annotated[str | None, typer.Option(help="Channel of the interface to which results are sent.")] = None,
-    results_dbc: Annotated[Path | None, typer.Option(help="DBC of the results; it is written.")] = None,
+    results_dbc: Annotated[Path | None, typer.Option(help="DBC file to write for the results.")] = None,
     results_id: Annotated[str, typer.Option(help="Identifier of the first message of the results.")] = "0x6E0",
     memory: Annotated[Path | None, typer.Option(help="Fault memory; every drive is one operation cycle.")] = None,
     report: Annotated[Path | None, typer.Option(help="HTML page at the end of the drive.")] = None,
     checkpoint: Annotated[
-        Path | None, typer.Option(help="File that keeps the states of the monitors; they go on from it.")
+        Path | None, typer.Option(help="File that keeps the states of the monitors; a restart continues from it.")
     ] = None,
     baselines: Annotated[Path | None, typer.Option(help="Folder with the baseline that each monitor learnt.")] = None,
-    bitrate: Annotated[int | None, typer.Option(help="Bit rate [bit/s]; as the driver has it where not given.")] = None,
-    fd: Annotated[bool, typer.Option("--fd", help="Frames of CAN FD come.")] = False,
+    bitrate: Annotated[int | None, typer.Option(help="Bit rate [bit/s]; that of the driver if not given.")] = None,
+    fd: Annotated[bool, typer.Option("--fd", help="Receive frames of CAN FD.")] = False,
     interface_option: Annotated[
         list[str] | None, typer.Option(help="NAME=VALUE for python-can, N:NAME=VALUE for the N-th bus alone.")
     ] = None,
-    period: Annotated[float, typer.Option(help="Time between two pieces of the drive [s].")] = 2.0,
+    period: Annotated[float, typer.Option(help="Length of the pieces in which the drive is judged [s].")] = 2.0,
     silence: Annotated[float, typer.Option(help="Time without a frame after which the drive has ended [s].")] = 30.0,
     ignition: Annotated[
-        str, typer.Option(help='Signal of a database, as "Message.Signal", whose zero ends the drive.')
+        str, typer.Option(help='Signal of a database, as "Message.Signal", whose value 0 ends the drive.')
     ] = "",
-    drives: Annotated[int, typer.Option(help="End after so many drives; 0 goes on.")] = 0,
-    seconds: Annotated[float, typer.Option(help="End after this time [s]; 0 goes on until Ctrl-C.")] = 0.0,
-    websocket: Annotated[int | None, typer.Option(help="Port on this computer for the events; 0 takes any.")] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Events as JSON lines, as without a terminal.")] = False,
+    drives: Annotated[int, typer.Option(help="End after this many drives; 0: no limit.")] = 0,
+    seconds: Annotated[float, typer.Option(help="End after this time [s]; 0: run until Ctrl-C.")] = 0.0,
+    websocket: Annotated[
+        int | None, typer.Option(help="Port on this computer for the events; 0: any free port.")
+    ] = None,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print events as JSON lines, as is done without a terminal.")
+    ] = False,
 ) -> int:
     """Follow live buses until Ctrl-C: healthy (0), fault (1), could not judge (2), bad input (3)."""
     from tierod.cli.live_setup import Wanted, drive_of, refuse_unfit

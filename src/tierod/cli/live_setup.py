@@ -62,7 +62,9 @@ def refuse_unfit(wanted: Wanted) -> None:
             raise ParameterError(f"{name} needs a positive time, not {value:g} s")
     car = load(wanted.vehicle)
     if (wanted.send is None) != (wanted.results_dbc is None):
-        raise ParameterError("--send sends results by a DBC: give both --send CHANNEL and --results-dbc FILE")
+        raise ParameterError(
+            "--send and --results-dbc work only together: give both --send CHANNEL and --results-dbc FILE"
+        )
     try:
         int(wanted.results_id, 0)
     except ValueError:
@@ -81,7 +83,7 @@ def _refuse_endings(wanted: Wanted) -> None:
         path: Path | None = getattr(wanted, name)
         if path is not None and path.suffix.lower() not in endings:
             option = f"--{name.replace('_', '-')}"
-            later = "; tierod convert makes other formats of it later" if name in ("log", "mcap") else ""
+            later = "; tierod convert writes other formats from it later" if name in ("log", "mcap") else ""
             raise ParameterError(
                 f"{option} writes {endings[0]}, not '{path.name}': name it {path.stem}{endings[0]}{later}"
             )

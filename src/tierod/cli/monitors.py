@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 def monitors(
     name: Annotated[str | None, typer.Argument(help="a monitor, to see its signals and variants")] = None,
     vehicle: Annotated[
-        str | None, typer.Option(help="a vehicle: what its file and its channel map lack, and what that would bring")
+        str | None,
+        typer.Option(help="a vehicle: list what its file and its channel map lack, and what each addition brings"),
     ] = None,
     json: Annotated[bool, typer.Option("--json", help="print one JSON document")] = False,
 ) -> None:
@@ -91,7 +92,7 @@ def _show_lacking(monitor: Monitor, found: Mapping[str, Lacking], car: Vehicle, 
         cells += [(p, "parameter", "replaces a default", QUANTITIES[p].meaning) for p in each.optional]
         if each.needed_signals is None:
             console.print(
-                f"{car.name} names no channel map: its signals are not known here, 'tierod inspect' finds them"
+                f"{car.name} names no channel map: its signals are not known here; 'tierod inspect' lists them"
             )
         if each.guessed:
             console.print("'tierod diagnose' ranks the guesses by how far each moves the result of a recording")

@@ -43,10 +43,12 @@ def new(
     from tierod.vehicles.given import known_from
 
     if file.suffix != ".toml" or "=" in file.name:
-        raise OutputError(f"{file} is no name of a vehicle file, which ends in .toml; write 'tierod new car.toml ...'")
+        raise OutputError(
+            f"{file} is not the name of a vehicle file, which ends in .toml; write 'tierod new car.toml ...'"
+        )
     require_folder(file)
     if file.exists() and not overwrite:
-        raise OutputError(f"{file} is there already; name another file, or replace it with --overwrite")
+        raise OutputError(f"{file} exists already; name another file, or replace it with --overwrite")
     known = known_from(values or [])
     car = None if like is None else load(like)
     found, parameters = begun(known, kind, car)
@@ -57,7 +59,7 @@ def new(
     given = [name for name in known if name in QUANTITIES and QUANTITIES[name].torque]
     if counts and given:
         raise ParameterError(
-            f"the channel map reads torques as raw counts, so {given[0]} in N*m says nothing; leave it out"
+            f"the channel map reads torques as raw counts, so {given[0]} in N*m has no meaning; leave it out"
         )
     write_text(file, text_of(file.stem, found, parameters, named, None if car is None else car.name, counts, bus))
     console = output()
@@ -89,7 +91,7 @@ def _from(file: Path, other: Path) -> str:
 def _said(file: Path, kind: str, given: int, total: int, channel_map: str | None, drives: Sequence[Path]) -> list[str]:
     lines = [
         f"vehicle file: {file}: class {kind}, {given} values given, {total} parameters, each with its spread",
-        "edit it where you know better; a value with its standard deviation is worth more than a guess without",
+        "replace values that you know better, and give each its standard deviation",
     ]
     if channel_map is not None:
         lines.append(f"channel map: {channel_map}")

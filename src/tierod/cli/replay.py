@@ -17,14 +17,14 @@ def replay(
     channel: Annotated[list[str], typer.Option(help="Channel of the interface; once for every bus.")],
     dbc: Annotated[list[Path] | None, typer.Option(help="CAN database; may be given more than once.")] = None,
     channel_map: Annotated[
-        Path | None, typer.Option("--map", help="TOML file that says which signal of the DBC a canonical one is.")
+        Path | None, typer.Option("--map", help="TOML file: signal of the DBC for each canonical signal.")
     ] = None,
     interface_option: Annotated[
         list[str] | None, typer.Option(help="NAME=VALUE for python-can, N:NAME=VALUE for the N-th bus alone.")
     ] = None,
     fd: Annotated[bool, typer.Option("--fd", help="Open buses of CAN FD.")] = False,
-    speed: Annotated[float, typer.Option(help="Times real time; 0 as fast as the bus takes it.")] = 1.0,
-    seed: Annotated[int, typer.Option(help="Of all that goes wrong.")] = 0,
+    speed: Annotated[float, typer.Option(help="Multiple of real time; 0: as fast as the bus accepts.")] = 1.0,
+    seed: Annotated[int, typer.Option(help="Seed of the disturbances.")] = 0,
     loss: Annotated[float, typer.Option(help="Share of frames that are lost.")] = 0.0,
     doubled: Annotated[float, typer.Option(help="Share of frames that come twice.")] = 0.0,
     jitter: Annotated[float, typer.Option(help="Standard deviation of a delay [s].")] = 0.0,

@@ -12,7 +12,8 @@ def serve(
     paths: Annotated[
         list[Path] | None,
         typer.Argument(
-            help="Folders of recordings, results folders of 'tierod fleet', or single recordings; the demo without any."
+            help="Folders of recordings, results folders of 'tierod fleet', or single recordings; the demo if none "
+            "is given."
         ),
     ] = None,
     vehicle: Annotated[
@@ -28,17 +29,20 @@ def serve(
     live: Annotated[
         list[str] | None, typer.Option(help="Bus to follow, as INTERFACE:CHANNEL; may be given more than once.")
     ] = None,
-    port: Annotated[int, typer.Option(help="Port; 0 takes any that is free.")] = 8765,
+    port: Annotated[int, typer.Option(help="Port; 0: any free port.")] = 8765,
     bind: Annotated[
-        str, typer.Option(help="Address on which it answers; others than this computer's own need the token it prints.")
+        str,
+        typer.Option(
+            help="Address on which it answers; if it is not this computer's own, clients need the printed token."
+        ),
     ] = "127.0.0.1",
     browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open the page.")] = True,
     cache: Annotated[Path | None, typer.Option(help="Folder that keeps analysed recordings.")] = None,
     workers: Annotated[int | None, typer.Option(help="Jobs at a time; half of the cores where not given.")] = None,
-    job_time: Annotated[float, typer.Option(help="Longest work on one job [s].")] = 3600.0,
-    job_memory: Annotated[int, typer.Option(help="Memory of a job [MiB].")] = 4096,
-    upload: Annotated[int, typer.Option(help="Longest upload [MiB].")] = 2048,
-    cache_size: Annotated[int, typer.Option(help="What is kept of analysed recordings [MiB].")] = 20480,
+    job_time: Annotated[float, typer.Option(help="Time limit of one job [s].")] = 3600.0,
+    job_memory: Annotated[int, typer.Option(help="Memory limit of one job [MiB].")] = 4096,
+    upload: Annotated[int, typer.Option(help="Largest upload [MiB].")] = 2048,
+    cache_size: Annotated[int, typer.Option(help="Limit of the folder of analysed recordings [MiB].")] = 20480,
 ) -> int:
     """Serve the page until Ctrl-C: ended by the user (0), bad input (3)."""
     from tierod.core.errors import ParameterError

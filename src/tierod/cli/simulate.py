@@ -19,20 +19,22 @@ def simulate(
         typer.Argument(help="A shipped scenario (see 'tierod scenarios'), a scenario file, or a virtual fleet's file."),
     ],
     output: Annotated[
-        Path, typer.Option("--output", "-o", help="File to write: .mf4, .parquet or .csv; of a fleet its folder.")
+        Path, typer.Option("--output", "-o", help="File to write: .mf4, .parquet or .csv; for a fleet, a folder.")
     ],
-    seed: Annotated[int | None, typer.Option(min=0, help="Of all chance, in place of the scenario's.")] = None,
+    seed: Annotated[
+        int | None, typer.Option(min=0, help="Seed of all random numbers, in place of the scenario's.")
+    ] = None,
     seconds: Annotated[float | None, typer.Option(help="Duration in seconds, in place of the scenario's.")] = None,
     plant: Annotated[
         Path | None,
-        typer.Option(help="Unit (.fmu) that computes the vehicle in place of ours, or the plant file of one (.toml)."),
+        typer.Option(help="Unit (.fmu) that replaces tierod's model of the vehicle, or its plant file (.toml)."),
     ] = None,
     json: Annotated[bool, typer.Option("--json", help="print one JSON document")] = False,
     estimates: Annotated[
         bool,
-        typer.Option("--estimates", help="Of a fleet: draw estimates from measured errors; drive nothing."),
+        typer.Option("--estimates", help="For a fleet: draw estimates from measured errors; simulate no drives."),
     ] = False,
-    workers: Annotated[int | None, typer.Option(min=1, help="Of a fleet: processes; one per core.")] = None,
+    workers: Annotated[int | None, typer.Option(min=1, help="For a fleet: processes; one per core.")] = None,
 ) -> int:
     """Run a scenario once; measured channels and the truth (channels named truth_...) go into one recording."""
     from tierod.fleet.virtual import describes_fleet
@@ -53,7 +55,9 @@ def simulate(
     if plant is not None:
         chosen = _with_plant(chosen, plant)
     for fault in (each for each in whole.faults if each not in chosen.faults):
-        messages().print(f"left out, since it would begin later: {fault.label}", soft_wrap=True, markup=False)
+        messages().print(
+            f"left out, since it begins after the end of the run: {fault.label}", soft_wrap=True, markup=False
+        )
     began = time.perf_counter()
     with progress(f"driving {chosen.name}") as advance:
         outcome = chosen.run(advance)
@@ -78,7 +82,7 @@ def _refuse_plant(plant: Path | None) -> None:
     from tierod.core.errors import ParameterError
 
     if plant is not None:
-        raise ParameterError("--plant takes the place of one scenario's car, and a fleet has many; name a scenario")
+        raise ParameterError("--plant replaces the car of one scenario, and a fleet has many cars; name a scenario")
 
 
 def _with_plant(scenario: Scenario, plant: Path) -> Scenario:
@@ -107,8 +111,8 @@ def _astray(outcome: Outcome) -> str:
         return ""
     first = offset.time[int(np.argmax(np.abs(offset.values) > OFF_PATH))]
     return (
-        f"the car leaves its path by more than {OFF_PATH:g} m from {first:.4g} s on: look at signs and "
-        "units of what steers the unit and of its yaw rate and speed (left is positive; sign = -1 turns one over)"
+        f"the car leaves its path by more than {OFF_PATH:g} m from {first:.4g} s on: check signs and units of the "
+        "unit's steering input, yaw rate and speed (left is positive; sign = -1 reverses a signal)"
     )
 
 
@@ -128,8 +132,8 @@ def _standing(scenario: Scenario, outcome: Outcome) -> str:
     if not speeds or wanted <= STANDING or (np.nan_to_num(np.abs(speeds[0])) > STANDING).any():
         return ""
     return (
-        f"the car stands throughout, and its course begins at {wanted:.3g} m/s: wire what the unit takes as wanted "
-        "speed to demand.speed, or its speed at the start to start_speed, in the plant file"
+        f"the car stands still throughout, but its course begins at {wanted:.3g} m/s: in the plant file, connect the "
+        "speed demand of the unit to demand.speed, or its initial speed to start_speed"
     )
 
 
@@ -138,7 +142,7 @@ def _diverged(scenario: Scenario, outcome: Outcome, path: Path) -> str:
         return f"{outcome.reason}; {path} holds the drive up to {outcome.diverged_at:g} s of {scenario.duration:g} s"
     return (
         f"the run diverged: its last good time is {outcome.diverged_at:g} s of {scenario.duration:g} s, up to which "
-        f"{path} holds it; look for a parameter or fault beyond what a car survives"
+        f"{path} holds it; reduce the fault, or check the changed parameters"
     )
 
 

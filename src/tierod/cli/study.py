@@ -22,14 +22,19 @@ NO_CAUSE = "not known"
 def study(
     name: Annotated[str | None, typer.Argument(help="Which study; every one where not given.")] = None,
     output: Annotated[
-        Path, typer.Option("--output", "-o", help="Folder for report.html and claims.json; of every study its own.")
+        Path,
+        typer.Option("--output", "-o", help="Folder for report.html and claims.json; one subfolder each if all run."),
     ] = Path("out"),
-    quick: Annotated[bool, typer.Option("--quick", help="A few minutes of driving only: a try, no figures.")] = False,
+    quick: Annotated[
+        bool, typer.Option("--quick", help="A few minutes of driving only: a trial, whose figures are not reliable.")
+    ] = False,
     processes: Annotated[int | None, typer.Option(min=1, help="Worker processes; one per core.")] = None,
     scheduler: Annotated[str | None, typer.Option(help="Address of a Dask scheduler, as tcp://host:8786.")] = None,
     thorough: Annotated[
         bool,
-        typer.Option("--thorough", help="Hours of driving more where rare events are counted; takes up to an hour."),
+        typer.Option(
+            "--thorough", help="Simulate hours more of driving where rare events are counted; takes up to an hour."
+        ),
     ] = False,
 ) -> int:
     """Run a study: tables and claims to the terminal as Markdown, a page and claims.json to a folder."""
@@ -89,7 +94,9 @@ def _run(chosen: Study, effort: Effort, folder: Path) -> list[Path]:
         created=datetime.now(UTC).isoformat(timespec="seconds"),
         version=__version__,
         command=command,
-        remark="This was a quick run over a few minutes of driving. Its figures say little." if effort.quick else "",
+        remark="This was a quick run over a few minutes of driving. Its figures are not reliable."
+        if effort.quick
+        else "",
     )
     texts = {
         "report.html": render_study(page),
