@@ -100,7 +100,7 @@ def test_what_unfolds_to_too_much_is_refused_with_the_way_out(tmp_path, name):
     BOMBS[name](path)
     assert path.stat().st_size < 160_000, "a hundred times as much is below the limit"
     with pytest.raises(
-        InputError, match=f"unfolds to .*set the environment variable {VARIABLE}, for example"
+        InputError, match=f"unpacks to .*set the environment variable {VARIABLE}, for example"
     ) as caught:
         read(path, dbc="rav4" if "can" in name or "lying" in name else None)
     assert name in str(caught.value)
@@ -125,7 +125,7 @@ def test_little_memory_is_taken_before_it_is_refused(tmp_path, name):
 def test_samples_are_counted_where_the_file_is_read_whole(tmp_path):
     path = tmp_path / "drive.mf4"
     records(path)
-    with pytest.raises(InputError, match="unfolds to more than"):
+    with pytest.raises(InputError, match="unpacks to more than"):
         read(path)
 
 

@@ -29,7 +29,7 @@ def test_a_monitor_is_exported_with_the_drive_it_is_compared_by(tmp_path, capsys
         (["c", "fricton"], "did you mean 'friction'"),
         (["c", "hysteresis", "--variant", "hoist"], "judges a recording as a whole"),
         (["c", "hysteresis"], "judges a recording as a whole"),
-        (["fmu", "hysteresis"], "ecu is no name of a unit, which ends in .fmu"),
+        (["fmu", "hysteresis"], "ecu does not end in .fmu"),
         (["c", "motor-angle"], "lacks motor_resistance"),
         (["c", "friction", "--precision", "half"], "--precision is 'half'"),
         (["c", "friction", "--drive", "nowhere.mf4"], "nowhere.mf4"),
@@ -66,7 +66,7 @@ def test_what_a_scenario_drives_with_becomes_a_unit(tmp_path, capsys, what, fmi)
         (["plant"], "name it with --scenario"),
         (["assist", "--scenario", "steer-by-wire-lane-change"], "has no assist unit"),
         (["friction", "--vehicle", "midsize-eps", "--fmi", "1"], "the versions are 2 and 3"),
-        (["condition", "--vehicle", "smartload"], "is a bank of 53 filters, of which no unit is made yet"),
+        (["condition", "--vehicle", "smartload"], "is a bank of 53 filters, which cannot be exported as a unit"),
         (["hysteresis", "--vehicle", "midsize-eps"], "judges a recording as a whole"),
     ],
 )

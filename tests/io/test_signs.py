@@ -36,12 +36,12 @@ def test_right_signs_earn_no_warning():
 @pytest.mark.parametrize("wrong", ["steering_wheel_angle", "yaw_rate", "lateral_acceleration"])
 def test_the_odd_one_is_named(wrong):
     (warning,) = sign_warnings(drive(**{wrong: -1.0}))
-    assert warning.startswith(f"{wrong} has probably the wrong sign in turns")
+    assert warning.startswith(f"{wrong} probably has the wrong sign (in turns")
 
 
 def test_torques_against_each_other():
     (warning,) = sign_warnings(drive(motor_torque=-1.0))
-    assert warning.startswith("driver_torque or motor_torque has probably the wrong sign")
+    assert warning.startswith("driver_torque or motor_torque probably has the wrong sign")
 
 
 def test_a_speed_of_the_wrong_sign_blames_nothing_else():
@@ -56,14 +56,14 @@ def test_a_rate_against_its_angle():
         channel = Channel("steering_wheel_rate", TIME, sign * rate, "rad/s")
         warnings = sign_warnings(whole.with_channels([channel]))
         assert len(warnings) == count
-        assert all("steering_wheel_rate or steering_wheel_angle has probably" in warning for warning in warnings)
+        assert all("steering_wheel_rate or steering_wheel_angle probably has" in warning for warning in warnings)
 
 
 def test_two_signals_are_both_named():
     whole = drive(yaw_rate=-1.0)
     pair = Recording({name: whole[name] for name in ("yaw_rate", "lateral_acceleration")})
     (warning,) = sign_warnings(pair)
-    assert warning.startswith("yaw_rate or lateral_acceleration has probably the wrong sign")
+    assert warning.startswith("yaw_rate or lateral_acceleration probably has the wrong sign")
 
 
 @pytest.mark.parametrize(("first", "warned"), [(1.0, False), (-1.0, True)])

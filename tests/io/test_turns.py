@@ -33,8 +33,8 @@ def test_signs_and_gains_are_no_matter_of_units(fault_free, name, factor):
     [
         ("vehicle_speed", 3.6, "vehicle_speed looks like km/h taken for m/s"),
         ("vehicle_speed", 1.0 / 3.6, "vehicle_speed looks converted twice"),
-        ("yaw_rate", 57.3, "at least one of them is not what it says"),
-        ("lateral_acceleration", 1.0 / 9.81, "at least one of them is not what it says"),
+        ("yaw_rate", 57.3, "at least one of them has a wrong unit"),
+        ("lateral_acceleration", 1.0 / 9.81, "at least one of them has a wrong unit"),
     ],
 )
 def test_a_wrong_unit_is_reported(fault_free, name, factor, sentence):

@@ -90,7 +90,7 @@ def _written(pieces: Iterable[Recording], path: Path) -> tuple[str, ...]:
         for channel, part in zip(group.channels, values, strict=True):
             channels[channel.name] = replace(channel, time=time, values=part)
     write(Recording(channels, spool.metadata), path)
-    return (f"{writer.title} is written by another package, which says what it holds",)
+    return (f"{writer.title} is written by another package; what the file keeps depends on its writer",)
 
 
 NAMED = 5

@@ -35,7 +35,7 @@ def plain(metadata: Mapping[str, object]) -> dict[str, Any]:
     return content
 
 
-DAMAGED = "what tierod wrote beside the numbers (units, sources, metadata) is damaged and was left out"
+DAMAGED = "the units, sources and metadata that tierod wrote are damaged and were left out"
 """Warning on a description that cannot be read."""
 
 _TEXTS = ("name", "unit", "source", "note")
@@ -54,14 +54,14 @@ def description_in(text: str | bytes) -> dict[str, Any]:
     channels = _table(_table(document).get("channels", {}))
     for each in channels.values():
         if not all(isinstance(_table(each).get(key, ""), str) for key in _TEXTS):
-            raise ValueError("a channel is described by something else than texts")
+            raise ValueError("the description of a channel is not text")
     for clock in _list(document.get("clocks", [])):
         names = [_table(clock).get("time"), *_list(clock.get("channels"))]
         if not all(isinstance(name, str) for name in names):
-            raise ValueError("a clock is described by something else than names")
+            raise ValueError("the description of a clock holds no names")
     origin = document.get("origin", 0.0)
     if isinstance(origin, bool) or not isinstance(origin, int | float) or not math.isfinite(origin):
-        raise ValueError("the origin of the time is no number")
+        raise ValueError("the origin of the time is not a number")
     return {**document, "channels": channels, "metadata": metadata_in(document.get("metadata", {}))}
 
 
@@ -73,17 +73,17 @@ def metadata_in(document: object) -> dict[str, Any]:
     """
     warnings = _table(document).get("warnings", [])
     if not all(isinstance(each, str) for each in _list(warnings)):
-        raise ValueError("the warnings are no texts")
+        raise ValueError("the warnings are not texts")
     return _table(document)
 
 
 def _list(value: object) -> list[Any]:
     if not isinstance(value, list):
-        raise ValueError("a list is something else")
+        raise ValueError("an entry that has to be a list is none")
     return value
 
 
 def _table(value: object) -> dict[str, Any]:
     if not isinstance(value, dict):
-        raise ValueError("a table is something else")
+        raise ValueError("an entry that has to be a table is none")
     return value

@@ -199,7 +199,8 @@ def _rate_remarks(pace: Pace, count: int, gap: float, seen: int, limits: Quality
         )
     if rate > 5.0 * mean and gap < 1.0:
         remarks.append(
-            f"samples arrive in bursts ({mean:.3g} Hz on average, {rate:.3g} Hz within one): give the period to retime"
+            f"samples arrive in bursts ({mean:.3g} Hz on average, {rate:.3g} Hz within one): in Python, "
+            "space them evenly with Recording.retime(period)"
         )
     return remarks
 

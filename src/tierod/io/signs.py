@@ -67,13 +67,16 @@ def sign_warnings(recording: Recording, limits: SignLimits | None = None) -> tup
     speed = columns["vehicle_speed"][np.abs(columns["vehicle_speed"]) > limits.slowest]
     if len(speed) and np.mean(speed < 0.0) > 0.5:
         share = f"{100.0 * np.mean(speed < 0.0):.0f} %"
-        return (f"vehicle_speed is negative {share} of the way: probably a wrong sign; set it in the channel map",)
+        return (
+            f"vehicle_speed is negative for {share} of the driving time: its sign is probably wrong; set it in "
+            "the channel map",
+        )
     angle, rate = columns["steering_wheel_angle"], columns["steering_wheel_rate"]
     rates = {"steering_wheel_rate": rate, "steering_wheel_angle": np.gradient(angle) if len(angle) > 1 else angle}
     return (
         *_odd_ones(_turns(columns, limits), limits, "in turns"),
-        *_odd_ones(torques, limits, "of the torques"),
-        *_odd_ones(rates, limits, "in its change"),
+        *_odd_ones(torques, limits, "among the torques"),
+        *_odd_ones(rates, limits, "angle against rate"),
     )
 
 
@@ -118,11 +121,11 @@ def _odd_ones(signals: Mapping[str, np.ndarray], limits: SignLimits, where: str)
     blamed = [name for name in names if all((name in pair) == (pair in wrong) for pair in strong)]
     figures = ", ".join(f"{a} with {b} {value:.2f}" for (a, b), value in wrong.items())
     if len(strong) > 1 and len(blamed) == 1:
-        suspect = f"{blamed[0]} has probably the wrong sign"
+        suspect = f"{blamed[0]} probably has the wrong sign"
     else:
         involved = dict.fromkeys(name for pair in wrong for name in pair)
-        suspect = " or ".join(involved) + " has probably the wrong sign"
-    return [f"{suspect} {where} (correlation {figures}; positive is left for all): set its sign in the channel map"]
+        suspect = " or ".join(involved) + " probably has the wrong sign"
+    return [f"{suspect} ({where}, correlation {figures}; positive is left for all): set its sign in the channel map"]
 
 
 NAMES = ("vehicle_speed", "yaw_rate", "lateral_acceleration")
@@ -159,7 +162,7 @@ def turn_warnings(recording: Recording, limits: TurnLimits | None = None) -> tup
     ratio = _ratio(recording, limits)
     if ratio is None or 1.0 / limits.deviation < ratio < limits.deviation:
         return ()
-    guess = "at least one of them is not what it says"
+    guess = "at least one of them has a wrong unit"
     for wrong, reason in (
         (1.0 / KMH, "vehicle_speed looks like km/h taken for m/s"),
         (KMH, "vehicle_speed looks converted twice"),

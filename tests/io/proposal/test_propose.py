@@ -118,8 +118,8 @@ def test_a_wheel_that_turns_otherwise_than_its_axle_gets_no_factor_that_hides_it
     left, right = (entries[f"wheel_speed_rear_{side}"] for side in ("left", "right"))
     assert left.factor == right.factor
     assert not left.unit.decided
-    assert "than which it turns 9% more: check" in left.unit.reason
-    assert "than which" not in right.unit.reason
+    assert "this wheel turns 9% more: check" in left.unit.reason
+    assert "this wheel turns" not in right.unit.reason
 
 
 def test_without_wheels_the_odd_one_is_turned_and_the_side_is_left_to_check(tmp_path):
@@ -148,7 +148,7 @@ def test_unmatched_and_doubled_columns_stay_in_the_text_as_comments(tmp_path):
     (entry,) = proposal.entries
     assert (entry.column.title or entry.column.name) == "Gierrate"
     text = text_of(proposal)
-    assert "could be it too: 'YawRate" in text
+    assert "other candidates: 'YawRate" in text
     assert "#   " in text
     assert "Tank" in text
 

@@ -154,7 +154,7 @@ def test_a_cell_that_is_no_number(tmp_path):
     found = read(written(tmp_path, text))["vehicle_speed"]
     assert np.isnan(found.values[5])
     assert np.isfinite(np.delete(found.values, 5)).all()
-    assert "1 cells are no numbers" in found.note
+    assert "1 cells are not numbers" in found.note
 
 
 def test_only_the_column_with_the_bad_cell_is_read_as_text(tmp_path, monkeypatch):
@@ -167,7 +167,7 @@ def test_only_the_column_with_the_bad_cell_is_read_as_text(tmp_path, monkeypatch
     text = "time;speed [m/s];count;empty;other\n" + body.replace(";2999;;2999\n", ";2999;;oops\n")
     found = read(written(tmp_path, text))
     assert seen == [3000]
-    assert "1 cells are no numbers" in found["other"].note
+    assert "1 cells are not numbers" in found["other"].note
     assert np.isnan(found["other"].values).tolist() == [False] * 2999 + [True]
     assert np.isnan(found["empty"].values).all()
     assert found["count"].values.tolist() == list(range(3000))
@@ -198,7 +198,7 @@ def test_without_names_the_counting_column_is_the_time(tmp_path):
     ("text", "sentence"),
     [
         ("some words\nand more of them\n", "holds no table of numbers"),
-        ("speed,torque\n1,2\n1,1\n0,3\n", "no column is the time"),
+        ("speed,torque\n1,2\n1,1\n0,3\n", "there is no time column"),
         (
             "time,speed,torque\n0,00,1,5,2,5\n0,01,1,5,2,5\n",
             "3 names above 6 columns: its numbers have a decimal comma",

@@ -224,14 +224,14 @@ def test_a_message_that_never_came_is_reported_and_keeps_nothing_else_from_being
     (bus / "mine.toml").write_text(needed)
     recording = read(bus / "drive.log", dbc=bus / "car.dbc", channel_map=bus / "mine.toml")
     assert len(recording["yaw_rate"].time) == 100
-    assert "vehicle_speed is not in the recording: Other.Speed never came on the bus" in recording.warnings
+    assert "vehicle_speed is not in the recording: Other.Speed was never received on the bus" in recording.warnings
     turn = read(bus / "drive.log", dbc=bus / "car.dbc", channel_map=bus / "mine.toml", names=["yaw_rate"])
     assert turn.warnings == (), "the other was not asked for"
 
 
 def test_a_log_without_any_wanted_message_says_so(bus):
     (bus / "mine.toml").write_text('[signals.vehicle_speed]\nsource = "Other.Speed"\n')
-    with pytest.raises(InputError, match="no message with a wanted signal came on the bus .Other.Speed"):
+    with pytest.raises(InputError, match="no message with a wanted signal was received on the bus .Other.Speed"):
         read(bus / "drive.log", dbc=bus / "car.dbc", channel_map=bus / "mine.toml", names=["vehicle_speed"])
 
 

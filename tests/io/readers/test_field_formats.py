@@ -133,7 +133,7 @@ def test_an_hdf5_file_that_unfolds_to_too_much_is_refused(tmp_path):
         for name in ("time", "yaw_rate"):
             file.create_dataset(name, shape=(10**9,), dtype="f8", chunks=(1 << 16,), compression="gzip")
     assert (tmp_path / "bomb.h5").stat().st_size < 10_000
-    with pytest.raises(InputError, match="unfolds to more than"):
+    with pytest.raises(InputError, match="unpacks to more than"):
         read(tmp_path / "bomb.h5")
 
 

@@ -232,7 +232,7 @@ def test_the_unit_is_that_of_the_value_after_the_factor(tmp_path):
     assert found.unit == "N*m"
     assert found.values[-1] == pytest.approx(49 * 0.05)
     for unit in ("", 'unit = "A"\n'):
-        with pytest.raises(InputError, match=r"'A' cannot become 'N\*m'.*offset, so give unit = \"N\*m\""):
+        with pytest.raises(InputError, match=r"'A' cannot become 'N\*m'.*offset: give unit = \"N\*m\""):
             read(path, channel_map=mapped(tmp_path, text + unit))
 
 
@@ -242,7 +242,7 @@ def test_two_columns_that_could_be_the_same_signal(tmp_path):
     found = read(path)
     assert found["vehicle_speed"].values[0] == 1.0
     assert found["velocity [m/s]"].values[0] == 2.0
-    assert "vehicle_speed is taken from 'speed [m/s]'; 'velocity [m/s]' could be it too" in found.warnings[0]
+    assert "vehicle_speed is taken from 'speed [m/s]'; 'velocity [m/s]' could be this signal too" in found.warnings[0]
 
 
 @pytest.mark.parametrize(("line", "sentence"), [("factor = 0", "other than 0"), ("offset = nan", "must be a finite")])

@@ -195,5 +195,5 @@ def test_a_layout_that_does_not_fit_is_left_aside(tmp_path, ours, layout):
 
 
 def test_our_own_file_without_its_clock(tmp_path, ours):
-    with pytest.raises(InputError, match="no column is the time"):
+    with pytest.raises(InputError, match="there is no time column"):
         read(saved(tmp_path, ours().select(["yaw_rate", "driver_torque"])))

@@ -69,4 +69,4 @@ def test_without_the_map_the_wrong_sign_is_seen(tmp_path):
     raw = complete(read(shared_data("rav4_highway_minute", "can.log"), dbc=alone))
     assert "channel_map" not in raw.metadata
     (warning,) = sign_warnings(raw)
-    assert warning.startswith("lateral_acceleration has probably the wrong sign in turns")
+    assert warning.startswith("lateral_acceleration probably has the wrong sign (in turns")

@@ -129,8 +129,8 @@ def test_a_log_without_database_names_its_identifiers(name):
         ("drive.mat", b"MATLAB 5.0 MAT-file".ljust(126) + b"\x01IM" + b"\x01" * 40, "cannot be read as MATLAB"),
         ("drive.mat", b"MATLAB 7.3 MAT-file" + b" " * 400, "cannot be read as HDF5"),
         ("drive.blf", b"LOGG" + b"\x01" * 400, "the BLF log"),
-        ("drive.mf4", b"\x00\x01\x02" * 100, "is no mdf file or its beginning is damaged"),
-        ("drive.xyz", b"\x00\x01\x02" * 100, "is of no known kind"),
+        ("drive.mf4", b"\x00\x01\x02" * 100, "is not a mdf file, or its beginning is damaged"),
+        ("drive.xyz", b"\x00\x01\x02" * 100, "has no known format"),
         ("drive.xlsx", b"PK\x03\x04" + b"\x00" * 100, "export the sheet as CSV"),
         ("drive.mcap", b"\x89MCAP0\r\n" + b"\x00" * 100, "MCAP"),
         ("drive.log.gz", b"\x1f\x8b" + b"\x00" * 100, "cannot be unpacked"),
@@ -182,7 +182,7 @@ def test_the_content_counts_not_the_ending(tmp_path, ending):
     wrong = path.rename(tmp_path / ("drive.csv" if ending != "csv" else "drive.mf4"))
     recording = read(wrong)
     assert recording.names == drive().names
-    assert "is that of" in recording.warnings[0]
+    assert "belongs to" in recording.warnings[0]
 
 
 def test_packed_text(tmp_path):

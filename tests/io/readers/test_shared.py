@@ -23,7 +23,7 @@ def test_passenger_car_with_a_wrong_sign():
     assert recording.metadata["origin"] == pytest.approx(1716990839.85)
     assert np.degrees(recording["steering_wheel_angle"].values[0]) == pytest.approx(54.863)
     (warning,) = sign_warnings(recording)
-    assert warning.startswith("lateral_acceleration has probably the wrong sign")
+    assert warning.startswith("lateral_acceleration probably has the wrong sign")
 
 
 def test_a_database_with_orphaned_entries_is_read_without_them():

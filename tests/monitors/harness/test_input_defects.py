@@ -126,8 +126,8 @@ def test_friction_is_suspect_and_the_right_signal_comes_first(healthy, name, cha
     ("name", "change", "beginning"),
     [
         ("steering_wheel_angle", late(0.5), "steering_wheel_angle is late against steering_wheel_rate"),
-        ("steering_wheel_angle", times(-1.0), "steering_wheel_angle has probably the wrong sign"),
-        ("lateral_acceleration", times(-1.0), "lateral_acceleration has probably the wrong sign"),
+        ("steering_wheel_angle", times(-1.0), "steering_wheel_angle probably has the wrong sign"),
+        ("lateral_acceleration", times(-1.0), "lateral_acceleration probably has the wrong sign"),
         ("steering_wheel_rate", times(2.0), "steering_wheel_rate or steering_wheel_angle has a wrong scale"),
     ],
 )

@@ -170,7 +170,7 @@ def _entry(
         reason = f"turns of the wheel, {unit.unit.name}; factor from the vehicle speed"
         if odd:
             differs = f"{abs(odd):.0%} {'less' if odd > 0.0 else 'more'}"
-            reason = f"{reason} and the other wheel of the axle, than which it turns {differs}: check"
+            reason = f"{reason} and the other wheel of the axle; this wheel turns {differs}: check"
     else:
         reason = f"{unit.reason}; give that of your wheels"
     speed_unit = Unit("m/s", factor, stated=unit.unit.stated)

@@ -56,7 +56,7 @@ def _of_speeds(motion: Motion) -> dict[str, Sign]:
             known = values[np.isfinite(values) & (values != 0.0)]
             backwards = float(np.mean(known < 0.0)) if len(known) else 0.0
             turned = backwards > 0.5
-            found[name] = Sign(-1, f"turned: negative {100 * backwards:.0f} % of the way") if turned else Sign(1)
+            found[name] = Sign(-1, f"turned: {100 * backwards:.0f} % of samples negative") if turned else Sign(1)
     return found
 
 
@@ -96,7 +96,7 @@ def _as(name: str, signals: dict[str, np.ndarray], known: dict[str, int]) -> Sig
         if abs(value) >= STRONG:
             figure = f"correlation with {WORDS[other]} {value:+.2f}"
             return Sign(1, f"kept: {figure}") if value > 0.0 else Sign(-1, f"turned: {figure}")
-    return Sign(1, "kept: no redundant signal shows it; check that left is positive")
+    return Sign(1, "kept: no redundant signal confirms it; check that left is positive")
 
 
 def _by_majority(signals: dict[str, np.ndarray]) -> dict[str, Sign]:
@@ -108,7 +108,7 @@ def _by_majority(signals: dict[str, np.ndarray]) -> dict[str, Sign]:
         if any(value <= -STRONG for value in strong.values()):
             reason = "kept, but the signals of the turn contradict each other: one of them has the wrong sign; check"
         else:
-            reason = "kept: no redundant signal shows it; check that left is positive"
+            reason = "kept: no redundant signal confirms it; check that left is positive"
         return {name: Sign(1, reason) for name in names}
     first, second = agreeing
     figure = f"correlation {strong[agreeing]:+.2f}; check that left is positive"
@@ -127,7 +127,7 @@ def _following(motion: Motion, name: str, others: tuple[str, ...], found: dict[s
                 words = WORDS.get(other, other.replace("_", " "))
                 figure = f"correlation with {words} {value:+.2f}"
                 return Sign(1, f"kept: {figure}") if value > 0.0 else Sign(-1, f"turned: {figure}")
-    return Sign(1, "kept: no redundant signal shows it; check that it is positive towards left")
+    return Sign(1, "kept: no redundant signal confirms it; check that it is positive towards left")
 
 
 def _add_rates(motion: Motion, found: dict[str, Sign]) -> None:
@@ -144,4 +144,4 @@ def _add_rates(motion: Motion, found: dict[str, Sign]) -> None:
             figure = f"correlation with {what} {value:+.2f}"
             found[name] = Sign(1, f"kept: {figure}") if value > 0.0 else Sign(-1, f"turned: {figure}")
         else:
-            found[name] = Sign(1, "kept: no redundant signal shows it; check")
+            found[name] = Sign(1, "kept: no redundant signal confirms it; check")

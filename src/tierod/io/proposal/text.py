@@ -24,14 +24,14 @@ def text_of(proposal: Proposal) -> str:
     parts = ["\n".join([*head, f"title = {quoted(f'proposed from {proposal.path.name}')}"])]
     parts += [_table(entry) for entry in proposal.entries]
     if proposal.unmatched:
-        lines = ["# Columns that were not matched; give those that you need a table of their own:"]
+        lines = ["# Columns that were not matched; write a table for each that you need:"]
         lines += [f"#   {quoted(c.name)}{f'  [{printable(c.unit)}]' if c.unit else ''}" for c in proposal.unmatched]
         lines += ["# [signals.NAME]  # a name of 'docs/reference/signals.md'", '# source = "COLUMN"', '# unit = "..."']
         parts.append("\n".join(lines))
     if proposal.texts:
         names = ", ".join(map(quoted, proposal.texts))
         parts.append(
-            f"# Not read, since they hold text: {names}. Values that such a flag calls invalid are read as valid."
+            f"# Not read, since they hold text: {names}. Values that such a flag marks as invalid are read as valid."
         )
     return "\n\n".join(parts) + "\n"
 
@@ -41,7 +41,7 @@ def _table(entry: Proposed) -> str:
     lines = [f"[signals.{entry.signal}]  # {signal.meaning}", f"source = {quoted(entry.column.name)}"]
     reason = f"name: {entry.meant.reason}"
     if entry.others:
-        reason += f"; could be it too: {', '.join(map(repr, entry.others))}"
+        reason += f"; other candidates: {', '.join(map(repr, entry.others))}"
     lines[-1] += f"  # {printable(reason)}"
     lines.append(f"unit = {quoted(entry.unit.unit.name)}  # {entry.unit.reason}")
     if entry.factor != 1.0:

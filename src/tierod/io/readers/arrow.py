@@ -87,7 +87,7 @@ def _lane(
         except InputError:
             if not given:
                 raise
-            lost.append("the file is cut off or damaged: what stands before that was read")
+            lost.append("the file is cut off or damaged: the data before that were read")
             return
         if batch is None:
             return
@@ -126,7 +126,7 @@ def _guarded(path: Path, work: Callable[[], Result]) -> Result:
         return work()
     except (pa.ArrowException, OSError, UnicodeDecodeError, ValueError) as error:
         large = isinstance(error, MemoryError)  # one of the errors of pyarrow is
-        reason = "a block claims more than the memory" if large else " ".join(str(error).split())[:120]
+        reason = "a block claims to be larger than the memory" if large else " ".join(str(error).split())[:120]
         raise InputError(
             f"{path} is damaged or cut off and cannot be read as Arrow ({reason}); write it again"
         ) from None

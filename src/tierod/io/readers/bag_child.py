@@ -319,7 +319,7 @@ class Reader:
                 if not topics:
                     raise
                 reason = " ".join(str(error).split())[:60] or type(error).__name__
-                note = f"the file is cut off or damaged ({reason}): what stands before that was read"
+                note = f"the file is cut off or damaged ({reason}): the data before that were read"
                 if note not in self._notes:
                     self._notes.append(note)
 

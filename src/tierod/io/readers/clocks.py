@@ -98,7 +98,7 @@ def find_clocks(
     if first is None:
         names = ", ".join(f"'{column.name}'" for column in list(columns)[:8])
         raise InputError(
-            f"no column is the time (there are {names}); name one of them 'time', in seconds, or in a "
+            f"there is no time column (columns: {names}); name one of them 'time', in seconds, or in a "
             'channel map (--map): time = { column = "COLUMN", unit = "ms" }'
         )
     base = _without_number(first)
@@ -124,7 +124,7 @@ def _named(name: str | None, columns: Sequence[Column]) -> Column | None:
     found = found or [column for column in columns if plain(name) in (plain(column.name), plain(column.title))]
     if not found:
         raise InputError(
-            f"the channel map names the time column '{name}', and no column of numbers or dates is called so"
+            f"the channel map names the time column '{name}', but no column of numbers or dates has that name"
             f"{nearest(name, [column.name for column in columns])}"
         )
     return found[0]
@@ -179,7 +179,8 @@ def _in_doubt(rate: float, step: float, column: str, applied: str, fitting: Sequ
     entry = f'time = {{ column = "{column}", unit = "{fitting[0]}" }}'
     return (
         f"the time column '{column}' has no unit; in {applied} its samples come at {rate:.3g} Hz, but at {usual}: call "
-        f"it '{column} [{fitting[0]}]', or write {entry} into a channel map (--map); the unit {applied} confirms it"
+        f"it '{column} [{fitting[0]}]', or write {entry} into a channel map (--map); to confirm {applied}, give that "
+        "unit"
     )
 
 

@@ -157,7 +157,7 @@ class Lines:
                 channel = Channel(
                     name, time, column, columns[name].unit, entry.get("source", name), entry.get("note", "")
                 )
-                bad = f"{self.bad[name]} cells are no numbers" if self.bad.get(name) else ""
+                bad = f"{self.bad[name]} cells are not numbers" if self.bad.get(name) else ""
                 made.append(channel.noted(guess, bad))
             yield Piece(made, done / self.table.size)
 

@@ -161,8 +161,8 @@ def _refuse_split_decimals(header: list[list[str]], delimiter: str, width: int) 
     named = max((sum(map(bool, cells)) for cells in header), default=width)
     if delimiter == "," and width > 2 and named <= (width + 2) // 2:
         raise InputError(
-            f"has {named} names above {width} columns: its numbers have a decimal comma, and commas stand between them "
-            "too; export it with semicolons, or with a decimal point"
+            f"has {named} names above {width} columns: its numbers have a decimal comma, and commas also separate "
+            "the columns; export it with semicolons, or with a decimal point"
         )
 
 

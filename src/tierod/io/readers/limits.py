@@ -86,7 +86,7 @@ class Allowance:
     def refused(self, what: str) -> InputError:
         """The error for a file whose unpacked size is too large."""
         return InputError(
-            f"{self.path} takes {self.size / 1e6:.3g} MB and unfolds to {what}; if it is no damaged or made-up file, "
-            f"raise the limit: set the environment variable {VARIABLE}, for example {VARIABLE}="
+            f"{self.path} takes {self.size / 1e6:.3g} MB and unpacks to {what}; if the file is intact, raise the "
+            f"limit: set the environment variable {VARIABLE}, for example {VARIABLE}="
             f"{max(round(4e-9 * self.most), 4)}GB"
         )

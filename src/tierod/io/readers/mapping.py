@@ -82,7 +82,9 @@ def plan(
     wanted = None if names is None else _wanted(tuple(names), by_name)
     picks, warnings = [], []
     if channel_map and not _fits(channel_map, by_name):
-        warnings.append(f"{channel_map.path} names no column of this file, whose signals have their names already")
+        warnings.append(
+            f"{channel_map.path} names no column of this file and is not used: the signals have their names already"
+        )
         channel_map = None
     entries = channel_map.entries if channel_map else {}
     lacking = _lacking(channel_map, by_name, silent, wanted) if channel_map else {}
@@ -95,7 +97,7 @@ def plan(
         unheard = [source for source in entry.source if source in silent and _find(source, by_name) is None]
         if unheard:
             if not entry.optional and (wanted is None or name in wanted):
-                warnings.append(f"{name} is not in the recording: {', '.join(unheard)} never came on the bus")
+                warnings.append(f"{name} is not in the recording: {', '.join(unheard)} was never received on the bus")
             continue
         pick = _mapped(name, entry, by_name, channel_map)
         if pick is not None:
@@ -138,7 +140,7 @@ def _lacking(
         if not fits and (wanted is None or name in wanted):
             where = f"{channel_map.path}: [signals.{name}]"
             raise InputError(f"{where} source '{absent[0]}' is not in the file{near}")
-        lacking[name] = f"{channel_map.path} names '{absent[0]}' for {name}, which is no column of the file{near}"
+        lacking[name] = f"{channel_map.path} names '{absent[0]}' for {name}, which is not a column of the file{near}"
     return lacking
 
 
@@ -195,8 +197,8 @@ def _after_factor(entry: Entry, name: str) -> str:
     if entry.factor == 1.0:
         return ""
     return (
-        f'; the unit is that of sign * factor * source + offset, so give unit = "{SIGNALS[name].unit}" '
-        "where the factor leads there"
+        f'; the unit is that of sign * factor * source + offset: give unit = "{SIGNALS[name].unit}" '
+        "if the result has that unit"
     )
 
 
@@ -220,7 +222,8 @@ def _guesses(columns: Sequence[Column], mapped: set[str], taken: set[str]) -> tu
         chosen[best.name] = SIGNALS[name]
         if len(alike) > 1:
             others = ", ".join(f"'{column.name}'" for column in alike if column is not best)
-            doubles[name] = f"{name} is taken from '{best.name}'; {others} could be it too: decide in a channel map"
+            doubles[name] = f"{name} is taken from '{best.name}'; {others} could be this signal too: choose one in a "
+            "channel map"
     return chosen, doubles
 
 

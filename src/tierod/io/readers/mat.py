@@ -50,7 +50,7 @@ def open_mat(path: Path, given: TimeEntry = GUESSED) -> Source:
             signals.setdefault(signal.name, signal)
     try:
         if given.column and given.column not in [name for name, *_ in clocks]:
-            raise InputError(f"the channel map names the time '{given.column}', and no vector is called so")
+            raise InputError(f"the channel map names the time '{given.column}', but no vector has that name")
         require_plausible_rate(clocks)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None

@@ -49,10 +49,7 @@ def open_mdf(path: Path) -> Source | Log:
     )
 
 
-_CURE = (
-    "tierod decodes CAN alone, since neither asammdf nor cantools decodes the others: have the tool that knows their "
-    "ARXML or FIBEX export the signals as channels of an MF4"
-)
+_CURE = "tierod decodes CAN only: with a tool that has their ARXML or FIBEX, export the signals as channels of an MF4"
 
 
 def _others(content: dict[str, Any]) -> str:

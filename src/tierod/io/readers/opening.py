@@ -99,7 +99,8 @@ def detect(path: Path) -> Kind:
     promised = _promised(path)
     warning = ""
     if promised and promised != found.name and (promised, found.name) != (_FALLBACK, "candump"):
-        warning = f"the ending {path.suffix} is that of {promised}, the content is {found.name} and was read as such"
+        warning = f"the ending {path.suffix} belongs to {promised}, but the content is {found.name} and was read as "
+        "such"
     return Kind(found, content, warning)
 
 
@@ -117,7 +118,7 @@ def _content(path: Path) -> Content:
     except IsADirectoryError:
         raise InputError(f"{path} is a folder; give one recording in it") from None
     except OSError as error:
-        raise InputError(f"{path} cannot be read ({error.strerror or error}); check the rights") from None
+        raise InputError(f"{path} cannot be read ({error.strerror or error}); check its permissions") from None
 
 
 def require_there(path: Path) -> None:
@@ -131,7 +132,7 @@ def require_there(path: Path) -> None:
 
 
 def _absent(path: Path) -> InputError:
-    other = "what comes through a pipe is named /dev/stdin" if str(path) == "-" else "check the path"
+    other = "to read from a pipe, give /dev/stdin" if str(path) == "-" else "check the path"
     return InputError(f"there is no file {path}; {other}")
 
 
@@ -156,9 +157,9 @@ def _recognised(path: Path, head: bytes) -> Format:
     if readable:
         return READERS[_FALLBACK]
     if promised:
-        raise InputError(f"{path} is no {promised} file or its beginning is damaged; copy or export it again")
+        raise InputError(f"{path} is not a {promised} file, or its beginning is damaged; copy or export it again")
     kinds = ", ".join(each.title for each in own)
-    raise InputError(f"{path} is of no known kind; give one of these: {kinds}")
+    raise InputError(f"{path} has no known format; give one of these: {kinds}")
 
 
 def _asked(plugin: Format, package: str, head: bytes, ending: str) -> bool:
@@ -284,7 +285,7 @@ def _decoded(path: Path, log: Log, dbc: Paths, kind: Kind) -> Source:
         some = ", ".join(identifier_text(identifier) for identifier in ids[:6]) + ", ..." * (len(ids) > 6)
         raise InputError(
             f"{path} holds {heard.frames} CAN frames of {len(ids)} identifiers ({some}); "
-            "which signals they carry stands in a DBC file: give it with dbc= (--dbc), or name it in the vehicle file "
+            "a DBC file defines their signals: give it with dbc= (--dbc), or name it in the vehicle file "
             "(dbc under [channels])"
         )
     paths = [dbc] if isinstance(dbc, str | Path) else list(dbc)

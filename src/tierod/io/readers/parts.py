@@ -44,7 +44,7 @@ def joined_source(opened: Sequence[tuple[Path, Source]]) -> Source:
             if known.unit != column.unit:
                 raise InputError(
                     f"'{column.name}' is in '{known.unit}' in {parts[0].path} and in '{column.unit}' in {part.path}; "
-                    "they are no parts of one drive: convert them one by one"
+                    "they are not parts of one drive: convert them one by one"
                 )
     origin = parts[0].source.origin
     warnings = tuple(dict.fromkeys(text for part in parts for text in part.source.warnings))

@@ -95,7 +95,8 @@ def planned(path: str | Path, source: Source, channel_map: ChannelMap | None, na
         raise InputError(f"{path}: {absent[0]} Correct the channel map")
     if not made.picks and source.silent:
         raise InputError(
-            f"{path}: no message with a wanted signal came on the bus ({', '.join(source.silent[:4])}, ...); record "
+            f"{path}: no message with a wanted signal was received on the bus ({', '.join(source.silent[:4])}, ...); "
+            "record "
             "them, or give DBC and channel map of this bus"
         )
     if not made.picks and not source.columns:

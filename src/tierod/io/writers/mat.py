@@ -39,7 +39,7 @@ def write_mat(spool: Spool, path: str | Path) -> tuple[str, ...]:
     """
     found = spool.groups()
     names = _names(list(spool.channels))
-    lost = ["MATLAB 5 holds units (in the structure 'units'), and neither sources, notes nor the calendar time"]
+    lost = ["MATLAB 5 holds units (in the structure 'units'), but no sources, notes or calendar time"]
     renamed = [f"{name} is {names[name]}" for name in spool.channels if names[name] != name]
     if renamed:
         lost.append(f"names that MATLAB does not allow were changed: {', '.join(renamed[:6])}")

@@ -63,7 +63,7 @@ def write_mcap(spool: Spool, path: str | Path) -> tuple[str, ...]:
             stamp = start + round((time + part) * 1e9)
             if stamp < 0:
                 raise OutputError(
-                    f"{path} cannot be written: MCAP has no time before 1970, and the recording begins there"
+                    f"{path} cannot be written: MCAP has no time before 1970, but the recording begins earlier"
                 )
             writer.add_message(topics[number], stamp, text, stamp, sequence)
         writer.finish()  # type: ignore[no-untyped-call]  # the library has no annotation there
