@@ -115,7 +115,7 @@ def test_little_memory_is_taken_before_it_is_refused(tmp_path, name):
     code = (
         "import re, sys\nfrom pathlib import Path\nfrom tierod.core.errors import InputError\n"
         "from tierod.io.readers import read\ntry:\n    read(sys.argv[1])\n"
-        "except InputError as error:\n    assert 'unfolds' in str(error), error\n"
+        "except InputError as error:\n    assert 'unpacks' in str(error), error\n"
         "print(re.search(r'VmHWM:\\s+(\\d+)', Path('/proc/self/status').read_text())[1])"
     )
     shown = subprocess.run([sys.executable, "-c", code, str(path)], capture_output=True, text=True, check=True).stdout

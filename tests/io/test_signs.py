@@ -47,7 +47,7 @@ def test_torques_against_each_other():
 def test_a_speed_of_the_wrong_sign_blames_nothing_else():
     backwards = Channel("vehicle_speed", TIME, np.full(len(TIME), -15.0), "m/s")
     (warning,) = sign_warnings(drive().with_channels([backwards]))
-    assert warning.startswith("vehicle_speed is negative 100 % of the way")
+    assert warning.startswith("vehicle_speed is negative for 100 % of the driving time")
 
 
 def test_a_rate_against_its_angle():

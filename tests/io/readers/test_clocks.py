@@ -76,7 +76,7 @@ def test_the_map_chooses_among_several_time_columns(tmp_path, kind):
     assert read(path)["yaw_rate"].time[-1] == pytest.approx(3.98)
     mapped = parse_channel_map({"time": {"column": "stamp", "unit": "ms"}})
     assert read(path, channel_map=mapped)["yaw_rate"].time[-1] == pytest.approx(1.99)
-    with pytest.raises(InputError, match="names the time.* 'stomp', and no"):
+    with pytest.raises(InputError, match="names the time.* 'stomp', but no"):
         read(path, channel_map=parse_channel_map({"time": {"column": "stomp"}}))
 
 

@@ -139,7 +139,9 @@ def test_a_source_that_the_file_lacks_leaves_the_others(drive, tmp_path):
     assert "driver_torque" not in found
     assert "steering_wheel_angle" in found
     (warning,) = [each for each in found.warnings if "driver_torque" in each]
-    assert "car.toml names 'T_hnd' for driver_torque, which is no column of the file; did you mean 'T_hand'?" in warning
+    assert (
+        "car.toml names 'T_hnd' for driver_torque, which is not a column of the file; did you mean 'T_hand'?" in warning
+    )
     assert "optional = true below [signals.driver_torque]" in warning
     optional = mapped(tmp_path, BOTH.replace('"T_hnd"', '"T_hnd"\noptional = true'))
     assert not any("driver_torque" in each for each in read(drive, channel_map=optional).warnings)

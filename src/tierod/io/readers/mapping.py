@@ -222,8 +222,9 @@ def _guesses(columns: Sequence[Column], mapped: set[str], taken: set[str]) -> tu
         chosen[best.name] = SIGNALS[name]
         if len(alike) > 1:
             others = ", ".join(f"'{column.name}'" for column in alike if column is not best)
-            doubles[name] = f"{name} is taken from '{best.name}'; {others} could be this signal too: choose one in a "
-            "channel map"
+            doubles[name] = (
+                f"{name} is taken from '{best.name}'; {others} could be this signal too: choose one in a channel map"
+            )
     return chosen, doubles
 
 

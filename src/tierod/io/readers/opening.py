@@ -99,8 +99,9 @@ def detect(path: Path) -> Kind:
     promised = _promised(path)
     warning = ""
     if promised and promised != found.name and (promised, found.name) != (_FALLBACK, "candump"):
-        warning = f"the ending {path.suffix} belongs to {promised}, but the content is {found.name} and was read as "
-        "such"
+        warning = (
+            f"the ending {path.suffix} belongs to {promised}, but the content is {found.name} and was read as such"
+        )
     return Kind(found, content, warning)
 
 
