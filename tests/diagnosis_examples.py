@@ -166,7 +166,7 @@ def estimated():
             ParameterEffect("rear_distance", 1.2, 0.3, "m", 0.0605, "rad", 0.99),
             ParameterEffect("steering_ratio", 0.0662, 0.005, "", -0.0019, "rad", 0.01),
         ),
-        remarks={"parameters": "mass has no standard deviation and takes that of the class 'midsize'."},
+        remarks={"parameters": "mass has no standard deviation; that of the class 'midsize' is assumed."},
         vehicle={"name": "my-car", "torque_unit": "N*m"},
     )
 

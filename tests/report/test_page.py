@@ -223,4 +223,4 @@ def test_the_page_ranks_uncertain_parameters_and_calls_an_estimate_by_its_word()
     assert "healthy" not in text.split("<main>")[1].split("How this page came about")[0]
     assert text.index("Which parameters decide") < text.index("rear_distance</th>") < text.index("steering_ratio</th>")
     assert "Measure rear_distance first" in text
-    assert "takes that of the class &#39;midsize&#39;" in text or "takes that of the class 'midsize'" in text
+    assert "that of the class &#39;midsize&#39; is assumed" in text or "that of the class 'midsize' is assumed" in text

@@ -54,7 +54,7 @@ def printed(name):
                 "99 %",
                 "−0.11 °",
                 "Measure rear_distance first",
-                "takes that of the class 'midsize'",
+                "that of the class 'midsize' is assumed",
             ],
         ),
         ("nothing", ["not available: no monitor ran"]),

@@ -31,7 +31,7 @@ def begun(
     """
     if of is None and like is None:
         raise ParameterError(
-            f"say what the car is like: --class with one of {', '.join(classes())}, or --like with a vehicle of "
+            f"describe the car: give --class with one of {', '.join(classes())}, or --like with a vehicle of "
             "'tierod vehicles'"
         )
     kind = of or class_of(like) if like else str(of)

@@ -55,7 +55,7 @@ def _known(name: str, text: str) -> Known:
     unit, (low, high) = GEOMETRY.get(name) or (QUANTITIES[name].unit, QUANTITIES[name].plausible)
     read = _VALUE.fullmatch(text)
     if read is None:
-        raise ParameterError(f"{name}={text} is no number; {_written_instead(name, text)}")
+        raise ParameterError(f"{name}={text} is not a number; {_written_instead(name, text)}")
     first, after = (read["unit"] or "").strip(), (read["after"] or "").strip()
     # "1480 +- 20 kg" has one unit for both, "1.48 t +- 20 kg" two.
     to_si, of_spread = _scale(name, first or after, unit), _scale(name, after or first, unit)
@@ -120,7 +120,7 @@ def _require_one_geometry(known: dict[str, Known]) -> None:
     """Check that wheelbase, axle distances and front share do not over-determine the geometry."""
     distances = [name for name in ("front_distance", "rear_distance") if name in known]
     if "front_share" in known and distances:
-        raise ParameterError(f"front_share and {distances[0]} say the same in two ways; give one of them")
+        raise ParameterError(f"front_share and {distances[0]} state the same in two ways; give one of them")
     if "wheelbase" not in known:
         return
     whole = known["wheelbase"].value

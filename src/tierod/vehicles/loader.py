@@ -94,7 +94,7 @@ class _Reader:
         first = min(error.errors(), key=lambda slip: slip["type"] != "extra_forbidden")
         location = [str(part) for part in first["loc"]]
         key = ".".join(location)
-        more = "" if error.error_count() == 1 else f" (this is the first of {error.error_count()} slips in the file)"
+        more = "" if error.error_count() == 1 else f" (this is the first of {error.error_count()} errors in the file)"
         if first["type"] == "extra_forbidden":
             owners: tuple[type[BaseModel], ...] = (VehicleFile, ChannelsEntry, ParameterEntry)
             owner = owners[len(location) - 1]

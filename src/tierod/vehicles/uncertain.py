@@ -191,5 +191,8 @@ def in_words(vehicle: Vehicle, names: tuple[str, ...]) -> str:
         return ""
     of = f"of the class '{class_of(vehicle)}'" if "mass" in vehicle else "of a usual column or motor"
     shown = f"{', '.join(names[:3])}{f' and {len(names) - 3} more' if len(names) > 3 else ''}"
-    have = "has no standard deviation and takes that" if len(names) == 1 else "have no standard deviation and take that"
-    return f"{shown} {have} {of}; give each its standard_deviation in the vehicle file, 0 where the value is exact"
+    have = "has no standard deviation" if len(names) == 1 else "have no standard deviation"
+    return (
+        f"{shown} {have}; that {of} is assumed; give each its standard_deviation in the vehicle file, 0 where the "
+        "value is exact"
+    )
