@@ -103,7 +103,7 @@ def test_alignment_needs_positive_figures(rate, age):
 
 def test_a_grid_over_a_clock_that_was_set_is_refused():
     time = np.array([0.0, 1.0, 1.7e9])
-    with pytest.raises(InputError, match="from 0 s to 1.7e\\+09 s is too long: does a clock leap ahead"):
+    with pytest.raises(InputError, match="from 0 s to 1.7e\\+09 s is too long: does a clock jump ahead"):
         Recording({"a": Channel("a", time, time, "")}).align(["a"], 100.0)
 
 

@@ -31,7 +31,7 @@ class Goal:
     def __post_init__(self) -> None:
         if not self.low <= self.high or self.low == -self.high == -math.inf:
             raise ParameterError(
-                f"a goal from {self.low} to {self.high} is none; give a lower end, a higher one, or both"
+                f"a goal from {self.low} to {self.high} is not a range; give a lower end, a higher one, or both"
             )
 
     def holds(self, value: float) -> bool:
@@ -60,7 +60,7 @@ class Goal:
                 return between(float(found[1]), float(found[2]))
         except ValueError:
             pass
-        raise ParameterError(f"'{text}' is no goal; write '<= 0.3', '>= 0.999', '= 0' or '1.5 to 2.2'")
+        raise ParameterError(f"'{text}' is not a goal; write '<= 0.3', '>= 0.999', '= 0' or '1.5 to 2.2'")
 
 
 def at_most(value: float) -> Goal:

@@ -306,7 +306,7 @@ class Recording:
         if count > min(MOST_SAMPLES, max(FREE_SAMPLES, MOST_PER_SAMPLE * densest)):
             raise InputError(
                 f"a grid of {rate:g} Hz from {first:.6g} s to {first + count / rate:.6g} s is too long: does a clock "
-                "leap ahead, or count milliseconds? Cut the recording there, or give start and stop"
+                "jump ahead, or count milliseconds? Cut the recording there, or give start and stop"
             )
 
     def align(

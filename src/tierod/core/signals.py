@@ -95,7 +95,7 @@ _ACTUATORS: tuple[Row, ...] = (
      "motor_trq emot_torque torque_eps"),
     ("motor_target_torque", "N*m", "Requested torque of the assist motor at the motor shaft.",
      "towards left", (-15.0, 15.0), "motor_torque_request motor_torque_target motor_torque_command"),
-    ("feedback_torque", "N*m", "Torque of the motor that lets the hands feel a steering without a column.",
+    ("feedback_torque", "N*m", "Torque of the feedback motor of a steering without a column.",
      "towards left", (-30.0, 30.0), "feedback_motor_torque"),
     ("steering_torque_request", "N*m", "Steering torque requested by a driver assistance system.",
      "towards left", (-30.0, 30.0),

@@ -99,7 +99,7 @@ class Repairs:
                 raise InputError(
                     f"the time of {self.what} jumps back from {_stamp(before[at])} to {_stamp(time[at])} at sample "
                     f"{self._seen + at + 1}; only {LATE} s of disorder can be sorted: cut the recording there and read "
-                    "the parts one by one; a counter that rolled over has to be exported as it would run on"
+                    "the parts one by one; if a counter rolled over, export it with continuous values"
                 )
             self.behind = max(self.behind, float(behind.max()))
             self._seen, self._newest, self._last = self._seen + len(time), float(newest[-1]), float(time[-1])

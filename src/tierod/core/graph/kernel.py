@@ -205,7 +205,8 @@ def _attempted(graph: Any, own_tuning: bool | None) -> ctypes.PyDLL | CompileErr
         return error
     if not hasattr(library, f"{name}_carried"):
         return CompileError(
-            "the C compiler made something else of generated code; choose another one with the environment variable "
+            "the C compiler did not build the expected library from generated code; choose another one with the "
+            "environment variable "
             "TIEROD_CC (empty for none)"
         )
     return library
