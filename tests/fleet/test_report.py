@@ -85,7 +85,7 @@ def test_the_page_shows_it_in_one_small_file(found):
     for car in found.cars[:3]:
         assert car.vehicle in page
     assert "per 100 days" in page
-    assert "Drives that say so" in page
+    assert "Drives that show it" in page
     assert "it is damaged" in page
     assert "<b>0.mf4" not in page
     assert 'src="http' not in page
@@ -180,7 +180,7 @@ def test_one_finding_without_a_date_is_named_in_the_singular():
     row = {"vehicle": "a", "monitor": "friction", "judged": "friction", "status": "healthy", "quantity": "friction",
            "unit": "N*m", "estimate": 4.0, "deviation": 0.1}  # fmt: skip
     one, two = (worked_out(made([row] * count), ledger().empty_table(), Design()).remarks[0] for count in (1, 2))
-    assert one.startswith("1 finding has no date, which a trend needs")
+    assert one.startswith("1 finding has no date, but a trend needs one")
     assert two.startswith("2 findings have no date")
 
 

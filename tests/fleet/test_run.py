@@ -63,7 +63,7 @@ def test_every_recording_has_a_row_with_its_reason_and_costs_itself_alone(tmp_pa
     assert found["good.parquet"] == ("judged", "")
     for name, outcome, words in (
         ("same.parquet", "skipped", "it is the same drive as"),
-        ("short.parquet", "skipped", "and less than 30 s say nothing"),
+        ("short.parquet", "skipped", "less than 30 s are not judged"),
         ("future.parquet", "skipped", "in the future"),
         ("torn.parquet", "failed", "damaged or cut off"),
         ("other.csv", "failed", "holds none of"),

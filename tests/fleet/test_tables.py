@@ -58,7 +58,7 @@ def test_what_cannot_be_judged_is_a_row_with_its_reason():
     short = samples().slice(0, 500)
     (row,) = judge_table(short, "midsize-eps", ["friction"]).to_pylist()
     assert (row["status"], row["monitor"]) == ("not available", None)
-    assert "less than 30 s say nothing" in row["cause"]
+    assert "less than 30 s are not judged" in row["cause"]
     (row,) = judge_table(samples().select(["time", "yaw_rate"]), "midsize-eps", ["friction"]).to_pylist()
     assert "needs steering_wheel_angle" in row["cause"]
     with pytest.raises(InputError, match="no column 'time', only yaw_rate"):

@@ -51,7 +51,7 @@ def mark_doubles(ledger: Ledger) -> None:
             reasons[at] = f"mean and deviation of {len(both)} signals agree"
     for at, original in same.items():
         whose = rows[original]["vehicle"]
-        other = "" if whose == rows[at]["vehicle"] else f", which is given as of the vehicle {whose}"
+        other = "" if whose == rows[at]["vehicle"] else f", which is assigned to the vehicle {whose}"
         reason = f"it is the same drive as {names[original]}{other}: {reasons[at]}; delete one"
         # Not lasting: checked again in every run, since the other recording may have been deleted.
         ledger.put({**rows[at], "outcome": schema.SKIPPED, "reason": reason, "lasting": False})

@@ -59,7 +59,7 @@ def _suspect(drives: list[dict[str, Any]]) -> Iterator[str]:
         count, cars = each["vehicle_count"], each["vehicle_count_distinct"]
         yield (
             f"{each['monitor']}: suspect on {count} drive{'s' * (count > 1)} of {cars} car{'s' * (cars > 1)}; the "
-            f"findings hold the cause, and a car is listed from a fault in {OFTEN} of its last {LAST} drives"
+            f"findings hold the cause; a car is listed only after a fault in {OFTEN} of its last {LAST} drives"
         )
 
 

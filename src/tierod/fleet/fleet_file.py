@@ -71,7 +71,7 @@ class Entry:
         ways = [self.vehicle, self.metadata, self.column, "vehicle" if "vehicle" in groups else ""]
         if sum(map(bool, ways)) != 1:
             raise ParameterError(
-                "an entry of 'recordings' knows the vehicle in one way: give one of 'vehicle', 'metadata', 'column', "
+                "an entry of 'recordings' names the vehicle in one way: give one of 'vehicle', 'metadata', 'column', "
                 "or a 'pattern' with a group (?P<vehicle>...)"
             )
         scale(self.mileage_unit, "m")
@@ -194,7 +194,7 @@ def _mileage(entry: Entry, groups: Mapping[str, str], metadata: Mapping[str, Any
     try:
         return float(scale(entry.mileage_unit, "m")(float(given)))
     except (TypeError, ValueError):
-        raise ParameterError(f"its mileage is {str(given)[:40]!r}, which is no number") from None
+        raise ParameterError(f"its mileage is {str(given)[:40]!r}, which is not a number") from None
 
 
 def _date(text: str) -> float:
@@ -202,7 +202,7 @@ def _date(text: str) -> float:
     try:
         date = dt.datetime.fromisoformat(shown)
     except ValueError:
-        raise ParameterError(f"its name says that it begins at '{text}', which is no ISO date and time") from None
+        raise ParameterError(f"by its name it begins at '{text}', which is not an ISO date and time") from None
     return (date if date.tzinfo else date.replace(tzinfo=dt.UTC)).timestamp()
 
 
@@ -227,7 +227,7 @@ def load(path: str | Path) -> Fleet:
     document = Document.read(path, "fleet")
     fleet: Fleet = build(Fleet, {**document.content, "source": str(path)}, document)
     if not fleet.recordings:
-        raise ParameterError(f"{path}: no [[recordings]]; say which recordings are of which vehicle")
+        raise ParameterError(f"{path}: no [[recordings]]; assign the recordings to their vehicles")
     folder = expanded(path).absolute().parent
     entries = tuple(replace(each, parameters=_beside(folder, each.parameters)) for each in fleet.recordings)
     singles = {k: replace(each, parameters=_beside(folder, each.parameters)) for k, each in fleet.vehicles.items()}

@@ -106,7 +106,7 @@ def judge(pieces: Iterator[Recording], together: Together, asked: Asked, start: 
             break
     begin, end = together.span or (0.0, 0.0)
     if together.running and end - begin < asked.shortest:
-        raise TooShort(f"it has {end - begin:.3g} s, and less than {asked.shortest:g} s say nothing (--shortest)")
+        raise TooShort(f"it has {end - begin:.3g} s; less than {asked.shortest:g} s are not judged (--shortest)")
     if end - begin > ended * asked.span or not ended:
         rows += _rows(kept := dict(together.concluded()), together.car, ended, moments)
     date = _date(together.metadata, start)

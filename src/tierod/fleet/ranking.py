@@ -122,7 +122,7 @@ def _of_standing(each: Standing) -> Reason:
     kind = f" ({each.kind})" if each.kind else ""
     text = f"{thing}: fault{kind} in {each.faults} of the last {each.of} judged drives"
     part = f"{each.judged.replace('_', ' ')}, its plug and its wiring" if each.judged else ""
-    inspect = each.action or part or "what the reports of these drives name"
+    inspect = each.action or part or "the parts that the reports of these drives name"
     return Reason(Urgency.FAULT, text, inspect, None, each.rows, each.faults / each.of)
 
 
@@ -138,7 +138,7 @@ def _of_trend(trends: Trends, car: int) -> Reason:
     else:
         urgency = Urgency.NEAR
     quantity = trends.series.watched.quantity
-    drift, jump = INSPECT.get(quantity, (f"what moves the {quantity}",) * 2)
+    drift, jump = INSPECT.get(quantity, (f"the parts that change the {quantity}",) * 2)
     # A shift found in spring is as likely corrosion that swelled within weeks as a broken part.
     ramp = int(trends.kind[car]) == RAMP or date(trends.latest[car])[5:7] in ("03", "04", "05")
     text = _change_text(trends, car) if changed else _near_text(trends, car)
@@ -150,7 +150,7 @@ def _of_trend(trends: Trends, car: int) -> Reason:
 def _change_text(trends: Trends, car: int) -> str:
     size, unit = trends.size[car], trends.series.watched.unit.replace("*", "·")
     if int(trends.kind[car]) == RAMP:
-        what = f"moves by {100.0 * size[0]:+.2g} ± {196.0 * size[1]:.1g} {unit} per 100 days"
+        what = f"changes by {100.0 * size[0]:+.2g} ± {196.0 * size[1]:.1g} {unit} per 100 days"
     else:
         what = f"shifted by {size[0]:+.2g} ± {1.96 * size[1]:.1g} {unit}"
     return f"{trends.series.watched.quantity} {what} since {date(trends.began[car])}"

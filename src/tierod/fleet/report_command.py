@@ -73,7 +73,7 @@ def _written_prior(found: FleetReport, path: Path, cohort: Sequence[str]) -> str
     followed = next((each for each in found.trends if each.series.watched.quantity in NOMINAL), None)
     if followed is None or followed.cohorts.cohorts is None:
         why = "no quantity with a nominal value is followed" if followed is None else followed.cohorts.remark
-        raise InputError(f"these results give no level that a new car may expect: {why}")
+        raise InputError(f"these results give no expected level of a new car: {why}")
     expected = expected_of(followed.cohorts.cohorts, followed.series, labels)
     write_prior(path, followed.series, expected)
     size = f"{expected.value:.4g} ± {expected.standard_deviation:.2g} {followed.series.watched.unit}"

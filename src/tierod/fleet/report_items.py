@@ -45,10 +45,10 @@ def _how_often(report: FleetReport) -> str:
     design = report.design
     years = f"{design.vehicle_years:,.0f}".replace(",", "\N{NO-BREAK SPACE}")
     return (
-        f"'Changed': a fault-free car gets there once in {years} vehicle-years at the most, "
-        "however many drives were looked at. 'Probably changed': of all changed cars in the list at most "
-        f"{100.0 * design.discovery_rate:.0f} % are wrong on average. 'Limit soon': the limit is rather reached within "
-        "90 days than not."
+        f"'Changed': at most one false alarm in {years} vehicle-years of fault-free driving, however many drives "
+        f"were judged. 'Probably changed': on average at most {100.0 * design.discovery_rate:.0f} % of all changed "
+        "cars in the list are fault-free. 'Limit soon': the limit is reached within 90 days with a probability of at "
+        "least 50 %."
     )
 
 
@@ -66,7 +66,7 @@ def _list(report: FleetReport) -> Table:
         "Cars to call in",
         ("rank", "vehicle", "state", "why", "level now (95 %)", "time left (90 %)", "cohort", "inspect"),
         tuple(rows),
-        f"{more} more stand in the JSON document." if more > 0 else "",
+        f"{more} more are in the JSON document." if more > 0 else "",
     )
 
 
@@ -114,7 +114,7 @@ def _trend_chart(trends: Trends, car: int, place: int) -> Chart:
     return Chart(
         f"trend-{place + 1}",
         f"{series.watched.title}: {vehicle}",
-        "Drives are shown as they were; the level is theirs at 15 °C in the light of all of them.",
+        "Drives as measured; the level is estimated from all of them, at 15 °C.",
         f"{series.watched.quantity} of {vehicle} over {along[-1] - along[0]:.0f} days, with its level and limit",
         (panel,),
     )
@@ -136,7 +136,7 @@ def _drives(report: FleetReport, car: Ranked) -> Table:
         estimate += written(row["unit"] or "")
         cells.append((when, row["recording_name"] or "–", judged, row["word"] or row["status"], estimate))
     return Table(
-        f"Drives that say so: {car.vehicle}",
+        f"Drives that show it: {car.vehicle}",
         ("date", "recording", "judged", "verdict of the drive", "estimate"),
         tuple(cells),
     )
@@ -196,7 +196,7 @@ def _fleet(trends: Trends, place: int) -> Iterator[Item]:
     scatter, wander = known.scatter, known.wander
     rows = (
         ("cars, drives", f"{len(series.vehicles)}, {int(series.drives.present.sum())}"),
-        ("deviation from drive to drive that drives do not state", f"{number(scatter.scatter, 2)} {unit}"),
+        ("deviation from drive to drive beyond the stated one", f"{number(scatter.scatter, 2)} {unit}"),
         ("true error over the stated deviation", number(scatter.scale, 2)),
         ("share of wrong drives", f"{100.0 * scatter.wrong_share:.2g} %"),
         ("change per 10 K", f"{number(10.0 * float(scatter.effects[0]), 2)} {unit}"),

@@ -85,8 +85,8 @@ def what_to_do(cars: int, vehicles: int, judged: int) -> tuple[str, ...]:
         return ("What to do: call in the cars of the first table from its top; each row names the part to inspect.",)
     if judged < vehicles:
         return (
-            "What to do: see why cars gave no verdict, with 'tierod diagnose' on one of their recordings; its report "
-            "says what the drive, the recording or the vehicle file lacks.",
+            "What to do: find out why cars gave no verdict: run 'tierod diagnose' on one of their recordings; its "
+            "report shows what the drive, the recording or the vehicle file lacks.",
         )
     return ("What to do: nothing. Judge the next drives with 'tierod fleet', and write this page anew.",)
 

@@ -90,9 +90,11 @@ def series_of(findings: pa.Table, until: float | None = None) -> tuple[list[Seri
     remarks = []
     if undated := int((estimated & ~np.isfinite(day)).sum()):
         have = "finding has" if undated == 1 else "findings have"
-        remarks.append(f"{undated} {have} no date, which a trend needs; give the recordings their time")
+        remarks.append(f"{undated} {have} no date, but a trend needs one; give the recordings their time")
     if late := int(future.sum()):
-        remarks.append(f"{late} findings have a date in the future and stand in no trend; set the clock of the logger")
+        remarks.append(
+            f"{late} findings have a date in the future and are left out of trends; set the clock of the logger"
+        )
     labels = labels_of(findings, car, len(vehicles))
     found = []
     for number in np.argsort(-np.bincount(code[usable], minlength=len(names)), kind="stable"):

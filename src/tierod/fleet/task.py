@@ -222,7 +222,7 @@ def _judged(job: Job, path: Path, assigned: Assigned, row: dict[str, Any]) -> by
     if not found.rows:
         raise _NoMonitor(f"no monitor can judge it: {_reasons(found.refused)}")
     if found.start is not None and found.start > time.time() + FUTURE:
-        raise _Future(f"its clock says that it begins at {schema.shown_time(found.start)}, in the future; correct it")
+        raise _Future(f"by its clock it begins at {schema.shown_time(found.start)}, in the future; correct the clock")
     about = _about(found)
     content = _stream(found, row["recording"], key, digest, about)
     # The levels first: the part marks the result as complete.

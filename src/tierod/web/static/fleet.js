@@ -71,7 +71,7 @@ function Cohorts({ fleet }) {
     const [factor, unit] = shownIn(q.unit), widest = Math.max(...q.cohorts.map((c) => Math.abs(c.effect) + 1.96 * c.deviation), 1e-12);
     const at = (value) => `${50 + (48 * value) / widest}%`;
     return stack`<section class="card times"><h2>Cohorts: ${q.quantity}</h2><p class="small">Effect against the rest of the fleet with its 95 % interval, the likeliest first; cars differ by ${figure(factor * q.between_cars, 2)} ${unit} from each other.</p>
-      ${q.cohorts.slice(0, 15).map((c) => { const low = c.effect - 1.96 * c.deviation, high = c.effect + 1.96 * c.deviation, sure = c.log_odds > 0; return stack`<div class="lane" key=${c.kind + c.name}><span>${c.kind} ${c.name} <span class="small">(${c.cars})</span></span><div class="track" title=${`${spread(factor * c.effect, factor * c.deviation)} ${unit}; ${sure ? "rather differs" : "rather does not differ"}`}>
+      ${q.cohorts.slice(0, 15).map((c) => { const low = c.effect - 1.96 * c.deviation, high = c.effect + 1.96 * c.deviation, sure = c.log_odds > 0; return stack`<div class="lane" key=${c.kind + c.name}><span>${c.kind} ${c.name} <span class="small">(${c.cars})</span></span><div class="track" title=${`${spread(factor * c.effect, factor * c.deviation)} ${unit}; ${sure ? "probably differs" : "probably does not differ"}`}>
         <i style=${{ left: at(low), width: `calc(${at(high)} - ${at(low)})` }}></i><i style=${{ left: "50%", width: "1px", background: "var(--muted)" }}></i><span class=${`mark ${sure ? "bad" : "open"}`} style=${{ position: "absolute", left: at(c.effect), width: "3px", height: "20px", background: "var(--kind)" }}></span></div></div>`; })}</section>`;
   });
 }
