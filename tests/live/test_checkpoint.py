@@ -182,7 +182,7 @@ def test_a_drive_that_was_cut_off_long_ago_is_concluded(tmp_path):
         drive.prepare()
         kinds = [each["event"] for each in events]
         if first:
-            sentence = "is too old to go on: it is concluded from its checkpoint"
+            sentence = "is too old to continue: it is concluded from its checkpoint"
             assert any(sentence in each for each in texts(events)), texts(events)
             assert next(each for each in events if each["event"] == "end")["headlines"] == {
                 "friction": expected.headline
@@ -207,7 +207,7 @@ def test_damaged_checkpoints_are_refused(tmp_path):
     flipped[len(whole) // 2] ^= 1
     for damaged in (whole[: len(whole) // 2], whole[:40], b"", b"{}", bytes(flipped), whole + b"\0"):
         path.write_bytes(damaged)
-        with pytest.raises(InputError, match="is not taken up: it is damaged"):
+        with pytest.raises(InputError, match="is not used: it is damaged"):
             checkpoint.read(path)
     path.write_text(json.dumps({"layout": 1, "version": "1.0"}))
     with pytest.raises(InputError, match=r"another version|damaged"):

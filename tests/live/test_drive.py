@@ -87,7 +87,7 @@ def test_a_silent_bus_is_said_once(tmp_path):
     for more in (6.0, 7.0, 8.0):
         drive.tick(time.monotonic() + more, START)
     assert [each["text"] for each in events] == [
-        "no frame came for 5 s; switch the ignition on, and check channel and bit rate"
+        "no frame was received for 5 s; switch the ignition on, and check channel and bit rate"
     ]
 
 
@@ -98,7 +98,7 @@ def test_a_bus_that_falls_silent_in_a_drive_names_its_end(tmp_path):
     drive.tick(frames[-1].time + 6.0, frames[-1].time + 6.0)
     drive.close()
     texts = [each["text"] for each in events if each["event"] == "problem"]
-    assert "no frame came for 5 s; the drive ends after 10 s of silence" in texts
+    assert "no frame was received for 5 s; the drive ends after 10 s of silence" in texts
     assert not any("ignition" in text for text in texts)
 
 
@@ -282,7 +282,7 @@ def test_a_drive_that_nothing_could_judge_is_not_healthy(tmp_path):
         run.tick(now, now)
     run.close()
     assert run.worst == 2
-    assert events[-1]["not_run"] == {"friction": "no frame that came is in the databases"}
+    assert events[-1]["not_run"] == {"friction": "no received frame is in the databases"}
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the option is of Linux")
@@ -336,7 +336,7 @@ def test_the_fault_memory_of_another_car_does_not_keep_from_judging(tmp_path):
 def test_a_report_of_the_drive_so_far_is_said_when_it_is_there_or_failed(tmp_path, good):
     drive, inbox, events = started(tmp_path, Outputs(log=tmp_path / "log.mf4"))
     drive.interim.make()
-    assert "begin with --log" in events[-1]["text"]
+    assert "start with --log" in events[-1]["text"]
     driven(drive, inbox, frames_of_drive(tmp_path, 8.0))
     monitor = "friction" if good else "fricton"  # refused at once
     drive.interim.words = ["--vehicle", "midsize-eps", "--monitor", monitor, "--dbc", str(tmp_path / "car.dbc")]

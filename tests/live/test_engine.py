@@ -88,15 +88,15 @@ def test_a_message_that_falls_silent_is_named(tmp_path):
     ]
     _, _, events = run(tmp_path, frames, ("friction",), log=False)
     assert any(
-        kind == "silence" and "0x200 on CAN1 did not come for 2.9" in each["text"] for kind, each in events
-    ) or any(kind == "silence" and "0x200 on CAN1 did not come for 3" in each["text"] for kind, each in events)
+        kind == "silence" and "0x200 on CAN1: not received for 2.9" in each["text"] for kind, each in events
+    ) or any(kind == "silence" and "0x200 on CAN1: not received for 3" in each["text"] for kind, each in events)
 
 
 def test_messages_that_fall_silent_together_are_one_sentence():
     gaps = [Gap(identifier, "CAN1", 2.0 + identifier) for identifier in range(1, 8)] + [Gap(0x100, "CAN2", 3.0)]
     assert sentences(gaps) == [
-        "0x001, 0x002, 0x003, 0x004 and 3 more on CAN1 did not come for 9 s",
-        "0x100 on CAN2 did not come for 3 s",
+        "0x001, 0x002, 0x003, 0x004 and 3 more on CAN1: not received for 9 s",
+        "0x100 on CAN2: not received for 3 s",
     ]
 
 

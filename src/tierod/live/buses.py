@@ -82,7 +82,9 @@ def open_bus(address: Address) -> can.BusABC:
     try:
         bus = can.Bus(interface=address.interface, channel=address.channel, **options)
     except PermissionError:
-        raise InputError(f"{place} may not be opened; run as a user who may, or ask for the right to use it") from None
+        raise InputError(
+            f"{place} cannot be opened: permission denied; run as a user with the right to use it"
+        ) from None
     except (can.CanInterfaceNotImplementedError, ImportError, NameError, AttributeError) as error:
         raise InputError(
             f"{place} cannot be opened: its driver is not installed ({_reason(error)}); install that of the vendor"
@@ -99,12 +101,15 @@ def _remedy(error: Exception) -> str:
     """Remedy for a bus that cannot be opened."""
     text = str(error).lower()
     if getattr(error, "errno", None) == errno.EAFNOSUPPORT:
-        return "the system of this computer has no CAN: load it (sudo modprobe can_raw), or use another interface"
+        return (
+            "the system of this computer has no CAN sockets: load them (sudo modprobe can_raw), or use another "
+            "interface"
+        )
     if re.search(r"(library|driver|dll|module).*not.*(found|load|install)|could not.*(find|load)", text):
         return "its driver is not installed: install that of the vendor"
     if isinstance(error, TypeError) or "argument" in text:
         return "give what the interface needs with --interface-option NAME=VALUE"
-    return "check that the device is plugged in, up, and named so"
+    return "check that the device is plugged in, is up, and has this name"
 
 
 def _own_group_alone(bus: can.BusABC) -> None:

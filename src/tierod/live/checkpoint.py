@@ -217,4 +217,4 @@ def refused(path: str | Path, why: str) -> InputError:
         path: path of the file
         why: the reason, as a main clause
     """
-    return InputError(f"the checkpoint {path} is not taken up: {why}; the monitors begin anew")
+    return InputError(f"the checkpoint {path} is not used: {why}; the monitors begin anew")

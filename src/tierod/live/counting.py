@@ -60,7 +60,7 @@ def sentences(gaps: Iterable[Gap]) -> list[str]:
     for bus, silent in of_bus.items():
         names = [identifier_text(gap.identifier) for gap in silent]
         some = ", ".join(names[:NAMED]) + f" and {len(names) - NAMED} more" * (len(names) > NAMED)
-        found.append(f"{some} on {bus} did not come for {max(gap.seconds for gap in silent):.2g} s")
+        found.append(f"{some} on {bus}: not received for {max(gap.seconds for gap in silent):.2g} s")
     return found
 
 

@@ -189,10 +189,13 @@ class Drive:
 
     def _silent_sentence(self) -> str:
         if self.health.notices["error frame"] > 10 and not self._running:
-            return "error frames alone come: the bit rate is wrong; give that of the bus with --bitrate"
+            return "only error frames are received: the bit rate is wrong; give that of the bus with --bitrate"
         if self._running:
-            return f"no frame came for {SILENT:.0f} s; the drive ends after {self.outputs.silence:.0f} s of silence"
-        return f"no frame came for {SILENT:.0f} s; switch the ignition on, and check channel and bit rate"
+            return (
+                f"no frame was received for {SILENT:.0f} s; the drive ends after {self.outputs.silence:.0f} s of "
+                "silence"
+            )
+        return f"no frame was received for {SILENT:.0f} s; switch the ignition on, and check channel and bit rate"
 
     def once(self, key: str, text: str) -> None:
         """Report a problem once per drive.
@@ -237,7 +240,7 @@ class Drive:
         self._watching.missing(self.engine.missing, self.engine.clock.latest)
         known = self.engine.decoder.known
         if known is None:
-            self.once("unknown", "no frame that came is in the databases; give the DBC of this vehicle and bus")
+            self.once("unknown", "no received frame is in the databases; give the DBC of this vehicle and bus")
         if self.engine.ignition_off:
             self.close()
 

@@ -213,7 +213,7 @@ class Engine:
             self.say("silence", {"time": piece.until, "text": text})
         if self.decoder.known is None:
             for judge in self.judges:
-                judge.reason = judge.reason if judge.broken else "no frame that came is in the databases"
+                judge.reason = judge.reason if judge.broken else "no received frame is in the databases"
             return
         self._look_at_ignition(frames)
         for judge in self.judges:
@@ -239,7 +239,7 @@ class Engine:
                 return
             stream.version = self.decoder.version
         if not stream.plan.picks:
-            judge.reason = "none of its signals comes on the bus"
+            judge.reason = "none of its signals is received on the bus"
             return
         try:
             channels = made_from(stream.plan, self.decoder.channels(frames, stream.plan.columns), stream.doubts)

@@ -36,10 +36,10 @@ class Interim:
     def make(self) -> None:
         """Start a page; refused, with a problem reported, while another one is being made."""
         if self._process is not None:
-            self._hub.say("problem", {"text": f"the report {self._page} is being made; ask again when it is there"})
+            self._hub.say("problem", {"text": f"the report {self._page} is being made; ask again when it is finished"})
             return
         if self.log is None:
-            text = "a report of the drive so far is made from its log; begin with --log"
+            text = "a report of the drive so far needs its log; start with --log"
             self._hub.say("problem", {"text": text})
             return
         page = self.log.with_name(f"{self.log.stem}-{int(self.time)}s.html")

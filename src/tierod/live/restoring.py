@@ -69,7 +69,7 @@ class Restoring:
         kind, *rest = node
         make = getattr(self, f"_of_{kind}", None) if isinstance(kind, str) and len(kind) == 1 else None
         if make is None:
-            raise Unfit(f"{kind!r} is no kind of value")
+            raise Unfit(f"{kind!r} is not a kind of value")
         return make(opened, *rest)
 
     def _of_f(self, opened: object, text: str) -> float:
@@ -83,12 +83,12 @@ class Restoring:
 
     def _of_k(self, opened: object) -> object:
         if opened is _MISSING:
-            raise Unfit("what is not written is not there either")
+            raise Unfit("a value that is not in the checkpoint is not in the program either")
         return opened
 
     def _of_B(self, opened: object, digest: str) -> object:  # letter of compiled blocks
         if opened is _MISSING or opened is None or digest_of_block(opened) != digest:
-            raise Unfit("it is of another calibration")
+            raise Unfit("it belongs to another calibration")
         return opened
 
     def _of_n(self, opened: object, number: int) -> object:

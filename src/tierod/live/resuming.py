@@ -131,7 +131,7 @@ class Checkpoints:
         more = f" and {again} frames that were logged since" if again else ""
         self._say(
             "",
-            f"the drive that was cut off at about {_since(found)} is too old to go on: it is concluded from its "
+            f"the drive that was cut off at about {_since(found)} is too old to continue: it is concluded from its "
             f"checkpoint{more}",
         )
         return Path(found.log or "live")
@@ -168,17 +168,17 @@ class Checkpoints:
         if state is None or judge.broken:
             return
         if state.calibration != calibration(judge):
-            self._say(judge.name, "its baseline is another one than that of the checkpoint; it begins anew")
+            self._say(judge.name, "its baseline differs from that of the checkpoint; it begins anew")
             return
         try:
             opened = judge.reopen(state.variant, state.rate)
             if state.held is None:
-                raise Unfit("what it collected was not written")
+                raise Unfit("its collected data were not written")
             judge.resume(restored(state.held, opened, packages_of(judge), OPENINGS))
         except (Unfit, TierodError, KeyError) as error:
             judge.begin_anew()
             self._states[judge.name] = state
-            self._say(judge.name, f"its statements begin anew: the checkpoint does not fit this program ({error})")
+            self._say(judge.name, f"its findings begin anew: the checkpoint does not fit this program ({error})")
             return
         self._say(judge.name, "goes on from the checkpoint")
 
@@ -198,7 +198,7 @@ class Checkpoints:
                 judge.go_on(state.memory)
                 self._say(judge.name, "its block goes on from the state at the end of the drive before")
             else:
-                self._say(judge.name, "the checkpoint is of another calibration; it begins anew")
+                self._say(judge.name, "the checkpoint belongs to another calibration; it begins anew")
 
     def collected(self, judges: Sequence[Judge]) -> dict[str, State]:
         """States of all monitors for a checkpoint, after a piece was judged; takes some milliseconds per monitor.

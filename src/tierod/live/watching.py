@@ -44,8 +44,8 @@ class Watching:
         """
         now = dict.fromkeys(names)
         for name in now.keys() - self._missing.keys():
-            text = f"{name} does not come any more; what needs it is not judged"
+            text = f"{name} is no longer received; monitors that need it do not judge"
             self._hub.say("problem", {"time": time, "signal": name, "text": text})
         for name in self._missing.keys() - now.keys():
-            self._hub.say("signal", {"time": time, "signal": name, "text": f"{name} comes again"})
+            self._hub.say("signal", {"time": time, "signal": name, "text": f"{name} is received again"})
         self._missing = now
