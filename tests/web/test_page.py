@@ -170,7 +170,7 @@ def test_dragging_zooms_all_charts_and_the_wheel_goes_on(page):
 
 def test_a_second_drive_lies_over_the_first(page):
     opened(page, f"/recording?file={FILE}&signals=driver_torque&over={FILE}&shift=2", "Driver torque (second)")
-    page.get_by_text("over it: weave.parquet").wait_for()
+    page.get_by_text("overlaid: weave.parquet").wait_for()
 
 
 def test_a_pair_is_drawn(page):

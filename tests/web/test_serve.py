@@ -42,7 +42,7 @@ def test_a_port_in_use_is_a_sentence(capsys, tmp_path):
     (["--port", "70000"], "give 0 to 65535"),
     (["--bind", "203.0.113.9"], "give an address of this machine"),
     (["--live", "can0", "--vehicle", "rav4"], "INTERFACE:CHANNEL"),
-    (["--live", "udp_multicast:239.1.1.1"], "whose buses"),
+    (["--live", "udp_multicast:239.1.1.1"], "name the vehicle of the buses"),
     (["--live", "udp_multicast:239.1.1.1", "--vehicle", "midsize-eps"], "no CAN database"),
     (["--vehicle", "no-such-car"], "no-such-car"),
     (["--upload", "0"], "--upload needs a positive"),

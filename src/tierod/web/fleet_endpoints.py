@@ -28,7 +28,7 @@ def fleet_endpoints(bench: Workbench) -> APIRouter:
     def loaded(name: str) -> dict[str, Any]:
         found = bench.fleet(name)
         if isinstance(found, Job):
-            raise Absent("the fleet is being worked out; ask again when its job is done")
+            raise Absent("the fleet is being evaluated; ask again when its job is done")
         return found
 
     @router.get("/fleets/{name}")

@@ -232,7 +232,7 @@ class Jobs:
     def _how_it_ended(self, code: int | None) -> str:
         memory = self.limits.job_memory >> 20
         return (
-            f"its process was ended (code {code}); where memory was short, its limit of {memory} MiB was met: give a "
+            f"its process was ended (code {code}); if memory was short, it reached its limit of {memory} MiB: give a "
             "shorter recording, or a larger --job-memory"
         )
 

@@ -97,7 +97,9 @@ def _entries(path: Path, folder: str, root: Root) -> Iterator[Entry]:
                 if (found := _entry(each, folder, root)) is not None:
                     yield found
     except OSError as error:
-        raise Absent(f"the folder '{folder}' cannot be read ({(error.strerror or '').lower()}); is it gone?") from None
+        raise Absent(
+            f"the folder '{folder}' cannot be read ({(error.strerror or '').lower()}); check that it still exists"
+        ) from None
 
 
 def _entry(each: os.DirEntry[str], folder: str, root: Root) -> Entry | None:

@@ -165,7 +165,7 @@ def site_of(
         if not (interface and colon and channel):
             raise ParameterError(f"--live is '{each}'; expected INTERFACE:CHANNEL, such as socketcan:can0")
     if live and not given:
-        raise ParameterError("--live needs --vehicle: whose buses are they?")
+        raise ParameterError("--live needs --vehicle: name the vehicle of the buses")
     if live and car is not None and not (known or car.database):
         raise ParameterError(f"--live: the vehicle '{car.name}' names no CAN database; give one with --dbc")
     made = Site(recordings, results, place, given, known, used, tuple(live), limits or Limits(), demo)

@@ -178,7 +178,7 @@ class Workbench:
         paths = [str(self.site.file(each[:4096])) for each in asked.files]
         vehicle = self.vehicle(asked.vehicle)
         if not vehicle:
-            raise ParameterError("no vehicle is given; choose the one whose file is known before the drives")
+            raise ParameterError("no vehicle is given; choose the one from whose values the identification starts")
         given = {"subject": asked.subject, "paths": paths, "vehicle": vehicle, "free": asked.free,
                  "channel_map": asked.channel_map or self.site.channel_map or None, "cache": str(self.site.cache),
                  "folder": str(self.uploads / "identified")}  # fmt: skip
@@ -199,7 +199,7 @@ class Workbench:
         try:
             return (self.store.path("identified", key) / name).read_text(encoding="utf-8")
         except OSError:
-            raise Absent("this is not kept, or not any more; run it again") from None
+            raise Absent("this result is not kept any more; run it again") from None
 
     def _given(self, asked: shapes.Analysed | shapes.Asked) -> dict[str, Any]:
         path = self.site.file(asked.file)

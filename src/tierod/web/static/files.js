@@ -12,7 +12,7 @@ export function Files({ address, site }) {
   const list = found.data;
   const open = (entry) => (address.pick ? go("recording", { ...address, view: undefined, pick: undefined, folder: undefined, search: undefined, sort: undefined, at: undefined, over: entry.file }) : go("recording", { file: entry.file }));
   const parts = folder.split("/").filter(Boolean);
-  return stack`<h1>${address.pick ? `Choose the drive that is laid over ${(address.file || "").split("/").pop()}` : "Recordings"}</h1>
+  return stack`<h1>${address.pick ? `Choose the drive to overlay on ${(address.file || "").split("/").pop()}` : "Recordings"}</h1>
     ${site && site.demo !== undefined && site.demo !== "" && !address.pick && html`<${Demo} site=${site} again=${found.again} />`}
     <div class="card"><div class="row"><nav class="grow" aria-label="Folder"><a href="/">all folders</a>${parts.map((part, at) => html` / <a href=${link("", { ...address, view: undefined, folder: parts.slice(0, at + 1).join("/"), at: "" })}>${part}</a>`)}</nav>
       <${Search} value=${search} /><label><span class="small">sort</span><select value=${sort} onChange=${(e) => set({ sort: e.target.value, at: "" })}><option value="name">name</option><option value="modified" selected=${sort === "modified"}>newest</option><option value="bytes" selected=${sort === "bytes"}>largest</option></select></label>

@@ -21,7 +21,7 @@ export function Identify({ address, site }) {
   useEffect(() => { if (done) set({ found: done, served: followed.found.vehicle_file ? `uploads/identified/${followed.found.vehicle_file.split("/").pop()}` : "" }); }, [done]);
   const busy = followed && (followed.state === "running" || followed.state === "waiting");
   return stack`<h1>Identify parameters</h1>
-    <form class="card" onSubmit=${(e) => { e.preventDefault(); run(); }}><p>A vehicle file of guesses and some drives become a file of what the drives identify: values, standard deviations, and what to drive for the rest.</p>
+    <form class="card" onSubmit=${(e) => { e.preventDefault(); run(); }}><p>From a vehicle file and some drives, identify the parameters of the vehicle: values, standard deviations, and what to drive for those that are not identifiable.</p>
       <div class="row"><label>what <select onChange=${(e) => set({ subject: e.target.value, found: "" })}>${SUBJECTS.map(([name, words]) => html`<option value=${name} selected=${name === subject}>${words}</option>`)}</select></label>
         <label>known before <select onChange=${(e) => set({ name: e.target.value, found: "" })}>${names.map((n) => html`<option value=${n} selected=${n === vehicle}>${n.split("/").pop()}</option>`)}</select></label></div>
       ${files.map((file) => html`<div class="row" key=${file}><a class="grow" href=${link("recording", { file })}>${file}</a><button type="button" class="plain" aria-label=${`Leave out ${file}`} onClick=${() => change(files.filter((each) => each !== file))}>×</button></div>`)}

@@ -19,7 +19,7 @@ export function JobList() {
     { title: "done", show: (j) => html`<progress max="1" value=${j.share} aria-label=${`${j.about}: done`}></progress>` },
     { title: "", text: true, show: (j) => sentence(j.text) }, { title: "since", n: true, show: (j) => date(j.created) },
     { title: "", show: (j) => (j.state === "running" || j.state === "waiting" ? html`<button onClick=${() => cancel(j.id)}>Cancel</button>` : "") },
-  ]} /></div>` : html`<p class="card">Nothing was asked for yet: open a recording from the <a href="/">list</a>.</p>`}`;
+  ]} /></div>` : html`<p class="card">There are no jobs yet: open a recording from the <a href="/">list</a>.</p>`}`;
 }
 
 export function Interface() {

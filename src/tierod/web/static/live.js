@@ -57,7 +57,7 @@ function useBus(on) {
       socket = new WebSocket(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/api/live`);
       socket.onopen = () => { held.current.buffers = new Map(); put("connected"); };
       socket.onmessage = (event) => take(held.current, JSON.parse(event.data));
-      socket.onclose = () => { if (!over) { put("the connection is lost; it is tried again"); timer = setTimeout(connect, 2000); } };
+      socket.onclose = () => { if (!over) { put("the connection is lost; trying again"); timer = setTimeout(connect, 2000); } };
     };
     connect();
     return () => { over = true; clearTimeout(timer); socket.close(); };
@@ -135,7 +135,7 @@ function LivePanels({ address, bus, view, tick, onView }) {
   const names = shown.flat();
   const toggle = (name, into) => set({ signals: write(names.includes(name) ? shown.map((p) => p.filter((n) => n !== name)) : into && shown.length ? shown.map((p, i) => (i === shown.length - 1 ? [...p, name] : p)) : [...shown, [name]]) });
   return stack`<div class="bench"><aside class="side card"><${Tree} signals=${signals} shown=${new Set(names)} onToggle=${toggle} /></aside><div>
-    ${!shown.length && !bus.events.some((each) => each.event === "problem") && html`<p class="card">No samples yet: is the bus awake, and the channel right?</p>`}
+    ${!shown.length && !bus.events.some((each) => each.event === "problem") && html`<p class="card">No samples yet: check that the bus is active and the channel is right.</p>`}
     ${shown.map((panel) => html`<${LivePanel} key=${panel.join()} panel=${panel} bus=${bus} view=${view} tick=${tick} onView=${onView} />`)}</div></div>`;
 }
 

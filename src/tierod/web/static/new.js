@@ -48,7 +48,7 @@ function Mapping({ address, site }) {
       <button onClick=${check} disabled=${!entries}>What can run?</button><button class="main" onClick=${analyse} disabled=${running && (running.state === "running" || running.state === "waiting")}>Run</button>
       ${map && html`<a class="button" href=${`data:application/toml;charset=utf-8,${encodeURIComponent(toText(entries, file, address.time))}`} download="car.channels.toml">Save the map</a>`}</div>
     <${Work} job=${proposed} again=${propose} />
-    ${proposed && proposed.state === "failed" && !entries && html`<p>Without a proposal the names in the file decide; “Run” judges it so. <button onClick=${() => edit([])}>Write the map by hand</button></p>`}
+    ${proposed && proposed.state === "failed" && !entries && html`<p>Without a proposal, signals are assigned by the names in the file; “Run” judges with these. <button onClick=${() => edit([])}>Write the map by hand</button></p>`}
     <${Work} job=${inspected} again=${check} /><${Work} job=${running} again=${analyse} />
     ${running && running.state === "done" && html`<p class="card">Done: <a class="button main" href=${link("recording", { file, vehicle })}>Open the recording</a></p>`}
     ${inspected && inspected.state === "done" && html`<${Inspected} found=${inspected.found} />`}

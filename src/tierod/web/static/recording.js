@@ -284,8 +284,8 @@ function Tools({ address, series, result, over, overResult, wanted, view, span, 
   return stack`<div class="row tools card"><span>${clock(view[0], view[1] - view[0])} to ${clock(view[1], view[1] - view[0])} <span class="small">${whole ? "the whole drive" : clock(view[1] - view[0])}${whole ? ", " : " of "}${clock(span[1] - span[0])}</span></span>
     <button onClick=${() => onView(-Infinity, Infinity)} disabled=${whole}>All</button>
     <span class="grow"></span>
-    ${address.over ? html`<span class="small">over it: ${address.over.split("/").pop()}</span><label><span class="small">shifted by [s]</span><input type="number" step="any" class="shift" value=${address.shift || 0} onChange=${(e) => set({ shift: e.target.value })} size="8" /></label>
-      ${Number.isFinite(event) && html`<button onClick=${() => set({ shift: +event.toPrecision(8) })}>Align at the change</button>`}<button onClick=${() => set({ over: "", shift: "" }, true)}>Remove</button>` : html`<button onClick=${() => go("", { pick: 1, ...address, view: undefined })}>Lay another drive over</button>`}
+    ${address.over ? html`<span class="small">overlaid: ${address.over.split("/").pop()}</span><label><span class="small">shifted by [s]</span><input type="number" step="any" class="shift" value=${address.shift || 0} onChange=${(e) => set({ shift: e.target.value })} size="8" /></label>
+      ${Number.isFinite(event) && html`<button onClick=${() => set({ shift: +event.toPrecision(8) })}>Align at the change</button>`}<button onClick=${() => set({ over: "", shift: "" }, true)}>Remove</button>` : html`<button onClick=${() => go("", { pick: 1, ...address, view: undefined })}>Overlay another drive</button>`}
     <span class="group"><span class="small">Export</span><a class="button" href=${out("csv")} download>CSV</a><a class="button" href=${out("parquet")} download>Parquet</a><button onClick=${() => picture(place.current, "tierod.png")}>PNG</button>
     <button onClick=${() => navigator.clipboard && navigator.clipboard.writeText(location.href)} title="Copies the address of exactly this view">Link</button></span></div>`;
 }

@@ -17,7 +17,7 @@ export function Tree({ signals, shown, onToggle }) {
   }, [signals, search, shown.size]);
   return html`<div class="tree">
     <label class="row"><span class="small">Signals</span><input type="search" class="grow" placeholder="search" value=${search} onInput=${(e) => put(e.target.value)} aria-label="Search signals" /></label>
-    <p class="small">Click adds a panel, with Shift over the last one; or drag.</p>
+    <p class="small">Click adds a panel; Shift-click overlays on the last panel; or drag.</p>
     ${groups.length ? groups.map(([group, list], at) => html`<details key=${group} open=${!!search || at < 2 || group.startsWith("Estimates")}><summary>${group} (${list.length})</summary>
       <ul>${list.slice(0, 300).map((each) => html`<li key=${each.name}><button class="signal" draggable="true" aria-pressed=${shown.has(each.name)}
         title=${`${each.name}${each.meaning ? `: ${each.meaning}` : ""}${each.positive ? ` Positive: ${each.positive}.` : ""}${each.source ? ` From ${each.source}.` : ""}${(each.note || "").startsWith("derived:") ? ` ${each.note[0].toUpperCase()}${each.note.slice(1)}.` : ""} ${each.count} samples.`}
