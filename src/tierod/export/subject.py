@@ -85,8 +85,8 @@ def subject_of(monitor: str | None, vehicle: Vehicle | str, variant: str | None 
     block = getattr(opened(definition, chosen, car), "block", None)
     if block is None:
         raise ParameterError(
-            f"the monitor '{definition.name}', variant '{chosen.name}', judges a recording as a whole and is no block "
-            "that steps from sample to sample; export one that is, for example friction"
+            f"the monitor '{definition.name}', variant '{chosen.name}', judges a recording as a whole and cannot "
+            "step from sample to sample; export one that can, for example friction"
         )
     if variant is None:
         # A monitor without a default variant requires a choice, but only a monitor that can be exported.

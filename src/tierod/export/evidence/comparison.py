@@ -145,8 +145,8 @@ def table(found: list[Difference], precision: str) -> Table:
     )
     header = ("build", "samples", "largest difference", "of", "equal numbers", "steps with another status", "warnings")
     note = (
-        "The difference is in shares of the range of each output: one that is 0 or 1 differs by all of it where a "
-        "decision falls one step earlier or later. Random samples step, repeat and vanish without physical sense, so "
-        "that a filter may be driven to where it amplifies the last bit."
+        "The difference is relative to the range of each output: an output of 0 or 1 differs by all of it where a "
+        "decision falls one step earlier or later. Random samples jump, repeat and vanish without physical sense, so "
+        "they can drive a filter to states in which it amplifies the last bit."
     )
     return Table(f"Back to back with scan, {precision} precision", header, rows, note)

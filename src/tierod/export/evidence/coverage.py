@@ -17,14 +17,14 @@ from tierod.export.nested import is_presence
 REASONS = {
     "parameters": "decided by the parameters alone, which of three whole numbers a count is compared with",
     "clock": "the end of a counter of steps, after 2^32 steps: 497 days at 100 Hz",
-    "presence": "whether a value is there that the monitor has worked out itself from inputs that it holds: none of "
-    "the samples, whole signals missing among them, makes it missing; the block asks because it stands elsewhere too",
-    "age": "how long ago a value was there that the monitor works out itself: with these samples it is always there",
-    "limit": "a limit at zero, or at a number that is laid down, which the value does not reach with these samples",
-    "number": "that the number of a lane is whole and there is such a lane, which the judge always gives",
-    "circle": "lanes that take over the states of each other in a circle, which this judge never asks for; "
+    "presence": "presence of a value that the monitor computes from held inputs: no sample makes it missing, not "
+    "even where whole signals are missing; the block is used elsewhere too, where it can be missing",
+    "age": "age of a value that the monitor computes itself: with these samples it is always present",
+    "limit": "a limit at zero or at a fixed number, which the value does not reach with these samples",
+    "number": "check that the number of a lane is whole and exists, which holds for every number that the judge gives",
+    "circle": "lanes that take over each other's states in a circle, which this judge never requests; "
     "tests/export/test_bank_export.py runs a bank whose judge does",
-    "store": "a checksum that is right over contents that are not",
+    "store": "a correct checksum over damaged contents",
     "other": "no reason is recorded: drives, altered ones too, random samples and failed signals do not reach them; "
     "listed below",
 }
