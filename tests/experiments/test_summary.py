@@ -59,7 +59,7 @@ def test_gates_are_met_missed_or_not_to_be_judged():
 
 def test_a_gate_over_drives_that_failed_can_be_missed_but_not_met():
     lost = pass_through(gate("false_alarms", "<= 1", fault="lost"), ROWS)
-    assert (lost.met, lost.note) == (None, "1 of 2 drives failed, so that it cannot be called met")
+    assert (lost.met, lost.note) == (None, "1 of 2 drives failed, so it cannot be judged as met")
     assert pass_through(gate("false_alarms", "= 0", fault="lost"), ROWS).met is False
 
 

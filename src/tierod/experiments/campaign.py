@@ -145,7 +145,7 @@ def _reference_points(
         raise document.error(
             ("same_car",),
             "'same_car' is missing: a baseline is learnt from the first fault-free drive of the same car; name the "
-            f"axes that make a car what it is, of: {', '.join(matrix[0].place)}",
+            f"axes that define a car, of: {', '.join(matrix[0].place)}",
         )
     for number, axis in enumerate(file.same_car):
         if axis not in matrix[0].place or axis in (FAULT, SIZE):

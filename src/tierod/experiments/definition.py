@@ -31,7 +31,7 @@ class Axis:
         if bool(self.values) == bool(self.levels):
             raise ParameterError("an axis has either values or levels; give one of them")
         if self.set and self.levels:
-            raise ParameterError("'set' belongs to values; levels say themselves what they change")
+            raise ParameterError("'set' works with values only; levels name what they change")
 
     def changes(self, name: str) -> list[tuple[str, Mapping[str, Any], tuple[str | int, ...]]]:
         """(level, changes of the scenario, place within the axis) of every level."""

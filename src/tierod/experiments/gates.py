@@ -58,13 +58,11 @@ def pass_through(gate: Gate, rows: Sequence[Row]) -> Passed:
     measured = float(getattr(figures, gate.figure))
     lost = figures.failed + figures.diverged
     if math.isnan(measured):
-        return Passed(gate, measured, None, "there is nothing to make this figure from")
+        return Passed(gate, measured, None, "there are no data for this figure")
     if not gate.goal.holds(measured):
         return Passed(gate, measured, False, f"{figures.drives} drives")
     if lost:
-        return Passed(
-            gate, measured, None, f"{lost} of {figures.drives} drives failed, so that it cannot be called met"
-        )
+        return Passed(gate, measured, None, f"{lost} of {figures.drives} drives failed, so it cannot be judged as met")
     return Passed(gate, measured, True, f"{figures.drives} drives")
 
 

@@ -167,7 +167,7 @@ def points(file: CampaignFile, document: Document) -> list[Point]:
         check_where(where, axes, seeds, document, location)
         gone = [key for key, point in found.items() if is_at(point.place, where)]
         if not gone:
-            raise document.error(location, "no cell is left that this excludes; take it out")
+            raise document.error(location, "this excludes no cell that is left; take it out")
         for key in gone:
             del found[key]
     for number, where in enumerate(file.include):
@@ -183,7 +183,7 @@ def _product(
 ) -> list[Point]:
     cells = math.prod(map(len, axes)) * len(seeds)
     if cells > MOST_CELLS:
-        raise document.error(location, f"with these seeds the matrix has {cells} cells; {MOST_CELLS} is the most")
+        raise document.error(location, f"with these seeds the matrix has {cells} cells; give at most {MOST_CELLS}")
     made = []
     for levels in itertools.product(*axes):
         place: dict[str, str] = {}
@@ -209,7 +209,7 @@ def _checked_seeds(seeds: Any, location: Location, document: Document) -> tuple[
         seeds = Seeds(**seeds)
     if isinstance(seeds, Seeds):
         if seeds.count > MOST_CELLS:
-            raise document.error(location, f"these are {seeds.count} seeds; {MOST_CELLS} is the most")
+            raise document.error(location, f"these are {seeds.count} seeds; give at most {MOST_CELLS}")
         seeds = tuple(range(seeds.first, seeds.first + seeds.count))
     if not isinstance(seeds, list | tuple) or not seeds or not _whole(seeds) or len(set(seeds)) != len(seeds):
         raise document.error(

@@ -139,10 +139,10 @@ def plant_document(path: str | Path) -> tuple[Document, list[str]]:
     said = [
         f"{proposal.unit.path.name}: {len(proposal.inputs)} inputs and {len(proposal.outputs)} outputs are connected "
         f"by their names; 'tierod inspect {proposal.unit.path.name} --write-map {proposal.unit.path.stem}.plant.toml' "
-        "writes how, to be edited"
+        "writes this map, for editing"
     ]
     if doubtful:
-        said.append(f"SI units are assumed for {', '.join(doubtful)}, of which the unit states none")
+        said.append(f"SI units are assumed for {', '.join(doubtful)}, since the unit states none")
     return Document(proposal.content, "", Path(path)), said
 
 
