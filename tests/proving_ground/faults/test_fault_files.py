@@ -226,7 +226,7 @@ def test_a_slip_in_a_file_is_named_with_its_line(text, line, words):
             2,
             "would change nothing: the car has no 'yaw_rat'",
         ),
-        ("element = 'nothing'\nbehaviour = 'total-loss'", 2, "a fault of nothing is none"),
+        ("element = 'nothing'\nbehaviour = 'total-loss'", 2, "the fault has no element"),
         ("element = 'motor_torque'\nbehaviour = 'stuck'", 2, "write 'actuator.motor_torque' or 'sensor.motor_torque'"),
         (
             "element = 'yaw_rate'\nbehaviour = 'stuck'\n[[faults.also]]\nelement = 'mss'\nbehaviour = 'gain'\nsize = 2",

@@ -40,7 +40,7 @@ def require_some(what: str, count: int) -> None:
         ParameterError: the count is not positive
     """
     if count < 1:
-        raise ParameterError(f"a test with {count} {what} is none; give at least 1")
+        raise ParameterError(f"a test cannot have {count} {what}; give at least 1")
 
 
 @dataclass(frozen=True)

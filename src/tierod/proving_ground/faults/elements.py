@@ -184,7 +184,7 @@ class Reach:
         names = (name.strip() for element in elements for name in element.split("|"))
         name = next((name for name in names if name != NOTHING), None)
         if name is None:
-            return "a fault of nothing is none; name an element of the car"
+            return "the fault has no element; name one of the car"
         return f"the fault would change nothing: {self._missing(name, self.by_role())}"
 
     def _missing(self, name: str, known: Mapping[str, set[str]]) -> str:

@@ -86,11 +86,11 @@ def remarks(car: ForeignCar, unit: Unit, acting: Iterable[str]) -> list[str]:
     idle = sorted(name for name in acting if name not in car.takes and not name.startswith("demand."))
     idle = [name for name in idle if not (name == "road.curvature" and car.drives)]
     if idle:
-        found.append(f"the unit takes no {', '.join(idle)}: these of the course do not act on it")
+        found.append(f"the unit takes no {', '.join(idle)}: these inputs of the course have no effect")
     if not car.wires.start:
-        found.append("no parameter of the unit is its speed at the start ('start_speed'): it begins at its own")
+        found.append("no parameter of the unit is its speed at the start ('start_speed'): it begins at its own speed")
     if car.drives and not {*LATERAL, *SLIP} & set(car.gives):
-        found.append("the unit gives no lateral speed: its place on the path is kept without it")
+        found.append("the unit gives no lateral speed: its lateral position on the path is computed without it")
     if bare := _without_unit(car, unit):
         found.append(
             f"the unit states no unit of measurement for {', '.join(bare)}: taken as they are; write one in the plant "

@@ -278,7 +278,8 @@ def _step(unit: Unit, file: PlantFile, document: Document) -> float:
     if not 1e-5 <= step <= LONGEST_STEP:
         raise document.error(
             ("step",),
-            f"a step of {step:g} s is out of what a driver's hands bear, 1e-05 to {LONGEST_STEP:g} s; export the unit "
+            f"a step of {step:g} s is outside the range of the driver model, 1e-05 to {LONGEST_STEP:g} s; export the "
+            "unit "
             "with a shorter one",
         )
     return step

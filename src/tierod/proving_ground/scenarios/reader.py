@@ -202,7 +202,7 @@ def _plant(name: str, own: Plant, document: Document) -> Plant:
     if name.lower().endswith(".fmu"):
         raise document.error(
             ("plant",),
-            f"'{name}' is a unit itself, and 'plant' names the file that says what of it is what; write one with "
+            f"'{name}' is a unit, but 'plant' needs the plant file that maps its variables; write one with "
             f"'tierod inspect {name} --write-map car.plant.toml'",
         )
     try:
