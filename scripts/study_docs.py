@@ -171,9 +171,7 @@ def _described(printed: str, sentences: Mapping[str, str]) -> str:
     header, rows = _rows(printed)
     cells = [[*([sentences.get(row[0], "")] if sentences else []), *row[1:], f"`{row[0]}`"] for row in rows]
     titles = (*(["figure"] if sentences else []), *header[1:], "id")
-    return f"## {DESCRIBED}\n\nNothing is claimed of these: they have no goal, and cannot fail.\n\n" + table(
-        titles, cells
-    )
+    return f"## {DESCRIBED}\n\nThese figures have no goal, so they cannot fail.\n\n" + table(titles, cells)
 
 
 def _groups(name: str, listed: str, sentences: Mapping[str, str]) -> list[str]:

@@ -56,7 +56,7 @@ def test_isolability_is_the_command(capsys):
 def test_identify_refuses_what_it_cannot_do(drive):
     with pytest.raises(tierod.TierodError, match="'colum' cannot be identified; did you mean 'column'"):
         tierod.identify("colum", [drive], "column-bench")
-    with pytest.raises(tierod.TierodError, match="makes no use of a time between false alarms"):
+    with pytest.raises(tierod.TierodError, match="does not use a time between false alarms"):
         tierod.identify("column", [drive], "column-bench", hours=10.0)
 
 

@@ -7,9 +7,9 @@ from collections.abc import Mapping
 STATUSES: Mapping[str, str] = {
     "healthy": "Everything that this monitor judges is as it should be, with enough driving to say so.",
     "rising": "The quantity has risen above its baseline, and is not yet beyond the limit of a fault.",
-    "suspect": "Something differs from what is expected, and its cause is not settled.",
+    "suspect": "Something differs from the expected, and its cause is not known.",
     "fault": "A fault was found: its statistic passed a threshold that fault-free driving hardly ever reaches.",
-    "not ready": "Too little was driven for a verdict; what was seen is kept and the next drive goes on from it.",
+    "not ready": "Too little was driven for a verdict; the result is kept, and the next drive continues from it.",
     "not enabled": "The conditions under which the monitor can judge never held in this drive.",
     "not testable": "The signals that this verdict needs were not good enough in this drive.",
     "not identifiable": "The drive did not excite what is to be estimated, so that no value can be given.",
@@ -51,10 +51,10 @@ _STATISTICS = {
     "before the change": "Estimate before the change began.",
     "after the change": "Estimate since the change began.",
     "alarm": "When the statistic passed its threshold.",
-    "signals complete share": "Share of the drive in which every signal was there that the recording has for it.",
-    "required signals share": "Share of the drive in which every signal was there without which nothing is judged.",
-    "signals complete until": "Last moment at which every signal was there that the recording has for it.",
-    "signals present share": "Share of the drive in which every needed signal was there.",
+    "signals complete share": "Share of the drive in which all recorded input signals were present.",
+    "required signals share": "Share of the drive in which all signals that every verdict needs were present.",
+    "signals complete until": "Last time at which all recorded input signals were present.",
+    "signals present share": "Share of the drive in which all needed signals were present.",
     "vehicle rising limit": "Friction from which this car counts as rising, from its vehicle file.",
     "vehicle fault limit": "Friction from which this car counts as faulty, from its vehicle file.",
     "error against truth RMS": "Root mean square of estimate less truth, which only a simulation knows.",
@@ -65,11 +65,11 @@ _STATISTICS = {
 _RULES = {
     "decides": "What is found when this rule alarms.",
     "distance": "The statistic that the rule watches.",
-    "stopping rule": "When the rule alarms: how the statistic is summed up, and beyond what.",
+    "stopping rule": "When the rule alarms: how the statistic is accumulated, and its threshold.",
     "false alarms": "Alarms on fault-free drives. In a table of rules: how often the design allows them.",
     "where from": "Source of the threshold: a paper, a design, or measured fault-free drives.",
     "replaced by": "What the monitor supplies in place of the sensor at fault.",
-    "missing": "Share of the samples that are not there.",
+    "missing": "Share of the samples that are missing.",
     "longest gap": "Longest time without a sample.",
 }
 
@@ -93,13 +93,13 @@ _CAMPAIGNS = {
 }
 
 _FLEETS = {
-    "level now (95 %)": "Level of the quantity at 15 °C in the light of all drives, with its 95 % interval.",
-    "time left (90 %)": "Time until the level reaches the limit, if it goes on as it does, with its 90 % interval.",
+    "level now (95 %)": "Level of the quantity at 15 °C, estimated from all drives, with its 95 % interval.",
+    "time left (90 %)": "Time until the level reaches the limit, if its trend continues, with its 90 % interval.",
     "cohort": "Cars that share a label: supplier, batch, plant. Named where they differ from the rest of the fleet.",
     "odds that it differs": "Odds that the mean of the cohort differs from the rest, after seeing the drives.",
     "not separated from": "Cohorts of nearly the same cars: the data cannot say which of them differs.",
     "quantities followed": "Series of estimates over drives, one per monitor and quantity.",
-    "verdict of the drive": "What this drive alone came to; the trend weighs all of them.",
+    "verdict of the drive": "Verdict of this drive alone; the trend weighs all drives.",
 }
 
 TERMS: Mapping[str, str] = _STATISTICS | _RULES | _CAMPAIGNS | _FLEETS

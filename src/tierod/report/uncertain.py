@@ -30,8 +30,8 @@ def measure_first(diagnosis: Diagnosis) -> str:
         return ""
     first = diagnosis.parameter_effects[0]
     return (
-        f"Each move is that of one standard deviation of the parameter. Measure {first.name} first: it makes "
-        f"{share(first.share)} of what uncertain parameters add to the variance."
+        f"Each effect is that of one standard deviation of the parameter. Measure {first.name} first: it causes "
+        f"{share(first.share)} of the variance that uncertain parameters add."
     )
 
 

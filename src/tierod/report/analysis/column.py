@@ -67,11 +67,15 @@ def _summary(found: ColumnAnalysis) -> tuple[str, ...]:
     both = found.extended_subsets[-1]
     return (
         f"The column rings at {rings}. "
-        + (f"Its state is not shown by {'; '.join(hidden)} alone. " if hidden else "Any one sensor shows its state. ")
-        + f"With the torques of hands and disturbance as states, all sensors together show {both.exact.rank} of "
+        + (
+            f"Its state is not observable with {'; '.join(hidden)} alone. "
+            if hidden
+            else "Its state is observable with any one sensor. "
+        )
+        + f"With the torques of hands and disturbance as states, all sensors together observe {both.exact.rank} of "
         f"{len(found.extended.states)} states"
         + (
-            f"; the unscaled observability matrix says {both.unscaled.rank}, an artefact of double precision."
+            f"; the rank of the unscaled observability matrix is {both.unscaled.rank}, an artefact of double precision."
             if both.unscaled.rank != both.exact.rank
             else "."
         ),
@@ -104,19 +108,23 @@ def _modes(found: ColumnAnalysis) -> list[Heading | Table | Chart]:
 
 def _observability(found: ColumnAnalysis) -> list[Heading | Table | Chart]:
     text = (
-        "How many states each choice of sensors shows. The staircase (tolerance 1e-9) and the test of Popov, Belevitch "
+        "Number of states that are observable with each choice of sensors. The staircase (tolerance 1e-9) and the "
+        "test of Popov, Belevitch "
         "and Hautus (1e-7) work on the scaled system; the rank of the observability matrix is taken to the default "
         "tolerance of MATLAB, of the scaled system, of the system sampled every "
         f"{1e3 * SAMPLING.sample_time:g} ms, and unscaled. Condition of the Gramian over {SAMPLING.duration:g} s, each "
         "state in its best unit.",
-        "The last columns are the least standard deviation with which any unbiased estimator can know the present "
-        f"state after {SAMPLING.duration:g} s (Cramer and Rao), where the model is right, nothing disturbs it and "
-        "sensors have white noise of " + _noises() + " (assumed).",
+        "The last columns are the least standard deviation with which any unbiased estimator can estimate the "
+        f"present state after {SAMPLING.duration:g} s (Cramer and Rao), if the model is right, without disturbances, "
+        "and with white sensor noise of " + _noises() + " (assumed).",
     )
     return [
         Heading("Observability", text),
         _table(
-            "States shown by a choice of sensors", found.subsets, len(found.system.states), ("steering_wheel_rate",)
+            "States observable with a choice of sensors",
+            found.subsets,
+            len(found.system.states),
+            ("steering_wheel_rate",),
         ),
         _table(
             "The same with the torques of hands and disturbance as states",
@@ -154,9 +162,9 @@ def _note(rows: tuple[Shown, ...]) -> str:
 def _reductions(found: ColumnAnalysis, measured: Measured | None) -> list[Heading | Table | Chart]:
     text = (
         "Four states instead of six. Mechanical: the gear turns with the motor, and one spring is left: bar and "
-        "gear in series, the bar alone, or as printed. Balanced: states that torques reach and sensors show least "
-        "follow the others at once; D is the direct way from torques to sensors that this leaves. Modal: the slowest "
-        "eigenvalues as they are.",
+        "gear in series, the bar alone, or as printed. Balanced: the least controllable and observable states follow "
+        "the others at once; D is the direct feedthrough from torques to sensors that results. Modal: the slowest "
+        "eigenvalues are kept.",
     )
     header = (
         "reduction",

@@ -116,7 +116,8 @@ class Measured:
         )
         note = (
             "Follows: share of the frequencies at which the sensor follows the motor's torque, with a coherence of 0.5 "
-            f"or more; the rest holds there. From {MOST_APART:g} dB on the recording does not fit the model. Friction "
+            f"or more; the other columns refer to these. From {MOST_APART:g} dB on, the recording does not fit the "
+            "model. Friction "
             "lowers the measured gain."
         )
         return Table("Measured over computed gain", header, rows, note)
@@ -180,7 +181,7 @@ def measured_column(recording: Recording, system: LinearSystem) -> Measured:
     frequency = next(iter(responses.values())).frequency
     if len(frequency) < _FEWEST:
         raise InputError(
-            f"the recording resolves hardly a frequency above {LOWEST:g} Hz: its signals come at {rate:.4g} Hz, or do "
+            f"the recording hardly resolves frequencies above {LOWEST:g} Hz: its signals come at {rate:.4g} Hz, or do "
             f"not follow the motor; record at {_USUAL:g} Hz or more, and sweep the motor's torque"
         )
     whole = frequency_response(system, frequency)
@@ -215,7 +216,9 @@ def _rate(recording: Recording, name: str) -> float:
     steps = np.diff(recording[name].time)
     steps = steps[steps > 0.0]
     if not len(steps):
-        raise InputError(f"{name} of the recording has no two samples; a frequency response needs minutes of them")
+        raise InputError(
+            f"{name} of the recording has fewer than two samples; a frequency response needs minutes of them"
+        )
     return float(round(1.0 / float(np.median(steps)), 6))
 
 
@@ -228,13 +231,13 @@ def _remarks(
         sizes = ", ".join(f"{words(name).lower()} {differences[name].apart:.0f} dB" for name in apart)
         remarks.append(
             f"The recording does not fit the model: measured and computed gain are {sizes} apart (root mean square). "
-            "Is it of this column, alone on its bench, with a free wheel that is not touched, and moved by "
-            "several times its friction?"
+            "Check that it is of this column, alone on its bench, with a free wheel that is not touched, and moved "
+            "by several times its friction."
         )
     elif not _informative(differences, responses):
         remarks.append("The recording cannot be compared with the model: no sensor follows the motor's torque.")
     if given != "motor_torque":
-        remarks.append("The torque that the motor was asked for stands for the one it gave.")
+        remarks.append("The requested motor torque is used in place of the actual one.")
     poor = [name for name, each in responses.items() if np.mean(each.usable()) < 0.2]
     if poor:
         remarks.append(

@@ -76,11 +76,11 @@ def of_white(wish: Wish, rule: str | None = None) -> Analysis:
     best = min(found.values(), key=lambda each: each.delay)
     summary = (
         f"For white Gaussian residuals of standard deviation {wish.deviation:g}, with {time_in_words(wish.interval)} "
-        f"between false alarms, a shift of {wish.shift:g} is found soonest by: {best.rule.name}, threshold "
+        f"between false alarms, a shift of {wish.shift:g} is detected soonest by: {best.rule.name}, threshold "
         f"{best.threshold * best.rule.scale(wish.deviation):.4g}, after {time_in_words(best.delay / wish.rate)} on "
         "average.",
-        "Autocorrelated residuals alarm far more often than these; measure the threshold on a fault-free recording "
-        "then (--residual).",
+        "Autocorrelated residuals cause far more false alarms; for them, measure the threshold on a fault-free "
+        "recording (--residual).",
     )
     rows = [
         {
@@ -114,7 +114,7 @@ def of_measured(wish: Wish, rule: str | None, given: Measured) -> Analysis:
     """
     deviation = given.deviation
     if not deviation > 0.0:
-        raise InputError("the healthy residual is zero or missing throughout; check --signal")
+        raise InputError("the fault-free residual is zero or missing throughout; check --signal")
     wish = replace(wish, deviation=deviation)
     chosen = _chosen(rule or "cusum", wish)
     found = threshold_from_records(chosen, given.records, wish.samples)
@@ -137,7 +137,11 @@ def of_measured(wish: Wish, rule: str | None, given: Measured) -> Analysis:
         f"Threshold {document['threshold']:.4g} of the {chosen.name}, measured on {given.label}. Time between false "
         f"alarms: {found.claim(wish.rate)}.",
     )
-    remarks = ("White residuals were simulated; real ones remember, and alarm more often.",) if given.simulated else ()
+    remarks = (
+        ("White residuals were simulated; real ones are autocorrelated and cause more false alarms.",)
+        if given.simulated
+        else ()
+    )
     return Analysis("Design of a detector", summary, measurement(wish, found, delays.tolist()), document, remarks)
 
 

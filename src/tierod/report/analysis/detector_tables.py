@@ -77,8 +77,8 @@ def measurement(wish: Wish, found: MeasuredDesign, delays: Sequence[float]) -> l
         ("deviation of the residual", number(found.deviation)),
         ("wanted between false alarms", time_in_words(wish.interval)),
         ("claim", found.claim(wish.rate)),
-        ("delay, median of shifts put in", time_in_words(median)),
-        ("delay, 95 % of them", time_in_words(late)),
+        ("delay, median over injected shifts", time_in_words(median)),
+        ("delay, 95 % quantile", time_in_words(late)),
     )
     measured = [point for point in found.points if point.alarms]
     lengths = [point.run_length / wish.rate for point in measured]
@@ -86,7 +86,7 @@ def measurement(wish: Wish, found: MeasuredDesign, delays: Sequence[float]) -> l
     chart = Chart(
         "run-length",
         "Time between false alarms, measured",
-        "Each mark is a threshold tried on the healthy residuals, with the 95 % range of its count.",
+        "Each mark is a threshold tried on the fault-free residuals, with the 95 % interval of its count.",
         f"Run length over threshold, from {time_in_words(lengths[0])} to {time_in_words(lengths[-1])}.",
         (
             Panel(
@@ -113,7 +113,7 @@ def measurement(wish: Wish, found: MeasuredDesign, delays: Sequence[float]) -> l
             ),
         ),
     )
-    return [Table("Threshold from healthy residuals", ("what", "figure"), rows), chart]
+    return [Table("Threshold from fault-free residuals", ("what", "figure"), rows), chart]
 
 
 def against_false_alarms(wish: Wish, found: Mapping[str, Designed]) -> Chart:

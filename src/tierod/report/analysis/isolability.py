@@ -115,12 +115,12 @@ def _summary(
 
 def _remarks(faults: Collection[str]) -> tuple[str, ...]:
     motors = (
-        "Two steering motors act by their sum. A split of the torque that alternates separates them over time; "
-        "structure does not see that.",
+        "Two steering motors act by their sum. An alternating split of the torque separates them over time; the "
+        "structural analysis does not include this.",
     )
     return (
-        "Structure looks at what stands in which equation, not at how large it is: a fault that is isolable here can "
-        "still be too small, or the drive too quiet, to be found. What drives have shown stands in "
+        "The structural analysis considers which variable is in which equation, not its size: a fault that is "
+        "isolable here can still be too small to be detected, or the drive too quiet. Results of drives are in "
         "docs/explanation/condition.md.",
         *(motors if MOTORS[0] in faults else ()),
     )
@@ -150,9 +150,9 @@ def _picture(found: Isolability, view: str) -> Chart:
     return Chart(
         "isolability",
         f"Which fault explains which, {view}",
-        "A row is a fault that is there, a filled cell a fault that explains all that is seen of it. Where only the "
+        "Row: the present fault. Filled cell: a fault that explains all its effects on the sensors. If only the "
         "diagonal is filled, every fault is separable from every other.",
-        "Matrix of faults against their explanations; the tables above hold the same.",
+        "Matrix of faults against their explanations; same content as the tables above.",
         (Panel("", "explanation", "fault", (cells,)),),
     )
 
@@ -208,10 +208,10 @@ def _lost(found: Isolability) -> str:
 def _sets(model: StructuralModel, sets: Sequence[frozenset[str]], view: str) -> Table:
     rows = tuple((listed(sorted(each)), f"{len(each)}") for each in sets[:SHOWN_SETS])
     note = (
-        f"{len(sets)} sets in all{', the smallest shown' if len(sets) > SHOWN_SETS else ''}; the equations have "
-        f"{decompose(model).redundancy} more than they need."
+        f"{len(sets)} sets in all{', the smallest shown' if len(sets) > SHOWN_SETS else ''}; the model has "
+        f"{decompose(model).redundancy} more equations than unknowns."
     )
-    return Table(f"Smallest sets of faults that one residual sees, {view}", ("residual of", "faults"), rows, note)
+    return Table(f"Smallest sets of faults that affect one residual, {view}", ("residual of", "faults"), rows, note)
 
 
 def _document(model: StructuralModel, single: Isolability, pairs: Isolability) -> dict[str, Any]:

@@ -48,8 +48,10 @@ def _summary(p: SteeredVehicle.Parameters, own: float, found: list[Shown]) -> tu
     rest = [each.by_outputs[1].complete and each.by_outputs[2].complete for each in found]
     return (
         f"The car {way} by {abs(gradient):.3f} degrees per m/s²; its rear axle is {own:.2f} times as stiff as that of "
-        f"a neutral car. With the yaw rate alone the sideslip of a neutral car is not shown; with the aligning torque, "
-        f"or with the steering in the model, it is {'shown at every understeer and speed' if all(rest) else 'not'}.",
+        f"a neutral car. With the yaw rate alone the sideslip angle of a neutral car is not observable; with the "
+        "aligning torque, "
+        f"or with the steering in the model, it is {'' if all(rest) else 'not '}observable at every understeer and "
+        "speed.",
     )
 
 
@@ -67,7 +69,7 @@ def _modes(p: SteeredVehicle.Parameters) -> Table:
         _, vehicle, steered, _ = systems(p, speed)
         rows.append((f"{speed:g}", _listed(vehicle.A), _listed(steered.A)))
     return Table(
-        "Eigenvalues over speed (1/s), friction left aside",
+        "Eigenvalues over speed (1/s), without friction",
         ("speed (m/s)", "vehicle, steer given", "vehicle and steering, torque given"),
         tuple(rows),
     )

@@ -155,8 +155,9 @@ def detection_figure(
     return Figure(
         name=f"detection-{number_}",
         title="How soon faults are found",
-        caption="Time from the beginning of a fault to the first alarm. How many faults were never found stands above "
-        "their size; where half of them were not, there is no median, and so on. Dashed: goal of a pass criterion.",
+        caption="Time from the beginning of a fault to the first alarm. Above each size: how many faults were never "
+        "found; with half of them there is no median, with more than 5 % no 95 % value. Dashed: goal of a pass "
+        "criterion.",
         alternative=f"Detection times of {monitor} over the size of each fault; all figures in the table beneath.",
         data=data,
         layout=layout(height, annotations=notes, shapes=shapes, **axes),

@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 _SHOWN = ("detection_s", "bias", "absolute_bias", "deviation")
 """Figures whose differences are drawn."""
 _CHANCE = (
-    "The interval is that of the mean, by bootstrap. The last two columns: how probable so uneven a result would be by "
-    "chance alone. Several figures are tested at once, so one in twenty falls below 0.05 without any reason."
+    "The interval is that of the mean, by bootstrap. The last two columns: the probability of so uneven a result by "
+    "chance alone. Several figures are tested at once, so about one in twenty falls below 0.05 by chance."
 )
 
 

@@ -36,7 +36,10 @@ Limit = tuple[float, bool]
 _STRIP, _PANEL = 130, 250
 _WIDEST = 10.0
 """Largest ratio to the threshold that is drawn."""
-DELAY = "What fewer false alarms cost, at the shift that must be found; what the estimator takes comes on top"
+DELAY = (
+    "Detection delay over the time between false alarms, at the shift that must be detected; the delay of the "
+    "estimator adds to it"
+)
 
 
 def statistics(diagnosis: Diagnosis) -> dict[str, list[Limit]]:
@@ -99,7 +102,7 @@ def _statistics(diagnosis: Diagnosis, names: list[str], name: str, title: str) -
     return Figure(
         name=name,
         title=title,
-        caption="What the stopping rules compare, over time. Dashed: thresholds. Red: beyond one.",
+        caption="Statistics of the stopping rules over time. Dashed: thresholds. Red: beyond one.",
         alternative=f"{', '.join(map(words, names))} over time, with thresholds; ranges in the table beneath.",
         data=data,
         layout=layout(height, hovermode="x", showlegend=False, shapes=shapes, annotations=notes, **axes),
@@ -121,8 +124,8 @@ def looks_figure(diagnosis: Diagnosis) -> Figure | None:
     alarm = shares >= 1.0
     return Figure(
         name="looks",
-        title="What was decided on at the end",
-        caption="What the rules saw that look once at the whole recording, over the threshold of each. Dashed: "
+        title="Statistics judged at the end",
+        caption="Statistics of the rules that judge the whole recording once, over the threshold of each. Dashed: "
         "threshold. Red: beyond it.",
         alternative="; ".join(f"{name}: {text}" for name, text in zip(names, labels, strict=True)) + ".",
         data=[
@@ -202,7 +205,7 @@ def _design(index: int, group: list[Decided]) -> Figure:
         place = {"x": rounded([curve.chosen[0]]), "y": rounded([curve.chosen[1]])}
         looks = {"mode": "markers", "marker": {"color": RED, "size": 9}, "name": "in effect"}
         data.append({"type": "scatter"} | place | looks)
-    meaning = "How often a change of that size is found at one look" if curve.chance else DELAY
+    meaning = "Probability that one test detects a change of that size" if curve.chance else DELAY
     guides = [upright(curve.chosen[0], GREY, 1, "dot")] if curve.chosen is not None and curve.chance else []
     return Figure(
         name=f"design-{index}",

@@ -47,8 +47,8 @@ def histogram_figure(diagnosis: Diagnosis) -> Figure | None:
     return Figure(
         name="histograms",
         title="Stretch by stretch",
-        caption="How the estimate was spread in each stretch of the drive (share of its samples). "
-        "Dashed: what it is judged against.",
+        caption="Distribution of the estimate in each stretch of the drive (share of its samples). Dashed: its "
+        "reference levels.",
         alternative="Histograms of the estimate for each stretch; medians and spreads in the table beneath.",
         data=data,
         layout=layout(height, showlegend=False, bargap=0.05, shapes=lines, annotations=titles, **axes),
@@ -112,7 +112,8 @@ def loop_figure(diagnosis: Diagnosis) -> Figure | None:
         name="loops",
         title="Hysteresis",
         caption="Steering torque over steering wheel angle. Friction opens the loop: half its height in the middle is "
-        "about the friction. A closed line means that there was none, or that the stroke was too small to see it.",
+        "about the friction. A closed line means that there was no friction, or that the stroke was too small to "
+        "show it.",
         alternative=f"Torque over angle for {', '.join(map(words, diagnosis.loops))}; sizes in the table beneath.",
         data=data,
         layout=layout(height, showlegend=False, annotations=titles, **axes),

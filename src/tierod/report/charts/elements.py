@@ -92,7 +92,7 @@ def state_figure(diagnosis: Diagnosis) -> Figure | None:
         title="Sensors and actuators over time",
         caption="The worst state of each moment. Blank: nothing could be judged.",
         alternative=f"States over time of {', '.join(words(name).lower() for name in names)}; "
-        f"faulty at times: {', '.join(faulty) or 'none'}. Times stand in the table above.",
+        f"faulty at times: {', '.join(faulty) or 'none'}. The table above lists the times.",
         data=[heat, *keys],
         layout=layout(
             height,
@@ -138,8 +138,8 @@ def _substitute(diagnosis: Diagnosis, element: Element) -> Figure:
     return Figure(
         name=f"substitute-{name}",
         title=f"{words(name)}: its reading, and what replaced it",
-        caption=f"Red: as recorded. Blue: as others may use it, with its 95 % interval where it is replaced, mostly by "
-        f"{what}. Shaded: at fault.",
+        caption=f"Red: as recorded. Blue: as supplied to other functions, with its 95 % interval where it is "
+        f"replaced, mostly by {what}. Shaded: at fault.",
         alternative=f"{words(name)} as recorded and as replaced by {what}; at fault "
         + "; ".join(f"from {instant(each.start)} to {_end(each)}" for each in element.episodes)
         + ".",
@@ -160,7 +160,7 @@ def _substitute(diagnosis: Diagnosis, element: Element) -> Figure:
         summary=[
             summary("reading", reading, factor, label),
             summary("supplied", value, factor, label),
-            summary("standard deviation of what replaces it", deviation, factor, label),
+            summary("standard deviation of the replacement", deviation, factor, label),
         ],
         timed=True,
     )

@@ -37,8 +37,8 @@ from tierod.report.display import INTERVAL, bracketed, number, time_scale, words
 
 DEVIATION = "_standard_deviation"
 _CONSISTENT = (
-    " The mean of a NIS is the number of measurements where the estimator knows its own uncertainty: above its band it "
-    "claims to know more than it does, below it claims less."
+    " If the estimator is consistent, the mean NIS is the number of measurements: above its band the estimator is "
+    "overconfident, below it underconfident."
 )
 STRIPS = {
     "enabled": ("enabled share", "share of the time in which the estimator was excited (enabled)"),
@@ -255,7 +255,7 @@ def verdict_marks(
 def _caption(strip: str | None, levels: bool) -> str:
     parts = ["Line: estimate. Light shading: 95 % interval from the estimator's own variance."]
     if levels:
-        parts.append("Dashed: what it is judged against.")
+        parts.append("Dashed: its reference levels.")
     if strip:
         parts.append(f"Green strip beneath: {STRIPS[strip][1]}.")
     return " ".join(parts)

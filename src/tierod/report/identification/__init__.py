@@ -192,7 +192,7 @@ def identify(
     wanted = subject_of(subject)
     car = vehicle if isinstance(vehicle, Vehicle) else load(vehicle)
     if hours is not None and not wanted.takes_false_alarms:
-        raise ParameterError(f"the identification of '{subject}' makes no use of a time between false alarms")
+        raise ParameterError(f"the identification of '{subject}' does not use a time between false alarms")
     if isinstance(recordings, Mapping):
         files: tuple[Path, ...] = ()
         known = dict(recordings)

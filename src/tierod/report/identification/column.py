@@ -44,7 +44,7 @@ def left_out_table(result: ColumnIdentification, short: bool = False) -> Table:
         header,
         tuple(rows),
         "The error is the root mean square of simulated less measured output, over the standard deviation of the "
-        "latter. A simulation knows nothing of unrecorded torques: with them the angle of a free wheel drifts.",
+        "latter. The simulation does not include unrecorded torques, by which the angle of a free wheel drifts.",
     )
 
 
@@ -157,7 +157,7 @@ def _residuals(shown: Sequence[Shown]) -> Chart:
     return Chart(
         "residuals",
         "Innovations over time",
-        "What was measured less what the filter foresaw, over its standard deviation; structure is what is not known.",
+        "Measured less predicted values, over their standard deviation; any structure shows an error of the model.",
         "Standardised innovations of every experiment over time",
         tuple(panels),
     )
@@ -169,11 +169,11 @@ def _whiteness(result: ColumnIdentification) -> Table:
         for name, each in result.whiteness.items()
     )
     return Table(
-        "Correlation of the innovations with themselves, lags 1 to 25",
+        "Autocorrelation of the innovations, lags 1 to 25",
         ("output", "largest", "lags beyond 95 %"),
         rows,
-        "What the filter did not foresee is white where the model is whole: about 5 % of the lags then lie beyond. "
-        "With tens of thousands of samples even a correlation of 0.01 stands out; it then is of no weight.",
+        "If the model is complete, the innovations are white: about 5 % of the lags then lie beyond the limit. With "
+        "tens of thousands of samples even a correlation of 0.01 is significant, but it does not matter.",
     )
 
 

@@ -59,12 +59,12 @@ def _warm_table(result: MotorIdentification) -> Table:
         rows.append(
             ("measured torque over that of flux and current", number(ratio.value, 4), number(ratio.deviation, 2))
         )
-    rows.append(("share of the voltage that is left over", number(result.electrical.unexplained, 2), ""))
+    rows.append(("share of the voltage that is not explained", number(result.electrical.unexplained, 2), ""))
     if result.mechanical is not None:
-        rows.append(("torque that is left over (N·m)", number(result.mechanical.residual, 2), ""))
+        rows.append(("torque that is not explained (N·m)", number(result.mechanical.residual, 2), ""))
     note = (
-        "In SI units, without what the temperature adds; the resistance is that at 20 degrees where the winding's "
-        "temperature was recorded."
+        "In SI units, at the temperature of the recording; the resistance is that at 20 °C if the temperature of the "
+        "winding was recorded."
     )
     return Table("As warm as the motor was", ("", "value", "σ"), tuple(rows), note)
 
@@ -81,7 +81,7 @@ def _chart(course: Course, place: int) -> Chart:
     return Chart(
         f"torque-{place}",
         course.name,
-        "Torque of the motor, less a load that was measured, and what the parameters found explain of it.",
+        "Torque of the motor, less a load that was measured, and the part that the identified parameters explain.",
         f"Torque of {course.name} over time",
         (Panel("torque", "time (s)", "torque (N·m)", marks),),
     )
