@@ -41,7 +41,7 @@ def test_what_is_no_goal_is_refused(text):
 
 
 def test_a_goal_without_ends_is_none():
-    with pytest.raises(ParameterError, match="is none"):
+    with pytest.raises(ParameterError, match="is not a range"):
         Goal()
 
 

@@ -54,7 +54,7 @@ def test_metadata_of_the_recording_name_it(fleet):
     assert found == Assigned("car-17", "midsize-eps", {"batch": "B7", "plant": "north"}, 12000.0, None)
     with pytest.raises(ParameterError, match="hold no text 'vin'; did you mean 'vim'"):
         fleet.assigned("x/y.mf4", {"vim": "car-17"})
-    with pytest.raises(ParameterError, match="mileage is 'far', which is no number"):
+    with pytest.raises(ParameterError, match="mileage is 'far', which is not a number"):
         fleet.assigned("x/y.mf4", {"vin": "car-17", "plant": "north", "odometer": "far"})
 
 

@@ -199,7 +199,7 @@ def test_any_one_wrong_line_loads_or_is_explained(tmp_path_factory, line, value,
 
 
 def test_two_slips_are_counted(write):
-    with pytest.raises(ParameterError, match="the first of 2 slips"):
+    with pytest.raises(ParameterError, match="the first of 2 errors"):
         load(write(WHOLE.replace('source = "a weighbridge"\n', "").replace('description = "My car"\n', "")))
 
 
