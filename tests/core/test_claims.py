@@ -122,5 +122,5 @@ def test_two_claims_of_one_name_are_refused():
 
 @pytest.mark.parametrize("name", ["bias", "Paper.bias", "paper.", "paper.two words"])
 def test_a_name_of_a_claim_has_a_group(name):
-    with pytest.raises(ParameterError, match="no name of a claim"):
+    with pytest.raises(ParameterError, match="not the name of a claim"):
         claim(name)

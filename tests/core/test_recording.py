@@ -78,7 +78,7 @@ def test_retime_notes_what_was_done():
     burst = channel(time=0.04 * np.ceil(sent / 0.04 - 1e-9), values=np.arange(500.0))
     again = recording(burst).retime(0.01)["yaw_rate"]
     assert np.median(np.diff(again.time)) == pytest.approx(0.01)
-    assert "time stamps made anew, 10 ms apart" in again.note
+    assert "time stamps regenerated, 10 ms apart" in again.note
 
 
 def test_alignment_leaves_gaps_and_absent_signals_missing():

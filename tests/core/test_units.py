@@ -162,7 +162,7 @@ def test_units_of_words_and_small_exponents_are_read(written, wanted, factor):
 
 @pytest.mark.parametrize(("written", "wanted"), [("dB", ""), ("dBm", "W"), ("Np", ""), ("octave", "")])
 def test_a_logarithmic_unit_is_no_scale(written, wanted):
-    with pytest.raises(InputError, match=f"'{written}' is logarithmic, and no factor makes '{wanted}' of it"):
+    with pytest.raises(InputError, match=f"'{written}' is logarithmic, and no factor converts it to '{wanted}'"):
         scale(written, wanted)
 
 

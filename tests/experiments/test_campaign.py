@@ -127,7 +127,7 @@ def test_keys_know_all_that_decides(folder):
         ('vehicle = "midsize-eps"', 'vehicle = "midsize"', 22, "did you mean 'midsize-eps'?"),
         ('vehicle = "midsize-eps"', 'vehicle = "midsize-eps"\nvariant = "refind"', 23, "did you mean 'refined'"),
         ('baseline = "first fault-free drive"', 'baseline = "learnt"', 23, "not among none, first fault-free drive"),
-        ('same_car = ["seed"]', 'same_car = ["sed"]', 5, "'sed' is no axis of cars; did you mean 'seed'?"),
+        ('same_car = ["seed"]', 'same_car = ["sed"]', 5, "'sed' is not an axis of cars; did you mean 'seed'?"),
         ('same_car = ["seed"]', 'same_car = ["seed"]\nexclude = [{ fault = "fault-free", seed = 2 }]', 5,
          "no fault-free drive of the same car (seed 2)"),
         ('same_car = ["seed"]\n', "", None, "'same_car' is missing"),

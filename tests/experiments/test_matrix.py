@@ -110,7 +110,7 @@ def test_without_faults_all_drives_are_fault_free():
         (HEAD + "[axes.mass]\nvalues = [1,\n 1]\n", 7, "two levels '1'"),
         (HEAD + "[faults.fault-free]\nelement = 'yaw_rate'\n", 5, "cannot be called 'fault-free'"),
         (HEAD + "[faults.step]\nsizes = []\n", 5, "'sizes' is a list"),
-        (HEAD + "[faults.step]\nsize = 1\nsizes = [1]\n", 6, "say the same"),
+        (HEAD + "[faults.step]\nsize = 1\nsizes = [1]\n", 6, "state the same"),
         (HEAD + "[faults.step]\nelement = 'yaw_rate'\nbehaviour = 'ofset'\n", 7, "did you mean 'offset' or 'noise'?"),
         (HEAD + "fault_free = false\n", 5, "the matrix is empty"),
         (HEAD + "exclude = [{ fault = 'fault-free' }]\n", 5, "every cell of the matrix is excluded"),

@@ -190,7 +190,7 @@ def test_what_is_no_unit_for_this_platform_is_one_sentence(folder, tmp_path):
     with pytest.raises(InputError, match="holds binaries for win64 and none for this platform"):
         read_unit(without_binary(folder / "trolley.fmu", tmp_path / "w.fmu"))
     (tmp_path / "text.fmu").write_text("no archive")
-    with pytest.raises(InputError, match="is no functional mock-up unit"):
+    with pytest.raises(InputError, match="is not a functional mock-up unit"):
         read_unit(tmp_path / "text.fmu")
     with zipfile.ZipFile(tmp_path / "empty.fmu", "w") as archive:
         archive.writestr("modelDescription.xml", "<nothing")
@@ -216,7 +216,7 @@ def test_a_damaged_archive_is_one_sentence(folder, tmp_path, mixed):
     whole = (folder / "trolley.fmu").read_bytes()
     for name, content in (("half", whole[: len(whole) // 2]), ("short", whole[:-10]), ("nothing", b"")):
         (tmp_path / name).write_bytes(content)
-        with pytest.raises(InputError, match=f"{name} is no functional mock-up unit: File is not a zip file"):
+        with pytest.raises(InputError, match=f"{name} is not a functional mock-up unit: File is not a zip file"):
             read_unit(tmp_path / name)
     with zipfile.ZipFile(tmp_path / "other.fmu", "w") as archive:
         archive.writestr("readme.txt", "text")
@@ -248,7 +248,7 @@ def test_variables_in_other_units_of_measurement_are_converted_refused_or_named(
 
     miles = with_plant(mixed, plant("miles", '"mph"'))[0].car.wires.outputs
     assert {each.signal: each.gain for each in miles}["vehicle_speed"] == pytest.approx(0.44704)
-    with pytest.raises(ParameterError, match="'v_kmh': the unit 'kg' cannot become 'm/s': they measure different"):
+    with pytest.raises(ParameterError, match="'v_kmh': the unit 'kg' cannot become 'm/s': they are units of different"):
         with_plant(mixed, plant("mass", '"kg"'))
     warned = with_plant(mixed, plant("bare", "", ' unit="km/h"'))[1]
     assert any("states no unit of measurement for v_kmh [m/s]: taken as they are" in each for each in warned)

@@ -70,7 +70,7 @@ def test_what_fits_no_entry_is_refused(fleet):
         ("recordings = []", r"no \[\[recordings\]\]"),
         ("[[recordings]]\nfiles = '*'\n", "line 1: an entry of 'recordings' names the vehicle in one way"),
         ("[[recordings]]\nvehicle = 'a'\nmetadata = 'vin'\n", "in one way"),
-        ("[[recordings]]\npattern = '(('\nvehicle = 'a'\n", "is no regular expression"),
+        ("[[recordings]]\npattern = '(('\nvehicle = 'a'\n", "is not a regular expression"),
         ("[[recordings]]\nvehicel = 'a'\n", "line 2: 'vehicel' is not known here; did you mean 'vehicle'"),
         ("[[recordings]]\nvehicle = 'a'\nmileage_unit = 'kg'\n", "kg"),
     ],

@@ -69,7 +69,7 @@ def test_with_the_log_nothing_is_lost_and_every_figure_goes_on(tmp_path):
     second, events = gone_on(tmp_path, frames, 13.0, monitors, log=True)
     assert sum("goes on from the checkpoint" in text for text in texts(events)) == 3
     assert any("frames that were logged since" in text for text in texts(events))
-    assert any("it goes on in" in text for text in texts(events, "problem"))
+    assert any("it continues in" in text for text in texts(events, "problem"))
     assert second.engine.judges[0].run.session.course[0] == stuck
     agree(whole, second)
     assert second.engine.tally.frames == len(frames)
@@ -193,7 +193,7 @@ def test_a_drive_that_was_cut_off_long_ago_is_concluded(tmp_path):
         assert FaultMemory.opened(memory).cycles == 1
     driven(drive, inbox, [each._replace(time=each.time + 5000.0) for each in frames])
     problems = texts(events, "problem")
-    assert any("log.mf4 is there already; this drive is" in each for each in problems)
+    assert any("log.mf4 exists already; this drive is written to" in each for each in problems)
     assert drive.engine.tally.frames == len(frames)
     drive.close()
     assert FaultMemory.opened(memory).cycles == 2

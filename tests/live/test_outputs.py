@@ -190,5 +190,5 @@ def test_a_log_that_is_there_is_kept_and_a_cut_drive_is_named(tmp_path):
     assert (tmp_path / "log.mf4").read_bytes() == before
     assert not is_unfinished(tmp_path / "log-2.mf4")
     text = next(each["text"] for each in events if each["event"] == "problem")
-    assert "log.mf4 is there already; this drive is" in text
+    assert "log.mf4 exists already; this drive is written to" in text
     assert "--memory" in text

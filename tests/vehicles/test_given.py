@@ -57,7 +57,7 @@ def test_reads_value_unit_and_spread(text, value, spread):
         (["wheelbase=2.6", "front_distance=1.1", "rear_distance=1.7"], "leave one of them out"),
         (["wheelbase=2.6", "front_distance=2.8"], "leave one of them out"),
         (["mass=1e999"], "between 200"),
-        (["mass=1480+-1e999"], "no finite number"),
+        (["mass=1480+-1e999"], "not a finite number"),
         (["nominal_friction=4 count"], "cannot become|not in count|raw count"),
     ],
 )

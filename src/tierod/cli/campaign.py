@@ -33,9 +33,7 @@ def campaign(
     scheduler: Annotated[
         str | None, typer.Option(help="Address of a Dask scheduler, as tcp://host:8786; its workers share the folder.")
     ] = None,
-    dry_run: Annotated[
-        bool, typer.Option("--dry-run", help="Check the file, show the matrix and what it costs.")
-    ] = False,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Check the file; show the matrix and its cost.")] = False,
     summary_only: Annotated[
         bool, typer.Option("--summary-only", help="Write table and report of the finished drives; simulate none.")
     ] = False,

@@ -129,5 +129,5 @@ def _residual(path: Path, signal: str | None, rate: float) -> np.ndarray:
     span = channel.time[-1] - channel.time[0] if len(channel.time) else 0.0
     own = (len(channel.time) - 1) / span if span > 0.0 else 0.0
     if not 0.9 * rate <= own <= 1.1 * rate:
-        raise InputError(f"{signal} in {path} comes at {own:.4g} Hz, not at the {rate:g} Hz given as --rate")
+        raise InputError(f"{signal} in {path} has {own:.4g} Hz, not the {rate:g} Hz given as --rate")
     return channel.values

@@ -26,7 +26,7 @@ def replay(
     speed: Annotated[float, typer.Option(help="Multiple of real time; 0: as fast as the bus accepts.")] = 1.0,
     seed: Annotated[int, typer.Option(help="Seed of the disturbances.")] = 0,
     loss: Annotated[float, typer.Option(help="Share of frames that are lost.")] = 0.0,
-    doubled: Annotated[float, typer.Option(help="Share of frames that come twice.")] = 0.0,
+    doubled: Annotated[float, typer.Option(help="Share of frames that are sent twice.")] = 0.0,
     jitter: Annotated[float, typer.Option(help="Standard deviation of a delay [s].")] = 0.0,
     reordered: Annotated[float, typer.Option(help="Share of frames that are held back by 20 ms.")] = 0.0,
     bus_off: Annotated[float, typer.Option(help="Bus-offs per minute, of half a second each.")] = 0.0,

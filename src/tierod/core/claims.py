@@ -126,9 +126,9 @@ class Claim:
 
     def __post_init__(self) -> None:
         if self.irreproducible and not self.cause:
-            raise ParameterError(f"'{self.id}' is called irreproducible without a cause; say what shows it")
+            raise ParameterError(f"'{self.id}' is called irreproducible without a cause; give the cause")
         if not re.fullmatch(r"[a-z0-9-]+\.[a-z0-9.-]+", self.id):
-            raise ParameterError(f"'{self.id}' is no name of a claim; write group.words-joined-by-hyphens")
+            raise ParameterError(f"'{self.id}' is not the name of a claim; write group.words-joined-by-hyphens")
 
     @property
     def group(self) -> str:

@@ -287,7 +287,7 @@ class Recording:
         Raises:
             InputError: the period is not positive, or a name does not exist
         """
-        note = f"time stamps made anew, {1e3 * period:g} ms apart"
+        note = f"time stamps regenerated, {1e3 * period:g} ms apart"
         again = [replace(self[name], time=paced(self[name].time, period)).noted(note) for name in names or self.names]
         return replace(self, channels={**self.channels, **{channel.name: channel for channel in again}})
 

@@ -231,14 +231,16 @@ def _scale_by_pint(given: str, wanted: str) -> Scale:
     try:
         at_zero, at_one, at_two = (float(quantity(value, given).to(wanted).magnitude) for value in (0.0, 1.0, 2.0))
     except pint.errors.DimensionalityError:
-        raise InputError(f"the unit '{given}' cannot become '{wanted}': they measure different things") from None
+        raise InputError(
+            f"the unit '{given}' cannot become '{wanted}': they are units of different quantities"
+        ) from None
     except Exception:  # pint fails in many ways at units that it has parsed, such as dB*m
         raise InputError(f"the unit '{given}' has no fixed size in '{wanted}'; {_CONVERTED}") from None
     factor = at_one - at_zero
     if not (isfinite(at_zero) and isfinite(factor) and factor):
         raise InputError(f"the unit '{given}' has no finite size in '{wanted}'; {_CONVERTED}")
     if abs(at_two - at_one - factor) > 1e-6 * abs(factor):
-        raise InputError(f"the unit '{given}' is logarithmic, and no factor makes '{wanted}' of it; {_CONVERTED}")
+        raise InputError(f"the unit '{given}' is logarithmic, and no factor converts it to '{wanted}'; {_CONVERTED}")
     return Scale(factor, at_zero)
 
 
@@ -281,7 +283,7 @@ def dimensions(text: str) -> Dimensions:
         or scale(unit, str(scale_[1])).offset
         or any(name not in _SYMBOLS or power != int(power) for name, power in exponents.items())
     ):
-        raise InputError(f"the unit '{text}' is no product of whole powers of SI units; {_CONVERTED}")
+        raise InputError(f"the unit '{text}' is not a product of whole powers of SI units; {_CONVERTED}")
     return Dimensions(float(scale_[0]), {_SYMBOLS[name]: int(power) for name, power in exponents.items()})
 
 

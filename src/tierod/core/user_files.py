@@ -169,7 +169,7 @@ def _irregular(mode: int) -> str:
     """Type of a file that is not regular, as a half-sentence; "" for a regular one."""
     if stat.S_ISREG(mode):
         return ""
-    return next((words for test, words in _KINDS if test(mode)), "it is no regular file")
+    return next((words for test, words in _KINDS if test(mode)), "it is not a regular file")
 
 
 def _content(path: Path, most: int) -> bytes | None:

@@ -150,7 +150,7 @@ def _reference_points(
     for number, axis in enumerate(file.same_car):
         if axis not in matrix[0].place or axis in (FAULT, SIZE):
             known = [name for name in matrix[0].place if name not in (FAULT, SIZE)]
-            raise document.error(("same_car", number), f"'{axis}' is no axis of cars{nearest(axis, known)}")
+            raise document.error(("same_car", number), f"'{axis}' is not an axis of cars{nearest(axis, known)}")
     if scattered and SEED not in file.same_car:
         raise document.error(
             ("same_car",),

@@ -109,7 +109,7 @@ def _sizes(file: CampaignFile, name: str, document: Document) -> list[Level]:
     if not isinstance(together, list) or not (sizes is None or (isinstance(sizes, list) and sizes)):
         raise document.error(location, "'sizes' is a list of sizes, 'together' a list of further faults; correct that")
     if sizes is not None and "size" in table:
-        raise document.error((*location, "size"), "'size' and 'sizes' say the same; leave one out")
+        raise document.error((*location, "size"), "'size' and 'sizes' state the same; leave one out")
     others = [fault_of(each, document, (*location, "together", at)) for at, each in enumerate(together)]
     table.setdefault("name", name)
     levels = []

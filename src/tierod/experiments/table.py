@@ -55,7 +55,7 @@ def read_table(path: Path) -> list[Row]:
         return [_row(each) for each in rows]
     except (OSError, pa.ArrowException, KeyError, TypeError, ValueError) as error:
         reason = " ".join(str(error).split())[:120]
-        raise InputError(f"{path} is no table of a campaign ({reason}); run the campaign again") from None
+        raise InputError(f"{path} is not a table of a campaign ({reason}); run the campaign again") from None
 
 
 AXIS = "axis."

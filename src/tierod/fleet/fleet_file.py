@@ -67,7 +67,7 @@ class Entry:
         try:
             groups = set(re.compile(self.pattern).groupindex)
         except re.error as error:
-            raise ParameterError(f"'pattern' is no regular expression: {error}") from None
+            raise ParameterError(f"'pattern' is not a regular expression: {error}") from None
         ways = [self.vehicle, self.metadata, self.column, "vehicle" if "vehicle" in groups else ""]
         if sum(map(bool, ways)) != 1:
             raise ParameterError(

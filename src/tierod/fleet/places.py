@@ -126,8 +126,8 @@ class Place:
             if not isinstance(error, OSError) and not of_storage(error):
                 raise
             raise OutputError(
-                f"{self.shown(path)} cannot be written ({reason_of(error)}); make room, or see that the place can be "
-                "reached and written, and run the same command again: what is finished is kept"
+                f"{self.shown(path)} cannot be written ({reason_of(error)}); make room, or check that the place can "
+                "be reached and written, and run the same command again: what is finished is kept"
             ) from None
 
     def remove(self, path: str) -> None:

@@ -99,8 +99,8 @@ class Logs:
 
     def _there_already(self, before: Path, found: Path | None, goes_on: bool) -> str:
         if goes_on:
-            return f"{before} is there already and holds the drive up to the restart; it goes on in {found}"
-        text = f"{before} is there already; this drive is {found}"
+            return f"{before} exists already and holds the drive up to the restart; it continues in {found}"
+        text = f"{before} exists already; this drive is written to {found}"
         known = self.concluded is not None and before.absolute() == self.concluded.absolute()
         if is_unfinished(before) and self._plan.memory is not None and not known:
             words = f"tierod diagnose {before} --vehicle {self._plan.vehicle.name} --memory {self._plan.memory}"

@@ -113,7 +113,7 @@ def encoded(path: Path, database: Sequence[Message], channel_map: ChannelMap | N
     if not found:
         raise InputError(
             f"{path} has no signal of the databases; give columns called Message.Signal, or a channel map with --map "
-            "that says which signal of the DBC a canonical one is"
+            "that assigns signals of the DBC to canonical names"
         )
     by_name = {message.name: message for message in database}
     first = None

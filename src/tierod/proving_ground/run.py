@@ -186,8 +186,8 @@ def _require_fault_free(car: Plant, seconds: float) -> None:
     for path, value in tuning(car):
         if path.endswith(".step_time") and value != car.step_time:
             raise ParameterError(
-                f"{type(car).__name__} is computed every {car.step_time:g} s, but its '{path}' says {value:g} s; "
-                "make them equal"
+                f"{type(car).__name__} is computed every {car.step_time:g} s, but its '{path}' is {value:g} s; make "
+                "them equal"
             )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 STATUSES: Mapping[str, str] = {
-    "healthy": "Everything that this monitor judges is as it should be, with enough driving to say so.",
+    "healthy": "Everything that this monitor judges is fault-free, with enough driving for a verdict.",
     "rising": "The quantity has risen above its baseline, and is not yet beyond the limit of a fault.",
     "suspect": "Something differs from the expected, and its cause is not known.",
     "fault": "A fault was found: its statistic passed a threshold that fault-free driving hardly ever reaches.",
@@ -57,7 +57,7 @@ _STATISTICS = {
     "signals present share": "Share of the drive in which all needed signals were present.",
     "vehicle rising limit": "Friction from which this car counts as rising, from its vehicle file.",
     "vehicle fault limit": "Friction from which this car counts as faulty, from its vehicle file.",
-    "error against truth RMS": "Root mean square of estimate less truth, which only a simulation knows.",
+    "error against truth RMS": "Root mean square of estimate less truth, known in simulations only.",
     "truth within band share": "Share of the time in which the truth lies in the 95 % band.",
     "residual": "An estimate less a measurement; zero on average where nothing is wrong.",
 }
@@ -97,7 +97,7 @@ _FLEETS = {
     "time left (90 %)": "Time until the level reaches the limit, if its trend continues, with its 90 % interval.",
     "cohort": "Cars that share a label: supplier, batch, plant. Named where they differ from the rest of the fleet.",
     "odds that it differs": "Odds that the mean of the cohort differs from the rest, after seeing the drives.",
-    "not separated from": "Cohorts of nearly the same cars: the data cannot say which of them differs.",
+    "not separated from": "Cohorts of nearly the same cars: the data cannot show which of them differs.",
     "quantities followed": "Series of estimates over drives, one per monitor and quantity.",
     "verdict of the drive": "Verdict of this drive alone; the trend weighs all drives.",
 }

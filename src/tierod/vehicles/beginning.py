@@ -113,7 +113,7 @@ def text_of(
     head = [
         f"name = {quoted(name)}",
         f"description = {quoted(f'{name}: {classes()[kind]}')}",
-        f"source = {quoted(f'begun with typical values of {basis}; given ones say so')}",
+        f"source = {quoted(f'begun with typical values of {basis}; given values are marked')}",
         'good_for = ["a first look at recordings of this car, with the uncertainty of typical values"]',
         "not_good_for = [",
         '    "narrow bands: typical values differ from this car until drives have identified them",',

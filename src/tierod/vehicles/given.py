@@ -101,7 +101,7 @@ def _scale(name: str, written: str, unit: str) -> Scale:
 
 def _require_finite(name: str, text: str, value: float, deviation: float | None) -> None:
     if not math.isfinite(value) or not math.isfinite(deviation or 0.0):
-        raise ParameterError(f"{name}={text} is no finite number; write for example {EXAMPLE}")
+        raise ParameterError(f"{name}={text} is not a finite number; write for example {EXAMPLE}")
 
 
 def _implausible(name: str, value: float, unit: str, low: float, high: float) -> str:

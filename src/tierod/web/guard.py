@@ -162,7 +162,7 @@ class Guard:
         limit = self._limit(scope)
         length = headers.get("content-length", "0")
         if not length.isdecimal() or len(length) > 18:
-            return 400, "the length of the request is no number"
+            return 400, "the length of the request is not a number"
         if int(length) > limit:
             return 413, f"the request is longer than {limit >> 20} MiB; give a smaller file, or its path"
         return 0, ""

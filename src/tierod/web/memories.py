@@ -30,7 +30,7 @@ def memory_document(path: Path) -> dict[str, Any]:
             memory = FaultMemory.opened(copy)
         except (OSError, InputError, KeyError, TypeError, ValueError) as error:
             reason = " ".join(str(error).replace(str(copy), path.name).split())[:200]
-            raise InputError(f"{path.name} is no fault memory that can be read ({reason})") from None
+            raise InputError(f"{path.name} is not a fault memory that can be read ({reason})") from None
         stored = [name for name, entry in memory.entries.items() if entry.stored]
         found: dict[str, Any] = plain({
             "vehicle": memory.vehicle, "cycles": memory.cycles, "date": memory.date, "lamp": memory.lamp,

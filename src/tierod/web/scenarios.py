@@ -153,7 +153,7 @@ def _fault_lines(fault: Mapping[str, Any], known: list[dict[str, Any]]) -> list[
         lines.append(f'start = "{float(start):g} s"')
     if size := str(fault.get("size") or "").strip():
         if not _SIZE.fullmatch(size):
-            raise ParameterError(f"the size '{size[:40]}' is no number with a unit; give such as 6 N*m")
+            raise ParameterError(f"the size '{size[:40]}' is not a number with a unit; give for example 6 N*m")
         lines.append(f"size = {quoted(size)}")
     return lines
 

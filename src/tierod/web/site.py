@@ -101,7 +101,7 @@ class Site:
         """The folder of a name in an address, resolved; raises as `file`."""
         path = self.file(name)
         if not path.is_dir():
-            raise Absent(f"'{name[:200]}' is no folder; go back to the list and reload it")
+            raise Absent(f"'{name[:200]}' is not a folder; go back to the list and reload it")
         return path
 
     def name_of(self, path: str | Path) -> str:

@@ -347,7 +347,7 @@ class Workbench:
 
         path = self.site.file(file)
         if path.suffix != ".json" or not path.is_file():
-            raise InputError(f"{path.name} is no fault memory, which 'tierod diagnose --memory' writes as .json")
+            raise InputError(f"{path.name} is not a fault memory; 'tierod diagnose --memory' writes one as .json")
         return memory_document(path)
 
     def room(self, name: str) -> Path:
@@ -361,9 +361,7 @@ class Workbench:
         """
         plain = not set(name) & set('/\\\0:*?"<>|') and name.isprintable() and not name.startswith(".")
         if not plain or not 0 < len(name.encode()) <= 200:
-            raise Forbidden(
-                f"'{name[:60]}' is no plain name of a file; rename it, with letters, digits, point and dash"
-            )
+            raise Forbidden(f"'{name[:60]}' is not a plain file name; rename it, with letters, digits, point and dash")
         if shutil.disk_usage(self.uploads).free < self.site.limits.upload // 8:
             raise InputError("the disk of the cache is almost full; make room, or name another folder with --cache")
         return self.uploads / name

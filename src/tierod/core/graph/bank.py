@@ -90,7 +90,7 @@ class Bank:
             TraceError: the sample holds symbols, that is, the bank stands inside another block
         """
         if any(is_symbol(leaf) for leaf in values_of(sample)):
-            raise TraceError("a Bank cannot stand inside another block; run what comes before and after it by itself")
+            raise TraceError("a Bank cannot be inside another block; run the blocks before and after it separately")
         said = [state.feedback] if any(leaves(state.feedback)) else []
         pairs = zip(self.lanes, state.lanes, strict=True)
         stepped = [lane.step(memory, sample, *said) for lane, memory in pairs]

@@ -201,7 +201,7 @@ def whole_lines(blocks: Iterable[bytes], path: Path | str, quotes: bool = False,
         if not cut:
             rest += block
             if len(rest) > most:
-                why = "a quotation mark is not closed" if quotes else "it is no text of lines"
+                why = "a quotation mark is not closed" if quotes else "it is not text"
                 raise InputError(f"{path} holds a line of more than {most / 1e6:.3g} MB: {why}; export it again")
             continue
         yield rest + block[:cut]

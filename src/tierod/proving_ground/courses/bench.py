@@ -196,7 +196,7 @@ class BenchHands(Described):
                 )
         if not 2.0 * self.ramp <= self.shortest:
             raise ParameterError(
-                f"hands that stay {self.shortest:g} s cannot take {self.ramp:g} s each to come and to go; "
+                f"hands that stay {self.shortest:g} s cannot take {self.ramp:g} s each for gripping and releasing; "
                 "give at least twice the ramp"
             )
 

@@ -127,7 +127,7 @@ def si(amount: Amount) -> float:
         ParameterError: the amount is a text whose unit has not been converted
     """
     if isinstance(amount, str):
-        raise ParameterError(f"'{amount}' has a unit, but nothing says of what; give the number in SI units")
+        raise ParameterError(f"'{amount}' has a unit, but its quantity is not known; give the number in SI units")
     return float(amount)
 
 

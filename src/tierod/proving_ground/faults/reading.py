@@ -161,7 +161,7 @@ class _Reader:
         if main is None:
             raise self._error("size", f"'{kind_name(kind)}' has no size; leave it out")
         if main in given:
-            raise self._error("size", f"'size' and '{main}' say the same; leave one out")
+            raise self._error("size", f"'size' and '{main}' state the same; leave one out")
         place = (*self.location, "size")
         return given | {main: Builder(self.document, unit).value(meaning(hints(kind)[main]), self.table["size"], place)}
 

@@ -244,5 +244,5 @@ def _without_fault(target: Target, time: np.ndarray, usual: Usual | None) -> np.
     if target.role == PARAMETER:
         return np.full(len(time), target.usual)
     if usual is None:
-        raise ParameterError(f"a fault of '{target.name}' needs to know what the course says; give `usual`")
+        raise ParameterError(f"a fault of '{target.name}' needs the values of the course; give `usual`")
     return np.array(usual(target.name), dtype=float)

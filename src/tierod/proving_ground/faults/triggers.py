@@ -109,7 +109,7 @@ class When:
 def _comparison(text: str) -> Comparison:
     found = _COMPARISON.fullmatch(text)
     if found is None or found[1] != found[3]:
-        raise ParameterError(f"'{text}' is no condition; {_EXAMPLE}")
+        raise ParameterError(f"'{text}' is not a condition; {_EXAMPLE}")
     return Comparison(found[2], bool(found[1]), found[4], float(found[5]), found[6])
 
 
@@ -148,7 +148,7 @@ def _seconds(number: str, unit: str) -> float:
     try:
         return float(scale(unit, "s")(float(number)))
     except InputError as error:
-        raise ParameterError(f"'{number} {unit}' is no time: {error}") from None
+        raise ParameterError(f"'{number} {unit}' is not a time: {error}") from None
 
 
 def described(trigger: AnyTrigger) -> dict[str, Any]:

@@ -79,7 +79,7 @@ class Coupled:
         answer = self._answer()
         if "ready" not in answer:
             reason = answer.get("refused") or f"the unit {self.path.name} {answer['failure']}"
-            raise InputError(f"{reason}; export it anew, or look at the values that it begins with")
+            raise InputError(f"{reason}; export it anew, or check its initial values")
 
     def scan(self, memory: np.ndarray, samples: np.ndarray, outputs: np.ndarray, count: int) -> int:
         """Run over samples into outputs, as a kernel does.

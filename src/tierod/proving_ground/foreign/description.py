@@ -133,9 +133,9 @@ def _require_archive(file: Path) -> bytes:
             size = sum(each.file_size for each in archive.infolist())
             described = archive.read(DESCRIPTION) if DESCRIPTION in archive.namelist() else None
     except (zipfile.BadZipFile, zlib.error, EOFError, OSError, ValueError, NotImplementedError, RuntimeError) as error:
-        raise InputError(f"{file} is no functional mock-up unit: {first_line(error)}; export it anew") from None
+        raise InputError(f"{file} is not a functional mock-up unit: {first_line(error)}; export it anew") from None
     if described is None:
-        raise InputError(f"{file} is no functional mock-up unit: it has no modelDescription.xml; export it anew")
+        raise InputError(f"{file} is not a functional mock-up unit: it has no modelDescription.xml; export it anew")
     if size > LARGEST:
         raise InputError(f"{file} would unpack to {size / 1e9:.1f} GB, more than the {LARGEST / 1e9:g} GB allowed")
     return described

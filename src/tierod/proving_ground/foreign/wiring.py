@@ -245,7 +245,7 @@ def _variable(unit: Unit, name: str, causality: str, document: Document, locatio
             location, f"the unit {unit.path.name} has no {causality} '{name}'{is_what}{nearest(name, known)}"
         )
     if not found.is_number:
-        raise document.error(location, f"'{name}' of the unit is no number of 64 bits; leave it out")
+        raise document.error(location, f"'{name}' of the unit is not a 64-bit number; leave it out")
     return found
 
 

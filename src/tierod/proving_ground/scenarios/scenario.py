@@ -192,8 +192,8 @@ def _steps_fit(scenario: Scenario) -> None:
         if path.endswith(".step_time") and number.value != step:
             raise scenario.document.error(
                 ("car",),
-                f"the car is computed every {step:g} s, but its parameter '{path}' says {number.value:g} s; "
-                "make them equal",
+                f"the car is computed every {step:g} s, but its parameter '{path}' is {number.value:g} s; make them "
+                "equal",
             )
 
 

@@ -75,7 +75,7 @@ def measurement(wish: Wish, found: MeasuredDesign, delays: Sequence[float]) -> l
         ("rule", found.rule.name),
         ("threshold", number(found.threshold * unit)),
         ("deviation of the residual", number(found.deviation)),
-        ("wanted between false alarms", time_in_words(wish.interval)),
+        ("required time between false alarms", time_in_words(wish.interval)),
         ("claim", found.claim(wish.rate)),
         ("delay, median over injected shifts", time_in_words(median)),
         ("delay, 95 % quantile", time_in_words(late)),

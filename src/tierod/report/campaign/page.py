@@ -23,7 +23,7 @@ _STATUSES = {
 }
 _ACTIONS = {
     "missed": "See below which group of drives misses the criterion, and open the report of one of its drives.",
-    "not judged": "See below which drives failed and why; the same command again drives what is missing.",
+    "not judged": "See below which drives failed and why; the same command again simulates the missing drives.",
 }
 ALARMS = (Status.RISING, Status.SUSPECT, Status.FAULT)
 FAULT_FREE = "fault-free"

@@ -18,7 +18,7 @@ from tierod.vehicles import Vehicle
 
 _POINTS = 4000
 """Largest number of points of a curve on the page."""
-_COLUMN = "Another law of friction, or a torsion bar stiffer than the vehicle file says, moves the values by more."
+_COLUMN = "Another law of friction, or a torsion bar stiffer than in the vehicle file, changes the values by more."
 _WINDOW = 4.0
 """Length of the stretch of an experiment that is drawn, the one with the most torque variation [s]."""
 _TITLES = {

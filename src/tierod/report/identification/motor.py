@@ -20,7 +20,9 @@ from tierod.vehicles import Vehicle
 _WINDOW = 5.0
 """Length of the stretch of a recording that is drawn, the one with the most torque variation [s]."""
 
-_BEYOND = "Iron losses, saturation, and a load that depends on the direction or the speed of turning move them by more."
+_BEYOND = (
+    "Iron losses, saturation, and a load that depends on the direction or the speed of turning change them by more."
+)
 
 
 def as_warm(result: MotorIdentification) -> list[tuple[str, float, float]]:
@@ -128,7 +130,9 @@ def _inverter_tables(result: InverterIdentification) -> Sequence[Table]:
 
 
 def _inverter_items(result: InverterIdentification) -> Iterable[Item]:
-    yield found_table(result.found, "A dead time or a drop that changes with the temperature moves them by more.")
+    yield found_table(
+        result.found, "A dead time or a voltage drop that changes with the temperature changes them by more."
+    )
 
 
 def _inverter_document(result: InverterIdentification) -> dict[str, Any]:
