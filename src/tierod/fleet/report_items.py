@@ -45,7 +45,7 @@ def _how_often(report: FleetReport) -> str:
     design = report.design
     years = f"{design.vehicle_years:,.0f}".replace(",", "\N{NO-BREAK SPACE}")
     return (
-        f"'Changed': at most one false alarm in {years} vehicle-years of fault-free driving, however many drives "
+        f"'Changed': at most one false alarm in {years} vehicle-years of fault-free cars, however many drives "
         f"were judged. 'Probably changed': on average at most {100.0 * design.discovery_rate:.0f} % of all changed "
         "cars in the list are fault-free. 'Limit soon': the limit is reached within 90 days with a probability of at "
         "least 50 %."

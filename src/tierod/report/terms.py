@@ -7,7 +7,7 @@ from collections.abc import Mapping
 STATUSES: Mapping[str, str] = {
     "healthy": "Everything that this monitor judges is fault-free, with enough driving for a verdict.",
     "rising": "The quantity has risen above its baseline, and is not yet beyond the limit of a fault.",
-    "suspect": "Something differs from the expected, and its cause is not known.",
+    "suspect": "Something differs from what is expected, and its cause is not known.",
     "fault": "A fault was found: its statistic passed a threshold that fault-free driving hardly ever reaches.",
     "not ready": "Too little was driven for a verdict; the result is kept, and the next drive continues from it.",
     "not enabled": "The conditions under which the monitor can judge never held in this drive.",

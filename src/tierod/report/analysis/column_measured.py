@@ -110,9 +110,9 @@ class Measured:
             "follows",
             "from (Hz)",
             "to (Hz)",
-            "apart, root mean square (dB)",
-            "at most (dB)",
-            "there (Hz)",
+            "difference, root mean square (dB)",
+            "largest difference (dB)",
+            "at (Hz)",
         )
         note = (
             "Follows: share of the frequencies at which the sensor follows the motor's torque, with a coherence of 0.5 "

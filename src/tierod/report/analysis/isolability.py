@@ -208,8 +208,8 @@ def _lost(found: Isolability) -> str:
 def _sets(model: StructuralModel, sets: Sequence[frozenset[str]], view: str) -> Table:
     rows = tuple((listed(sorted(each)), f"{len(each)}") for each in sets[:SHOWN_SETS])
     note = (
-        f"{len(sets)} sets in all{', the smallest shown' if len(sets) > SHOWN_SETS else ''}; the model has "
-        f"{decompose(model).redundancy} more equations than unknowns."
+        f"{len(sets)} sets in all{', the smallest shown' if len(sets) > SHOWN_SETS else ''}; the over-determined "
+        f"part has {decompose(model).redundancy} more equations than unknowns."
     )
     return Table(f"Smallest sets of faults that affect one residual, {view}", ("residual of", "faults"), rows, note)
 
