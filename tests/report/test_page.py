@@ -120,9 +120,9 @@ def test_tuning_is_a_list_with_its_source_reported_once():
 
 def test_the_part_on_consistency_explains_no_band_where_there_is_none():
     diagnosis = friction_fault(bins=20)
-    assert "claims less" in render(diagnosis)
+    assert "below it underconfident" in render(diagnosis)
     remarked = dataclasses.replace(diagnosis, remarks={"consistency": "Its variance is set wide."})
-    assert "claims less" not in render(remarked)
+    assert "below it underconfident" not in render(remarked)
     assert "Its variance is set wide." in render(remarked)
 
 

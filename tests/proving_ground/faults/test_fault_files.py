@@ -145,7 +145,7 @@ FAULT = "[[faults]]\nelement = 'yaw_rate'\nbehaviour = 'total-loss'\n"
         (FAULT + "trigger = 'at 3 m'\nend = 2", 5, "give its 'duration'"),
         (FAULT + "trigger = 'at 3 kg'", 4, "neither a time nor a distance"),
         (FAULT + "trigger = 'between 3 s and 2 s'", 4, "is not before the latest"),
-        (FAULT + "trigger = 'between 3 s and 2 m'", 4, "is no time"),
+        (FAULT + "trigger = 'between 3 s and 2 m'", 4, "is not a time"),
         (FAULT + "trigger = 'somehow'", 4, "is not a condition; write it like"),
         (FAULT + "trigger = '|yaw_rate > 3'", 4, "is not a condition"),
         (FAULT + "trigger = { kind = 'when', condition = 'yaw_rate > 3 for 2 s' }", 4, "give what follows 'for' as"),
