@@ -126,7 +126,7 @@ def test_tables_that_cannot_be_used_say_what_to_do(tmp_path):
     with pytest.raises(InputError, match="is not there; name the folder of a campaign"):
         read_table(tmp_path / "cells.parquet")
     (tmp_path / "cells.parquet").write_bytes(b"PAR1 no")
-    with pytest.raises(InputError, match="is no table of a campaign"):
+    with pytest.raises(InputError, match="is not a table of a campaign"):
         read_table(tmp_path / "cells.parquet")
     with pytest.raises(OutputError, match="cannot be written"):
         write_table(ROWS, tmp_path / "none" / "cells.parquet")

@@ -54,7 +54,7 @@ def test_names_lead_to_files_and_back(site, tree):
     assert site.file("drives/inside") == tree / "in" / "a.csv"
     assert site.name_of(tree / "in" / "a.csv") == "drives/in/a.csv"
     assert site.name_of(tree.parent / "secret" / "key") == ""
-    with pytest.raises(Absent, match="no folder"):
+    with pytest.raises(Absent, match="not a folder"):
         site.folder("drives/in/a.csv")
     with pytest.raises(Absent, match="here its name is 'drives/in/a.csv'"):
         site.file(str(tree / "in" / "a.csv"))

@@ -54,6 +54,6 @@ def test_a_size_of_another_kind_is_named_as_in_the_page(fault, tmp_path):
         drive({**chosen, "faults": [{"name": fault, "size": "5 kg", "start": 0.5}]}, lambda share: None)
     said = str(found.value)
     assert said.startswith(f"the size of {fault} is '5 kg', but ")
-    assert "; give such as " in said
+    assert "; give for example " in said
     assert "'to'" not in said
     assert "faults.0" not in said

@@ -105,8 +105,8 @@ def _as_chosen(plain: str, faults: Iterable[Mapping[str, Any]]) -> str:
         name, size = fault.get("name"), str(fault.get("size") or "").strip()
         said = re.sub(rf"^'[\w.]+' is '{re.escape(size)}'", f"the size of {name} is '{size}'", plain) if size else plain
         if said != plain:
-            return f"{said}; give such as {usual.get(name)}"
-        plain = plain.replace(f"'faults.{number}.start'", f"the begin of {name}")
+            return f"{said}; give for example {usual.get(name)}"
+        plain = plain.replace(f"'faults.{number}.start'", f"the start of {name}")
     return plain
 
 
