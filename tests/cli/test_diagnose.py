@@ -66,7 +66,7 @@ def test_a_recording_that_names_no_vehicle_needs_one(place, healthy, capsys):
 def test_the_vehicle_that_a_recording_names_is_taken_and_reported(place, healthy, capsys):
     write(Recording(healthy.channels, {"virtual_car": "midsize-eps"}), "drive.parquet")
     assert diagnose("drive.parquet", "--no-report") == 0
-    assert "vehicle: midsize-eps, as the recording names it" in capsys.readouterr().err
+    assert "vehicle: midsize-eps, named by the recording" in capsys.readouterr().err
 
 
 def test_a_report_is_never_written_over_what_was_given(place, healthy, capsys):

@@ -103,7 +103,10 @@ def test_a_stretch_is_judged_alone(capsys):
     [
         (["a.parquet", "absent.parquet"], "there is no file absent.parquet"),
         (["a.parquet", "b.parquet", "--monitor", "frictoin"], "did you mean 'friction'"),
-        (["a.parquet", "b.parquet", "--memory", "memory.json"], "--memory belongs to one monitor over one recording"),
+        (
+            ["a.parquet", "b.parquet", "--memory", "memory.json"],
+            "--memory works with one monitor and one recording only",
+        ),
         (["a.parquet", "--variant", "presliding"], "name one with --monitor"),
         (["a.parquet", "--from", "20", "--to", "10"], "--from before --to"),
         (["a.parquet", "--from", "1000"], "it goes from 0"),
@@ -172,7 +175,7 @@ def test_a_column_that_one_recording_lacks_stops_only_what_needs_it(folder, caps
     assert "sideslip, combined" in capsys.readouterr().out
     assert main([*asked, "--monitor", "driver-torque"]) == 3
     refused = capsys.readouterr().err
-    assert "names 'c_driver_torque' for driver_torque, which is no column of the file" in refused
+    assert "names 'c_driver_torque' for driver_torque, which is not a column of the file" in refused
     assert "did you mean" not in refused
 
 

@@ -132,7 +132,7 @@ def test_keys_know_all_that_decides(folder):
          "no fault-free drive of the same car (seed 2)"),
         ('same_car = ["seed"]\n', "", None, "'same_car' is missing"),
         ('"missed_share"', '"missed_shar"', 26, "no figure is called 'missed_shar'; did you mean 'missed_share'"),
-        ('"<= 0.1"', '"< 0.1"', 27, "'< 0.1' is no goal"),
+        ('"<= 0.1"', '"< 0.1"', 27, "'< 0.1' is not a goal"),
         ("{ size = 8.0 }", "{ siz = 8 }", 28, "no axis is called 'siz'; did you mean 'size'?"),
         ("{ size = 8.0 }", '{ size = 8.0, fault = "fault-free" }', 28, "no cell of the matrix is there"),
         ("{ size = 8.0 }", '{ size = 8.0 }\nmonitor = "other"', 29, "no monitor is called 'other'"),

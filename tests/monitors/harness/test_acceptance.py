@@ -94,7 +94,7 @@ def test_inspection_refuses_what_a_diagnosis_refuses(recorded, name, change):
 def test_a_monitor_names_the_column_that_the_map_gives_for_its_signal_in_vain(recorded):
     whole = recorded("drive")
     rest = {name: each for name, each in whole.channels.items() if name != "motor_torque"}
-    absent = {LACKING: {"motor_torque": "car.toml names 'Tm' for motor_torque, which is no column of the file."}}
+    absent = {LACKING: {"motor_torque": "car.toml names 'Tm' for motor_torque, which is not a column of the file."}}
     part = replace(whole, channels=rest, metadata={**whole.metadata, **absent})
     reasons = refusals(MONITORS["friction"], load("midsize-eps"), part)
     assert "which the recording does not have: car.toml names 'Tm' for motor_torque" in reasons["pre-sliding"]
