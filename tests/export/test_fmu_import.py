@@ -136,7 +136,7 @@ def test_a_scenario_names_its_plant(folder):
     with pytest.raises(ParameterError, match=r"s.toml, line 6: .*none.toml"):
         load(folder / "s.toml")
     (folder / "s.toml").write_text(text.replace("PLANT", "trolley.fmu"))
-    with pytest.raises(ParameterError, match=r"line 6: 'trolley.fmu' is a unit itself"):
+    with pytest.raises(ParameterError, match=r"line 6: 'trolley.fmu' is a unit, but 'plant' needs the plant file"):
         load(folder / "s.toml")
 
 
