@@ -129,7 +129,7 @@ def not_identifiable():
         status=Status.NOT_IDENTIFIABLE,
         headline="The friction cannot be identified on this drive.",
         evidence={"enabled_seconds": 2.6, "needed_seconds": 50.0, "nis": float("nan")},
-        cause="2.6 s enabled of 50 s needed; torques are raw counts; <lane keeping> was active.",
+        cause="The enabling conditions held for 2.6 s only; torques are raw counts; <lane keeping> was active.",
         action="Record ten minutes with town driving, lane keeping off; give the scale of the torques.",
         warnings=("Torques are raw counts: no friction in Nm can be given.",),
     )

@@ -155,7 +155,7 @@ def memory(count: int, seed: int, folder: Path) -> dict[str, int]:
     answers = at_once(count, add)
     found = FaultMemory.opened(path, VEHICLE)
     counted, different = answers.count("counted"), len(set(recordings))
-    twice = sum("has taken this recording already" in str(answer) for answer in answers)
+    twice = sum("already contains this recording" in str(answer) for answer in answers)
     lost = different - found.cycles
     wrong = abs(counted - different) + abs(twice - (count - different)) + abs(lost) + len(_strays(folder))
     return {"processes": count, "counted": counted, "refused": twice, "wrong": wrong}
@@ -170,7 +170,7 @@ def baseline(count: int, seed: int, folder: Path) -> dict[str, int]:
 
     answers = at_once(count, learn)
     writers = [number for number, answer in enumerate(answers) if str(answer).startswith("written to")]
-    left = sum("by another program meanwhile" in str(answer) for answer in answers)
+    left = sum("by another program in the meantime" in str(answer) for answer in answers)
     whose = round(load_baseline(path).value - 1.0)
     wrong = abs(len(writers) - 1) + (count - 1 - left) + (writers != [whose]) + len(_strays(folder))
     return {"processes": count, "written": len(writers), "left": left, "wrong": wrong}
@@ -232,7 +232,7 @@ def commands(count: int, seed: int, folder: Path) -> dict[str, int]:
     ]  # fmt: skip
     outputs = [process.communicate() for process in running]
     judged = sum(process.returncode in (0, 1, 2) for process in running)
-    twice = sum("has taken this recording already" in error for _, error in outputs)
+    twice = sum("already contains this recording" in error for _, error in outputs)
     writers = sum("baseline: written to car.json" in output for output, _ in outputs)
     expected = count - count // 4
     cycles = FaultMemory.opened(folder / "memory.json", VEHICLE).cycles

@@ -102,7 +102,7 @@ def test_false_alarms_in_words(text, seconds):
         (["--residual", "absent.parquet"], "absent.parquet"),
         (["--sigma", "0.4", "--sides", "left"], "sides is 'left'"),
         (["--sigma", "0.4", "--signal", "yaw_rate"], "goes with --residual"),
-        (["--sigma", "0.4", "--rule", "likelihood-ratio", "--sides", "upper"], "say both"),
+        (["--sigma", "0.4", "--rule", "likelihood-ratio", "--sides", "upper"], "give 'both'"),
         (["--sigma", "0.4", "--shift", "1e-6"], "look for a larger shift"),
         (["--sigma", "0.4", "--false-alarms", "1 per 0.01 s"], "ask for more"),
     ],

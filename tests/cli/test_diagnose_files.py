@@ -80,7 +80,7 @@ def test_a_baseline_that_appeared_meanwhile_is_left_as_it_is(recordings, place, 
 
     monkeypatch.setattr(Run, "finish", judged)
     assert diagnose(recordings / "healthy.parquet", "--baseline", "car.json") == 0
-    assert "car.json was written by another program meanwhile and stays" in capsys.readouterr().out
+    assert "car.json was written by another program in the meantime and is kept" in capsys.readouterr().out
     assert load_baseline("car.json") == other
 
 
@@ -99,7 +99,7 @@ def test_a_recording_that_is_judged_twice_counts_once(recordings, place, capsys,
     before = (place / "memory.json").read_bytes()
     assert diagnose(recordings / again, "--memory", "memory.json", *arguments) == 3
     error = capsys.readouterr().err
-    assert "has taken this recording already, as operation cycle 1 on 20" in error
+    assert "already contains this recording, as operation cycle 1 on 20" in error
     assert "nothing was changed. Judge it again without the memory" in error
     assert (place / "memory.json").read_bytes() == before
 

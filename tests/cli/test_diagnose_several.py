@@ -72,7 +72,7 @@ def test_a_car_that_names_a_monitor_keeps_it_for_one_recording(capsys):
 
 
 def test_what_a_reader_must_know_stands_below_the_table_once(folder, monkeypatch, capsys):
-    stuck, spread = "yaw_rate is stuck", "both wheels of an axle at once are not judged"
+    stuck, spread = "yaw_rate is stuck", "a fault of both wheels of an axle at once cannot be detected"
     usual = run(folder / "a.parquet", "midsize-eps", "friction")
 
     def knowing(*warnings: str):
@@ -109,7 +109,7 @@ def test_a_stretch_is_judged_alone(capsys):
         ),
         (["a.parquet", "--variant", "presliding"], "name one with --monitor"),
         (["a.parquet", "--from", "20", "--to", "10"], "--from before --to"),
-        (["a.parquet", "--from", "1000"], "it goes from 0"),
+        (["a.parquet", "--from", "1000"], "it covers 0"),
         (["a.parquet", "b.parquet", "--output", "a.parquet"], "would overwrite a.parquet"),
         (["a.parquet", "b.parquet", "--output", "nowhere/page.html"], "nowhere"),
         (["a.parquet", "b.parquet", "--monitor", "motor-angle"], "no monitor can run on a.parquet, b.parquet"),
@@ -144,7 +144,7 @@ def test_a_stretch_that_one_recording_lacks_takes_no_verdict_from_the_others(fol
     arguments = ["a.parquet", "short.parquet", "--vehicle", "car.toml", "--from", "70", "--no-report"]
     assert main(["diagnose", *arguments]) == 2
     printed = " ".join(capsys.readouterr().out.split())
-    assert "short.parquet all short.parquet holds nothing from 70 s on" in printed
+    assert "short.parquet all short.parquet has no data from 70 s on" in printed
     assert "a.parquet sideslip" in printed
 
 
@@ -191,7 +191,7 @@ def test_a_stretch_that_is_not_recorded_is_refused_without_naming_monitors_that_
     arguments = ["diagnose", "a.parquet", "--vehicle", "midsize-eps", "--monitor", "friction", "--from", "400"]
     assert main(arguments) == 3
     error = capsys.readouterr().err
-    assert "a.parquet holds nothing from 400 s on" in error
+    assert "a.parquet has no data from 400 s on" in error
     assert "--monitor" not in error
 
 

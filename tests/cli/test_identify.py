@@ -115,6 +115,6 @@ def test_a_wheel_held_by_hands_is_seen_and_nothing_is_written(folder, capsys):
     assert main(["identify", "column", *arguments, "--free", "motor_friction"]) == 2
     result = json.loads(capsys.readouterr().out)
     assert not result["explained"]
-    assert any("are there hands on it?" in remark for remark in result["remarks"])
+    assert any("check for hands on the wheel" in remark for remark in result["remarks"])
     assert result["vehicle_file"] is None
     assert not target.exists()

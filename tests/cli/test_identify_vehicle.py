@@ -161,7 +161,7 @@ def test_recordings_are_read_as_a_diagnosis_reads_them(bus, looked_at, capsys):
 
 def test_a_stretch_outside_the_recording_is_refused(bus, capsys):
     assert main(["identify", "vehicle", "can.log", "--vehicle", "car.toml", "--from", "100"]) == 3
-    assert "can.log holds nothing from 100 s on" in capsys.readouterr().err
+    assert "can.log has no data from 100 s on" in capsys.readouterr().err
 
 
 def test_a_real_bus_log_is_read_by_the_database_that_the_vehicle_file_names(capsys):

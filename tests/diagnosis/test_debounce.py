@@ -58,5 +58,5 @@ def test_steps_that_cannot_be_are_refused(fields):
 
 
 def test_a_cause_that_does_not_exist_is_refused():
-    with pytest.raises(ParameterError, match="places 0 to 0"):
+    with pytest.raises(ParameterError, match="places from 0 to 0"):
         DebounceCounters((DebounceCounter(),), ((1,),))

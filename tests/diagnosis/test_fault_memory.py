@@ -259,12 +259,12 @@ def test_bad_input_is_named():
         memory.absorb([0.0], {"frction": [1.0]})
     with pytest.raises(InputError, match="did you mean 'yaw_rate'"):
         memory.absorb([0.0], {"friction": [1.0]}, {"yaw_rte": [0.0]})
-    with pytest.raises(InputError, match="do not rise"):
+    with pytest.raises(InputError, match="must be finite and increase"):
         memory.absorb([np.nan], {"friction": [1.0]})
     with pytest.raises(InputError, match="expected \\(2,\\)"):
         memory.absorb([0.0, 1.0], {"friction": [1.0]})
-    with pytest.raises(InputError, match="do not rise"):
+    with pytest.raises(InputError, match="must be finite and increase"):
         memory.absorb([1.0, 0.0], {"friction": [1.0, 1.0]})
     memory.absorb([5.0], {"friction": [1.0]})
-    with pytest.raises(InputError, match="do not rise"):
+    with pytest.raises(InputError, match="must be finite and increase"):
         memory.absorb([4.0], {"friction": [1.0]})

@@ -75,16 +75,16 @@ def spoilt(path, how):
 @pytest.mark.parametrize(
     ("how", "says"),
     [
-        ("cut", "damaged: it is no whole JSON"),
+        ("cut", "damaged: it is not a complete JSON"),
         ("empty", "damaged"),
-        ("flipped", "does not fit its digest"),
+        ("flipped", "does not match its digest"),
         ("version", "another version"),
         ("table", "another table"),
         ("foreign", "no schema"),
         ("bytes", "damaged"),
-        ("entry", "an entry is not whole"),
-        ("recordings", "its recordings are not whole"),
-        ("names", "codes are not those of its table"),
+        ("entry", "an entry is incomplete"),
+        ("recordings", "its recordings are incomplete"),
+        ("names", "codes do not match its table"),
     ],
 )
 def test_a_file_that_does_not_fit_is_refused_and_kept_aside(tmp_path, how, says):
@@ -134,7 +134,7 @@ def test_a_freeze_frame_of_other_kinds_is_refused_though_its_digest_fits(tmp_pat
 def test_the_memory_of_another_vehicle_is_refused_and_left_alone(tmp_path):
     path = tmp_path / "memory.json"
     drive(FaultMemory.opened(path, "car", CODES), {"c1": 1.0})
-    with pytest.raises(InputError, match="of the vehicle 'car', not 'truck'.*name that of this vehicle"):
+    with pytest.raises(InputError, match="belongs to the vehicle 'car', not 'truck'.*name that of this vehicle"):
         FaultMemory.opened(path, "truck", CODES)
     assert list(tmp_path.iterdir()) == [path]
 
@@ -240,7 +240,7 @@ def test_a_recording_that_was_taken_is_refused_until_all_is_cleared(tmp_path):
     memory.begin_cycle("2026-01-01", "fingerprint")
     memory.end_cycle()
     memory = FaultMemory.opened(path, "car", CODES)
-    with pytest.raises(InputError, match="has taken this recording already, as operation cycle 1 on 2026-01-01"):
+    with pytest.raises(InputError, match="already contains this recording, as operation cycle 1 on 2026-01-01"):
         memory.begin_cycle("2026-01-02", "fingerprint")
     memory.clear("c1")
     with pytest.raises(InputError, match="nothing was changed"):

@@ -48,7 +48,7 @@ def test_a_graph_that_cannot_be_meant_is_refused(table, message):
 
 
 def test_a_switch_that_cannot_be_meant_is_refused():
-    with pytest.raises(ParameterError, match="3 sensors came with 2 growths"):
+    with pytest.raises(ParameterError, match="3 sensors were given with 2 growths"):
         Switchover(GRAPH, (1.0, 1.0), FADE, SAMPLE_TIME)
     with pytest.raises(ParameterError, match="above zero"):
         Switchover(GRAPH, (1.0, 1.0, 1.0), 0.0, SAMPLE_TIME)

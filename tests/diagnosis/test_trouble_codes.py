@@ -39,7 +39,7 @@ def test_the_three_bytes_of_a_code(display, number):
         (('monitor = "friction"', 'monitor = "friction"\nfailed_by = ["broken"]'), "'broken'"),
         (('monitor = "friction"', 'monitor = "friction"\nfailed_by = ["healthy"]'), "one of them only"),
         (('monitor = "friction"', 'monitor = "friction"\nconsequence_of = ["b"]'), "consequence of 'b'"),
-        (('monitor = "friction"', 'monitor = "friction"\nconsequence_of = ["a"]'), "circle"),
+        (('monitor = "friction"', 'monitor = "friction"\nconsequence_of = ["a"]'), "remove the loop"),
         (('monitor = "friction"', 'monitor = "friction"\npriority = 0'), "expected 1 to 255"),
         (("yaw_rate", "yaw_rat"), "did you mean 'yaw_rate'"),
         (("0xD001", "70000"), "0 to 65535"),
@@ -57,7 +57,7 @@ def test_a_slip_in_the_table_is_named(tmp_path, change, says):
 
 
 def test_a_code_stands_once():
-    with pytest.raises(ParameterError, match="C1A01-62 stands twice"):
+    with pytest.raises(ParameterError, match="C1A01-62 occurs twice"):
         table(a=code(1), b=code(1))
 
 

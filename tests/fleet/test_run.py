@@ -255,8 +255,8 @@ def test_what_stops_most_monitors_is_said_first_and_once(tmp_path):
     judged(path, tmp_path / "results", asked=asked)
     (row,) = ledger_of(tmp_path / "results").to_pylist()
     assert row["outcome"] == "skipped"
-    assert row["reason"].startswith("no monitor can judge it: friction, driver-torque: the time leaps ahead from about")
-    assert row["reason"].count("the time leaps") == 1
+    assert row["reason"].startswith("no monitor can judge it: friction, driver-torque: the time jumps ahead from about")
+    assert row["reason"].count("the time jumps") == 1
     assert "; motor-angle: the monitor 'motor-angle' cannot run" in row["reason"]
 
 

@@ -186,12 +186,12 @@ def test_work_follows_the_samples_not_their_stamps(healthy):
 def test_a_recording_that_is_too_slow_is_refused_though_every_piece_holds_one_sample(healthy):
     run = Run(*find("friction"), load("midsize-eps"))
     run.add(healthy.slice(stop=0.005))
-    with pytest.raises(InputError, match="comes at 0.0001 Hz; at least 20 Hz are needed"):
+    with pytest.raises(InputError, match="is sampled at 0.0001 Hz; at least 20 Hz are needed"):
         run.add(later(healthy.slice(0.005, 0.015), 0.0, 9999.99))
 
 
 def test_a_clock_that_was_set_is_refused(healthy):
-    with pytest.raises(InputError, match="leaps ahead from about 239.99 s by 1.97e\\+04 days; cut the recording there"):
+    with pytest.raises(InputError, match="jumps ahead from about 239.99 s by 1.97e\\+04 days; cut the recording there"):
         diagnose(later(healthy, 240.0, 1.7e9), "midsize-eps")
 
 
@@ -211,7 +211,7 @@ def test_what_is_missing_is_named_with_the_nearest_name(healthy):
 
 def test_slow_data_are_refused(healthy):
     slow = healthy["yaw_rate"]
-    with pytest.raises(InputError, match="yaw_rate comes at 1 Hz; at least 20 Hz"):
+    with pytest.raises(InputError, match="yaw_rate is sampled at 1 Hz; at least 20 Hz"):
         diagnose(changed(healthy, "yaw_rate", time=slow.time[::100], values=slow.values[::100]), "midsize-eps")
 
 
@@ -288,7 +288,7 @@ def test_the_highway_minute_says_what_it_can_and_what_it_cannot():
     assert finding.status is Status.NOT_IDENTIFIABLE
     assert finding.status.exit_code == 2
     assert finding.estimate is None
-    for part in ("raw counts", "lane keeping", "of 50 s needed", "hysteresis of dry friction is present"):
+    for part in ("raw counts", "lane keeping", "50 s are needed", "hysteresis of dry friction is present"):
         assert part in finding.cause
     assert 1.5 < finding.evidence["enabled_s"] < 4.0
     assert finding.evidence["hysteresis_share"] > 2.0 * finding.evidence["hysteresis_by_chance_share"]

@@ -47,4 +47,4 @@ def test_a_late_torque_keeps_the_ratio_from_being_identified():
     late = dataclasses.replace(torque, time=torque.time + 0.2)
     assert _defects_of_torques({"drive": recording}) == []
     (sentence,) = _defects_of_torques({"drive": Recording({**recording.channels, "driver_torque": late})})
-    assert sentence.startswith("drive: driver_torque is late against motor_torque, by 0.")
+    assert sentence.startswith("drive: driver_torque is late relative to motor_torque, by 0.")

@@ -89,7 +89,7 @@ class DebounceCounters:
     def __post_init__(self) -> None:
         known = range(len(self.counters))
         if len(self.causes) != len(self.counters) or any(k not in known for causes in self.causes for k in causes):
-            raise ParameterError(f"causes has to hold places 0 to {len(self.counters) - 1} for each counter")
+            raise ParameterError(f"causes must give places from 0 to {len(self.counters) - 1} for each counter")
 
     @property
     def Sample(self) -> type:

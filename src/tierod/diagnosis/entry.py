@@ -93,12 +93,12 @@ class Entry:
         """
         names = {each.name for each in dataclasses.fields(cls)}
         if set(content) != names:
-            raise ValueError(f"{min(set(content) ^ names)} is missing or not known")
+            raise ValueError(f"{min(set(content) ^ names)} is missing or unknown")
         for name, (least, most) in _RANGES.items():
             if not (_is_whole(content[name]) and least <= content[name] <= most):
-                raise ValueError(f"{name} is {content[name]!r}, no whole number from {least} to {most}")
+                raise ValueError(f"{name} is {content[name]!r}, not a whole number from {least} to {most}")
         if not (isinstance(content["healed"], bool) and isinstance(content["consequence_of"], str)):
-            raise ValueError("healed is not true or false, or consequence_of is no name")
+            raise ValueError("healed is not true or false, or consequence_of is not a name")
         frames = {name: _frame(content[name]) for name in ("first", "last")}
         return cls(**{**content, "status": CodeStatus(content["status"]), **frames})
 
@@ -129,7 +129,7 @@ def _frame(content: object) -> FreezeFrame | None:
     if content is None:
         return None
     if not isinstance(content, dict) or set(content) != {each.name for each in dataclasses.fields(FreezeFrame)}:
-        raise ValueError("a freeze frame is not whole")
+        raise ValueError("a freeze frame is incomplete")
     time, values = content["time"], {name: tuple(each) for name, each in content["values"].items()}
     if not (
         _is_whole(content["cycle"])

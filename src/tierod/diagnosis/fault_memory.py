@@ -128,7 +128,7 @@ class FaultMemory:
         if recording in self.recordings:
             number, taken = self.recordings[recording]
             raise InputError(
-                f"the fault memory {self.path or 'in this program'} has taken this recording already, as operation "
+                f"the fault memory {self.path or 'in this program'} already contains this recording, as operation "
                 f"cycle {number} on {taken}, and counts none twice: nothing was changed. Judge it again without the "
                 "memory"
             )
@@ -166,7 +166,7 @@ class FaultMemory:
                 OutputError: the file cannot be written; the results remain in the program, and `save` tries again
         """
         if not self._live:
-            raise ParameterError("no operation cycle is open; begin one before results come")
+            raise ParameterError("no operation cycle is open; begin one before adding results")
         time = np.asarray(time, float)
         self._check(time, results, signals or {})
         listed = [name for name in signals or {} if name in self.codes.identifiers]
@@ -267,7 +267,7 @@ class FaultMemory:
                 raise InputError(f"'{name}' has the shape {np.shape(values)}; expected {time.shape}, as the time has")
         before = self._window.time[-1:]
         if not (np.isfinite(time).all() and (np.diff(np.concatenate([before, time])) > 0.0).all()):
-            raise InputError("the times of the results do not rise from one to the next; sort them, and leave none out")
+            raise InputError("the times of the results must be finite and increase; sort them, and leave none out")
 
     def _apply(self, instant: float, name: str, verdict: int) -> None:
         entry, code = self.entries[name], self.codes.codes[name]

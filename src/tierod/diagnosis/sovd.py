@@ -45,8 +45,8 @@ def fault(memory: FaultMemory, name_or_code: str) -> dict[str, Any]:
     entry = memory.entries[name]
     if not entry.stored:
         raise ParameterError(
-            f"the memory holds nothing of {memory.codes.codes[name].code} ({name}): it has not failed since it was "
-            "cleared, has aged, or made room for another"
+            f"the memory has no entry of {memory.codes.codes[name].code} ({name}): it has not failed since it was "
+            "cleared, has aged out, or was replaced by another"
         )
     return {"item": _item(memory, name), "environment_data": _environment(entry)}
 

@@ -58,12 +58,12 @@ def load(path: Path, codes: TroubleCodes, vehicle: str | None = None) -> Kept:
     except ValueError as error:
         raise InputError(
             f"the fault memory {path} {error}; nothing was changed, and {_kept_aside(path, raw)}. Name another file, "
-            f"or begin anew with 'tierod faults clear {path}'"
+            f"or start again with 'tierod faults clear {path}'"
         ) from None
     if vehicle is not None and kept.vehicle != vehicle:
         raise InputError(
-            f"the fault memory {path} is of the vehicle '{kept.vehicle}', not '{vehicle}'; nothing was changed. Every "
-            "vehicle has a memory of its own: name that of this vehicle, or a new file"
+            f"the fault memory {path} belongs to the vehicle '{kept.vehicle}', not '{vehicle}'; nothing was changed. "
+            "Every vehicle has its own memory: name that of this vehicle, or a new file"
         )
     return kept
 
@@ -85,27 +85,27 @@ def _checked(raw: bytes, codes: TroubleCodes) -> Kept:
     try:
         document = json_document(raw)
     except ValueError:
-        raise ValueError("is damaged: it is no whole JSON document") from None
+        raise ValueError("is damaged: it is not a complete JSON document") from None
     if not isinstance(document, dict) or "schema" not in document:
-        raise ValueError("is not one: it has no schema")
+        raise ValueError("is not a fault memory: it has no schema")
     if document["schema"] != SCHEMA:
         raise ValueError(f"is of another version ({document['schema']}; this program reads {SCHEMA})")
     content = document.get("content")
     if not isinstance(content, dict) or document.get("digest") != digest_of(content, document.get("vehicle")):
-        raise ValueError("is damaged: its content does not fit its digest")
+        raise ValueError("is damaged: its content does not match its digest")
     table = document.get("codes")
     if not isinstance(table, dict) or not table.items() <= codes.numbers.items():
         raise ValueError("was written with another table of trouble codes")
     if any(not isinstance(content.get(name), kind) for name, kind in _FIELDS.items()):
         raise ValueError("is damaged: a field is missing")
     if not _are_recordings(content.get("recordings", {})):  # older files have none
-        raise ValueError("is damaged: its recordings are not whole")
+        raise ValueError("is damaged: its recordings are incomplete")
     if set(content["entries"]) != set(table):
-        raise ValueError("is damaged: its codes are not those of its table")
+        raise ValueError("is damaged: its codes do not match its table")
     try:
         entries = {name: Entry.of(each) for name, each in content["entries"].items()}
     except (ValueError, TypeError, KeyError, AttributeError):
-        raise ValueError("is damaged, or of another version: an entry is not whole") from None
+        raise ValueError("is damaged, or of another version: an entry is incomplete") from None
     return Kept(content, entries, document["digest"], str(document["vehicle"]))
 
 
@@ -147,8 +147,8 @@ def save_held(path: Path, codes: TroubleCodes, vehicle: str, content: Mapping[st
     document = {"schema": SCHEMA, "vehicle": vehicle, "codes": codes.numbers, "digest": digest, "content": content}
     if _digest_in(path) != before:
         raise OutputError(
-            f"the fault memory {path} is not the one that was read: another program has written it meanwhile. Its "
-            "content stays, without what was added here since; open it again and repeat the cycle"
+            f"the fault memory {path} is not the one that was read: another program has changed it in the meantime. "
+            "Its content is kept, without the changes made here; open it again and repeat the cycle"
         )
     with replacing(path) as temporary:
         temporary.write_text(json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n", "utf-8")

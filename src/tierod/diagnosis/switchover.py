@@ -72,7 +72,7 @@ class Switchover:
     def __post_init__(self) -> None:
         if len(self.growth) != len(self.graph.sensors):
             raise ParameterError(
-                f"{len(self.graph.sensors)} sensors came with {len(self.growth)} growths; give one for each"
+                f"{len(self.graph.sensors)} sensors were given with {len(self.growth)} growths; give one for each"
             )
         if not (self.fade > 0.0 and self.sample_time > 0.0):
             raise ParameterError(

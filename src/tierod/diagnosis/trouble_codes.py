@@ -80,7 +80,7 @@ class TroubleCode:
                 if status not in set(Status):
                     raise ParameterError(f"{name} names the status '{status}'{nearest(status, list(Status))}")
         if both := set(self.failed_by) & set(self.passed_by):
-            raise ParameterError(f"'{min(both)}' stands in failed_by and in passed_by; it can mean one of them only")
+            raise ParameterError(f"'{min(both)}' is in both failed_by and passed_by; it may be in one of them only")
         _ = self.debounce
 
     @property
@@ -116,12 +116,12 @@ class TroubleCodes:
                 if cause not in self.codes:
                     raise ParameterError(f"'{name}' is a consequence of '{cause}'{nearest(cause, self.codes)}")
             if name in self.causes(name):
-                raise ParameterError(f"'{name}' is a consequence of itself; break the circle")
+                raise ParameterError(f"'{name}' is a consequence of itself; remove the loop")
         displayed: list[object] = [code.code for code in self.codes.values()]
         numbers: list[object] = list(self.identifiers.values())
         for what, given in (("code", displayed), ("identifier", numbers)):
             if twice := [each for each in given if given.count(each) > 1]:
-                raise ParameterError(f"the {what} {twice[0]} stands twice in the table; every one is given once")
+                raise ParameterError(f"the {what} {twice[0]} occurs twice in the table; give each once")
 
     @property
     def numbers(self) -> dict[str, int]:

@@ -166,6 +166,6 @@ def _monitor_of(variant: Variant) -> Monitor:
         if monitor.variants.get(variant.name) is variant:
             return monitor
     raise ParameterError(
-        f"the variant '{variant.name}' belongs to no registered monitor, which says on what grid it runs; "
-        "give monitor=tierod.Monitor(...) with it in its variants, or the name of a monitor and variant=..."
+        f"the variant '{variant.name}' belongs to no registered monitor, so its sampling rate is unknown; give "
+        "monitor=tierod.Monitor(...) with it in its variants, or the name of a monitor and variant=..."
     )

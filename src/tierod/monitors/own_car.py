@@ -17,8 +17,8 @@ from tierod.vehicles import Vehicle
 from tierod.vehicles.vehicle import Parameter
 
 CURE = (
-    "drive ten minutes of bends at 30 to 120 km/h with driver_torque and motor_torque recorded; better: take it from "
-    "the data sheet of the steering gear"
+    "record ten minutes of bends at 30 to 120 km/h with driver_torque and motor_torque; better: take it from the data "
+    "sheet of the steering gear"
 )
 TORQUES = ("driver_torque", "motor_torque")
 _MOTION = 0.8
@@ -85,7 +85,9 @@ def _judged(vehicle: Vehicle, seen: DriveRatio | None) -> Judged:
     """Combination of the values of file and drives, weighted by their inverse variances."""
     before: Parameter = vehicle.parameters[NAME]
     spread = spread_of(NAME, vehicle)[0]
-    kept = Judged(NAME, NOT_SEEN, before.value, spread, before.value, spread, f"not seen in these drives; {CURE}")
+    kept = Judged(
+        NAME, NOT_SEEN, before.value, spread, before.value, spread, f"not identifiable from these drives; {CURE}"
+    )
     if seen is None:
         return kept
     apart = abs(seen.value - before.value) / sqrt(seen.deviation**2 + spread**2)

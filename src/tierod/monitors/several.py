@@ -145,7 +145,7 @@ def source_of(
     if whole is None:
         where = f"from {first:g} s on" if stop is None else f"between {first:g} and {last:g} s"
         where = f"before {last:g} s" if start is None else where
-        raise InputError(f"{path} holds nothing {where}; it goes from {seen[0]:.6g} to {seen[1]:.6g} s")
+        raise InputError(f"{path} has no data {where}; it covers {seen[0]:.6g} to {seen[1]:.6g} s")
     return whole
 
 

@@ -59,7 +59,7 @@ def test_what_the_outputs_hide_has_no_bound():
     ("noise", "duration", "message"),
     [
         ({**NOISE, "driver_torque": 0.0}, 1.0, "driver_torque"),
-        (NOISE, 1e-4, "are none"),
+        (NOISE, 1e-4, "hold no sample"),
         ({}, 1.0, "steering_wheel_angle"),
     ],
 )

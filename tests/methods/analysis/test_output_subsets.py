@@ -46,15 +46,15 @@ def test_every_choice_of_outputs_once():
 def test_sentences_say_where_methods_disagree_and_why():
     table = output_subsets(column("S3"), SAMPLING)
     unscaled, chance = disagreements(table)
-    assert unscaled.startswith("The unscaled matrix says otherwise for driver_torque. ")
-    assert "spread over 17 decades, of which its tolerance leaves 15" in unscaled
-    assert "choice for driver_torque; steering_wheel_angle + driver_torque:" in chance
+    assert unscaled.startswith("The unscaled matrix disagrees for driver_torque. ")
+    assert "spread over 17 decades, of which its tolerance keeps 15" in unscaled
+    assert "depends on rounding for driver_torque; steering_wheel_angle + driver_torque:" in chance
     assert disagreements(table[:2]) == []
 
 
 def test_the_bound_of_the_test_by_eigenvectors_is_reported():
     table = output_subsets(extended(column(), TORQUES), SAMPLING)
-    assert any(each.startswith("The PBH test says otherwise for driver_torque:") for each in disagreements(table))
+    assert any(each.startswith("The PBH test disagrees for driver_torque:") for each in disagreements(table))
 
 
 def test_bounds_and_conditions_are_better_with_more_outputs():

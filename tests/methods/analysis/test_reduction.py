@@ -195,7 +195,7 @@ def test_modes_are_kept_as_they_are():
     found = modal_reduction(column(), 4)
     np.testing.assert_allclose(ordered(found.system.A), np.sort_complex(np.array(EIGENVALUES)[2:]), atol=1e-6)
     assert np.abs(found.system.D).max() == pytest.approx(0.0929, abs=1e-4)
-    with pytest.raises(ParameterError, match="part a pair"):
+    with pytest.raises(ParameterError, match="split a pair"):
         modal_reduction(column(), 3)
     whole = modal_reduction(column(), 6)
     assert largest_difference(column(), whole.system, np.geomspace(0.1, 1e3, 50)) < 1e-6

@@ -57,7 +57,7 @@ def test_a_stretched_course_comes_back():
 def test_a_band_of_none_leaves_all_as_it_is_and_wrong_shapes_are_refused():
     moved = np.arange(12.0).reshape(2, 6)
     assert np.array_equal(warped(moved, moved[::-1], 0), moved)
-    with pytest.raises(ParameterError, match="go together"):
+    with pytest.raises(ParameterError, match="do not match"):
         warped(moved, moved[:, :5], 1)
     with pytest.raises(ParameterError, match="zero or more"):
         warped(moved, moved, -1)

@@ -57,7 +57,7 @@ def test_the_interval_holds_the_true_run_length_as_often_as_it_says(samples):
 def test_more_than_was_observed_is_not_claimed():
     found = threshold_from_records(CusumRule(0.5), [np.random.default_rng(2).normal(size=360_000)], 3.6e10)
     assert found.extrapolated
-    assert "carried on" in found.claim(1000.0)
+    assert "extrapolated from" in found.claim(1000.0)
     assert "fewer than 30 per hour" in found.claim(1000.0)  # 3 / 0.1 h
     within = threshold_from_records(CusumRule(0.5), [np.random.default_rng(2).normal(size=360_000)], 10_000.0)
     assert "measured" in within.claim(1000.0)

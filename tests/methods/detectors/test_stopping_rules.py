@@ -115,7 +115,7 @@ def test_a_likelihood_ratio_finds_shifts_of_every_size():
         (lambda: CusumRule(0.5).threshold_for(math.inf), "finite number"),
         (lambda: CusumRule(1e-5).threshold_for(1e10), "look for a larger shift"),
         (lambda: LikelihoodRatioRule().threshold_for(1e3), "measure it"),
-        (lambda: LikelihoodRatioRule(sides="upper"), "say both"),
+        (lambda: LikelihoodRatioRule(sides="upper"), "give 'both'"),
         (lambda: CusumRule(-0.5), "drift is -0.5"),
         (lambda: AverageRule(0.0), "weight is 0"),
         (lambda: HoldRule(0), "1 or more"),

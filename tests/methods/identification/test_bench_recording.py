@@ -94,4 +94,4 @@ def test_a_fault_free_recording_passes_also_with_rough_parameters(name, factor):
 
 def test_a_torque_in_coarse_steps_is_remarked():
     coarse = changed(recordings()[RAMPS], motor_torque=lambda t, v: (t, np.round(v, 2)))
-    assert "comes in steps of 0.01 N·m, 10 % of the motor's friction" in row(RAMPS, coarse).remarks[0]
+    assert "is quantised in steps of 0.01 N·m, 10 % of the motor's friction" in row(RAMPS, coarse).remarks[0]

@@ -43,7 +43,7 @@ def test_what_the_bench_adds_is_nil(result):
 def test_what_is_in_doubt_is_said_with_its_own_reason(result):
     assert result.doubt == ""
     stopped = replace(result, estimate=replace(result.estimate, converged=False))
-    assert stopped.doubt == "the search did not come to an end"
+    assert stopped.doubt == "the search did not converge"
     assert replace(stopped, explained=False).doubt == "the model does not explain these recordings"
 
 
@@ -63,7 +63,7 @@ def test_simulated_and_measured_agree_and_residuals_are_white(result):
 
 
 def test_slow_ramps_alone_do_not_identify_the_damping():
-    with pytest.raises(InputError, match=r"does not excite motor_damping.*sweep or steps with the wheel free"):
+    with pytest.raises(InputError, match=r"do not excite motor_damping.*sweep or steps with the wheel free"):
         identify_column(replace(ROUGH, motor_damping=1e-5), {RAMPS: recordings()[RAMPS]}, ("motor_damping",))
 
 

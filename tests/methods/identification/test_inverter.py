@@ -59,7 +59,7 @@ def test_an_inverter_that_takes_nothing_is_doubted(seed):
 @pytest.mark.parametrize(
     ("signals", "factor", "words"),
     [
-        (NAMES[:2], -1.0, "the currents are counted out of the motor"),
+        (NAMES[:2], -1.0, "the currents are counted positive out of the motor"),
         (NAMES[1:2], -1.0, "two phases of the currents swapped"),
         (("motor_angle_mechanical",), 4.0, "the angle is the electrical one"),
     ],

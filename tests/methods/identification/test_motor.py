@@ -58,7 +58,7 @@ def test_the_sensor_s_zero_is_found_and_reported():
     result = identify_motor(FILE, {"drive": motor.recording(none, waving(12.0, 1.3), to_and_fro)})
     assert near(result.electrical.zero, 0.2)
     assert near(result.electrical.flux, motor.flux)
-    assert any("+11.5" in remark and "beside the flux" in remark for remark in result.remarks)
+    assert any("+11.5" in remark and "away from the flux" in remark for remark in result.remarks)
 
 
 def test_the_temperature_takes_resistance_and_flux_to_20_degrees():
@@ -213,7 +213,7 @@ def changed(recording, **factors):
         ({"motor_current_alpha": -1.0, "motor_current_beta": -1.0}, "'sign = -1' in a channel map"),
         ({"motor_current_beta": -1.0}, "two phases of the currents swapped"),
         pytest.param({"motor_voltage_beta": -1.0}, "two phases of the voltages swapped", marks=pytest.mark.slow),
-        ({"motor_angle_mechanical": -1.0}, "the angle turns against currents and voltages"),
+        ({"motor_angle_mechanical": -1.0}, "the angle turns opposite to currents and voltages"),
         ({"motor_angle_mechanical": 4.0}, "the angle is the electrical one"),
         ({"motor_angle_mechanical": 4.0 / 3.0}, "motor_pole_pairs = 3 instead of 4"),
     ],
@@ -235,7 +235,7 @@ def test_a_wrong_sampling_time_is_reported():
     recording = motor.recording(none, waving(12.0, 1.3), to_and_fro)
     channels = {name: replace(each, time=2.0 * each.time) for name, each in recording.channels.items()}
     remarks = identify_motor(FILE, {"drive": replace(recording, channels=channels)}).remarks
-    assert any("come every 0.1 ms while their time says 0.2 ms" in each for each in remarks)
+    assert any("come every 0.1 ms, but by their time stamps every 0.2 ms" in each for each in remarks)
     assert not any("come every" in each for each in identify_motor(FILE, {"drive": recording}).remarks)
 
 

@@ -58,5 +58,5 @@ def test_contradictions_and_free_directions_are_said():
         feasible_box(exact([[1.0, 0.0]], [1.0], 0.3))
     with pytest.raises(ParameterError, match="below zero"):
         feasible_box(exact([[1.0]], [1.0], -0.3))
-    with pytest.raises(ParameterError, match="do not go together"):
+    with pytest.raises(ParameterError, match="do not match"):
         feasible_box(Bounded(np.ones((2, 1)), np.ones(3), np.ones(3), np.ones((2, 1))))

@@ -142,7 +142,7 @@ def test_only_four_deviations_apart_keep_the_file_from_being_written(found, gues
     remarks = _remarks(guess, list(found.judged), against)
     assert doubt.startswith("vehicle file and drives contradict each other") == refused
     assert f"together they are {together} σ apart" in doubt or apart == together
-    assert any("weighed by their standard deviations" in each for each in remarks) != refused
+    assert any("weighted by their standard deviations" in each for each in remarks) != refused
 
 
 def test_a_value_usual_for_the_class_that_is_too_far_is_named_beside_those_of_the_file(found, guess):

@@ -116,7 +116,7 @@ def test_a_motor_that_lost_torque_is_reported_in_per_cent():
 def test_where_both_motors_lost_torque_what_feeds_both_is_looked_at_first():
     lost = [faulty(name, 5.0, 20.0, LOST_TORQUE, 1.0) for name in ("steering_motor_1", "steering_motor_2")]
     _, finding, _ = concluded(both(*lost))
-    assert finding.action.startswith("check steering motor 1 and steering motor 2: what feeds and enables both")
+    assert finding.action.startswith("check steering motor 1 and steering motor 2: the supply and the enabling of both")
     _, finding, _ = concluded(both(*lost, faulty(YAW, 7.0, 9.0)))
     assert "what feeds" not in finding.action
     _, finding, _ = concluded(lost[0])
@@ -124,7 +124,7 @@ def test_where_both_motors_lost_torque_what_feeds_both_is_looked_at_first():
     places += "steering motor 1 target torque or steering motor 2 target torque"
     assert finding.action == f"check steering motor 1: {places}"
     assert (
-        "what is asked (steering motor 1 target torque and steering motor 2 target torque), as recorded, may be wrong"
+        "the recorded targets (steering motor 1 target torque and steering motor 2 target torque) may be wrong instead"
         in finding.cause
     )
 
@@ -138,7 +138,7 @@ def test_more_than_three_faults_are_counted():
 def test_lasting_doubt_is_reported_with_all_that_may_be_it():
     states, finding, courses = concluded(doubtful((YAW, ANGLE), 5.0, 7.0))
     assert finding.status is Status.SUSPECT
-    assert finding.headline == "Something is wrong since 5.00 s; it is yaw rate or steering wheel angle."
+    assert finding.headline == "Fault since 5.00 s, of one of several: yaw rate or steering wheel angle."
     assert states[YAW].status is states[ANGLE].status is Status.SUSPECT
     assert states[YAW].trouble_code == "C1A3A-64"
     assert [(each.time, each.status) for each in courses[NOT_ISOLABLE]] == [
@@ -217,7 +217,7 @@ def test_a_diagnosis_that_can_isolate_with_fewer_sensors_goes_on():
 def test_a_target_that_ends_leaves_nothing_to_judge():
     states, finding, _ = concluded(gone=(MOTOR,))
     assert (states[MOTOR].status, states[YAW].status) == (Status.NOT_AVAILABLE, Status.NOT_TESTABLE)
-    assert "what is asked of steering motor 1 is not recorded" in states[YAW].cause
+    assert "the target torque of steering motor 1 is not recorded" in states[YAW].cause
     assert finding.status is not Status.HEALTHY
 
 
@@ -263,8 +263,8 @@ def test_too_little_to_show_is_a_cause_of_its_own():
         stated.testable[:, [place(YAW), place(MOTOR)]] = False
 
     states, _, _ = concluded(change)
-    assert "the true value was near zero" in states[YAW].cause
-    assert "too little torque was asked for" in states[MOTOR].cause
+    assert "its true value was near zero" in states[YAW].cause
+    assert "the target torque was too small" in states[MOTOR].cause
 
 
 def test_what_was_not_judged_stands_beside_its_own_cause():
@@ -273,9 +273,9 @@ def test_what_was_not_judged_stands_beside_its_own_cause():
 
     _, finding, _ = concluded(change, missing=(YAW, "tie_rod_force"))
     assert finding.headline == (
-        "6 of 10 sensors and actuators are fault-free over 20 s; not judged: steering wheel angle (the true value was "
-        "near zero, or the others did not determine it well enough); steering motor 1 (too little torque was asked "
-        "for); yaw rate and tie rod force (not in the recording)."
+        "6 of 10 sensors and actuators are fault-free over 20 s; not judged: steering wheel angle (its true value was "
+        "near zero, or the other signals did not determine it well enough); steering motor 1 (the target torque was "
+        "too small); yaw rate and tie rod force (not in the recording)."
     )
 
 
@@ -284,7 +284,7 @@ def test_without_the_torque_sensor_nothing_shows_what_a_motor_gives():
         stated.testable[:, place(MOTOR)] = False
 
     states, _, _ = concluded(change, missing=("steering_shaft_torque",))
-    assert states[MOTOR].cause == "nothing shows what it gives without steering shaft torque"
+    assert states[MOTOR].cause == "its output cannot be checked without steering shaft torque"
 
 
 def test_what_was_wired_wrongly_makes_nothing_testable():
@@ -319,13 +319,16 @@ def test_a_drive_that_slid_for_most_of_the_time_is_not_healthy():
     finding = slid(12.0)
     assert finding.status is Status.NOT_TESTABLE
     assert finding.cause.startswith("12 of 20 s of driving were not judged: the tyres slid")
-    assert finding.action.startswith("drive on a dry road, below 6 m/s² across")
+    assert finding.action.startswith("drive on a dry road, below 6 m/s² lateral acceleration")
 
 
 def test_inputs_that_disagree_with_others_are_named_beside_what_was_found():
     doubt = Disagreement("lateral_acceleration", False, 3.0, 4.0, 9.0, 1.2)
     cause = slid(12.0, OtherCauses((doubt,), (TARGETS[2:],))).cause
-    assert "lateral acceleration may be the cause instead: it is 1.2 m/s² off yaw rate times speed from 4 s on" in cause
+    assert (
+        "lateral acceleration may be the cause instead: it differs by 1.2 m/s² from yaw rate times speed from 4 s on"
+        in cause
+    )
     assert "target drive torque left and target drive torque right may be the cause instead" in cause
     assert "instead" not in slid(12.0, OtherCauses((doubt._replace(sure=True),), ())).cause
 
@@ -348,4 +351,4 @@ def test_an_acceleration_is_named_first_unless_what_it_is_compared_with_failed_l
 def test_targets_that_disagree_are_named_where_nothing_is_declared():
     finding = slid(0.0, OtherCauses((), (TARGETS[2:],)))
     assert finding.status is Status.HEALTHY
-    assert "target drive torque right: what is asked does not go with the acceleration" in finding.warnings[-1]
+    assert "target drive torque right: the targets contradict the acceleration" in finding.warnings[-1]

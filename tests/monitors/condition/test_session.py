@@ -183,7 +183,7 @@ def test_a_recording_of_something_else_has_nothing_to_judge():
     [
         (lambda values, at: np.nan, 20.0, "no sensor gives a reading"),
         (lambda values, at: 0.0, 20.0, "all sensors read exactly zero"),
-        (lambda values, at: values[at], 20.06, "all sensors repeat what they read before"),
+        (lambda values, at: values[at], 20.06, "all sensors repeat their previous readings"),
     ],
     ids=["nothing", "zero", "held"],
 )
@@ -232,7 +232,7 @@ def test_targets_that_come_too_seldom_declare_no_fault(fault_free):
     }
     diagnosis, courses = run(Recording({**fault_free.channels, **slow}, fault_free.metadata))
     assert set(states(diagnosis).values()) == {Status.NOT_TESTABLE}
-    assert "come at 25 Hz" in diagnosis.findings[0].cause
+    assert "are sampled at 25 Hz" in diagnosis.findings[0].cause
     assert courses == {}
 
 
@@ -276,7 +276,10 @@ def test_while_tyres_slide_nothing_is_reported_and_the_drive_says_so(odd, fault_
 
 @pytest.mark.parametrize(
     ("name", "cause"),
-    [("wheels swapped", "rear wheel speeds are swapped"), ("steering bus 0.3 s late", "late beside the other signals")],
+    [
+        ("wheels swapped", "rear wheel speeds are swapped"),
+        ("steering bus 0.3 s late", "late relative to the other signals"),
+    ],
 )
 def test_wrong_wiring_makes_nothing_testable_and_fills_no_memory(odd, name, cause):
     diagnosis, courses = run(odd[name])

@@ -74,7 +74,9 @@ def test_with_four_sensors_every_single_fault_of_a_car_is_reported():
 def test_without_yaw_rate_and_accelerations_three_stay_ambiguous():
     missing = ["yaw_rate", "longitudinal_acceleration", "lateral_acceleration", *FRONT_WHEELS]
     first, pairs = limitations(load("revsted-car"), missing)
-    alike = "wheel speed rear left, wheel speed rear right and steering wheel angle are not distinguished"
+    alike = (
+        "wheel speed rear left, wheel speed rear right and steering wheel angle are not distinguished from each other"
+    )
     assert first.endswith(f"faults of {alike}")
     assert pairs.startswith("of 3 pairs of faults 3 are not distinguished from others")
 
@@ -89,7 +91,8 @@ def test_the_steering_motors_stay_alike_without_their_torque():
     result = limitations(load("smartload"), ["steering_shaft_torque"])
     assert (
         result[0]
-        == "without steering shaft torque, faults of steering motor 1 and steering motor 2 are not distinguished"
+        == "without steering shaft torque, faults of steering motor 1 and steering motor 2 are not distinguished from "
+        "each other"
     )
 
 

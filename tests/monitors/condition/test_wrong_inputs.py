@@ -88,7 +88,7 @@ def test_a_wrong_acceleration_is_named_and_nothing_else(drive, change, since):
     for name in wrong:
         plain = name.replace("_", " ")
         assert f"{plain} sensor: " in finding.headline.lower()
-        assert f"{plain} does not go with" in finding.cause
+        assert f"{plain} contradicts" in finding.cause
         element = next(each for each in diagnosis.elements if each.name == name)
         assert (element.substitute, element.episodes[0].end) == ("", None)
         assert since - 0.5 <= element.episodes[0].start <= since + 20.0

@@ -44,7 +44,7 @@ def test_a_gain_is_found(name, gain):
     contradiction = found(**{name: gain * signals()[name]})
     assert contradiction.names == (name,)
     assert contradiction.gain == pytest.approx(gain, rel=0.02)
-    assert f"once {name} is divided by" in described(contradiction)
+    assert f"when {name} is divided by" in described(contradiction)
 
 
 @pytest.mark.parametrize("name", SIGNALS)
@@ -85,7 +85,8 @@ def test_a_gain_that_creeps_is_found(name):
     assert name in contradiction.names
     assert contradiction.creeps == "gain"
     assert (
-        described(contradiction) == f"the gain of {' or '.join(contradiction.names)} changes slowly against the others"
+        described(contradiction)
+        == f"the gain of {' or '.join(contradiction.names)} changes slowly relative to the others"
     )
 
 

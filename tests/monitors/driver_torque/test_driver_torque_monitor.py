@@ -150,7 +150,7 @@ def test_what_does_not_fit_withholds_the_torque(bench):
     finding, diagnosis = judged(bench, with_parameter("motor_ratio", 1.1))
     assert finding.estimate is None
     assert finding.headline.startswith("Torque of the driver's hands: withheld")
-    assert "motor_ratio is 19.8, but the angles go by 18" in finding.headline
+    assert "motor_ratio is 19.8, but the ratio of the angles is 18" in finding.headline
     assert not {"hand_torque", "hands_on", "true_hand_torque"} & set(diagnosis.traces)
     assert not any(name.startswith(("hand_torque", "hands_")) for name in finding.evidence)
     assert "withheld" in diagnosis.remarks["estimate"]
@@ -175,7 +175,7 @@ def test_an_offset_beyond_what_is_learnt_is_named_with_its_size(bench):
 def test_a_late_signal_is_named_with_its_lag(bench, name):
     finding, _ = judged(late(bench, name, 0.02))
     assert finding.status is Status.SUSPECT
-    assert finding.cause.startswith(f"{name} is some 2")
+    assert finding.cause.startswith(f"{name} is about 2")
     assert finding.evidence[f"{name}_lag_s"] == pytest.approx(
         0.02, rel=0.2
     )  # a torque that jumps is no line in its lag

@@ -39,7 +39,7 @@ def test_a_ratio_within_the_deviation_of_the_file_is_taken_from_the_angles(drive
     exact, finding = judged(drive, CAR), judged(drive, guessed(value, 2.5))
     assert exact.status is finding.status is Status.HEALTHY
     assert finding.confirmed
-    assert any(f"the angles go by {RATIO:.4g}, which is used: enter motor_ratio = {RATIO:.4g}" in each
+    assert any(f"the ratio of the angles is {RATIO:.4g}, which is used: enter motor_ratio = {RATIO:.4g}" in each
                for each in finding.warnings)  # fmt: skip
     assert not any("motor_ratio" in each for each in exact.warnings)
     for name in ("error_against_truth_rms_Nm", "hand_torque_rms_Nm"):
@@ -50,7 +50,7 @@ def test_a_ratio_within_the_deviation_of_the_file_is_taken_from_the_angles(drive
 def test_a_ratio_beyond_the_deviation_of_the_file_is_still_a_contradiction(drive, value, deviation):
     finding = judged(drive, guessed(value, deviation))
     assert finding.status is Status.SUSPECT
-    assert f"motor_ratio is {value:g}, but the angles go by {RATIO:.4g}" in finding.cause
+    assert f"motor_ratio is {value:g}, but the ratio of the angles is {RATIO:.4g}" in finding.cause
 
 
 def test_without_a_ratio_the_angle_of_the_motor_is_not_used(drive):

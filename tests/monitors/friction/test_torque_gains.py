@@ -105,7 +105,7 @@ def test_a_gain_or_a_zero_that_creeps_is_named_though_the_map_is_a_guess(long_dr
     guessed = dataclasses.replace(known, parameters={**known.parameters, "assist_linear_gain": wide})
     (defect,) = after(long_drive | {name: creeping(long_drive[name], gain, offset)}, guessed).defects()
     assert name in defect.names
-    assert "no longer follows" in defect.sentence
+    assert "at the beginning of the drive for the same driver_torque" in defect.sentence
 
 
 def test_friction_that_doubles_changes_no_relation_of_the_torques(long_drive):

@@ -108,11 +108,11 @@ def turned(*columns):
         (turned(DRIVER), Status.NOT_IDENTIFIABLE, "opposite signs"),
         (turned(DRIVER, MOTOR), Status.NOT_IDENTIFIABLE, "negative"),
         (turned(LATERAL, YAW), Status.NOT_IDENTIFIABLE, "self-aligning torque is negative"),
-        (lambda s: s[:, DRIVER].fill(0.1), Status.NOT_ENABLED, "driver's torque was too small 100%"),
-        (lambda s: s[:, SPEED].fill(1.0), Status.NOT_ENABLED, "stood or crept 100%"),
-        (lambda s: s[:, [RATE]].fill(0.0) or s[:, RATE].fill(0.0), Status.NOT_ENABLED, "hardly turned 100%"),
-        (lambda s: s[:, YAW].fill(np.nan), Status.NOT_AVAILABLE, "never were all signals present"),
-        (lambda s: s[6000:].fill(np.nan), Status.NOT_READY, "s enabled of 50 s needed"),
+        (lambda s: s[:, DRIVER].fill(0.1), Status.NOT_ENABLED, "driver's torque was too small for 100%"),
+        (lambda s: s[:, SPEED].fill(1.0), Status.NOT_ENABLED, "stood or rolled slowly for 100%"),
+        (lambda s: s[:, [RATE]].fill(0.0) or s[:, RATE].fill(0.0), Status.NOT_ENABLED, "hardly turned for 100%"),
+        (lambda s: s[:, YAW].fill(np.nan), Status.NOT_AVAILABLE, "the signals were never all present at once"),
+        (lambda s: s[6000:].fill(np.nan), Status.NOT_READY, " s only, 50 s are needed"),
     ],
 )
 def test_without_a_fault_free_basis_the_value_is_withheld(change, status, words):
@@ -264,10 +264,10 @@ def test_what_is_drawn_agrees_with_the_verdict():
 def test_friction_above_the_fault_limit_but_within_the_margin_is_said_so():
     finding = judged(FrictionVerdict(LIMITS), estimates((140.0, 8.0)))[2]
     assert finding.status is Status.RISING
-    assert "limit of rising friction of 4.8 N·m, which acts from 5.2" in finding.headline
-    assert "above the fault limit of 7.5 N·m too, which acts from 8.15" in finding.headline
-    assert "above the fault limit of 7.5 N·m, but within the 8% by which the torque sensors' gain" in finding.cause
-    assert "calibrate the torques" in finding.action
+    assert "limit of rising friction of 4.8 N·m plus its margin (5.2" in finding.headline
+    assert "also above the fault limit of 7.5 N·m, but within its margin (up to 8.15 N·m)" in finding.headline
+    assert "above the fault limit of 7.5 N·m, but within the tolerance of the torque gain (8%)" in finding.cause
+    assert "calibrate driver_torque and motor_torque" in finding.action
     assert "lock-to-lock" in finding.action
     assert "watch it" not in finding.action
 
@@ -275,12 +275,15 @@ def test_friction_above_the_fault_limit_but_within_the_margin_is_said_so():
 def test_friction_above_the_rising_limit_but_within_the_margin_is_said_so():
     finding = judged(FrictionVerdict(LIMITS), estimates((140.0, 5.1)))[2]
     assert finding.status is Status.HEALTHY
-    assert "above the limit of rising friction of 4.8 N·m, but within the 8%" in finding.headline
-    assert "within the 8%" in finding.cause
-    assert "before its level is stored" in finding.action
+    assert (
+        "above the limit of rising friction of 4.8 N·m, but within the tolerance of the torque gain (8%)"
+        in finding.headline
+    )
+    assert "within the tolerance of the torque gain (8%)" in finding.cause
+    assert "before this level is stored" in finding.action
     known = judged(FrictionVerdict(LIMITS, learnt_level=5.0), estimates((140.0, 5.1)))[2]
-    assert "handed in" in known.cause
-    assert "before its level is stored" not in known.action
+    assert "given baseline" in known.cause
+    assert "before this level is stored" not in known.action
 
 
 def test_a_verdict_by_the_ratio_says_so_and_draws_it():
@@ -313,7 +316,7 @@ def test_without_a_level_the_limits_are_those_of_the_vehicle_file():
 def test_an_absolute_fault_of_a_car_that_only_rose_by_the_ratio_names_the_absolute_limit():
     finding = judged(FrictionVerdict(FrictionLimits(4.0, 5.9, 6.0)), estimates((160.0, 5.0), (30.0, 6.8)))[2]
     assert finding.status is Status.FAULT
-    assert "above the fault limit of 6 N·m, which acts from" in finding.headline
+    assert "above the fault limit of 6 N·m plus its margin (6.52 N·m)" in finding.headline
     assert "1.36 times the 5.00 N·m learnt in this recording" in finding.headline
     assert "limit of the vehicle file" in finding.cause
     assert finding.since == pytest.approx(160.0, abs=0.1)
@@ -341,8 +344,8 @@ def test_a_recording_that_ends_above_a_limit_is_not_healthy(verdict, course, wor
     finding = judged(verdict, estimates(*course))[2]
     assert finding.status is Status.SUSPECT
     assert finding.status.exit_code == 1
-    assert f"friction was last {words}" in finding.cause
-    assert "recording ended or signals were lost before it could be confirmed" in finding.cause
+    assert f"at the end friction was {words}" in finding.cause
+    assert "the recording ended, or signals were lost, before this was confirmed" in finding.cause
     assert "fell back" not in finding.cause
 
 
@@ -355,7 +358,7 @@ def test_signals_lost_right_after_a_step_leave_a_suspicion_and_are_reported():
     samples[above + 20 :] = np.nan
     finding = MONITOR.finding(scan(MONITOR, samples))
     assert finding.status is Status.SUSPECT
-    assert "signals were lost before it could be confirmed" in finding.cause
+    assert "signals were lost, before this was confirmed" in finding.cause
     assert finding.evidence["signals_present_share"] < 0.6
     assert any("signals were missing, or had just come back, for 4" in warning for warning in finding.warnings)
 
@@ -364,9 +367,9 @@ def test_signals_lost_right_after_a_step_leave_a_suspicion_and_are_reported():
     ("columns", "words"),
     [
         ({"damping": -1.2}, "damping is -1.2"),
-        ({"aligning_gain": 0.15}, "0.15 times what the vehicle file expects"),
-        ({"aligning_gain": 8.0}, "8.00 times what the vehicle file expects"),
-        ({"misfit": 4.0, "residual": 1.4}, "does not fit: it leaves 1.4 N·m open"),
+        ({"aligning_gain": 0.15}, "0.15 times the value from the vehicle file"),
+        ({"aligning_gain": 8.0}, "8.00 times the value from the vehicle file"),
+        ({"misfit": 4.0, "residual": 1.4}, "does not fit: its residual is 1.4 N·m"),
     ],
 )
 def test_what_cannot_be_withholds_the_verdict(columns, words):
@@ -452,7 +455,7 @@ def test_signals_that_contradict_each_other_are_not_judged(level, change, words)
     ("change", "words"),
     [
         (late(0.1, DRIVER, MOTOR), "inertia is negative"),
-        (late(0.1, ANGLE, RATE), "the angle is probably late"),
+        (late(0.1, ANGLE, RATE), "the angle is probably about 100 ms later"),
         (late(0.2, YAW, LATERAL), "yaw rate and lateral acceleration are late"),
     ],
     ids=["torques", "angle", "yaw"],
@@ -471,7 +474,7 @@ def test_half_of_nominal_friction_is_doubted():
 def test_a_strange_self_aligning_torque_is_doubted():
     finding = judged(FrictionVerdict(LIMITS), changed(estimates((80.0, 4.0)), aligning_gain=3.0))[2]
     assert finding.status is Status.HEALTHY
-    assert any("3.00 times what the vehicle file expects" in warning for warning in finding.warnings)
+    assert any("3.00 times the value from the vehicle file" in warning for warning in finding.warnings)
 
 
 def test_a_margin_that_swallows_every_limit_is_refused():

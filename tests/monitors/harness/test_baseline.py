@@ -56,14 +56,14 @@ def test_a_foreign_level_is_refused(field, value, sentence):
 def test_a_file_that_is_none_of_ours_is_refused(tmp_path, text, reason):
     path = tmp_path / "level.json"
     path.write_text(text)
-    with pytest.raises(InputError, match=f"is not a level that tierod stored .*{reason}.*remove it to learn anew"):
+    with pytest.raises(InputError, match=f"is not a baseline that tierod stored .*{reason}.*remove it to learn anew"):
         load_baseline(path)
 
 
 @pytest.mark.parametrize("fields", [{"value": "4"}, {"value": None}, {"value": -4.0}, {"deviation": math.nan}])
 def test_figures_that_cannot_be_are_refused(tmp_path, fields):
     path = store_baseline(dataclasses.replace(LEVEL, **fields), tmp_path / "level.json")
-    with pytest.raises(InputError, match="is not a level that tierod stored"):
+    with pytest.raises(InputError, match="is not a baseline that tierod stored"):
         load_baseline(path)
 
 

@@ -63,5 +63,5 @@ def test_false_alarms_are_reported_as_designed_and_as_shown():
 def test_rules_are_reported_in_words():
     assert rule_in_words(HeldThreshold(3.0)) == "threshold 3, either side"
     assert rule_in_words(HeldThreshold(3.0, 5, "upper")) == "threshold 3, above in 5 values one after the other"
-    assert rule_in_words(Cusum(0.1, 2.0, 4.0, "lower")) == "cumulative sum, below: 0.1 forgiven per value, threshold 2"
+    assert rule_in_words(Cusum(0.1, 2.0, 4.0, "lower")) == "cumulative sum, below: drift 0.1 per value, threshold 2"
     assert rule_in_words(OwnRule("as it is", {})) == "as it is"

@@ -70,7 +70,7 @@ def sentences(recording: Recording) -> list[str]:
 )
 def test_a_late_signal_is_named_with_its_delay(healthy, name):
     (sentence,) = sentences(altered(healthy, name, late(0.5)))
-    assert sentence.startswith(f"{name} is late against ")
+    assert sentence.startswith(f"{name} is late relative to ")
     delay, deviation = (float(each) for each in sentence.split(" by ")[1].removesuffix(" s").split(" ± "))
     assert abs(delay - 0.5) < 2.0 * deviation < 0.2
 
@@ -108,8 +108,8 @@ def test_a_real_recording_has_none(parts):
         ("motor_torque", times(2.0), "motor_torque has "),
         ("motor_torque", times(0.5), "motor_torque has "),
         ("motor_torque", clipped, "motor_torque is clipped at "),
-        ("lateral_acceleration", late(0.5), "lateral_acceleration is late against yaw_rate"),
-        ("motor_torque", late(0.5), "motor_torque is late against driver_torque"),
+        ("lateral_acceleration", late(0.5), "lateral_acceleration is late relative to yaw_rate"),
+        ("motor_torque", late(0.5), "motor_torque is late relative to driver_torque"),
     ],
 )
 @pytest.mark.parametrize("friction", [None, 8.0])
@@ -125,7 +125,7 @@ def test_friction_is_suspect_and_the_right_signal_comes_first(healthy, name, cha
 @pytest.mark.parametrize(
     ("name", "change", "beginning"),
     [
-        ("steering_wheel_angle", late(0.5), "steering_wheel_angle is late against steering_wheel_rate"),
+        ("steering_wheel_angle", late(0.5), "steering_wheel_angle is late relative to steering_wheel_rate"),
         ("steering_wheel_angle", times(-1.0), "steering_wheel_angle probably has the wrong sign"),
         ("lateral_acceleration", times(-1.0), "lateral_acceleration probably has the wrong sign"),
         ("steering_wheel_rate", times(2.0), "steering_wheel_rate or steering_wheel_angle has a wrong scale"),
@@ -136,7 +136,7 @@ def test_what_is_not_identifiable_names_the_wrong_signal_first(healthy, name, ch
     assert finding.status is Status.NOT_IDENTIFIABLE
     assert finding.headline.startswith(f"Friction of the steering: not identifiable; {beginning}")
     assert finding.cause.startswith(beginning)
-    assert finding.action.startswith("repair the signal, or its entry in channel map")
+    assert finding.action.startswith("repair the sensor and record again")
 
 
 def test_a_signal_that_was_clipped_before_it_was_calculated_with_is_named(healthy):
@@ -169,7 +169,7 @@ def test_friction_below_what_any_steering_has_is_implausible(healthy):
     )
     assert finding.findings[0].status is Status.SUSPECT
     assert "implausible, below 0.5 times nominal" in finding.findings[0].headline
-    assert "motor_torque or driver_torque is clipped" in finding.findings[0].cause
+    assert "motor_torque or driver_torque may be clipped" in finding.findings[0].cause
 
 
 def test_what_is_found_does_not_depend_on_how_the_recording_is_cut(healthy):

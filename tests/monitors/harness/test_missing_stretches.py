@@ -35,7 +35,7 @@ def said(whole, length=1200, rates=None, others=()):
 @pytest.mark.parametrize("length", [1, 7, 400, 1200])
 def test_gap_begin_and_end_are_named_however_the_recording_is_cut(length):
     (gap,) = said(aligned(rate=[(40.0, 60.0)]), length)
-    assert gap.startswith("rate is missing from 40.0 s to 60.0 s: what is estimated there rests on the other signals")
+    assert gap.startswith("rate is missing from 40.0 s to 60.0 s: estimates there rest on the other signals")
     (end,) = said(aligned(angle=[(10.0, 200.0)]), length)
     assert end.startswith("angle is missing from 10.0 s on (110 s to the end)")
     (begin,) = said(aligned(angle=[(0.0, 5.0)]), length)

@@ -29,7 +29,7 @@ def test_the_first_piece_stands_alone():
 
 def test_a_night_is_borne_and_a_clock_that_leaps_is_not():
     refuse_leap(100.0, 100.0 + LEAP)
-    with pytest.raises(InputError, match=r"leaps ahead from about 100 s by 1\.5 days; cut the recording there"):
+    with pytest.raises(InputError, match=r"jumps ahead from about 100 s by 1\.5 days; cut the recording there"):
         refuse_leap(100.0, 100.0 + 1.5 * LEAP)
 
 

@@ -56,4 +56,4 @@ def test_a_gain_that_grows_does_not_accuse_the_angle_sensor_alone(signal):
     found = finding(changed(**{signal: values * (1.0 + growth)}))
     assert found.status in (Status.FAULT, Status.SUSPECT)
     assert "urrents and voltages" in found.headline
-    assert "are not those of one motor" in found.cause or "either may be wrong" in found.cause
+    assert "contradict the model of the motor" in found.cause or "either may be wrong" in found.cause

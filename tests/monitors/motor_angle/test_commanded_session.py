@@ -49,7 +49,7 @@ def finding(recording, vehicle="motor-bench"):
 @pytest.mark.parametrize(
     ("more", "variant", "result"),
     [
-        (COMMANDS, "commanded-voltage", "those that the inverter was commanded to make"),
+        (COMMANDS, "commanded-voltage", "the commanded ones, less the estimated voltage loss"),
         (DUTY_CYCLES, "duty-cycles", "duty cycles times the supply"),
     ],
 )
@@ -74,7 +74,7 @@ def test_measured_voltages_are_preferred():
 def test_a_wrong_knee_is_said_and_the_sensor_still_judged(knee):
     found = finding(recorded(DRIVE.samples, *COMMANDS), vehicle_with(inverter_knee_current=knee))
     assert found.status is Status.HEALTHY
-    assert f"and not {knee:g} A as in the vehicle file" in found.warnings[1]
+    assert f"not at {knee:g} A as in the vehicle file" in found.warnings[1]
     assert found.evidence["inverter_knee_current_a"] == pytest.approx(1.0, rel=0.15)
 
 
@@ -111,7 +111,7 @@ def test_what_could_be_recorded_in_place_of_voltages_is_reported():
 
 
 def test_duty_cycles_without_a_supply_are_refused():
-    with pytest.raises(InputError, match="duty cycles give a voltage with the supply_voltage only"):
+    with pytest.raises(InputError, match="duty cycles give a voltage only with supply_voltage"):
         finding(recorded(DRIVE.samples, *DUTY_CYCLES[:3]))
 
 

@@ -28,10 +28,10 @@ CASES = {
     "alpha and beta": (CURRENTS, lambda v: 1j * np.conj(v), "currents are swapped: alpha and beta", "alpha and beta"),
     "their voltages": (VOLTAGES, lambda v: 1j * np.conj(v), "voltages are swapped: alpha and beta", "alpha and beta"),
     "phases of the voltages": (VOLTAGES, np.conj, "the phases of the voltages are swapped", "channel map"),
-    "phases moved on": (CURRENTS, lambda v: TURN * v, "the phases of the currents are in another order", "order"),
-    "voltages moved on": (VOLTAGES, lambda v: TURN * v, "the phases of the voltages are in another order", "order"),
-    "power-invariant currents": (CURRENTS, lambda v: 1.5**0.5 * v, "the currents are 1.2 of what", "amplitude"),
-    "half the voltage": (VOLTAGES, lambda v: 0.5 * v, "so is the voltage's scale", "factor and unit"),
+    "phases moved on": (CURRENTS, lambda v: TURN * v, "the phases of the currents are in the wrong order", "order"),
+    "voltages moved on": (VOLTAGES, lambda v: TURN * v, "the phases of the voltages are in the wrong order", "order"),
+    "power-invariant currents": (CURRENTS, lambda v: 1.5**0.5 * v, "the recorded currents are 1.2 times", "amplitude"),
+    "half the voltage": (VOLTAGES, lambda v: 0.5 * v, "so are the recorded voltages", "factor and unit"),
 }
 
 
@@ -73,8 +73,8 @@ def test_a_wrong_sampling_time_is_named_with_the_right_one(times, result):
     scaled = {name: replace(each, time=min(times, 1.0) * each.time) for name, each in channels.items()}
     found = finding(Recording(scaled))
     assert found.status is Status.NOT_TESTABLE
-    assert f"the samples come {result}, and their time says 0.1 ms" in found.cause
-    assert "unit, or the raster" in found.action
+    assert f"the samples come {result}, but by their time stamps every 0.1 ms" in found.cause
+    assert "unit or its sampling interval" in found.action
 
 
 def balance(values=(1.0, 1.0, 1.0), direction=0.0, reading=AS_RECORDED, change=7.0):
@@ -118,7 +118,7 @@ def test_what_changed_on_the_way_is_a_fault(start):
     samples[start:, COLUMN["motor_current_beta"]] *= -1.0
     found = finding(recording(samples))
     assert found.status is Status.FAULT
-    assert "not those of one motor" in found.cause
+    assert "contradict the model of the motor" in found.cause
 
 
 @pytest.mark.parametrize("share", [0.1, 0.03, 0.0])

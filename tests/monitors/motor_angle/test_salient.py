@@ -94,7 +94,7 @@ def test_a_fault_free_drive_is_healthy_and_an_offset_is_a_fault_of_the_sensor(ra
         ("motor_current", np.conj, "the phases of the currents are swapped: b and c"),
         ("motor_voltage", np.conj, "the phases of the voltages are swapped"),
         ("motor_current", lambda v: -v, "the currents have the wrong sign"),
-        ("motor_voltage", lambda v: 0.5 * v, "so is the voltage's scale"),
+        ("motor_voltage", lambda v: 0.5 * v, "so are the recorded voltages"),
     ],
 )
 @pytest.mark.parametrize("ratio", [pytest.param(1.1, marks=pytest.mark.slow), 3.0])

@@ -53,7 +53,7 @@ def test_a_drive_too_slow_is_not_judged():
 def test_an_electrical_angle_given_as_mechanical_is_named():
     found = finding(changed(motor_angle_mechanical=4.0 * ANGLE))
     assert found.status is Status.NOT_TESTABLE
-    assert "electrical, given as mechanical" in found.cause
+    assert "electrical, but named as mechanical" in found.cause
 
 
 @pytest.mark.parametrize("pairs", [3.0, 5.0])
@@ -67,7 +67,7 @@ def test_currents_that_come_too_slowly_are_refused():
     slow = FAULT_FREE().samples[::2]
     channels = recording(slow).channels
     late = {name: replace(each, time=2.0 * each.time) for name, each in channels.items()}
-    with pytest.raises(InputError, match=r"motor_current_alpha comes at about 5000 Hz"):
+    with pytest.raises(InputError, match=r"motor_current_alpha has only about 5000 Hz"):
         diagnose(Recording(late), "motor-bench", "motor-angle")
 
 
@@ -100,7 +100,7 @@ def test_one_root_fills_one_code_of_the_memory(tmp_path):
     ("name", "cause", "code"),
     [
         ("stuck", "stands still", "motor-angle-stuck"),
-        ("current phases b and c swapped", "not those of one motor", "motor-currents"),
+        ("current phases b and c swapped", "contradict the model of the motor", "motor-currents"),
     ],
 )
 @pytest.mark.parametrize("begin", [3.0, 6.2])
@@ -121,7 +121,7 @@ def test_a_zero_that_leaps_beside_a_slow_motor_accuses_no_currents(tmp_path):
     samples = drive(3, 8.0, leap, slow / RATE).samples.copy()
     late = np.arange(len(samples)) >= slow
     true = 4.0 * (samples[:, COLUMN["motor_angle_mechanical"]] - np.where(late, leap.offset(np.zeros(1)), 0.0))
-    assert "zero leapt while the motor was slow" in finding(samples).action
+    assert "zero of the angle sensor jumped while the motor was slow" in finding(samples).action
     samples[:, COLUMN["resolver_sine"]], samples[:, COLUMN["resolver_cosine"]] = np.sin(true), np.cos(true)
     diagnosis = diagnosed(samples, memory=tmp_path / "memory.json")
     assert "sine and cosine" in diagnosis.findings[0].cause

@@ -43,7 +43,7 @@ def test_the_limit_of_grip_is_reported():
     slippery = (Adhesion(left=0.35, right=0.35),)
     course = AngleRamp(speed=20.0, angle=math.radians(60.0), rate=math.radians(5.0), conditions=slippery)
     found = diagnose(driven(course), "steer-by-wire", "sideslip").findings[0]
-    assert "near its greatest force" in found.headline
+    assert "close to its largest force" in found.headline
     assert 3.0 < found.evidence["limit_first_announced_at_s"] < 14.0
     assert found.evidence["largest_front_friction_used"] > 0.8
 
@@ -54,7 +54,7 @@ def test_a_car_that_the_parameters_do_not_fit_is_not_judged(drive):
     channels["yaw_rate"] = dataclasses.replace(channels["yaw_rate"], values=nonsense)
     found = diagnose(Recording(channels), "steer-by-wire", "sideslip").findings[0]
     assert found.status is Status.NOT_IDENTIFIABLE
-    assert "the filter was lost" in found.headline
+    assert "the filter diverged" in found.headline
     assert "the yaw rate has an offset" in found.cause
 
 

@@ -137,7 +137,7 @@ def test_friction_is_the_only_part_that_is_not_linear():
 
 @pytest.mark.parametrize("build", OBSERVERS.values(), ids=list(OBSERVERS))
 def test_a_car_whose_torque_shows_nothing_is_refused_with_the_state(build):
-    with pytest.raises(ParameterError, match="does not show sideslip_angle"):
+    with pytest.raises(ParameterError, match="does not depend on sideslip_angle"):
         build(dataclasses.replace(CAR, mechanical_trail=-CAR.pneumatic_trail), DT)
 
 

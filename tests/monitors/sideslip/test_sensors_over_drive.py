@@ -56,9 +56,9 @@ def test_a_scale_is_not_taken_for_an_offset_in_turns_to_one_side():
     ("change", "word"),
     [
         ({"yaw": 57.3}, "degrees"),
-        ({"yaw": 1.0 / 57.3}, "speed times yaw rate"),
-        ({"speed": 3.6}, "speed times yaw rate"),
-        ({"acceleration": 1.0 / 9.81}, "speed times yaw rate"),
+        ({"yaw": 1.0 / 57.3}, "product of speed and yaw rate"),
+        ({"speed": 3.6}, "product of speed and yaw rate"),
+        ({"acceleration": 1.0 / 9.81}, "product of speed and yaw rate"),
     ],
 )
 def test_a_wrong_unit_is_reported(change, word):

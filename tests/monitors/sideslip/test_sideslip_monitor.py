@@ -132,7 +132,7 @@ def test_a_band_that_does_not_hold_the_truth_is_suspect(drive):
     found = finding(changed(drive, truth_sideslip_angle=4.0))
     assert found.status is Status.SUSPECT
     assert found.evidence["truth_within_band_share"] < 0.8
-    assert "the 95 % band holds the recorded truth for" in found.headline
+    assert "the 95 % band contains the recorded truth for" in found.headline
 
 
 def slow(drive, rate):
@@ -164,7 +164,7 @@ def test_at_the_slowest_rate_it_is_as_accurate(drive, variant, rate):
     ("variant", "needed"), [("combined", 33), ("two-stage-kalman", 50), ("conventional-poles", 50)]
 )
 def test_a_variant_that_needs_a_faster_recording_says_so(drive, variant, needed):
-    with pytest.raises(ParameterError, match=f"at {needed} Hz or more, and has 20 Hz"):
+    with pytest.raises(ParameterError, match=f"at {needed} Hz or more, but has 20 Hz"):
         finding(slow(drive, 20.0), variant)
 
 

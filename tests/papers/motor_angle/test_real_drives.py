@@ -27,7 +27,7 @@ def test_without_recordings_it_says_so_and_measures_nothing(monkeypatch, tmp_pat
 def test_the_wrong_sign_of_the_current_is_recognised(here):
     recording = real_drives.recorded(real_drives.DRAGGED)
     said = real_drives.refused(real_drives.with_sign(recording, 1.0))
-    assert "resistance comes out at -0.2" in said
+    assert "resistance is estimated at -0.2" in said
     assert "sign = -1" in said
     assert real_drives.refused(real_drives.with_sign(recording, -1.0)) == ""
 

@@ -169,7 +169,7 @@ def parted(system: LinearSystem, stays: Callable[[complex], bool]) -> tuple[np.n
                 triangle[:kept, :kept], -triangle[kept:, kept:], -triangle[:kept, kept:]
             )
         except np.linalg.LinAlgError as error:
-            raise ParameterError(f"the system cannot be parted: {error}; choose another order") from None
+            raise ParameterError(f"the system cannot be split: {error}; choose another order") from None
     back = scale[:, None] * turn @ coupling
     inverse = 2.0 * np.eye(n) - coupling  # of a matrix [I, X; 0, I]: [I, -X; 0, I]
     return inverse @ turn.T / scale, back, kept

@@ -46,9 +46,9 @@ def reduced_chart(
         name,
         title,
         f"From the motor's torque to the {words}. Dashed: with four states, which follow the column up to its first "
-        "resonance and not to that of the gear. Without its direct way (D) the balanced one is wrong by as much as D "
-        "at all frequencies.",
-        f"Bode plot from the motor's torque to the {words}, and how far the reduced columns are off.",
+        "resonance, but not to that of the gear. Without its feedthrough (D) the balanced one is wrong by as much as "
+        "D at all frequencies.",
+        f"Bode plot from the motor's torque to the {words}, and the error of the reduced columns.",
         (
             Panel("Gain", "", f"dB of {unit}", tuple(drawn), logarithmic_along=True),
             Panel("Phase", "", "degrees", tuple(phases), logarithmic_along=True),
@@ -80,9 +80,9 @@ def measured_chart(
     return Chart(
         chart,
         f"Measured: from the motor's torque to the {words}",
-        "Measured by spectra averaged over pieces of the record (Welch), with the band that holds the gain with 95 % "
-        "confidence, where the coherence is 0.5 or more. Friction makes gain and coherence fall where the motor hardly "
-        "overcomes it.",
+        "Measured by spectra averaged over pieces of the record (Welch), with the 95 % confidence band of the gain, "
+        "where the coherence is 0.5 or more. Friction makes gain and coherence fall where the motor hardly overcomes "
+        "it.",
         f"Measured and computed frequency response from the motor's torque to the {words}, with coherence.",
         (
             Panel("Gain", "", f"dB of {unit}", tuple(sizes), logarithmic_along=True),

@@ -54,9 +54,7 @@ def cramer_rao(
         ParameterError: an output without a noise above zero, or less than one sample
     """
     if not 0.0 < sample_time <= duration < float("inf"):
-        raise ParameterError(
-            f"{duration} s in samples of {sample_time} s are none; expected 0 < sample_time <= duration"
-        )
+        raise ParameterError(f"{duration} s hold no sample of {sample_time} s; expected 0 < sample_time <= duration")
     lacking = [name for name in system.outputs if not noise.get(name, 0.0) > 0.0]
     if lacking:
         raise ParameterError(f"no noise above zero is given for {', '.join(lacking)}; give its standard deviation")

@@ -102,7 +102,7 @@ def _require_slow(
         if method != EXACT and value.real < 0.0 and _growth(method, value * sample_time) > 1.0:
             trouble, longest = f"steps of {sample_time:g} s by {method} make it grow", _longest(method, value)
         elif method == EXACT and abs(value.imag) * sample_time >= math.pi:
-            trouble, longest = f"samples every {sample_time:g} s take it for a slower one", math.pi / abs(value.imag)
+            trouble, longest = f"samples every {sample_time:g} s alias it to a slower one", math.pi / abs(value.imag)
         else:
             continue
         raise ParameterError(

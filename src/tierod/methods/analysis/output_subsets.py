@@ -115,18 +115,18 @@ def disagreements(rows: Sequence[Shown], label: Callable[[tuple[str, ...]], str]
     for method in MATRICES:
         other = [row for row in rows if row.ranks[method] != row.exact.rank]
         if other:
-            sentences.append(f"The {method} says otherwise for {choices(other)}. {_why(other, method)}")
+            sentences.append(f"The {method} disagrees for {choices(other)}. {_why(other, method)}")
     other = [row for row in rows if row.pbh != row.exact.rank]
     if other:
         sentences.append(
-            f"The PBH test says otherwise for {choices(other)}: of a multiple eigenvalue it tests "
-            "the eigenvectors, not what leads to them, so that it decides whether all is shown, and bounds how much."
+            f"The PBH test disagrees for {choices(other)}: of a multiple eigenvalue it tests the eigenvectors only, "
+            "not the generalised ones, so it decides whether every state is observable, but only bounds the rank."
         )
     lucky = [row for row in rows if row.by_chance]
     if lucky:
         sentences.append(
-            f"The rank of the unscaled matrix is rounding's choice for {choices(lucky)}: a singular value lies within "
-            "a decade of the tolerance."
+            f"The rank of the unscaled matrix depends on rounding for {choices(lucky)}: a singular value lies within a "
+            "decade of the tolerance."
         )
     return sentences
 
@@ -140,8 +140,8 @@ def _why(rows: Sequence[Shown], method: str) -> str:
         spread.append(math.log10(values[0] / max(values[-1], np.finfo(float).tiny)))
         reach.append(math.log10(values[0] / rank.tolerance))
     return (
-        f"Its singular values spread over {_range(spread)} decades, of which its tolerance leaves {_range(reach)}: it "
-        "is the rank of these numbers in double precision, not of the system."
+        f"Its singular values spread over {_range(spread)} decades, of which its tolerance keeps {_range(reach)}: its "
+        "rank is that of the matrix in double precision, not of the system."
     )
 
 

@@ -105,7 +105,7 @@ def modal_reduction(system: LinearSystem, order: int, *, rest: str = "steady", f
     _require(system, order, rest)
     sizes = np.sort(np.abs(np.linalg.eigvals(system.A)))
     if order < len(sizes) and sizes[order] - sizes[order - 1] < 1e-9 * sizes[-1]:
-        raise ParameterError(f"order {order} would part a pair of eigenvalues; take {order - 1} or {order + 1}")
+        raise ParameterError(f"order {order} would split a pair of eigenvalues; choose {order - 1} or {order + 1}")
     limit = 0.5 * float(sizes[order - 1] + sizes[order]) if order < len(sizes) else float("inf")
     to, back, kept = parted(system, lambda value: abs(value) < limit)
     return _reduced(system, Balanced(_turned(system, to, back), to, back, np.zeros(0), kept), order, rest, feed_through)
@@ -165,7 +165,7 @@ def _followers(full: LinearSystem, order: int, rest: str) -> tuple[np.ndarray, n
     values = np.linalg.svd(A22, compute_uv=False)
     if values[-1] <= _SINGULAR * values[0]:
         raise ParameterError(
-            f"the {gone} states that would go have no steady state (A22 is singular); keep more than {order}, "
+            f"the {gone} states that would be removed have no steady state (A22 is singular); keep more than {order}, "
             "or leave them out (rest='left out')"
         )
     return -np.linalg.solve(A22, full.A[order:, :order]), -np.linalg.solve(A22, full.B[order:])

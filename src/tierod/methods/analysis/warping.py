@@ -29,7 +29,7 @@ def warped(moved: np.ndarray, fixed: np.ndarray, band: int) -> np.ndarray:
     """
     if moved.shape != fixed.shape or moved.ndim != 2:
         shapes = f"{moved.shape} and {fixed.shape}"
-        raise ParameterError(f"courses of shapes {shapes} do not go together; give (many, samples) twice")
+        raise ParameterError(f"courses of shapes {shapes} do not match; give (many, samples) twice")
     if band < 0:
         raise ParameterError(f"the band of a warping is {band} samples; expected zero or more")
     return _means(moved, *_path(_totals(moved, fixed, band), band))

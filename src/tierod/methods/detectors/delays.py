@@ -33,7 +33,7 @@ def delays_of(
     """
     longest = max(records, key=len, default=np.zeros(0))
     if len(longest) < 200:
-        raise InputError(f"the longest residual has {len(longest)} samples; expected 200 or more to put shifts in")
+        raise InputError(f"the longest residual has {len(longest)} samples; expected 200 or more to insert shifts")
     random = np.random.default_rng(seed)
     reach = min(len(longest) // 2, 20_000)
     delays = []
@@ -44,5 +44,5 @@ def delays_of(
         alarms = np.flatnonzero(scan(block, longest[start : start + reach] + shift, before.state)["alarm"] > 0.5)
         delays.append(float(alarms[0] + 1) if len(alarms) else np.inf)
     if not delays:
-        raise InputError("the detector is in alarm wherever a shift is put in; allow fewer false alarms")
+        raise InputError("the detector is in alarm wherever a shift is inserted; allow fewer false alarms")
     return np.array(delays)

@@ -75,8 +75,8 @@ class MeasuredDesign:
             return f"measured: 95 % interval {span} between false alarms"
         bound = 3.0 / hours  # rule of three: 95 % bound of a Poisson rate without an event
         return (
-            f"carried on from shorter run lengths ({span} at 95 % if the line goes on); {hours:.3g} h without an alarm "
-            f"would show fewer than {bound:.3g} per hour at 95 %, no more"
+            f"extrapolated from shorter run lengths ({span} at 95 % if the line continues); {hours:.3g} h without an "
+            f"alarm would show fewer than {bound:.3g} per hour at 95 %, no more"
         )
 
 
@@ -105,8 +105,8 @@ def threshold_from_records(rule: StoppingRule, records: Sequence[np.ndarray], sa
     mean = float(np.mean(present))
     if abs(mean) > 0.5 * deviation:
         raise InputError(
-            f"the healthy residuals have a mean of {mean:.3g} and a root mean square of {deviation:.3g}; a residual is "
-            "about zero while all is well: remove its mean first"
+            f"the healthy residuals have a mean of {mean:.3g} and a root mean square of {deviation:.3g}; a fault-free "
+            "residual is about zero on average: remove its mean first"
         )
     points = _ladder(rule, records, deviation, len(present), samples)
     usable = [point for point in points if point.alarms >= FEWEST]

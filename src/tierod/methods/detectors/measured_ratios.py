@@ -53,7 +53,10 @@ def threshold_from_ratios(records: Sequence[np.ndarray], samples: float) -> Rati
     records = [np.asarray(record, float) for record in records]
     count = sum(int(np.isfinite(record).sum()) for record in records)
     if not sum(float(np.nansum(record)) for record in records) < 0.0:
-        raise InputError("the evidence is not against what is not the case: records of the other case, or a wrong sign")
+        raise InputError(
+            "the log-likelihood ratios do not decrease on average; check their sign, and that the "
+            "records are not of the other case"
+        )
     points = []
     for threshold in LADDER:
         # No drift is subtracted, since the ratios themselves have a negative mean.
@@ -64,7 +67,8 @@ def threshold_from_ratios(records: Sequence[np.ndarray], samples: float) -> Rati
         points.append(MeasuredPoint(threshold, alarms, count / alarms))
     if len(points) < 3:
         raise InputError(
-            f"the records hold {count} samples and too few false alarms to measure their distance; give longer ones"
+            f"the records hold {count} samples and too few false alarms to measure the time between them; give longer "
+            "ones"
         )
     tail = points[-TAIL:]
     heights, lengths = [each.threshold for each in tail], np.log([each.run_length for each in tail])

@@ -86,7 +86,7 @@ class StoppingRule(ABC):
         from scipy.optimize import brentq
 
         if not math.isfinite(samples):
-            raise ParameterError(f"{samples} samples between false alarms cannot be had; ask for a finite number")
+            raise ParameterError(f"{samples} samples between false alarms are not possible; ask for a finite number")
         if samples <= self.run_length(_LEAST):
             raise ParameterError(
                 f"{samples:g} samples between false alarms are fewer than a rule without threshold gives; ask for more"
@@ -312,7 +312,9 @@ class LikelihoodRatioRule(StoppingRule):
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.sides != "both":
-            raise ParameterError(f"sides is '{self.sides}'; the likelihood ratio finds shifts of either sign: say both")
+            raise ParameterError(
+                f"sides is '{self.sides}'; the likelihood ratio finds shifts of either sign: give 'both'"
+            )
 
     @property
     def name(self) -> str:

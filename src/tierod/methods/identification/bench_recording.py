@@ -113,7 +113,7 @@ def _step(name: str, recording: Recording, channel: str) -> float:
     step = float(np.median(np.diff(time)))
     if step > 0.1:
         raise InputError(
-            f"{name}: the samples of '{channel}' are {step:g} s apart, which is no bench's rate; if its stamps are in "
+            f"{name}: the samples of '{channel}' are {step:g} s apart, too far for a bench; if its stamps are in "
             "milliseconds, give them in seconds"
         )
     if not 2e-5 < step < SLOWEST * 1.01:
@@ -129,7 +129,7 @@ def _aligned(name: str, recording: Recording, names: Sequence[str], step: float)
     stop = min(float(recording[each].time[-1]) for each in names)
     if stop - start < SHORTEST:
         raise InputError(
-            f"{name} holds {max(stop - start, 0.0):.3g} s in which all channels are there; record at least "
+            f"{name} holds {max(stop - start, 0.0):.3g} s in which all channels are present; record at least "
             f"{SHORTEST:g} s of motion, at best 10 s or more"
         )
     rate = 1.0 / step
@@ -142,8 +142,8 @@ def _without_gaps(name: str, channel: str, values: np.ndarray) -> np.ndarray:
     known = np.isfinite(values)
     if known.mean() < 0.99 or not known[0]:
         raise InputError(
-            f"{name}: '{channel}' is missing in {100.0 * (1.0 - known.mean()):.2g} % of the time; what drives the "
-            "column has to be known throughout: cut the recording, or record again"
+            f"{name}: '{channel}' is missing in {100.0 * (1.0 - known.mean()):.2g} % of the time; the input of the "
+            "column must be known throughout: cut the recording, or record again"
         )
     return values[np.maximum.accumulate(np.where(known, np.arange(len(values)), 0))]
 
@@ -152,8 +152,8 @@ def _require_known(name: str, measured: np.ndarray) -> None:
     for each, share in zip(OUTPUTS, np.isfinite(measured).mean(axis=0), strict=True):
         if share < _LEAST_KNOWN:
             raise InputError(
-                f"{name}: '{each}' is missing in {100.0 * (1.0 - share):.3g} % of the time; cut the recording to where "
-                "it is there, or record again"
+                f"{name}: '{each}' is missing in {100.0 * (1.0 - share):.3g} % of the time; cut the recording to the "
+                "part with this channel, or record again"
             )
 
 
@@ -170,8 +170,9 @@ def _rounded(name: str, channel: str, values: np.ndarray, friction: float) -> st
     if len(levels) < _LEVELS or step < _COARSE * friction:
         return ""
     return (
-        f"{name}: '{channel}' comes in steps of {step:.2g} N·m, {100.0 * step / friction:.0f} % of the motor's "
-        "friction; in slow ramps that passes for friction, and its stiffness may be off by as much: record it finer"
+        f"{name}: '{channel}' is quantised in steps of {step:.2g} N·m, {100.0 * step / friction:.0f} % of the motor's "
+        "friction; in slow ramps this looks like friction, and its stiffness may be wrong by as much: record it with "
+        "finer steps"
     )
 
 
@@ -188,8 +189,8 @@ def _cut_off(name: str, channel: str, values: np.ndarray) -> str:
         return ""
     values[cut] = np.nan
     return (
-        f"{name}: '{channel}' stays at its largest value in {100.0 * cut.mean():.2g} % of the samples; a sensor at its "
-        "limit is taken as missing there"
+        f"{name}: '{channel}' stays at its largest value in {100.0 * cut.mean():.2g} % of the samples; they are "
+        "treated as missing, since the sensor is at its limit"
     )
 
 
@@ -210,8 +211,8 @@ def _require_motion(
         raise InputError(f"{name}: '{constant[0]}' is constant throughout; check the sensor and the channel map")
     if _is_still(measured[:, 1], deviation[1]) or (locked and _is_still(measured[:, 2], deviation[2])):
         raise InputError(
-            f"{name} does not excite the column: with a motor torque up to {np.max(np.abs(inputs)):.2g} N·m "
-            "the motor hardly turns; record with more torque than the friction holds, at least twice"
+            f"{name} does not excite the column: with a motor torque up to {np.max(np.abs(inputs)):.2g} N·m the motor "
+            "hardly turns; record with at least twice the torque that the friction holds"
         )
 
 

@@ -100,7 +100,7 @@ class ColumnIdentification:
         """Reason why the values should not be used; empty if they may be used."""
         if not self.explained:
             return "the model does not explain these recordings"
-        return "" if self.estimate.converged else "the search did not come to an end"
+        return "" if self.estimate.converged else "the search did not converge"
 
 
 _PARTS = 3
@@ -145,7 +145,7 @@ def identify_column(
         )
     if unidentified:
         remarks.append(
-            f"{' and '.join(unidentified)} stays as it is: the wheel was locked; record {CURES[unidentified[0]]}"
+            f"{' and '.join(unidentified)} keeps its value: the wheel was locked; record {CURES[unidentified[0]]}"
         )
         wanted = _unlocked(wanted)
     progress(0.05)
@@ -173,7 +173,7 @@ def _refuse_unknown(wanted: Sequence[str]) -> None:
     for name in wanted:
         if name not in known_free():
             hint = f"{name} is counted, not measured" if name in DESIGN else nearest(name, known_free()).lstrip("; ")
-            raise ParameterError(f"'{name}' cannot be looked for: {hint}")
+            raise ParameterError(f"'{name}' cannot be identified: {hint}")
 
 
 def _parted(rows: list[BenchRecording], parameters: BenchParameters) -> list[BenchRecording]:

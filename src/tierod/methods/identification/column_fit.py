@@ -178,8 +178,8 @@ class ColumnFit:
         if "steering_wheel_inertia" not in wanted:
             if abs(both.inertia - known) > max(5.0 * both.inertia_deviation, 0.02 * known):
                 remarks.append(
-                    f"the wheel turns as if its inertia were {both.inertia:.4g} kg·m², not {known:.4g} as the vehicle "
-                    "file says: are there hands on it? If not, add steering_wheel_inertia to --free"
+                    f"the wheel turns as if its inertia were {both.inertia:.4g} kg·m², not {known:.4g} as in the "
+                    "vehicle file: check for hands on the wheel; without hands, add steering_wheel_inertia to --free"
                 )
             if not wanted:
                 return {}, remarks
@@ -202,9 +202,9 @@ def _unidentified(estimate: Estimate, names: Sequence[str], rows: Sequence[Bench
 
 def _does_not_fit(wrong: Misfit) -> str:
     return (
-        f"{wrong.name}, held at {wrong.held:.3g} as the vehicle file says, does not fit: near {wrong.likelier:.2g} the "
-        "recordings would be far likelier, and until then they identify nothing else; add it to --free, or correct the "
-        "vehicle file"
+        f"{wrong.name}, held at {wrong.held:.3g} as in the vehicle file, does not fit: near {wrong.likelier:.2g} the "
+        "recordings are far more likely, and until it is corrected they identify nothing else; add it to --free, or "
+        "correct the vehicle file"
     )
 
 
@@ -220,9 +220,9 @@ def _slow(estimate: Estimate, rows: Sequence[BenchRecording]) -> str:
     if torque >= LEAST_SHARE * unknown:
         return ""
     return (
-        f"this does not excite motor_damping ({', '.join(row.experiment.name for row in rows)}): at {speed:.2g} "
-        f"rad/s on average it makes {torque:.2g} N·m, beside {unknown:.2g} N·m unrecorded (noise, "
-        f"rounding, cogging); record {CURES['motor_damping']} besides, or leave it out of --free"
+        f"the recordings do not excite motor_damping ({', '.join(row.experiment.name for row in rows)}): at "
+        f"{speed:.2g} rad/s on average it causes {torque:.2g} N·m, against {unknown:.2g} N·m unrecorded (noise, "
+        f"rounding, cogging); also record {CURES['motor_damping']}, or leave it out of --free"
     )
 
 
@@ -253,15 +253,15 @@ def _bench_remarks(estimate: Estimate, experiments: Sequence[Experiment]) -> lis
     remarks = []
     if abs(gain - 1.0) > max(3.0 * spread, 0.002):
         remarks.append(
-            f"the motor gives {100.0 * gain:.2f} ± {100.0 * spread:.2g} % of the torque that was recorded, by the "
-            "measure of torsion bar and inertia; the parameters are those of the true torque"
+            f"the motor gives {100.0 * gain:.2f} ± {100.0 * spread:.2g} % of the recorded torque, judged by torsion "
+            "bar and inertia; the parameters are those of the true torque"
         )
     driving, unknown = _driving(experiments), estimate.input_deviation[0]
     if is_unexplained(estimate, experiments):
         remarks.append(
-            f"a torque of {unknown:.2g} N·m at the motor that was not recorded moves the column beside the recorded "
+            f"an unrecorded torque of {unknown:.2g} N·m at the motor moves the column besides the recorded "
             f"{driving:.2g} N·m: the model explains these recordings badly; check channels, vehicle file and time base"
         )
     if not estimate.converged:
-        remarks.append("the search did not come to an end; the values may be off by more than their deviations")
+        remarks.append("the search did not converge; the errors of the values may exceed their standard deviations")
     return remarks

@@ -61,15 +61,15 @@ def refuse_slips(recording: BenchRecording, search: MaximumLikelihood) -> None:
     if found[name] < min(bound, slower[factor]):
         turned = "signs of " if " and " in name else "sign of "
         raise InputError(
-            f"{experiment.name}: the {turned}{name} cannot be right: turned round, the recording fits the column, as "
-            "it is it does not; correct it in the channel map (left is positive everywhere, for the motor too)"
+            f"{experiment.name}: the {turned}{name} cannot be right: the recording fits the column only when it is "
+            "reversed; correct it in the channel map (left is positive everywhere, for the motor too)"
         )
     if slower[factor] < bound:
         step = 1e3 * recording.sample_time
         raise InputError(
             f"{experiment.name}: the time base cannot be right: the column of this vehicle fits samples "
-            f"{step * factor:.3g} ms apart far better than the {step:.3g} ms that the stamps say; check the stamps, or "
-            "inertia and stiffness of the vehicle file"
+            f"{step * factor:.3g} ms apart far better than the {step:.3g} ms of the time stamps; check the time "
+            "stamps, or inertia and stiffness of the vehicle file"
         )
 
 

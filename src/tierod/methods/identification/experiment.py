@@ -128,7 +128,7 @@ class Estimate:
             ParameterError: a parameter that was not free
         """
         if name not in self.names:
-            raise ParameterError(f"'{name}' was not looked for{nearest(name, self.names)}")
+            raise ParameterError(f"'{name}' was not identified{nearest(name, self.names)}")
         return self.names.index(name)
 
     def __getitem__(self, name: str) -> float:

@@ -279,8 +279,8 @@ def friction_increase(
     if not healthy or any(one.support != faulted.support for one in healthy):
         given = ", ".join(one.support for one in healthy) or "none"
         raise ParameterError(
-            f"the faulted loop was taken on {faulted.support}, the unfaulted ones on: {given}; "
-            "compare loops of one support only, since the tyre's scrub adds friction on the ground"
+            f"the faulted loop was taken on {faulted.support}, the unfaulted ones on: {given}; compare loops of one "
+            "support only, since tyre scrub adds friction on the ground"
         )
     base = float(np.mean([one.friction_torque for one in healthy]))
     base_rate = float(np.mean([one.mean_rate for one in healthy]))

@@ -90,14 +90,12 @@ class HysteresisPresenceTest:
         whole = np.isfinite(others).all(axis=1) & np.isfinite(torques).all(axis=1)
         seconds = float(np.count_nonzero(whole)) * float(np.median(np.diff(time))) if len(time) > 1 else 0.0
         if seconds < self.shortest:
-            raise InputError(f"hysteresis cannot be looked for in {seconds:.0f} s; give at least {self.shortest:g} s")
+            raise InputError(f"hysteresis cannot be tested in {seconds:.0f} s; give at least {self.shortest:g} s")
         build_up = self._build_up(steering_wheel_angle[whole])
         basis = _basis(others[whole])
         acting = _basis(_without(basis, torques[whole]))
         if np.ptp(driver_torque[whole]) == 0.0 or np.ptp(build_up) == 0.0:
-            raise InputError(
-                "hysteresis cannot be looked for: torque or angle is constant; give a recording of driving"
-            )
+            raise InputError("hysteresis cannot be tested: torque or angle is constant; give a recording of driving")
         count = len(build_up)
         first, last = self.smallest_shift * count, (1.0 - self.smallest_shift) * count
         shifts = np.linspace(first, last, self.shifts).astype(int)

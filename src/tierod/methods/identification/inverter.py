@@ -226,7 +226,7 @@ def identified_inverter(
     """
     for name in free:
         if name not in NAMES:
-            raise ParameterError(f"'{name}' is no parameter of an inverter{nearest(name, NAMES)}")
+            raise ParameterError(f"'{name}' is not a parameter of an inverter{nearest(name, NAMES)}")
     seen = [motor_recording(name, each, pole_pairs, commanded=True) for name, each in recordings.items()]
     if expected is not None:
         for each in seen:
@@ -240,7 +240,7 @@ def identified_inverter(
     )
     found = tuple(each for each in both if not free or each.name in free)
     remark = (
-        f"with the loss {100.0 * fit.unexplained:.2g} % of the commands are left over, without it "
+        f"with the loss {100.0 * fit.unexplained:.2g} % of the commands remain unexplained, without it "
         f"{100.0 * fit.without:.2g} %"
     )
     return InverterIdentification(found, fit, (remark,))

@@ -63,7 +63,9 @@ class MotorIdentification:
         if not self.found:
             return "these recordings identify no parameter of the motor"
         if self.electrical.unexplained > UNEXPLAINED:
-            return f"a motor leaves {100.0 * self.electrical.unexplained:.0f} % of these voltages unexplained"
+            return (
+                f"the model of a motor leaves {100.0 * self.electrical.unexplained:.0f} % of these voltages unexplained"
+            )
         return ""
 
 
@@ -133,7 +135,7 @@ def identify_motor(
     """
     for name in free:
         if name not in CURES:
-            raise ParameterError(f"'{name}' cannot be looked for{nearest(name, CURES)}")
+            raise ParameterError(f"'{name}' cannot be identified{nearest(name, CURES)}")
     before = before or {}
     pole_pairs = parameters.motor_pole_pairs
     expected = (parameters.motor_resistance, parameters.motor_inductance, parameters.motor_flux)
@@ -243,13 +245,13 @@ def _unidentified(name: str, electrical: Electrical, mechanical: Mechanical | No
     why = _LACKING.get(name, "currents, or the speed, change too little")
     others = [each for each in electrical.blind if each != name]
     if name in electrical.blind and others and mechanical is None:
-        why = f"it does not separate from {' and '.join(others)} at one speed and one current, or at rest"
+        why = f"it cannot be separated from {' and '.join(others)} at one speed and one current, or at rest"
     return Unidentified(name, why, CURES[name])
 
 
 _LACKING = {
-    "motor_inertia": "the shaft hardly accelerates, or a load does as it does",
-    "motor_damping": "the speeds are too much alike, or there is hardly any damping",
+    "motor_inertia": "the shaft hardly accelerates, or a load acts like the inertia",
+    "motor_damping": "the speeds are too similar, or there is hardly any damping",
     "motor_friction": "the shaft does not go to and fro over the same angles, so that a load may hide it",
     "motor_friction_stiffness": "there are too few reversals",
 }
@@ -262,11 +264,11 @@ def _doubts(seen: Sequence[MotorRecording], electrical: Electrical, parameters: 
         if each.phase_sum > _PHASE_SUM:
             yield (
                 f"{each.name}: the phase currents do not add up to zero: the sum has {100.0 * each.phase_sum:.0f} % of "
-                "their root mean square; check the current sensors, of which an offset or gain of one does this"
+                "their root mean square; check the current sensors for an offset or a wrong gain"
             )
     if electrical.unexplained > _CLEAN:
         yield (
-            f"{100.0 * electrical.unexplained:.0f} % of the voltage is left over, good recordings leave 1 to 3 %: "
+            f"{100.0 * electrical.unexplained:.0f} % of the voltage remains unexplained, in good recordings 1 to 3 %: "
             "a saturated or wrong measurement moves the values by more than their standard deviations"
         )
     if {"motor_resistance", "motor_inductance", "motor_flux"} & set(electrical.blind):
@@ -278,8 +280,8 @@ def _doubts(seen: Sequence[MotorRecording], electrical: Electrical, parameters: 
     if stays and 1.0 / _ALIKE < inductance / flux < _ALIKE and not 1.0 / _ALIKE < flux < _ALIKE:
         step = 1e3 * seen[0].step
         yield (
-            f"inductance and flux are both {flux:.2g} of the vehicle file's, the resistance is not: another motor, or "
-            f"samples that come every {step / flux:.2g} ms while their time says {step:.3g} ms"
+            f"inductance and flux are both {flux:.2g} times those of the vehicle file, the resistance is not: another "
+            f"motor, or samples that come every {step / flux:.2g} ms, but by their time stamps every {step:.3g} ms"
         )
 
 
@@ -288,23 +290,23 @@ def _remarks(
 ) -> Iterator[str]:
     if not electrical.warm:
         yield (
-            f"no motor_temperature was recorded: resistance and flux are as warm as the motor was, taken as 20 ± "
-            f"{ROOM:g} degrees, which is nearly all of their standard deviation"
+            "no motor_temperature was recorded: resistance and flux are those at the motor's unknown temperature, "
+            f"assumed as 20 ± {ROOM:g} degrees, which causes nearly all of their standard deviation"
         )
     zero = electrical.zero
     if abs(zero.value) > max(_ZERO, 4.0 * zero.deviation):
         yield (
-            f"the angle sensor's zero stands {np.degrees(zero.value):+.1f} ± {np.degrees(zero.deviation):.1f} degrees "
-            "electrical beside the flux; the values allow for it"
+            f"the angle sensor's zero is {np.degrees(zero.value):+.1f} ± {np.degrees(zero.deviation):.1f} degrees "
+            "electrical away from the flux; the values are corrected for it"
         )
     if not electrical.along and "motor_inductance" not in electrical.blind:
         yield (
-            "hardly any current along the flux was driven: the inductance is that across the flux, and taken as the "
-            "same along it"
+            "hardly any current along the flux was driven: the inductance is that across the flux, and assumed to be "
+            "the same along it"
         )
     if mechanical is not None and any(each.load is None for each in seen):
         yield (
-            "no load_torque was recorded: a load that depends on the angle, as a spring, is taken apart, but one that "
+            "no load_torque was recorded: a load that depends on the angle, as a spring, is separated, but one that "
             "depends on the direction or the speed of turning counts as friction or damping of the motor"
         )
     if ratio is not None and abs(ratio.value - 1.0) > max(_TORQUE, 3.0 * ratio.deviation):

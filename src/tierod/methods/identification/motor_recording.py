@@ -135,7 +135,7 @@ def _common(name: str, recording: Recording, channels: tuple[str, ...]) -> tuple
     stop = min(float(recording[each].time[-1]) for each in channels)
     if stop - start < SHORTEST:
         raise InputError(
-            f"{name} holds {max(stop - start, 0.0):.3g} s in which all channels are there; record at least "
+            f"{name} holds {max(stop - start, 0.0):.3g} s in which all channels are present; record at least "
             f"{SHORTEST:g} s, at best 10 s or more to and fro"
         )
     return start, stop

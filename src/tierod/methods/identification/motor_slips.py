@@ -54,8 +54,8 @@ def refuse_slips(seen: MotorRecording, pole_pairs: float, expected: tuple[float,
         (best, left), slip = min(found, key=lambda each: each[0][1])
         if left < _BETTER * share and best.values[0] > -_SURE * best.deviations[0]:
             raise InputError(
-                f"{seen.name}: currents, voltages and angle do not belong together ({100.0 * share:.0f} % of the "
-                f"voltage is left over); {slip.words}, and {100.0 * left:.0f} % are"
+                f"{seen.name}: currents, voltages and angle do not fit each other ({100.0 * share:.0f} % of the "
+                f"voltage remains unexplained); {slip.words}, and {100.0 * left:.0f} % remain"
             )
     if share > _UNEXPLAINED:
         return
@@ -88,8 +88,8 @@ def in_time(
         return seen, ""
     words = f"{abs(best):g} samples {'late' if best > 0.0 else 'early'}"
     return _moved(seen, best), (
-        f"{seen.name}: the voltages come {words} and are moved: a sample should hold their mean over the step that "
-        "ends there, of which half a step costs the inductance some per cent"
+        f"{seen.name}: the voltages are {words} and are shifted: a sample should hold their mean over the step that "
+        "ends there; half a step changes the inductance by some per cent"
     )
 
 
@@ -105,8 +105,8 @@ def _moved(seen: MotorRecording, samples: float) -> MotorRecording:
 
 def _opposite(name: str, value: float, deviation: float, note: str) -> str:
     return (
-        f"{name}: the resistance comes out at {value:.3g} ± {deviation:.2g} ohm{note}: the currents are counted out of "
-        "the motor; give both of them 'sign = -1' in a channel map"
+        f"{name}: the resistance is estimated at {value:.3g} ± {deviation:.2g} ohm{note}: the currents are counted "
+        "positive out of the motor; give both of them 'sign = -1' in a channel map"
     )
 
 
@@ -131,7 +131,7 @@ def _middle(seen: MotorRecording) -> MotorRecording:
 
 def _slips(seen: MotorRecording, pole_pairs: float) -> Iterator[_Slip]:
     both = replace(seen, current=np.conj(seen.current), voltage=np.conj(seen.voltage))
-    yield _Slip(both, "the angle turns against currents and voltages: change its sign, or swap two phases of both")
+    yield _Slip(both, "the angle turns opposite to currents and voltages: change its sign, or swap two phases of both")
     yield _Slip(replace(seen, current=np.conj(seen.current)), "with two phases of the currents swapped they do")
     yield _Slip(replace(seen, voltage=np.conj(seen.voltage)), "with two phases of the voltages swapped they do")
     turned = replace(seen, current=1j * np.conj(seen.current))

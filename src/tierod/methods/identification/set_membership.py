@@ -63,7 +63,7 @@ def feasible_box(rows: Bounded) -> Box:
     regressors, values, bound, slope = rows
     if not (regressors.shape == slope.shape and values.shape == bound.shape == regressors.shape[:1]):
         shapes = f"{regressors.shape}, {slope.shape}, {values.shape}, {bound.shape}"
-        raise ParameterError(f"regressors, slopes, values and bounds of shapes {shapes} do not go together")
+        raise ParameterError(f"regressors, slopes, values and bounds of shapes {shapes} do not match")
     if (bound < 0.0).any() or (slope < 0.0).any():
         raise ParameterError("a bound of an error is below zero; give its largest size")
     scale = np.maximum(np.abs(regressors).max(axis=0, initial=0.0), 1e-300)

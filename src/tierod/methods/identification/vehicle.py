@@ -297,16 +297,16 @@ def _remarks(vehicle: Vehicle, every: list[Judged], against: tuple[Contradiction
     usual = [each.name for each in every if not spread_of(each.name, vehicle)[1]]
     if usual:
         remarks.append(
-            f"the vehicle file gives no standard deviation of {', '.join(usual)}: that of cars of its class was taken"
+            f"the vehicle file gives no standard deviation of {', '.join(usual)}: that of cars of its class was used"
         )
     refused = _refused(vehicle, against)
     learnt = [each.name for each in every if each.kind == LEARNT]
     remarks += [
         f"{each.name}: {_both(vehicle, each)}; "
         + (
-            "file and drives are weighed by their standard deviations"
+            "file and drives are weighted by their standard deviations"
             if spread_of(each.name, vehicle)[1]
-            else "no standard deviation is in the file, so the drives are followed"
+            else "the file gives no standard deviation, so the values of the drives are used"
         )
         for each in against
         if each not in refused and each.name in learnt and each.distance > REMARKED
@@ -332,9 +332,9 @@ def _unexplained(posterior: Posterior) -> str:
     if posterior.converged and max(squares) < EXPLAINED:
         return ""
     found = f"the mean squared innovation is {max(squares):.2g} of its variance"
-    end = "" if posterior.converged else "the search has not come to an end, and "
+    end = "" if posterior.converged else "the search did not converge, and "
     return (
-        f"the model of a car does not follow these drives: {end}{found}; leave out driving at the limit of grip, see "
+        f"the model of a car does not fit these drives: {end}{found}; leave out driving at the limit of grip, check "
         "that units and signs of the channel map are right, or start from values nearer to the car"
     )
 
@@ -348,8 +348,9 @@ def _at_limit(vehicle: Vehicle, drives: tuple[Drive, ...]) -> str:
         share = float(np.mean(across > limit)) if len(across) else 0.0
         if share > AT_LIMIT:
             return (
-                f"{each.name} is driven at the limit of grip: {share:.0%} of it is above {limit:.1f} m/s² across, "
-                "where tyres differ from any model and the values found would be wrong; identify from ordinary drives"
+                f"{each.name} is driven at the limit of grip: {share:.0%} of it is above {limit:.1f} m/s² lateral "
+                "acceleration, where the tyre model does not hold and the values would be wrong; identify from "
+                "ordinary drives"
             )
     return ""
 
@@ -369,7 +370,7 @@ def _doubt(
         )
         return (
             f"{which} of another car than the rest: {odd.name} is {odd.own:.4g} there and {odd.others:.4g} in the "
-            f"others, {odd.distance:.0f} σ apart; leave it out, or identify it for itself"
+            f"others, {odd.distance:.0f} σ apart; leave it out, or identify it separately"
         )
     if given := _refused(vehicle, against):
         # Values without a standard deviation in the file are also named, since one of them may be the wrong one.
@@ -378,9 +379,9 @@ def _doubt(
         if far[0].distance <= CONTRADICTION:
             said += f", and together they are {far[0].together:.1f} σ apart"
         return (
-            f"vehicle file and drives contradict each other: {said}; see that the drives are of this car and that "
+            f"vehicle file and drives contradict each other: {said}; check that the drives are of this car and that "
             "units and signs of the channel map are right, or give the parameter a wider standard_deviation"
         )
     if not learnt and not unexplained:
-        return "these drives identify nothing that the vehicle file does not say already; drive as the table says"
+        return "these drives identify nothing better than the vehicle file; drive as the table recommends"
     return unexplained

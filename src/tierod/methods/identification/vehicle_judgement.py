@@ -24,7 +24,7 @@ ODD = 6.0
 
 _AXLES = "drive slow turns and fast bends in one drive; better: measure the wheelbase and weigh the axles"
 CURES = {
-    "mass": "weigh the car: no drive shows it beside the stiffnesses",
+    "mass": "weigh the car: drives cannot separate its mass from the stiffnesses",
     "yaw_inertia": "drive quick lane changes or a slalom at 60 to 80 km/h",
     "front_distance": _AXLES,
     "rear_distance": _AXLES,
@@ -83,7 +83,7 @@ def judged(posterior: Posterior, names: Sequence[str]) -> list[Judged]:
         kind = LEARNT if spread[k] < NARROWED else BOUND if partners and alone[k] < NARROWED else NOT_SEEN
         text = {LEARNT: "", BOUND: _bound(partners), NOT_SEEN: ""}[kind]
         if kind != LEARNT:
-            text = f"{text or 'not seen in these drives'}; {CURES[prior.name]}"
+            text = f"{text or 'not identifiable from these drives'}; {CURES[prior.name]}"
         given = prior.name, kind, prior.value, prior.deviation
         found.append(Judged(*given, values[prior.name], deviations[prior.name], text))
     return found
@@ -97,7 +97,8 @@ def kept(name: str, value: float, deviation: float) -> Judged:
         value, deviation: of the file or class
     """
     text = (
-        "known better than drives show it, whose tyres and steering act alike; measure the wheelbase, weigh the axles"
+        "known better than from drives, in which tyres and steering have the same effect; measure the wheelbase, "
+        "weigh the axles"
     )
     return Judged(name, NOT_SEEN, value, deviation, value, deviation, text)
 

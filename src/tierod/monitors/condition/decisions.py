@@ -15,9 +15,10 @@ BANK_DECIDES = "fault of a sensor or actuator"
 
 WIRING = Decision(
     name="wrong wiring, scale or time",
-    distance="correlation, ratio and shift of signals that measure the same, over the first three minutes",
+    distance="correlation, ratio and time shift of signals that measure the same quantity, over the first three "
+    "minutes",
     rule=OwnRule(
-        "signs opposed, size off by 1.4, or shift of 0.15 s, in each of three parts; 1.13 and 0.045 s once calibrated",
+        "opposite signs, ratio of 1.4, or shift of 0.15 s, in each of three parts; 1.13 and 0.045 s once calibrated",
         {"scale": 1.4, "late": 0.15},
     ),
     place="_wiring",
@@ -31,10 +32,10 @@ WIRING = Decision(
 BANK_DECISIONS = (
     Decision(
         name=BANK_DECIDES,
-        distance="log-likelihood ratio of the filter that leaves it out, per sample, means over 0.05 and 0.5 s",
+        distance="log-likelihood ratio, per sample, of the filter without the suspect, means over 0.05 and 0.5 s",
         rule=OwnRule(
-            "beyond the vehicle file's limits, 2 nat ahead of all others, 3 samples in a row, 10 for an actuator, "
-            "20 for both steering motors",
+            "above the vehicle file's limits and 2 nat above all others, 3 samples in a row, 10 for an actuator, 20 "
+            "for both steering motors",
             {
                 "samples": 3.0,
                 "samples_of_actuators": 10.0,

@@ -17,7 +17,7 @@ from tierod.vehicles import Vehicle
 _MOTION = (
     "the vehicle file does not describe torques and forces of the steering and the drives: wheel speeds, yaw rate and "
     "steering angle are judged by the motion of the car alone, with limits that {}",
-    "both wheels of an axle at once are not judged: their slip looks the same",
+    "a fault of both wheels of an axle at once cannot be detected: slip looks the same",
 )
 OF_OTHERS, OF_OWN = "come from two real cars", "were designed on its own drives"
 
@@ -34,7 +34,8 @@ def _bank(vehicle: Vehicle, rate: float, baseline: Baseline | None) -> Condition
 CONDITION = Monitor(
     name="condition",
     title="Sensors and actuators of the vehicle",
-    summary="Finds which of six sensors and four actuators is at fault, of what kind and size, and replaces its value.",
+    summary="Finds which of six sensors and four actuators is faulty, with kind and size of the fault, and replaces "
+    "its value.",
     source=PAPER,
     drive="Any drive on a dry road with bends to both sides, acceleration and braking: a fault is found while the "
     "motion shows it, and an element that a drive does not excite is called not testable.",
@@ -48,7 +49,7 @@ CONDITION = Monitor(
     variants={
         "bank": Variant(
             "bank",
-            "Some fifty Kalman filters, each leaving out what it suspects, weighed by their likelihood.",
+            "About fifty Kalman filters, each without the elements that it suspects, compared by their likelihood.",
             f"beyond {PAPER}; docs/explanation/condition.md",
             _bank,
             decisions=BANK_DECISIONS,

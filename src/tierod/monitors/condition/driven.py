@@ -25,8 +25,8 @@ STANDING = 0.5
 """Speed below which the vehicle counts as standing [m/s]."""
 NO_READING = "no sensor gives a reading"
 ALL_ZERO = "all sensors read exactly zero"
-ALL_HELD = "all sensors repeat what they read before"
-SLID = "the tyres slid, or the vehicle cornered harder than calibrations show"
+ALL_HELD = "all sensors repeat their previous readings"
+SLID = "the tyres slid, or the vehicle cornered harder than in calibration drives"
 TOO_FEW = f"fewer than {ALL} sensors give a reading"
 
 _YAW = ConditionSample._fields.index("yaw_rate")
@@ -94,7 +94,9 @@ class Driven:
             NO_READING: ~read & ~covered.zero & ~covered.held,
         }
         for place, actuator in enumerate(ACTUATORS if self.asked else (), len(SENSORS)):
-            cause = f"what is asked of {actuator.replace('_', ' ')} is not recorded ({TARGETS[place - len(SENSORS)]})"
+            cause = (
+                f"the target torque of {actuator.replace('_', ' ')} is not recorded ({TARGETS[place - len(SENSORS)]})"
+            )
             causes[cause] = read & ~covered.available[:, place]
         self.now = next((cause for cause, there in causes.items() if there[-1]), "")
         for cause, there in causes.items():

@@ -96,10 +96,10 @@ def judge(
     judged = drive.judged * drive.period
     headline = f"{len(healthy)} of {_judged(states)} sensors and actuators are fault-free over {judged:.0f} s{rest}."
     warnings += tuple(
-        f"{listed(targets)}: {_off(targets)}, too little for a verdict; check the channels, and the actuators with them"
+        f"{listed(targets)}: {_off(targets)}, but too little for a verdict; check the channels and the actuators"
         for targets in (causes.asked if causes else ())
     )
-    action = f"none for the {len(healthy)} that were judged; the others each need what is named beside them"
+    action = f"none for the {len(healthy)} that were judged; for each of the others see the cause named beside it"
     return Finding(name, Status.HEALTHY, headline, None, None, evidence, "", action if open_ else "none", warnings)
 
 
@@ -113,8 +113,9 @@ def _hardly_judged(
         f"Too little of the drive was judged to call {len(fault_free)} sensors and actuators fault-free: {cause}."
     )
     action = (
-        "drive on a dry road, below 6 m/s² across, with bends both ways and changes of speed; where the vehicle did, "
-        "check lateral and longitudinal acceleration and the tyre and mass parameters of the vehicle file"
+        "drive on a dry road, below 6 m/s² lateral acceleration, with bends both ways and changes of speed; if the "
+        "drive was like this, check lateral and longitudinal acceleration and the tyre and mass parameters of the "
+        "vehicle file"
     )
     return Finding(name, Status.NOT_TESTABLE, headline, None, None, evidence, cause, action, warnings)
 
@@ -128,8 +129,8 @@ def _and_other_causes(finding: Finding, declared: Sequence[Element], causes: Oth
         return finding
     alone = [each.name for each in declared] == ["steering_shaft_torque"]
     other = [
-        f"{each.element.replace('_', ' ')} may be the cause instead: it is {shown(each.magnitude, 'm/s**2')} off "
-        f"{MOTION[each.element]} from {each.start:.0f} s on, more than is usual"
+        f"{each.element.replace('_', ' ')} may be the cause instead: it differs by {shown(each.magnitude, 'm/s**2')} "
+        f"from {MOTION[each.element]} from {each.start:.0f} s on, more than usual"
         for each in causes.disagreeing
         if not each.sure
     ]
@@ -144,7 +145,7 @@ def _and_other_causes(finding: Finding, declared: Sequence[Element], causes: Oth
 def _off(targets: Sequence[str]) -> str:
     """Inconsistency of the targets of a pair of actuators, in words."""
     shown_by = "the torque in the shaft" if targets == TARGETS[:2] else "the acceleration"
-    return f"what is asked does not go with {shown_by}"
+    return f"the targets contradict {shown_by}"
 
 
 def _judged(states: Sequence[Element]) -> int:
@@ -177,7 +178,7 @@ def _lost(
     who = "" if len(alike) >= sum(each.role == "sensor" for each in states) else f"{listed(alike)}: "
     rest = f"{len(healthy)} of {_judged(states)} sensors and actuators are fault-free"
     headline = f"{who}{first.cause}; {rest if healthy else 'nothing is judged from then on'}."
-    action = "check what they share, a bus, a supply, the logger, and then the sensors themselves; record again"
+    action = "check the bus, supply or logger that they share, and then the sensors themselves; record again"
     return Finding(
         name, first.status, headline[:1].upper() + headline[1:], first.since, None, evidence, first.cause, action,
         warnings,
@@ -196,9 +197,9 @@ def _nothing_judged(
     there = [each for each in open_ if each.status is not Status.NOT_AVAILABLE]
     status, cause = (there or open_)[0].status, (there or open_)[0].cause
     if not there:
-        cause = "the recording has no reading of any of them, and nothing of what is asked of them"
+        cause = "the recording has no reading of any sensor and no target of any actuator"
     headline = f"No sensor and no actuator was judged: {cause}."
-    action = "record a drive with bends and changes of speed, with all signals; 'tierod inspect' shows what there is"
+    action = "record a drive with bends and changes of speed, with all signals; 'tierod inspect' shows which there are"
     return Finding(name, status, headline, None, None, evidence, cause, action, warnings)
 
 
@@ -209,9 +210,9 @@ def _not_judged(drive: Driven) -> tuple[str, ...]:
 
 
 UNCALIBRATED = (
-    "this vehicle is not calibrated: its limits are as wide as several virtual vehicles need together, so that "
-    "small faults are missed, and sizes and substitutes err more, as their intervals show; "
-    "'tierod identify thresholds' calibrates it on healthy drives"
+    "this vehicle is not calibrated: its limits are wide enough for several virtual vehicles, so small faults are "
+    "missed, and fault sizes and substitutes are less accurate, as their intervals show; calibrate it on healthy "
+    "drives with 'tierod identify thresholds'"
 )
 
 
@@ -229,13 +230,13 @@ def _fault(
         first, _ = min(all_, key=lambda pair: pair[0].start)
         named = {name for episode, each in all_ for name in (each.name, *episode.candidates)}
         one_of = listed(sorted(named, key=ELEMENTS.index), "or")
-        headline = f"Something is wrong since {first.start:.2f} s; it is {one_of}."
-        cause = "several explain the readings as well, and nothing in the drive isolates one of them"
+        headline = f"Fault since {first.start:.2f} s, of one of several: {one_of}."
+        cause = "several of them explain the readings equally well, and the drive does not isolate one"
         if targets := _targets(sorted(named)):
-            cause += f"; so does a wrong recording of what is asked ({listed(targets)})"
+            cause += f"; so does a wrong recording of the targets ({listed(targets)})"
         # A tie-rod force with a gain of one half may, while small, stay below its own limit and exceed that of others.
         if named <= {*STEERING_TORQUES} and (rest := [each for each in STEERING_TORQUES if each in quiet]):
-            cause += f"; so may a wrong {listed(rest)}, of the same balance of torques"
+            cause += f"; so may a wrong {listed(rest)}, which belongs to the same torque balance"
         action = "check them one by one, or drive with more steering and braking"
         return Finding(name, Status.SUSPECT, headline, first.start, None, evidence, cause, action, warnings)
     sentences = [_sentence(episode, each) for episode, each in singles]
@@ -246,7 +247,7 @@ def _fault(
     cause = _why(names)
     places = "the part itself, its wiring, its supply"
     if names in (MOTORS, DRIVES):
-        places = "what feeds and enables both, then each by itself"
+        places = "the supply and the enabling of both, then each by itself"
     if {*ACTUATORS} & {*names}:
         places += f"; and the channel of {listed(_targets(names), 'or')}"
     elif {*ACCELERATIONS} & {*names}:
@@ -276,14 +277,14 @@ def _likeliest_first(found: Sequence[tuple[Episode, Element]]) -> list[tuple[Epi
 
 def _why(names: Sequence[str]) -> str:
     """Cause of the declared faults, in words."""
-    off = [f"{name.replace('_', ' ')} does not go with {MOTION[name]}" for name in names if name in ACCELERATIONS]
+    off = [f"{name.replace('_', ' ')} contradicts {MOTION[name]}" for name in names if name in ACCELERATIONS]
     if any(name not in ACCELERATIONS for name in names):
         off.append("residuals of readings and torques exceed the fault-free limits")
     cause = "; ".join(off)
     targets = _targets(names)
     if not targets:
         return cause
-    return f"{cause}; what is asked ({listed(targets)}), as recorded, may be wrong as well as what is given"
+    return f"{cause}; the recorded targets ({listed(targets)}) may be wrong instead of the actuators"
 
 
 def _targets(names: Sequence[str]) -> list[str]:

@@ -55,8 +55,8 @@ SLICE = 60_000
 BEFORE = 1.0
 """Time before the first sign of a failing acceleration in which it may already have disturbed the filters [s]."""
 SHIFTED = (
-    "the mean of the angle in gentle driving has moved away from that of the drive's beginning, while yaw rate and "
-    "wheel speeds fit each other"
+    "the mean steering angle in gentle driving has shifted since the beginning of the drive, while yaw rate and wheel "
+    "speeds fit each other"
 )
 """Cause of a finding where the zero of the steering angle has shifted."""
 TRACED = {FAULT: 1.0, SUSPECT: 0.5, HEALTHY: 0.0}

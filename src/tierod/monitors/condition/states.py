@@ -65,8 +65,15 @@ def acceleration_elements(disagreeing: Sequence[Disagreement]) -> tuple[Element,
             each.element,
             "sensor",
             Status.FAULT,
-            f"it does not go with {MOTION[each.element]}; the filters do without it since {each.found:.2f} s",
-            (Episode(f"{shown(each.magnitude, 'm/s**2')} off {MOTION[each.element]}", each.start, None, None),),
+            f"it contradicts {MOTION[each.element]}; the filters do not use it since {each.found:.2f} s",
+            (
+                Episode(
+                    f"deviation of {shown(each.magnitude, 'm/s**2')} from {MOTION[each.element]}",
+                    each.start,
+                    None,
+                    None,
+                ),
+            ),
         )
         for each in disagreeing
         if each.sure
@@ -127,14 +134,18 @@ def _status(
         return Status.SUSPECT, ""
     if loss is not None:
         when = "until then" if loss.since is not None else "in these"
-        seen = f"fault-free {when}" if course.testable >= LEAST_TESTABLE else f"{when} too little was seen to judge it"
+        seen = (
+            f"fault-free {when}"
+            if course.testable >= LEAST_TESTABLE
+            else f"{when} it was testable for too short a time"
+        )
         return loss.status, f"{loss.cause}; {seen}"
     if course.testable < LEAST_TESTABLE:
         if not _dead(drive) and needed is not None and needed.available < min(LEAST_TESTABLE, 0.5 * drive.seconds):
-            return Status.NOT_TESTABLE, f"nothing shows what it gives without {needed.element.replace('_', ' ')}"
+            return Status.NOT_TESTABLE, f"its output cannot be checked without {needed.element.replace('_', ' ')}"
         return Status.NOT_TESTABLE, _not_testable(name, course, drive)
     if drive.seconds - course.available > LEAST_TOLD:
-        return Status.HEALTHY, f"while it was there, {course.available:.0f} of {drive.seconds:.0f} s"
+        return Status.HEALTHY, f"while its readings were present, {course.available:.0f} of {drive.seconds:.0f} s"
     return Status.HEALTHY, ""
 
 
@@ -149,7 +160,7 @@ def _not_testable(name: str, course: ElementCourse, drive: Driven) -> str:
     why = _hindrance(name, drive)
     if course.testable < _NEVER:
         return why
-    return f"{why}; a fault would have shown for {course.testable:.1f} s, {LEAST_TESTABLE:g} s are needed"
+    return f"{why}; a fault would have been visible for {course.testable:.1f} s only, {LEAST_TESTABLE:g} s are needed"
 
 
 def _hindrance(name: str, drive: Driven) -> str:
@@ -168,8 +179,8 @@ def _hindrance(name: str, drive: Driven) -> str:
             return "the vehicle reversed"
         return f"the vehicle moved for only {moving:.1f} s" if moving > LEAST_TOLD else "the vehicle stood"
     if name in ACTUATORS:
-        return "too little torque was asked for"
-    return "the true value was near zero, or the others did not determine it well enough"
+        return "the target torque was too small"
+    return "its true value was near zero, or the other signals did not determine it well enough"
 
 
 def _substitute(name: str, status: Status, drive: Driven, graph: SubstitutionGraph) -> str:

@@ -155,7 +155,7 @@ def limitations(vehicle: Vehicle, missing: Collection[str]) -> tuple[str, ...]:
     lack = f"without {listed(sorted(missing))}, " if missing else ""
     unseen, alike = single.undetectable, [group for group in single.groups if len(group) > 1]
     notes = [f"{lack}faults of {listed(unseen)} do not show in any equation"] if unseen else []
-    notes += [f"{lack}faults of {listed(group)} are not distinguished" for group in alike]
+    notes += [f"{lack}faults of {listed(group)} are not distinguished from each other" for group in alike]
     if not notes and single.faults:
         notes = [f"{lack}single faults of {listed(single.faults)} are still distinguished by the equations"]
     return (*notes, *_double(pairs))

@@ -218,9 +218,9 @@ def described(found: Contradiction) -> str:
     """
     name = found.names[0]
     if found.creeps:
-        return f"the {found.creeps} of {' or '.join(found.names)} changes slowly against the others"
+        return f"the {found.creeps} of {' or '.join(found.names)} changes slowly relative to the others"
     if found.delay > 0.0:
-        return f"{name} is late: the signals fit once it is taken {1e3 * found.delay:.0f} ms earlier"
+        return f"{name} is late: the signals agree when it is shifted {1e3 * found.delay:.0f} ms earlier"
     if found.gain != 1.0:
-        return f"the signals fit once {name} is divided by {found.gain:.3g}: its gain may be wrong"
+        return f"the signals agree when {name} is divided by {found.gain:.3g}: its gain may be wrong"
     return f"{' or '.join(found.names)} contradicts the other signals of the torsion bar"

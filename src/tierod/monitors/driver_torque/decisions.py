@@ -93,53 +93,53 @@ def misfit(nis: float) -> float:
     return math.log(nis) / MISFIT_SPREAD
 
 
-_BENCHES = "benches that are 2 % off, 10 h and another 2 h (tierod study column)"
+_BENCHES = "benches with parameter errors of 2 %, 10 h and another 2 h (tierod study column)"
 
 DECISIONS = (
     Decision(
         name="hands on",
-        distance="log-likelihood ratio of hands against none, nats per sample",
+        distance="log-likelihood ratio of hands on against hands off, nats per sample",
         rule=Cusum(0.0, THRESHOLDS[0], THRESHOLDS[0], "upper"),
         place="block.hands.to_on",
         mean_time_between_false_alarms=None,
         demonstrated=Demonstrated(12.0),
-        source=f"{_BENCHES}; 100 h ask for 6 nats by the line, 30 serve columns that are further off",
+        source=f"{_BENCHES}; 100 h need 6 nats by the fitted line; 30 nats allow for larger parameter errors",
         statistic="evidence_for_hands",
         levels=(1.0,),
     ),
     Decision(
         name="hands off",
-        distance="log-likelihood ratio of no hands against hands, nats per sample",
+        distance="log-likelihood ratio of hands off against hands on, nats per sample",
         rule=Cusum(0.0, THRESHOLDS[1], THRESHOLDS[1], "lower"),
         place="block.hands.to_off",
         mean_time_between_false_alarms=100.0,
         demonstrated=Demonstrated(12.0, 1),
-        source=f"{_BENCHES}; carried on over a thousand times what was measured",
+        source=f"{_BENCHES}; extrapolated to over a thousand times the measured distance",
         design=OFF_DESIGN,
         statistic="evidence_for_hands",
         levels=(-1.0,),
     ),
     Decision(
         name=COLUMN,
-        distance="wheel's and motor's inertia, stiffness, ratio, offset and lag of a signal, each less what is "
-        "expected, in standard deviations of fault-free cars",
+        distance="inertia of wheel and motor, stiffness, ratio, offset and lag of a signal, each less its expected "
+        "value, in standard deviations over fault-free cars",
         rule=FIT_DESIGN.block(),
         place="rules.either",
         mean_time_between_false_alarms=1e4,
         demonstrated=Demonstrated(24.0),
-        source="Gaussian scatter of each by itself; benches that are 2 % off, a minute each (inertia 2 to 5 % off, "
-        "stiffness 4 to 8 %)",
+        source="Gaussian scatter of each quantity; benches with parameter errors of 2 %, a minute each (inertia 2 to "
+        "5 % off, stiffness 4 to 8 %)",
         unit="recording",
         design=FIT_DESIGN,
     ),
     Decision(
         name=INNOVATIONS,
-        distance="logarithm of the mean NIS per measurement, in standard deviations of columns that fit",
+        distance="log of the mean NIS per measurement, in standard deviations over fault-free columns",
         rule=MISFIT_DESIGN.block(),
         place="rules.above",
         mean_time_between_false_alarms=1e4,
         demonstrated=Demonstrated(24.0),
-        source="lognormal NIS; benches that are 2 % off, a minute each (0.68 to 2.1)",
+        source="lognormal NIS; benches with parameter errors of 2 %, a minute each (0.68 to 2.1)",
         unit="recording",
         design=MISFIT_DESIGN,
     ),

@@ -33,7 +33,7 @@ _BARE = ("statement.deviation", "disturbance_torque_deviation", "nis")
 _DELAYED = ("disturbance_torque", "disturbance_torque_deviation", "nis")
 
 PRINTED = ("mechanical", "balanced", "full")
-LATER = f"The torque is given {1e3 * DELAY:.0f} ms after it acted; truth and error are those of the time when it acted."
+LATER = f"The torque is given {1e3 * DELAY:.0f} ms after it acted; truth and error refer to the time at which it acted."
 NO_GEAR = (
     "The gear's vibration is too fast for {rate:g} samples per second, so it is left out: bar and gear are one spring, "
     "and gear and motor one inertia."
@@ -48,8 +48,8 @@ def _opener(name: str, observer: Observer, lacking: tuple[str, ...] = (), delay:
     def open_(vehicle: Vehicle, rate: float, baseline: Baseline | None) -> Session:
         if not vehicle.calibrated:
             raise ParameterError(
-                f"the torques of the vehicle '{vehicle.name}' are raw counts, and the wheel's inertia acts in N·m; "
-                "give the N·m of one count in the channel map, and take torque_unit out of the vehicle file"
+                f"the torques of the vehicle '{vehicle.name}' are raw counts, but the wheel's inertia needs N·m; give "
+                "the N·m of one count in the channel map, and take torque_unit out of the vehicle file"
             )
 
         def build(column: Vehicle, noise: SensorNoise, with_motor: bool) -> DriverTorqueMonitor:
@@ -85,7 +85,7 @@ def _printed(column: str) -> Observer:
         if column == "full" and gear_is_too_fast(vehicle, 1.0 / rate):
             raise ParameterError(
                 f"the gear's vibration is too fast for {rate:g} samples per second; take a variant that leaves it out "
-                "there ('interacting', 'fixed-lag', 'mechanical'), or record faster"
+                "('interacting', 'fixed-lag', 'mechanical'), or record faster"
             )
         return PrintedObserver.of_column(vehicle.parameters_for(ColumnParameters), column, 1.0 / rate)
 
@@ -95,14 +95,15 @@ def _printed(column: str) -> Observer:
 _VARIANTS = (
     Variant(
         "interacting",
-        "Three filters side by side, for hands whose torque has a rate, hands that jump, and friction that reverses.",
+        "Three filters in parallel: for a hand torque that changes at a rate, one that jumps, and friction that "
+        "reverses.",
         f"beyond {PAPER}; docs/explanation/driver-torque.md",
         _opener("interacting", _default),
         DECISIONS,
     ),
     Variant(
         "fixed-lag",
-        "The torque of the hands 20 ms ago, from all samples until now: smoother and closer, for whoever may wait.",
+        "The torque of the hands 20 ms ago, from all samples until now: smoother and more accurate, but late.",
         f"beyond {PAPER}; docs/explanation/driver-torque.md",
         _opener("fixed-lag", _delayed, _DELAYED, DELAY),
         DECISIONS,

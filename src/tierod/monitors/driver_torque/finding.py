@@ -43,7 +43,10 @@ def judge(drive: Drive, vehicle: Vehicle, name: str, rules: FitRules, remarks: t
         return Finding(name, status, headline, evidence=evidence, cause=cause, action=action)
     if wrong := misfits(drive, vehicle, rules):
         cause = "; ".join((*wrong, *suspected(drive, wrong)))
-        action = "correct the vehicle file, or identify the column; if it is right, look for a sensor's gain or delay"
+        action = (
+            "correct the vehicle file, or identify the column; if the file is right, check gain and delay of the "
+            "sensors"
+        )
         headline = f"Torque of the driver's hands: withheld; vehicle file and recording do not fit: {cause}."
         notice = ("the torque of the hands, and when they were on the wheel, are withheld", *remarks)
         decided_by = tuple(name for name, distance in distances(drive, vehicle).items() if rules.beyond(name, distance))
@@ -74,8 +77,9 @@ def _notices(drive: Drive, vehicle: Vehicle, rules: FitRules) -> tuple[str, ...]
     if not rules.apart(math.log(drive.motor_inertia / expected), MOTOR_INERTIA_SPREAD):
         return ()
     return (
-        f"motor_inertia, with the gear's, is {expected:.2g} kg·m² at the motor's shaft, but the motor turns as with "
-        f"{drive.motor_inertia:.2g}; the disturbance torque is wrong by as much, the torque of the hands hardly",
+        f"motor_inertia with that of the gear is {expected:.2g} kg·m² at the motor's shaft, but the recording shows "
+        f"{drive.motor_inertia:.2g}; the disturbance torque is wrong by as much, the torque of the hands hardly "
+        "affected",
     )
 
 
@@ -84,8 +88,8 @@ def _doubts(drive: Drive) -> tuple[str, ...]:
     if not drive.nis > 0.0 or misfit(drive.nis) <= DOUBTED:
         return ()
     return (
-        f"the innovations are {math.sqrt(drive.nis):.1f} times as large as the observer expects: the torque of the "
-        "hands may be as much less certain than stated",
+        f"the innovations are {math.sqrt(drive.nis):.1f} times as large as the observer expects: the standard "
+        "deviation of the torque of the hands may be too small by this factor",
     )
 
 
@@ -152,8 +156,8 @@ def _obstacle(drive: Drive) -> tuple[Status, str, str] | None:
     if drive.turned:
         return Status.NOT_TESTABLE, "; ".join(drive.turned), "correct the channel map and judge the recording again"
     if drive.ready < LEAST_READY:
-        cause = f"the torque was known for {drive.ready:.1f} s, {LEAST_READY:g} s are needed"
-        return Status.NOT_ENABLED, cause, "record longer, with angle and torque throughout"
+        cause = f"the driver torque could be estimated for {drive.ready:.1f} s only; {LEAST_READY:g} s are needed"
+        return Status.NOT_ENABLED, cause, "record longer, with steering_wheel_angle and driver_torque throughout"
     if drive.torque_span < STILL_TORQUE and drive.angle_span < STILL_ANGLE:
         cause = (
             f"the wheel stood still: its angle changed by {math.degrees(drive.angle_span):.2f} degrees, the torque of "
@@ -165,5 +169,5 @@ def _obstacle(drive: Drive) -> tuple[Status, str, str] | None:
             f"the wheel was locked: its angle changed by {math.degrees(drive.angle_span):.2f} degrees, the torque of "
             f"the bar by {drive.torque_span:.0f} N·m"
         )
-        return Status.NOT_ENABLED, cause, "record with a wheel that is free or in a driver's hands"
+        return Status.NOT_ENABLED, cause, "record with the wheel free or in a driver's hands"
     return None

@@ -83,5 +83,5 @@ def remark(vehicle: Vehicle, ratio: float | None) -> str:
     known = vehicle.parameters[NAME]
     file = f"{NAME} is {known.value:.4g} ± {known.standard_deviation or 0.0:.2g} in the vehicle file"
     if ratio is None:
-        return f"motor_angle_mechanical is not used: {file}, and the angles of the beginning do not show it"
-    return f"{file}, and the angles go by {ratio:.4g}, which is used: enter {NAME} = {ratio:.4g}"
+        return f"motor_angle_mechanical is not used: {file}, and the angles at the beginning do not determine it"
+    return f"{file}, but the ratio of the angles is {ratio:.4g}, which is used: enter {NAME} = {ratio:.4g}"

@@ -25,7 +25,7 @@ DEGREES, UNIT_MARGIN = math.degrees(1.0), 0.1
 """Factor between an angle in degrees and in radians, and tolerance on the logarithm of a ratio near that factor."""
 UNNAMED = "the innovations"
 """Start of the sentence on a misfit that names no parameter."""
-NO_THIRD = "steering_wheel_angle or driver_torque may be wrong; motor_angle_mechanical would show which"
+NO_THIRD = "steering_wheel_angle or driver_torque may be wrong; record motor_angle_mechanical to find out which"
 
 
 def misfits(drive: Drive, vehicle: Vehicle, rules: FitRules) -> list[str]:
@@ -52,14 +52,13 @@ def _of_the_column(drive: Drive, vehicle: Vehicle, rules: FitRules) -> list[str]
     inertia = vehicle["steering_wheel_inertia"]
     if rules.apart(_departures(drive, vehicle)["inertia"], 1.0):
         there = inertia + drive.inertia_error
-        wrong.append(
-            f"steering_wheel_inertia is {inertia:.3g} kg·m², but without hands the wheel moves as with {there:.3g}"
-        )
+        wrong.append(f"steering_wheel_inertia is {inertia:.3g} kg·m², but the motion without hands shows {there:.3g}")
     wrong += _misshapen(drive, vehicle, rules)
     if rules.misfit(drive.nis) and (drive.geometry is None or not wrong):
         wrong.append(
-            f"{UNNAMED} are {math.sqrt(drive.nis):.0f} times as large as the observer expects; a signal may be "
-            "late, have an offset or the wrong sign, or motor_inertia, gear_stiffness or the sensors' noise be off"
+            f"{UNNAMED} are {math.sqrt(drive.nis):.0f} times as large as the observer expects; a signal may be late, "
+            "have an offset or the wrong sign, or motor_inertia, gear_stiffness or the noise of the sensors may be "
+            "wrong"
         )
     return wrong
 
@@ -92,13 +91,15 @@ def _misshapen(drive: Drive, vehicle: Vehicle, rules: FitRules) -> list[str]:
     ratio, bar = vehicle["motor_ratio"], vehicle["torsion_bar_stiffness"]
     apart = _departures(drive, vehicle)
     if rules.apart(apart["ratio"], 1.0):
-        wrong.append(f"motor_ratio is {ratio:.4g}, but the angles go by {found.ratio:.4g}")
+        wrong.append(f"motor_ratio is {ratio:.4g}, but the ratio of the angles is {found.ratio:.4g}")
     if is_late(drive, vehicle, rules):
         others = "the others" if found.lag > 0.0 else "both others, which may themselves be late"
         when = "late" if found.lag > 0.0 else "early"
-        return [*wrong, f"{found.late} is some {1e3 * abs(found.lag):.0f} ms {when} against {others}"]
+        return [*wrong, f"{found.late} is about {1e3 * abs(found.lag):.0f} ms {when} relative to {others}"]
     if rules.apart(apart["stiffness"], 1.0):
-        wrong.append(f"torsion_bar_stiffness is {bar:.3g} N·m/rad, but the bar twists as with {found.stiffness:.3g}")
+        wrong.append(
+            f"torsion_bar_stiffness is {bar:.3g} N·m/rad, but the twist of the bar shows {found.stiffness:.3g}"
+        )
     elif rules.apart(apart.get("offset", 0.0), 1.0):
         offset, turn = found.torque_offset, math.degrees(abs(found.torque_offset) / found.stiffness)
         way = "high" if offset > 0.0 else "low"
@@ -135,8 +136,8 @@ def _wrong_unit(drive: Drive, vehicle: Vehicle) -> str:
     if factor < 1.0:
         larger, smaller = smaller, larger
     return (
-        f"{larger} is {DEGREES:.1f} times too large against {smaller} for a motor_ratio of "
-        f"{vehicle['motor_ratio']:.4g}: one of them has degrees and radians mistaken"
+        f"{larger} is {DEGREES:.1f} times too large relative to {smaller} for a motor_ratio of "
+        f"{vehicle['motor_ratio']:.4g}: one of them has degrees and radians confused"
     )
 
 

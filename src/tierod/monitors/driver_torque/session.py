@@ -28,9 +28,8 @@ WITHHELD = (
     "recording; the normalised innovations show where it fits least."
 )
 SIZED = (
-    "NIS is given per measurement, here and in the chart: 1 where the observer knows its own uncertainty, more where "
-    "it claims to know more than it does. It expects a quarter more noise than was measured, so that two thirds are "
-    "usual."
+    "NIS is given per measurement, here and in the chart: 1 where the observer's variances are right, more where they "
+    "are too small. The observer assumes a quarter more noise than was measured, so two thirds are usual."
 )
 
 TRACES = {

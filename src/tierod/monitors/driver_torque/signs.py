@@ -160,7 +160,7 @@ _REASONS = {
     "steering_wheel_angle": "it turns against the motor's angle, and the bar's torque agrees with the motor's",
     "motor_angle_mechanical": "it turns against the wheel's angle, and the bar's torque agrees with the wheel's",
     "driver_torque": "it is positive where both angles show the bar twisted to the right",
-    "motor_torque": "the motor would draw work from a column that only loses it",
+    "motor_torque": "the motor would take energy out of the column, which cannot supply any",
 }
 
 

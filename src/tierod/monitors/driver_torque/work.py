@@ -63,13 +63,13 @@ class WorkOverDrive:
         if self._worked >= LEAST_WORKED * self._rate and share > WRONG_SIGN_SHARE:
             # Hands may pull against a motor that turns the wheel; a motor that only brakes is not an assist.
             name, work = ("driver_torque", self._bar) if self._bar < self._motor else (motor, self._motor)
-            drawn = f", and it draws {-work:.0f} J of work from the steering" if work < 0.0 else ""
-            opposed = f"driver and motor pull against each other {share:.0%} of the time"
+            drawn = f", and it takes {-work:.0f} J out of the steering" if work < 0.0 else ""
+            opposed = f"driver and motor torque oppose each other for {share:.0%} of the time"
             return (f"{name} has the wrong sign: {opposed}{drawn}; {CORRECT}",)
         if self._motor + self._bar < -LEAST_WORK:
             return (
-                f"steering_wheel_angle has the wrong sign, or both driver_torque and {motor}: the torques draw "
-                f"{-self._motor - self._bar:.0f} J of work from a steering that only takes it; {CORRECT}",
+                f"steering_wheel_angle has the wrong sign, or both driver_torque and {motor}: the torques take "
+                f"{-self._motor - self._bar:.0f} J out of the steering, which cannot supply energy; {CORRECT}",
             )
         return ()
 
@@ -78,6 +78,6 @@ class WorkOverDrive:
         if self._alone >= -LEAST_WORK:
             return ()
         return (
-            f"the hands draw {-self._alone:.0f} J of work from the steering, as with lane keeping, or with a wrong "
-            "sign of driver_torque or steering_wheel_angle",
+            f"the hands take {-self._alone:.0f} J out of the steering, as under lane keeping, or with a wrong sign of "
+            "driver_torque or steering_wheel_angle",
         )

@@ -40,12 +40,13 @@ BASELINE = tuple(
     Decision(
         name=f"{name}, baseline",
         distance=f"friction over {ratio:g} times the car's baseline, less one, in standard deviations of a fault-free "
-        f"car's wander ({TUNING.wander:g}), by the second",
+        f"car's estimate ({TUNING.wander:g}), times the sample time in seconds",
         rule=TUNING.alarm,
         place="block.verdict.alarm",
         mean_time_between_false_alarms=mean,
         demonstrated=Demonstrated(6.8),
-        source="24 drives in wind, ruts and banked bends, carried on; more seldom elsewhere; hours are those judged",
+        source="24 drives in wind, ruts and banked bends, extrapolated; false alarms are rarer on other roads; hours "
+        "of judged time",
         design=RISING_DESIGN if name == "rising" else None,
         statistic=statistic,
         levels=(1.0,),
@@ -62,13 +63,14 @@ ABSOLUTE = tuple(
         distance="friction over the limit, in standard deviations of the torques' common gain (8 %) and of the "
         "estimate",
         rule=OwnRule(
-            "the same sum for friction less one standard deviation; 1.2 times nominal is 3.8 of them away",
+            "the same cumulative sum, for friction less one standard deviation; 1.2 times nominal is 3.8 standard "
+            "deviations away",
             {"tuning.confidence": 1.0, "tuning.gain_deviation": 0.08, "tuning.excess": TUNING.excess},
         ),
         place="block.verdict",
         mean_time_between_false_alarms=mean,
         demonstrated=Demonstrated(152.0, 1),
-        source="Gaussian gains of 8 %; cars of the virtual fleet, estimates of 7.6 to 8.5 %",
+        source="Gaussian gain errors of 8 %; cars of the virtual fleet, whose estimates scatter by 7.6 to 8.5 %",
         unit="car",
         design=ABSOLUTE_DESIGN if name == "rising" else None,
         statistic=statistic,
@@ -88,8 +90,8 @@ VARIANCE_DECISIONS = (
         place="block.alarm",
         mean_time_between_false_alarms=None,
         demonstrated=Demonstrated(24.0),
-        source="that variance is where 99 % of the windows of healthy drives lie below; shown without the gate, whose "
-        "conditions were met too seldom for a verdict in any of these drives",
+        source="baseline_variance is the 99 % quantile over the windows of healthy drives; demonstrated without the "
+        "gate, whose conditions held too rarely for a verdict in any of these drives",
         unit="recording",
         statistic="variance",
         level="threshold",

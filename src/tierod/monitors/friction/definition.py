@@ -41,8 +41,8 @@ PAPER = "Mohtat et al., Steering friction monitoring by joint state-parameter es
 Opener = Callable[[Vehicle, float, Baseline | None], Session]
 
 _WIDE = (
-    "This estimator expects errors of its torque balance that last half a second, and sets its variance wide for them: "
-    "a mean NIS far below 1 is its normal state. A NIS near or above 1 says that the balance does not fit the car."
+    "This estimator allows for errors of its torque balance that last half a second, and so expects a large variance: "
+    "a mean NIS far below 1 is normal. A NIS near or above 1 means that the balance does not fit the car."
 )
 
 
@@ -81,7 +81,7 @@ def _baseline(name: str, gate: VarianceGate | None) -> Opener:
 _VARIANTS = (
     Variant(
         "pre-sliding",
-        "Regression on friction as it builds up over an angle that is learnt: no bias from pre-sliding.",
+        "Regression that also learns the angle over which friction builds up, so that pre-sliding causes no bias.",
         f"beyond {PAPER}; docs/explanation/friction.md",
         _presliding,
         DECISIONS,
@@ -95,14 +95,14 @@ _VARIANTS = (
     ),
     Variant(
         "refined-printed",
-        "The same filter exactly as printed: literal noise, covariance that ignores the enabling.",
+        "The same filter exactly as printed: noise as printed, covariance that ignores the enabling.",
         f"{PAPER}, eqs (5) to (14) and Table 3",
         _paper("refined-printed", printed),
         DECISIONS,
     ),
     Variant(
         "refined-open",
-        "As printed, with the virtual noise of the self-aligning torque opened so that it is tracked.",
+        "As printed, with more virtual noise of the self-aligning torque, so that the filter tracks it.",
         f"{PAPER}, eqs (5) to (14), second reading of Q",
         _paper("refined-open", printed_open),
         DECISIONS,

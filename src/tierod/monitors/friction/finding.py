@@ -23,8 +23,8 @@ CLOSE = 0.9
 1.2 to 1.6 times the baseline."""
 
 SETTLE = (
-    "calibrate the torques, compare with this car's baseline from an earlier fault-free drive, or measure with a "
-    "lock-to-lock turn what was added"
+    "calibrate driver_torque and motor_torque, judge against this car's baseline from an earlier fault-free drive, or "
+    "measure the friction in a lock-to-lock test"
 )
 
 
@@ -191,7 +191,10 @@ def held_against(run: FrictionRun, limits: Limits, status: Status) -> str:
         limit = limits.fault if status is Status.FAULT else limits.rising
         if run.judged.statement.kind == BY_LIMIT:
             name = "fault limit" if status is Status.FAULT else "limit of rising friction"
-            parts = [f"above the {name} of {limit.absolute:.4g} N·m, which acts from {limit.absolute_from:.2f}", ratio]
+            parts = [
+                f"above the {name} of {limit.absolute:.4g} N·m plus its margin ({limit.absolute_from:.2f} N·m)",
+                ratio,
+            ]
         else:
             parts = [f"{ratio}, {status.value} from {limit.ratio:.4g} times"]
         parts.append(f"nominal {run.limits.nominal_friction:.4g} N·m")
@@ -222,10 +225,10 @@ def explained(run: FrictionRun, limits: Limits, status: Status) -> tuple[str, st
         )
     cause = "; it is ".join((cause, *_margins(run, limits, status)))
     if limits.fault.in_margin:
-        return cause, f"have the steering inspected now, and settle whether it is a fault: {SETTLE}"
+        return cause, f"have the steering inspected now, and to find out whether it is a fault, {SETTLE}"
     if limits.rising.friction > CLOSE * limits.fault.acts_from:
         return cause, (
-            f"it is close to a fault, which acts from {limits.fault.acts_from:.2f} N·m: inspect the boots of the "
+            f"friction is close to a fault, which begins at {limits.fault.acts_from:.2f} N·m: inspect the boots of the "
             "steering gear, joints and bearings now, and record again"
         )
     return cause, "watch it: record again within days, and inspect the boots of the steering gear at the next service"
@@ -246,9 +249,12 @@ def _level(run: FrictionRun) -> str:
 def _fault_to_come(limits: Limits) -> str:
     fault = limits.fault
     if fault.in_margin:
-        return f"above the fault limit of {fault.absolute:.4g} N·m too, which acts from {fault.absolute_from:.2f}"
+        return (
+            f"also above the fault limit of {fault.absolute:.4g} N·m, but within its margin (up to "
+            f"{fault.absolute_from:.2f} N·m)"
+        )
     if fault.friction > fault.acts_from:
-        return f"beyond the {fault.acts_from:.2f} N·m of a fault, but not for long enough to be one"
+        return f"above the {fault.acts_from:.2f} N·m of a fault, but not yet long enough"
     return f"fault from {fault.acts_from:.2f} N·m"
 
 
@@ -257,8 +263,7 @@ def _margins(run: FrictionRun, limits: Limits, status: Status) -> list[str]:
     margin = run.verdict.tuning.confidence * run.verdict.tuning.gain_deviation
     named = [("fault limit", limits.fault), ("limit of rising friction", limits.rising)]
     return [
-        f"above the {name} of {limit.absolute:.4g} N·m, but within the {margin:.0%} by which the torque sensors' gain "
-        "may be off"
+        f"above the {name} of {limit.absolute:.4g} N·m, but within the tolerance of the torque gain ({margin:.0%})"
         for name, limit in (named[:1] if status is Status.RISING else named)
         if limit.in_margin
     ][:1]
@@ -271,10 +276,11 @@ def _healthy(run: FrictionRun, limits: Limits) -> tuple[str, str]:
     cause = f"friction is {margins[0]}"
     if run.verdict.learnt_level is not None:
         return (
-            f"{cause}; against the baseline that was handed in it has not risen",
-            "none if that level is of a fault-free car; if not, calibrate the torques or turn from lock to lock",
+            f"{cause}; compared with the given baseline it has not risen",
+            "none if the baseline comes from a fault-free car; otherwise calibrate driver_torque and motor_torque, or "
+            "make a lock-to-lock test",
         )
-    return cause, f"settle whether it has risen before its level is stored as that of a fault-free car: {SETTLE}"
+    return cause, f"before this level is stored as that of a fault-free car, find out whether it has risen: {SETTLE}"
 
 
 def _suspect(run: FrictionRun, limits: Limits) -> tuple[str, str]:
@@ -282,12 +288,13 @@ def _suspect(run: FrictionRun, limits: Limits) -> tuple[str, str]:
         nominal = run.limits.nominal_friction
         least = run.verdict.tuning.smallest_friction
         return (
-            f"friction is implausible: {run.friction / nominal:.2f} times nominal, where no steering has "
-            f"less than {least:.2g}; motor_torque or driver_torque is clipped, or its gain too low, or motor_ratio is "
-            "not that of this car",
-            "check range and gain of the torques and the vehicle file, and record again: a fault may hide behind it",
+            f"friction is implausible: {run.friction / nominal:.2f} times nominal, below the plausible minimum of "
+            f"{least:.2g}; motor_torque or driver_torque may be clipped or its gain too low, or motor_ratio may be "
+            "wrong",
+            "check range and gain of both torques, and motor_ratio in the vehicle file, and record again; until then "
+            "a fault may stay undetected",
         )
-    inspect = "if it returns, inspect the column's joints, the steering gear and the boots for water"
+    inspect = "if the excess returns, inspect column joints, steering gear and boots for water"
     causes = []
     if run.judged.pending > 0.5:
         own = run.friction > limits.rising.relative_from
@@ -297,7 +304,7 @@ def _suspect(run: FrictionRun, limits: Limits) -> tuple[str, str]:
             else f"{run.friction:.2f} N·m, rising from {limits.rising.absolute_from:.2f}"
         )
         causes.append(
-            f"friction was last {above}, but the recording ended or signals were lost before it could be confirmed"
+            f"at the end friction was {above}; the recording ended, or signals were lost, before this was confirmed"
         )
     if run.judged.figures.worst_alarm > 0.0:
         seconds = run.judged.figures.alarm_seconds
@@ -308,10 +315,10 @@ def _suspect(run: FrictionRun, limits: Limits) -> tuple[str, str]:
 def _alarm(run: FrictionRun, limit: Limit, status: Status) -> str:
     if run.judged.statement.kind == BY_LIMIT:
         return (
-            f"friction is above the limit of the vehicle file by more than the torque sensors' gain may be off: "
-            f"{limit.absolute:.4g} N·m, which acts from {limit.absolute_from:.2f}"
+            "friction is above the limit of the vehicle file by more than errors of torque gain and estimate explain: "
+            f"{limit.absolute:.4g} N·m, with this margin {limit.absolute_from:.2f} N·m"
         )
     return (
-        f"friction rose above {_level(run)}: {run.judged.ratio:.2f} times it, {status.value} from {limit.ratio:.4g} "
-        f"times ({limit.relative_from:.2f} N·m)"
+        f"friction rose to {run.judged.ratio:.2f} times {_level(run)}; {status.value} from {limit.ratio:.4g} times "
+        f"({limit.relative_from:.2f} N·m)"
     )

@@ -41,7 +41,7 @@ VALUES = ("friction_torque", "friction_torque_standard_deviation", "ratio_to_bas
 
 WITHHELD = (
     "The value of friction is withheld, so its course, its spread, its hysteresis and its ratio to the baseline are "
-    "not shown: what the estimator computed means nothing here. The verdict says why."
+    "not shown: the estimate is not valid here. The verdict gives the reason."
 )
 
 Acting = Callable[[Mapping[str, np.ndarray], Result], np.ndarray]
@@ -243,8 +243,9 @@ def _with_presence(finding: Finding, found: HysteresisPresence | None) -> Findin
         return finding
     what = "is present, but its size cannot be estimated" if found.present else "does not stand out from chance"
     sentence = (
-        f"hysteresis of dry friction {what}: the torques follow {found.share:.0%} of its build-up that angle, rate and "
-        f"lateral acceleration leave open, and up to {found.chance:.0%} of shifted copies"
+        f"hysteresis of dry friction {what}: the torques explain {found.share:.0%} of the part of its build-up that "
+        f"angle, rate and lateral acceleration do not explain, and up to {found.chance:.0%} of it for copies shifted "
+        "in time"
     )
     figures = {"hysteresis_share": found.share, "hysteresis_by_chance_share": found.chance}
     return dataclasses.replace(finding, cause=f"{finding.cause}; {sentence}", evidence={**finding.evidence, **figures})

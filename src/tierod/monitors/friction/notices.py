@@ -11,13 +11,13 @@ from tierod.monitors.friction.judged import JudgedFriction
 from tierod.monitors.friction.verdict import FrictionLimits, FrictionVerdict
 
 GAIN_WARNING = (
-    "a common gain error of both torques scales the estimate and shows in no signal: 10 % of torque is 10 % of "
-    "friction; the ratio to the baseline is free of it"
+    "a gain error common to both torques scales the estimate and cannot be detected: 10 % of torque gives 10 % of "
+    "friction; the ratio to the baseline is not affected"
 )
 
 RIGID_WARNING = (
-    "the vehicle file gives no torsion_bar_stiffness, so the column is taken as rigid: with a bar of 140 N·m/rad "
-    "friction then reads right at 4 N·m and 0.2 to 0.5 N·m high at 12.5, and its build-up angle too long"
+    "the vehicle file gives no torsion_bar_stiffness, so the column is assumed rigid: with a bar of 140 N·m/rad the "
+    "estimate is then right at 4 N·m and 0.2 to 0.5 N·m too high at 12.5 N·m, and the build-up angle is too long"
 )
 
 SMALLEST_LEVEL = 0.8
@@ -96,17 +96,18 @@ def _levels(run: FrictionRun) -> list[str]:
     warnings, friction = [], run.friction
     if run.judged.known_level <= 0.0:
         warnings.append(
-            "the baseline is not learnt (too little time, or friction above its limit): only absolute limits judge"
+            "the baseline is not learnt (too little time, or friction above its limit): only the absolute limits apply"
         )
     elif run.judged.ratio < SMALLEST_LEVEL:
         warnings.append(
-            f"friction is {run.judged.ratio:.2f} times the baseline: was that learnt on this car, with these sensors?"
+            f"friction is {run.judged.ratio:.2f} times the baseline: check that this was learnt on this car, with "
+            "these sensors"
         )
     nominal = run.limits.nominal_friction
     if run.verdict.tuning.smallest_friction * nominal <= friction < SMALLEST_NOMINAL * nominal:
         warnings.append(
-            f"friction is only {friction / nominal:.2f} times nominal: is the gain of the torques too low, the motor's "
-            "gear ratio right, and the vehicle file that of this car? If not, a fault may be read as healthy"
+            f"friction is only {friction / nominal:.2f} times nominal: check the gain of the torques, the motor's gear "
+            "ratio, and whether the vehicle file belongs to this car; if one is wrong, a fault may be judged healthy"
         )
     return warnings
 
@@ -124,27 +125,27 @@ def _delays(run: FrictionRun) -> list[str]:
     inertia, damping = run.evidence.get("inertia_kgm2", 0.0), run.judged.fit.damping
     if inertia < 0.0:
         warnings.append(
-            f"the learnt inertia is negative ({inertia:.3f} kg·m²): a signal is probably late. Torques 50 ms late make "
-            "friction read low by 0.2 to 0.4 N·m, and 100 ms by 0.5 to 0.8; a lateral acceleration late by 0.5 s makes "
-            "it read high by 0.9 to 1.9"
+            f"the learnt inertia is negative ({inertia:.3f} kg·m²): a signal is probably late. Torques that are 50 ms "
+            "late lower the friction estimate by 0.2 to 0.4 N·m, 100 ms by 0.5 to 0.8 N·m; a lateral acceleration "
+            "that is 0.5 s late raises it by 0.9 to 1.9 N·m"
         )
     if run.parameters is not None:
         below = run.parameters.below_bar
         if inertia > LARGEST_INERTIA * below.inertia:
             warnings.append(
-                f"the learnt inertia is {inertia / below.inertia:.1f} times that of the vehicle file: "
-                "the angle is probably late against the torques, by 100 ms or so, and friction reads a little high"
+                f"the learnt inertia is {inertia / below.inertia:.1f} times that of the vehicle file: the angle is "
+                "probably about 100 ms later than the torques, and the friction estimate slightly too high"
             )
         if damping > LARGEST_DAMPING * below.damping:
             warnings.append(
-                f"the learnt damping is {damping / below.damping:.1f} times that of the vehicle file: "
-                "either the car's is, or yaw rate and lateral acceleration are late; 200 ms make friction read 0.5 to "
-                "0.6 N·m high"
+                f"the learnt damping is {damping / below.damping:.1f} times that of the vehicle file: either this car "
+                "has more damping, or yaw rate and lateral acceleration are late; a delay of 200 ms raises the "
+                "friction estimate by 0.5 to 0.6 N·m"
             )
     if not 1.0 / LARGEST_ALIGNING < run.judged.fit.aligning_gain < LARGEST_ALIGNING:
         warnings.append(
-            f"the self-aligning torque is {run.judged.fit.aligning_gain:.2f} times what the vehicle file expects: do "
-            "mass, trail and steering ratio belong to this car?"
+            f"the self-aligning torque is {run.judged.fit.aligning_gain:.2f} times the value from the vehicle file: "
+            "check that mass, trail and steering ratio belong to this car"
         )
     return warnings
 
@@ -154,16 +155,18 @@ def _signals(run: FrictionRun) -> list[str]:
     present = figures.settled_seconds / figures.seconds
     if present < SMALLEST_PRESENCE:
         warnings.append(
-            f"signals were missing, or had just come back, for {1.0 - present:.0%} of the recording: the verdict rests "
-            "on the rest and says nothing of what happened meanwhile"
+            f"signals were missing, or had just come back, for {1.0 - present:.0%} of the recording: the verdict "
+            "covers only the rest"
         )
     left = figures.left_seconds / figures.enabled_seconds
     if not ONE_SIDED < left < 1.0 - ONE_SIDED:
-        warnings.append(f"{left:.0%} of the enabled time turned left: one-sided, offsets may leak into friction")
+        warnings.append(
+            f"{left:.0%} of the enabled time was spent in left turns: sensor offsets may bias the friction estimate"
+        )
     if figures.worked_seconds > 0.0 and figures.opposed_seconds > OPPOSED * figures.worked_seconds:
         share = figures.opposed_seconds / figures.worked_seconds
         warnings.append(
-            f"driver and motor opposed each other for {share:.0%} of the time that the wheel was worked: was lane "
-            "keeping active?"
+            f"driver and motor torque opposed each other for {share:.0%} of the time in which the driver turned the "
+            "wheel: check whether lane keeping was active"
         )
     return warnings

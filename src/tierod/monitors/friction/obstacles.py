@@ -30,8 +30,8 @@ def obstacles(judged: JudgedFriction, tuning: AlarmTuning) -> list[Obstacle]:
 
 def _no_signals(judged: JudgedFriction, tuning: AlarmTuning) -> Words:
     return (
-        "never were all signals present together for the settling time",
-        "check with 'tierod inspect' which signal is missing, and the channel map",
+        "the signals were never all present at once for the settling time",
+        "find the missing signal with 'tierod inspect', and check the channel map",
     )
 
 
@@ -46,13 +46,13 @@ def _opposed(judged: JudgedFriction, tuning: AlarmTuning) -> Words:
     share = judged.figures.opposed_seconds / judged.figures.worked_seconds
     if share > WRONG_SIGN_SHARE:
         return (
-            f"driver and motor torque have opposite signs {share:.0%} of the time that the wheel was worked: one of "
-            "them has the wrong sign",
+            f"driver and motor torque have opposite signs for {share:.0%} of the time in which the driver turned the "
+            "wheel: one of them has the wrong sign",
             "check the signs in the channel map: both are positive towards the left",
         )
     return (
-        f"driver and motor torque act against each other {share:.0%} of the time that the wheel was worked, as under "
-        "lane keeping",
+        f"driver and motor torque act against each other for {share:.0%} of the time in which the driver turned the "
+        "wheel, as under lane keeping",
         "record with lane keeping and other steering functions switched off",
     )
 
@@ -61,9 +61,9 @@ def _too_little_time(judged: JudgedFriction, tuning: AlarmTuning) -> Words:
     enabled = judged.figures.enabled_seconds
     closed_by, remedy = _closing_condition(judged.figures)
     if enabled <= 0.0:
-        return f"the enabling conditions never held together: {closed_by}", remedy
+        return f"the enabling conditions never held at the same time: {closed_by}", remedy
     return (
-        f"only {enabled:.1f} s enabled of {tuning.ready_time:.0f} s needed: {closed_by}",
+        f"the enabling conditions held for {enabled:.1f} s only, {tuning.ready_time:.0f} s are needed: {closed_by}",
         f"record longer; {remedy}",
     )
 
@@ -79,8 +79,9 @@ def _closing_condition(figures: FrictionFigures) -> Words:
         ),
         (
             figures.slow_seconds / whole,
-            "the vehicle stood or crept",
-            "drive faster than walking pace, or judge a lock-to-lock test with --monitor hysteresis",
+            "the vehicle stood or rolled slowly",
+            "drive faster than walking pace, or judge a lock-to-lock test with the monitor hysteresis (variant hoist "
+            "or ground)",
         ),
         (
             figures.hands_off_seconds / whole,
@@ -95,14 +96,14 @@ def _closing_condition(figures: FrictionFigures) -> Words:
         (figures.opposed_seconds / whole, "driver and motor opposed each other", "switch lane keeping off"),
     ]
     causes.sort(key=lambda cause: -cause[0])
-    named = [f"{text} {share:.0%} of the recording" for share, text, _ in causes if share >= 0.005]
+    named = [f"{text} for {share:.0%} of the recording" for share, text, _ in causes if share >= 0.005]
     return "; ".join(named) or "the recording is short", causes[0][2]
 
 
 def _negative(judged: JudgedFriction, tuning: AlarmTuning) -> Words:
     what = "friction" if judged.statement.magnitude <= 0.0 else "self-aligning torque"
     return (
-        f"the estimated {what} is negative, which no steering has: a signal has the wrong sign",
+        f"the estimated {what} is negative, which is physically impossible: a signal has the wrong sign",
         "check the signs in the channel map; in a left turn angle, yaw rate, lateral acceleration and both torques are "
         "positive",
     )
@@ -110,8 +111,8 @@ def _negative(judged: JudgedFriction, tuning: AlarmTuning) -> Words:
 
 def _damping(judged: JudgedFriction, tuning: AlarmTuning) -> Words:
     return (
-        f"the learnt damping is {judged.fit.damping:.1f} N·m·s/rad, which no steering has: the signals contradict each "
-        "other",
+        f"the learnt damping is {judged.fit.damping:.1f} N·m·s/rad, too low for any steering: the signals contradict "
+        "each other",
         "check the sign of the steering wheel rate against the angle, the units of yaw rate (rad/s) and lateral "
         "acceleration (m/s²), and the delays between the signals",
     )
@@ -119,8 +120,8 @@ def _damping(judged: JudgedFriction, tuning: AlarmTuning) -> Words:
 
 def _aligning(judged: JudgedFriction, tuning: AlarmTuning) -> Words:
     return (
-        f"the self-aligning torque is {judged.fit.aligning_gain:.2f} times what the vehicle file expects; a wrong "
-        "trail explains 1/3 to 3",
+        f"the self-aligning torque is {judged.fit.aligning_gain:.2f} times the value from the vehicle file; a wrong "
+        "trail explains only factors from 1/3 to 3",
         "check the units of yaw rate (rad/s) and lateral acceleration (m/s²), and whether the vehicle file (mass, "
         "trail, steering ratio) belongs to this car",
     )
@@ -128,9 +129,9 @@ def _aligning(judged: JudgedFriction, tuning: AlarmTuning) -> Words:
 
 def _unfit(judged: JudgedFriction, tuning: AlarmTuning) -> Words:
     return (
-        f"the torque balance does not fit: it leaves {judged.fit.residual:.1f} N·m open (root mean square)",
+        f"the torque balance does not fit: its residual is {judged.fit.residual:.1f} N·m (root mean square)",
         "check with 'tierod inspect' for a signal that is stuck, has the wrong sign or unit (rad, rad/s, m/s², N·m), "
-        "or comes late, and whether the vehicle file belongs to this car",
+        "or is late, and whether the vehicle file belongs to this car",
     )
 
 

@@ -61,7 +61,7 @@ class RollingVariance:
     def __post_init__(self) -> None:
         if self.block_samples < 1 or self.blocks < 1:
             raise ParameterError(
-                f"a window of {self.blocks} blocks of {self.block_samples} samples is none; give at least 1 of each"
+                f"a window of {self.blocks} blocks of {self.block_samples} samples is empty; give at least 1 of each"
             )
 
     def init(self) -> State:

@@ -218,9 +218,9 @@ class GainsOverDrive:
         """Defects of torques with a wrong gain, or with a gain or zero that changes within the drive."""
         if self._changed > 0.0:
             sentence = (
-                "motor_torque no longer follows driver_torque, vehicle_speed and steering_wheel_angle as at the "
-                f"beginning of the drive, by {self._changed:.0%} of it: gain or zero of one of them has changed, or "
-                "the mode of the assist"
+                f"motor_torque differs by up to {self._changed:.0%} from what it was at the beginning of the drive for "
+                "the same driver_torque, vehicle_speed and steering_wheel_angle: gain or zero of one of them, or the "
+                "assist mode, has changed"
             )
             return (Defect((*BOTH, "vehicle_speed", "steering_wheel_angle"), sentence),)
         found = self.found()
@@ -237,7 +237,9 @@ class GainsOverDrive:
             return (Defect(BOTH, f"driver_torque or motor_torque has a wrong gain: {together}"),)
         if min(driver, motor) > math.log(limits.single):
             gains = f"{found.driver:.2f} and {found.motor:.2f} times the right gain"
-            return (Defect(BOTH, f"driver_torque and motor_torque have {gains}: the assist bends elsewhere"),)
+            return (
+                Defect(BOTH, f"driver_torque and motor_torque have {gains}: the assist curve bends at another torque"),
+            )
         return ()
 
 

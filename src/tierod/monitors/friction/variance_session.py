@@ -78,11 +78,14 @@ class VarianceSession(BlockSession):
             return None
         if windows < NEEDED_WINDOWS:
             status = Status.NOT_ENABLED if not windows else Status.NOT_READY
-            cause = f"its conditions held for {evidence['enabled_share']:.1%} of the drive: {windows} full windows"
+            cause = (
+                f"its enabling conditions held for {evidence['enabled_share']:.1%} of the drive: {windows} full "
+                f"windows, {NEEDED_WINDOWS} are needed"
+            )
             action = "record a longer drive with more curves, or use the variant 'pre-sliding'"
         else:
             status, cause = Status.NOT_TESTABLE, "the vehicle file gives no threshold for the variance"
-            action = "take baseline_variance from healthy drives of this car, or use the variant 'pre-sliding'"
+            action = "determine baseline_variance from healthy drives of this car, or use the variant 'pre-sliding'"
         subject = "Friction of the steering by the baseline method"
         return withheld(self.name, subject, [Obstacle(status, cause, action)], evidence)
 
@@ -104,7 +107,7 @@ class VarianceSession(BlockSession):
             Estimate(QUANTITY, median, deviation, "N**2*m**2", {"fault": self.threshold}),
             evidence,
             "the two self-aligning torques differ more than on the healthy car" if fault else "the two torques agree",
-            "judge again with the variant 'pre-sliding', which gives a torque" if fault else "none",
+            "judge again with the variant 'pre-sliding', which estimates the friction torque" if fault else "none",
             ("the variance depends on tyres and parameters of the car as much as on friction",),
             (VARIANCE_DECISIONS[0].name,) if fault else (),
         )

@@ -49,7 +49,7 @@ def load_baseline(path: str | Path) -> Baseline:
         level = _level(read_text(path, "the level"))
     except ValueError as error:
         raise InputError(
-            f"{path} is not a level that tierod stored ({error}); name another file, or remove it to learn anew"
+            f"{path} is not a baseline that tierod stored ({error}); name another file, or remove it to learn anew"
         ) from None
     return level
 
@@ -69,7 +69,7 @@ def _level(text: str) -> Baseline:
     if not all(isinstance(figure, int | float) and math.isfinite(figure) for figure in figures):
         raise ValueError("value, deviation and seconds must be finite numbers")
     if not (level.value > 0.0 and level.deviation >= 0.0):
-        raise ValueError(f"value {level.value:g} and deviation {level.deviation:g} cannot be")
+        raise ValueError(f"value {level.value:g} must be above zero and deviation {level.deviation:g} not negative")
     return level
 
 
@@ -99,7 +99,10 @@ def keep_first(level: Baseline, path: str | Path) -> str:
     """
     with holding(path) as place:
         if place.exists():
-            return f"{path} was written by another program meanwhile and stays; this recording was judged without it"
+            return (
+                f"{path} was written by another program in the meantime and is kept; this recording was judged without "
+                "it"
+            )
         store_baseline(level, place)
     return f"written to {path}; later recordings are judged against it"
 

@@ -29,7 +29,10 @@ class Demonstrated:
 
     def __post_init__(self) -> None:
         if not (self.observed > 0.0 and self.alarms >= 0):
-            raise ValueError(f"observed is {self.observed} and alarms {self.alarms}; expected some, and none or more")
+            raise ValueError(
+                f"observed is {self.observed} and alarms {self.alarms}; expected observed above zero and "
+                "alarms not negative"
+            )
 
     @property
     def most(self) -> float:
@@ -163,7 +166,7 @@ def rule_in_words(rule: Any) -> str:
     if isinstance(rule, OwnRule):
         return rule.stated
     if isinstance(rule, Cusum):
-        forgiven = f"{rule.drift:.3g} forgiven per value, " if rule.drift else ""
+        forgiven = f"drift {rule.drift:.3g} per value, " if rule.drift else ""
         return f"cumulative sum{sides}: {forgiven}threshold {rule.threshold:.4g}"
     if isinstance(rule, HeldThreshold):
         held = f" in {rule.hold} values one after the other" if rule.hold > 1 else ""
@@ -171,7 +174,7 @@ def rule_in_words(rule: Any) -> str:
     if isinstance(rule, GeometricAverage):
         return f"geometric average{sides}: weight {rule.weight:.3g}, threshold {rule.threshold:.4g}"
     if isinstance(rule, SequentialTest):
-        return f"sequential test: shift {rule.shift:.3g}, evidence {rule.upper:.3g} for and {rule.lower:.3g} against"
+        return f"sequential test: shift {rule.shift:.3g}, thresholds {rule.upper:.3g} for and {rule.lower:.3g} against"
     if isinstance(rule, LikelihoodRatio):
         return f"likelihood ratio: threshold {rule.threshold:.4g}"
     return str(rule)

@@ -151,7 +151,7 @@ SHARE_CLIPPED = 0.005
 """Least share of that time in the drive [-], so that a motor at its limit in a single manoeuvre does not count."""
 
 
-REPAIR = "repair the signal, or its entry in channel map or vehicle file, and record again"
+REPAIR = "repair the sensor and record again, or correct the entry in channel map or vehicle file and judge again"
 """Remedy for a defective signal."""
 
 
@@ -237,7 +237,7 @@ class InputDefects:
                 continue
             delay = abs(lag.delay - relation.usual)
             deviation = math.hypot(lag.deviation, relation.usual_deviation)
-            sentence = f"{late} is late against {beside}, by {delay:.2f} ± {deviation:.2f} s"
+            sentence = f"{late} is late relative to {beside}, by {delay:.2f} ± {deviation:.2f} s"
             found.setdefault(late, Defect((late,), sentence))
         return list(found.values())
 
@@ -262,7 +262,7 @@ class InputDefects:
                 if extreme != 0.0 and end[extreme] > least and piles_up(end[extreme], others):
                     seconds = end[extreme] / RATE
                     value = in_words(extreme, units.get(name, ""), 4)
-                    sentence = f"{name} is clipped at its {side} end {value} for {seconds:.0f} s in all"
+                    sentence = f"{name} is clipped at its {side} limit {value} for {seconds:.0f} s in total"
                     found.append(Defect((name,), sentence))
         return found
 
@@ -320,7 +320,7 @@ def with_defects(finding: Finding, defects: Sequence[Defect], monitor: Monitor) 
         return warned
     why = "; ".join(decisive)
     suspect = replace(warned, status=Status.SUSPECT)
-    headline = f"{monitor.title}: {suspect.shown_status}, since {why}. Without regard to that: {finding.headline}"
+    headline = f"{monitor.title}: {suspect.shown_status}, because {why}. Ignoring this: {finding.headline}"
     return replace(suspect, headline=headline).after(why, REPAIR)
 
 
@@ -329,11 +329,11 @@ def _withheld(finding: Finding, why: Sequence[str], monitor: Monitor) -> Finding
     status = replace(finding, status=Status.SUSPECT)
     return replace(
         status,
-        headline=f"{monitor.title}: {status.shown_status}, since {'; '.join(why)}. No value is stated.",
+        headline=f"{monitor.title}: {status.shown_status}, because {'; '.join(why)}. No value is given.",
         estimate=None,
         cause="; ".join(why),
-        action="correct scale, unit or time of the signal in the channel map, or give the vehicle file of this car "
-        "(tierod identify vehicle), and judge anew",
+        action="correct scale or unit of the signal in the channel map, or its time stamps, or give the vehicle file "
+        "of this car (tierod identify vehicle), and judge again",
     )
 
 

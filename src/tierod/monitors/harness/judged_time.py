@@ -96,7 +96,7 @@ class JudgedTime:
         why = (
             " and ".join(f"{name} is {'stuck' if name in stuck else 'missing'}" for name in lost) or "signals are lost"
         )
-        cause = f"{why} from {since:.1f} s on, and nothing was judged since then ({self.end - since:.0f} s)"
+        cause = f"{why} from {since:.1f} s on, so nothing was judged after that ({self.end - since:.0f} s)"
         if finding.status is Status.RISING:
             return replace(finding, cause=f"{finding.cause}; {cause}")
         repair = "repair the sensor or its messages, and record again with all signals to the end"

@@ -94,7 +94,7 @@ class MissingStretches:
     def _sentence(self, name: str, found: list[tuple[float, float, float]]) -> str:
         listed = ", ".join(self._when(*each) for each in found[:NAMED])
         more = f" and {len(found) - NAMED} more times" if len(found) > NAMED else ""
-        means = "what is estimated there rests on the other signals, or is held"
+        means = "estimates there rest on the other signals, or are held"
         return f"{name} is missing {listed}{more}: {means}; check the sensor and its messages"
 
     def _when(self, start: float, end: float, length: float) -> str:

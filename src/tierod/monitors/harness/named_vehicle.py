@@ -54,8 +54,8 @@ def other_vehicle(metadata: Mapping[str, Any], judged_as: str) -> str | None:
     if named is None:
         return None
     return (
-        f"the recording was made with the vehicle '{named}', but is judged as '{judged_as}': where these differ, "
-        "the verdict is worth nothing; check --vehicle"
+        f"the recording was made with the vehicle '{named}', but is judged as '{judged_as}': where these differ, the "
+        "verdict is not valid; check --vehicle"
     )
 
 

@@ -67,8 +67,8 @@ def refuse_leap(last: float, following: float) -> None:
     """
     if following - last > LEAP:
         raise InputError(
-            f"the time leaps ahead from about {last:.6g} s by {(following - last) / 86400.0:.3g} days; "
-            "cut the recording there and judge the parts one by one"
+            f"the time jumps ahead from about {last:.6g} s by {(following - last) / 86400.0:.3g} days; cut the "
+            "recording there and judge the parts one by one"
         )
 
 

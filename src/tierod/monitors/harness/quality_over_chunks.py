@@ -153,7 +153,7 @@ class QualityOverChunks:
             if too_slow(rate, minimum_rate):
                 milliseconds = not too_slow(1e3 * rate, minimum_rate) and rate < 1.0
                 raise InputError(
-                    f"{name} comes at {rate:.3g} Hz; at least {minimum_rate:g} Hz are needed: record it faster"
+                    f"{name} is sampled at {rate:.3g} Hz; at least {minimum_rate:g} Hz are needed: record it faster"
                     + (', or, if its time counts milliseconds, call that column "time [ms]"' if milliseconds else "")
                 )
         return all(name in self._rows and np.isfinite(self._rows[name].rate) for name in names)

@@ -54,7 +54,7 @@ ROUNDING = 1e-6
 """Time after a step of the grid within which a sample still belongs to it, as in the alignment of recordings [s]."""
 
 
-EXACT = "all parameters of the vehicle are assumed to be exact: bands and verdict do not hold their spread"
+EXACT = "all parameters of the vehicle are assumed to be exact: bands and verdict do not include their spread"
 """Remark of a diagnosis without the spread of the parameters."""
 
 

@@ -13,8 +13,8 @@ INCREASE_DESIGN = RuleDesign(HoldRule(1, sides="upper"), values=1000.0, shift=8.
 
 INCREASE = Decision(
     name="friction has risen",
-    distance="friction above that of the fault-free loop, in standard deviations of both: damping, scatter of the "
-    "loops, and the nominal friction where no loop of the fault-free car is known",
+    distance="friction above that of the fault-free loop, in standard deviations from damping, scatter of both loops, "
+    "and the nominal friction where no loop of the fault-free car is known",
     rule=INCREASE_DESIGN.block(),
     place="rule",
     mean_time_between_false_alarms=1000.0,

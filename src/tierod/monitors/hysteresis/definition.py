@@ -78,9 +78,9 @@ class GroundSuspicion:
         if not friction > self.ratio * self.noticeable_friction:
             return ()
         return (
-            f"{friction:.1f} N·m is {friction / self.noticeable_friction:.1f} times what a driver feels "
-            f"({self.noticeable_friction:.1f} N·m): this looks like a test on the ground, where the tyres scrub; "
-            "if so, judge it with the variant 'ground'",
+            f"{friction:.1f} N·m is {friction / self.noticeable_friction:.1f} times the friction that a driver notices "
+            f"({self.noticeable_friction:.1f} N·m): this looks like a test on the ground, where the tyres scrub; if "
+            "so, judge it with the variant 'ground'",
         )
 
 
@@ -178,7 +178,7 @@ class HysteresisSession:
             f"fault from {reference['fault']:.1f} N·m.",
             estimate=self._estimate(found, reference),
             evidence=_evidence(found) | dict(zip(INCREASES, (found.friction_torque - base, spread), strict=True)),
-            cause=_CAUSES.get(status, "the loop is wider than it should be"),
+            cause=_CAUSES.get(status, "the loop is wider than expected"),
             action=_ACTIONS[status],
             warnings=self._warnings(found.friction_torque),
             decided_by=(INCREASE.name,) if status in (Status.RISING, Status.FAULT) else (),
@@ -207,9 +207,11 @@ _REMEDIES = {
     Status.NOT_IDENTIFIABLE: "give the torque per count in the channel map",
 }
 _CAUSES = {
-    Status.HEALTHY: "the loop is as wide as it should be",
-    Status.SUSPECT: "the loop is wider than it should be, but no wider than damping, scatter and the unknown friction "
-    "of this car when it was fault-free may explain, or a gain of driver_torque or motor_torque that has changed",
+    Status.HEALTHY: "the loop is as wide as expected",
+    Status.SUSPECT: (
+        "the loop is wider than expected, but damping, scatter, the unknown fault-free friction of this car or a "
+        "changed gain of driver_torque or motor_torque may explain it"
+    ),
 }
 _ACTIONS = {
     Status.SUSPECT: "compare with the same test of the unfaulted car (--baseline), or turn slowly and several times",

@@ -39,7 +39,7 @@ TURNING, DRIVEN = Demonstrated(10.4), Demonstrated(15.0)
 """Hours of 900 fault-free drives with wrong parameters: turning, and in total; docs/explanation/motor-angle.md."""
 
 _SOURCE = (
-    "fault-free drives on the bench, voltages measured, with resistance, flux and inductance astray "
+    "fault-free drives on the bench, voltages measured, with wrong resistance, flux and inductance "
     "(docs/explanation/motor-angle.md); hours of turning"
 )
 
@@ -61,7 +61,8 @@ def _decision(
     below: bool = False,
 ) -> Decision:
     source = _SOURCE if demonstrated is TURNING else _SOURCE.replace("hours of turning", "hours driven")
-    source = source if demonstrated else "what no fault-free part does; the bench's drives do not hold what it reads"
+    source = source if demonstrated else "set beyond what fault-free parts show; not demonstrated, because the "
+    "bench's drives lack its signals"
     return Decision(
         name, distance, rule, f"block.{place}", None, demonstrated, source, "h", None, statistic, levels, below=below
     )
@@ -87,20 +88,20 @@ def _either(level: float) -> tuple[float, float]:
 DECISIONS = (
     Decision(
         name="angle",
-        distance=f"sensor less observer, electrical, one value in a millisecond [rad]; {BORNE:.4f} rad are one "
-        "deviation of what is borne",
+        distance="sensor less observer, electrical, one value per millisecond [rad]; designed for a standard "
+        f"deviation of {BORNE:.4f} rad",
         rule=Cusum(ANGLE_DRIFT, ANGLE_THRESHOLD, 2.0 * ANGLE_THRESHOLD),
         place="block.comparison.angle",
         mean_time_between_false_alarms=300.0,
         demonstrated=TURNING,
-        source=f"residuals made 2.5 times as large, carried on; shown: {_SOURCE}",
+        source=f"residuals scaled by 2.5, extrapolated; demonstrated: {_SOURCE}",
         design=ANGLE_DESIGN,
         statistic="angle_residual_sum",
         levels=(ANGLE_THRESHOLD,),
     ),
     _decision(
         "speed",
-        "what the sensor gains in 10 ms less what the observer gains [rad/s]",
+        "change of the sensor over 10 ms less that of the observer [rad/s]",
         Cusum(SPEED_DRIFT, SPEED_THRESHOLD, 2.0 * SPEED_THRESHOLD),
         "comparison.speed",
         "speed_residual_sum",
@@ -117,7 +118,7 @@ DECISIONS = (
     ),
     _decision(
         "backwards",
-        "sign of both gains over 10 ms, against each other",
+        "opposite signs of the changes of sensor and observer over 10 ms",
         Cusum(0.0, BACKWARDS, BACKWARDS, "upper"),
         "comparison.backwards",
         "turned_backwards",
@@ -125,7 +126,7 @@ DECISIONS = (
     ),
     _decision(
         "stuck",
-        "travel of the observer while the sensor stays where it is",
+        "travel of the observer while the sensor stands still",
         _numbers(Stuck, "more than {travel:g} rad within {still:g} rad of the sensor"),
         "comparison.stuck",
         "turned_while_sensor_stood",
@@ -142,7 +143,7 @@ DECISIONS = (
     ),
     _decision(
         "plausibility",
-        "pinion less what motor, steering wheel and torsion bar make of it",
+        "pinion less the angle from motor, steering wheel and torsion bar",
         _numbers(AnglePlausibility, "more than {greatest:g} rad for {hold:g} s"),
         "plausibility",
         "pinion_angle_mismatch",
@@ -197,7 +198,7 @@ DECISIONS = (
     *(
         _electrical(
             f"{quantity} saturated",
-            f"samples for which a {quantity} stands still at its peak, while the motor turns",
+            f"samples for which a {quantity} stays constant at its peak while the motor turns",
             f"{{same_samples:g}} samples beyond {{least_peak_{quantity}:g}} {unit}",
             f"samples_of_a_still_{quantity}",
             (ElectricalChecks.same_samples,),

@@ -81,15 +81,15 @@ MOTOR_ANGLE = Monitor(
         for each in (
             _variant(
                 MEASURED,
-                "Kalman filter in the stator's axes without the sensor, cumulative sums, further tests.",
+                "Kalman filter in stator coordinates without the sensor, cumulative sums, further tests.",
             ),
             _variant(
                 COMMANDED,
-                "The same on the voltages that the inverter is commanded to make; what it takes of them found beside.",
+                "The same with the commanded voltages; the voltage loss of the inverter is estimated too.",
             ),
             _variant(
                 DUTY_CYCLES,
-                "The same on duty cycles and supply voltage, what the inverter takes found beside.",
+                "The same with duty cycles and supply voltage; the voltage loss of the inverter is estimated too.",
             ),
         )
     },

@@ -39,8 +39,8 @@ PASSING = 0.05
 """Share of surprising innovations since `model` alarmed, below which the motor's model was valid again at once."""
 
 ONCE = (
-    "currents, voltages and the steps of the angle did not fit each other for a moment, and do again",
-    "check whether the angle sensor's zero leapt while the motor was slow; then the motor's flux and resistance",
+    "currents, voltages and the changes of the angle contradicted each other for a moment, and agree again",
+    "check whether the zero of the angle sensor jumped while the motor was slow; then the motor's flux and resistance",
 )
 """Cause and action of `model` where the contradiction has passed."""
 
@@ -58,9 +58,10 @@ UNSETTLED = (
 """Cause and action of `angle` and `speed` where the induced voltage rotates otherwise than its magnitude requires."""
 
 CONFIRMED = (
-    "the motor's angle stays away from target_motor_angle_mechanical, though currents and voltages confirm the sensor: "
-    "the target is not the one that the motor follows, or it cannot follow",
-    "check sign, scale and time of the target in the channel map; then the control and the load of the motor",
+    "the motor's angle stays away from target_motor_angle_mechanical, though currents and voltages confirm the "
+    "sensor: the target is not the one that the motor follows, or the motor cannot follow it",
+    "check sign and scale of the target in the channel map, and its time stamps; then the control and the load of the "
+    "motor",
 )
 """Cause and action of `not_following` where the sensor turns as the currents indicate."""
 
@@ -129,13 +130,16 @@ def _judged(drive: Drive, vehicle: Vehicle) -> Finding:
     if drive.starts:
         return _fault(drive, vehicle, estimate, evidence)
     if drive.known < LEAST_KNOWN:
-        cause = f"the motor turned fast enough for {drive.known:.1f} s, {LEAST_KNOWN:g} s are needed"
+        cause = f"the motor turned fast enough for {drive.known:.1f} s only, {LEAST_KNOWN:g} s are needed"
         headline = f"The sensor of the motor's angle was not judged: {cause}."
-        action = "record faster or longer steering; below about 10 rad/s of the shaft the currents determine no angle"
+        action = (
+            "record faster or longer steering; below about 10 rad/s at the shaft the currents do not determine the "
+            "angle"
+        )
         return Finding(drive.monitor, Status.NOT_ENABLED, headline, None, estimate, evidence, cause, action)
     headline = (
         f"The sensor of the motor's angle is healthy: over {drive.known:.1f} s of turning it differs by "
-        f"{math.degrees(drive.rms):.1f}° electrical rms from what currents and "
+        f"{math.degrees(drive.rms):.1f}° electrical rms from the angle that currents and "
         f"{'voltages' if drive.lost is None else 'commanded voltages'} give."
     )
     return Finding(drive.monitor, Status.HEALTHY, headline, None, estimate, evidence, action="none")
@@ -167,7 +171,10 @@ def _fault(drive: Drive, vehicle: Vehicle, estimate: Estimate | None, evidence: 
         )
         cause += _or_torque(drive, vehicle)
     if root == "model" and math.isfinite(drive.resistance * drive.flux) and cause == BY_NAME[root].cause:
-        cause += f"; as if resistance and flux were {drive.resistance:.2f} and {drive.flux:.2f} of the vehicle file's"
+        cause += (
+            f"; they fit {drive.resistance:.2f} times the resistance and {drive.flux:.2f} times the flux of the "
+            "vehicle file"
+        )
     # The difference from the observer is the magnitude of the fault only where it decided.
     unsettled = (cause, action) == UNSETTLED
     decided = root == "angle" and not unsettled
@@ -222,13 +229,15 @@ def _wrong_scale(drive: Drive, pole_pairs: float) -> tuple[str, str] | None:
         return abs(slope / value - 1.0) < SCALE_MARGIN / max(pole_pairs, 2.0)
 
     if pole_pairs > 1.5 and near(pole_pairs):
-        cause = f"the angle gains {slope:.2f} turns per turn of the shaft: it is electrical, given as mechanical"
+        cause = (
+            f"the angle changes by {slope:.2f} turns per turn of the shaft: it is electrical, but named as mechanical"
+        )
         return cause, "name the channel motor_angle_electrical in the channel map, or divide by the pole pairs"
     for pairs in range(1, 41):
         if abs(pairs - pole_pairs) > 0.5 and near(pole_pairs / pairs):
             cause = (
-                f"the error turns with the angle: the sensor gains {slope:.3f} of what the observer gains, as with "
-                f"{pairs} pole pairs, and motor_pole_pairs is {pole_pairs:g}"
+                f"the error grows with the angle: the sensor turns {slope:.3f} times as far as the observer, as with "
+                f"{pairs} pole pairs, but motor_pole_pairs is {pole_pairs:g}"
             )
             return cause, "correct motor_pole_pairs in the vehicle file"
     return None
@@ -264,14 +273,14 @@ def inverter_remarks(lost: InverterLoss | None, voltages: str) -> tuple[str, ...
     if lost is None:
         return ()
     rests_on = (
-        f"the voltages are {IN_WORDS[voltages]}: {lost.voltage_loss:.2f} V a phase, with a knee at "
-        f"{lost.knee_current:.2g} A; measured voltages give the angle better"
+        f"the voltages are {IN_WORDS[voltages]}: {lost.voltage_loss:.2f} V per phase, with a knee at "
+        f"{lost.knee_current:.2g} A; measured voltages give the angle more accurately"
     )
     if abs(lost.apart) < max(math.log(KNEE_APART), KNEE_SIGMAS * lost.knee_deviation):
         return (rests_on,)
     wrong = (
-        f"the inverter's knee is {lost.knee_current:.2g} A and not {lost.nominal_knee:.2g} A as in the vehicle file: "
-        "correct inverter_knee_current; the angle is known less well until it is learnt"
+        f"the inverter's knee is at {lost.knee_current:.2g} A, not at {lost.nominal_knee:.2g} A as in the vehicle "
+        "file: correct inverter_knee_current; until the knee is learnt, the angle is less accurate"
     )
     return (rests_on, wrong)
 
@@ -281,7 +290,7 @@ def knee_beyond(lost: InverterLoss) -> tuple[str, str] | None:
     if not lost.beyond:
         return None
     return (
-        f"the inverter's knee lies beyond what is learnt, at {lost.knee_current:.2g} A where the vehicle file says "
+        f"the inverter's knee lies outside the range that can be learnt: {lost.knee_current:.2g} A, vehicle file "
         f"{lost.nominal_knee:.2g} A",
         "find inverter_knee_current with 'tierod identify inverter', or record the voltages",
     )

@@ -86,8 +86,8 @@ def _phases(balance: Balance) -> tuple[str, str] | None:
             two = "two of them"
         return f"the phases of the {whose} are swapped: {two}", f"exchange {two} in the channel map"
     return (
-        f"the phases of the {whose} are in another order than those of the other: moved on by one",
-        f"name the phases of the {whose} in the order of the motor's",
+        f"the phases of the {whose} are in the wrong order: shifted by one",
+        f"name the phases of the {whose} in the order of the motor's phases",
     )
 
 
@@ -111,13 +111,14 @@ def _scale(balance: Balance, p: SampledMotorParameters) -> tuple[str, str] | Non
         if _near(resistance, 1.0, WARMTH) and not _near(resistance, flux, ALIKE):
             true = p.sample_time / flux
             return (
-                f"inductance and flux are both {flux:.2g} of the vehicle file's, the resistance is not: the samples "
-                f"come every {1e3 * true:.2g} ms, and their time says {1e3 * p.sample_time:.3g} ms",
-                "correct the time of the recording: its unit, or the raster that it was written with",
+                f"inductance and flux are both {flux:.2g} times those of the vehicle file, the resistance is not: the "
+                f"samples come every {1e3 * true:.2g} ms, but by their time stamps every {1e3 * p.sample_time:.3g} ms",
+                "correct the time of the recording: its unit or its sampling interval",
             )
         if _near(resistance, flux, WARMTH):
             return (
-                f"resistance, inductance and flux are all {flux:.2g} of the vehicle file's: so is the voltage's scale",
+                f"resistance, inductance and flux are all {flux:.2g} times those of the vehicle file: so are the "
+                "recorded voltages",
                 "correct factor and unit of the voltages in the channel map",
             )
     # A wrong scale of the currents changes resistance and inductance by the same factor.
@@ -126,9 +127,9 @@ def _scale(balance: Balance, p: SampledMotorParameters) -> tuple[str, str] | Non
         return _other_inductance(inductance)
     if _near(flux, 1.0) and not _near(inductance, 1.0) and _near(resistance, inductance, WARMTH):
         return (
-            f"resistance and inductance are both {inductance:.2g} of the vehicle file's, the flux is not: the currents "
-            f"are {1.0 / inductance:.2g} of what they should be",
-            "correct factor and unit of the currents in the channel map; amplitude-invariant vectors are wanted",
+            f"resistance and inductance are both {inductance:.2g} times those of the vehicle file, the flux is not: "
+            f"the recorded currents are {1.0 / inductance:.2g} times the true ones",
+            "correct factor and unit of the currents in the channel map; amplitude-invariant vectors are expected",
         )
     return None
 
@@ -136,10 +137,10 @@ def _scale(balance: Balance, p: SampledMotorParameters) -> tuple[str, str] | Non
 def _other_inductance(ratio: float) -> tuple[str, str]:
     """Cause and action where only the inductance differs; currents across the flux show only the one across it."""
     return (
-        f"the inductance is {ratio:.2f} of the vehicle file's, resistance and flux are those of the file: it gives one "
-        "inductance, and those along and across the flux may differ",
+        f"the inductance is {ratio:.2f} times that of the vehicle file, resistance and flux are those of the file: it "
+        "gives one inductance, but those along and across the flux may differ",
         f"with interior magnets give motor_saliency = {ratio:.2f} (L_q over L_d) beside the motor_inductance along the "
-        f"flux; with surface magnets correct motor_inductance by {ratio:.2f}",
+        f"flux; with surface magnets multiply motor_inductance by {ratio:.2f}",
     )
 
 

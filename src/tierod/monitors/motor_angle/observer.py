@@ -136,8 +136,8 @@ class MotorAngleObserver:
         stiffness = self.parameters.sample_time * self.parameters.motor_resistance / self.parameters.motor_inductance
         if stiffness > 0.5:
             raise ParameterError(
-                f"the current settles with {stiffness / self.parameters.sample_time:.3g} 1/s, too fast for samples "
-                f"every {self.parameters.sample_time:g} s; give a faster recording, and check motor_inductance"
+                f"the current settles at {stiffness / self.parameters.sample_time:.3g} 1/s, too fast for samples every "
+                f"{self.parameters.sample_time:g} s; record faster, and check motor_inductance"
             )
         object.__setattr__(self, "filter", stator_filter(self.parameters, self.tuning))
 

@@ -98,16 +98,16 @@ class MotorAngleSession(BlockSession):
             share = float(there.mean()) if there.any() else 1.0
             if share < LEAST_SHARE:
                 raise InputError(
-                    f"{name} comes at about {share * self.rate:.0f} Hz, or with that many samples lost; the observer "
-                    f"of the motor's angle needs {self.rate:g} Hz: record the motor's signals at the rate of its "
-                    "modulation, and check the unit of time"
+                    f"{name} has only about {share * self.rate:.0f} Hz, or lost samples; the observer of the motor's "
+                    f"angle needs {self.rate:g} Hz: record the motor's signals at the rate of its modulation, and "
+                    "check the unit of time"
                 )
 
     def _refuse_without_supply(self, aligned: Aligned) -> None:
         supply = aligned.values[:, aligned.names.index("supply_voltage")]
         if self.monitor.voltages.source == DUTY_CYCLES and not np.isfinite(supply).any():
             raise InputError(
-                "duty cycles give a voltage with the supply_voltage only, and the recording begins without one; give a "
+                "duty cycles give a voltage only with supply_voltage, and the recording begins without one; give a "
                 "channel map that names it, or record motor_target_voltage_alpha and motor_target_voltage_beta"
             )
 

@@ -24,8 +24,8 @@ VARIANTS = {MEASURED: "stator-frame", COMMANDED: "commanded-voltage", DUTY_CYCLE
 """Names of the monitor's variants."""
 
 IN_WORDS = {
-    COMMANDED: "those that the inverter was commanded to make, less what it was found to take",
-    DUTY_CYCLES: "duty cycles times the supply, less what the inverter was found to take",
+    COMMANDED: "the commanded ones, less the estimated voltage loss of the inverter",
+    DUTY_CYCLES: "duty cycles times the supply, less the estimated voltage loss of the inverter",
 }
 """Voltage sources other than measurement, in words."""
 

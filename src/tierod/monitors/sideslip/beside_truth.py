@@ -66,7 +66,7 @@ class BesideTruth:
         """
         judged = (self.time >= start) & (self.time < stop) & np.isfinite(self.error)
         if not judged.any():
-            raise InputError(f"there is no true sideslip from {start:g} to {stop:g} s; give times that the drive has")
+            raise InputError(f"there is no true sideslip from {start:g} to {stop:g} s; give times within the drive")
         error = self.error[judged]
         coverage = float(np.mean(np.abs(error) <= BAND * self.deviation[judged]))
         return ErrorFigures(float(np.mean(np.abs(error))), float(np.sqrt(np.mean(error * error))), coverage)

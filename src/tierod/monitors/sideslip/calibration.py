@@ -91,8 +91,8 @@ def prior(vehicle: Vehicle, names: tuple[str, ...]) -> tuple[np.ndarray, np.ndar
     spread = [vehicle.parameters[name].standard_deviation for name in names]
     if unknown := [name for name, each in zip(names, spread, strict=True) if not each]:
         raise ParameterError(
-            f"the vehicle '{vehicle.name}' gives no standard deviation of {', '.join(unknown)}, which says how far a "
-            "fit may move it; add standard_deviation to its table"
+            f"the vehicle '{vehicle.name}' gives no standard deviation of {', '.join(unknown)}, which limits how far a "
+            "fit may change it; add standard_deviation to its table"
         )
     return start, np.array(spread, float)
 

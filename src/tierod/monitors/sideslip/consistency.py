@@ -80,7 +80,10 @@ class Explanation:
             return f"zero of {self.name}: road wheels straight at {degrees[0]:+.2f} ± {degrees[1]:.2f} degrees"
         if abs(self.size) > STATED:
             return f"{self.name} (far from its right scale, or its sign is wrong)"
-        return f"{self.name} ({math.exp(self.size):.2f} ± {math.exp(self.size) * self.deviation:.2f} times right)"
+        return (
+            f"{self.name} ({math.exp(self.size):.2f} ± {math.exp(self.size) * self.deviation:.2f} times the right "
+            "value)"
+        )
 
 
 @dataclass(frozen=True)
@@ -228,7 +231,7 @@ class Consistency:
         late = (given - seen) / USUAL_SLOW_SPEED
         if name == "sensor_place" and abs(late) > LATE:
             one, other = ("lateral_acceleration", "yaw_rate") if late > 0.0 else ("yaw_rate", "lateral_acceleration")
-            return f"{self._seen(name, seen, given, digits)}, or {one} is {abs(late):.2f} s late against {other}"
+            return f"{self._seen(name, seen, given, digits)}, or {one} is {abs(late):.2f} s late relative to {other}"
         return self._seen(name, seen, given, digits, factor)
 
     def _seen(self, name: str, seen: float, given: float, digits: int, factor: float = 1.0) -> str:

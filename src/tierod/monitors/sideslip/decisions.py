@@ -54,8 +54,8 @@ def limit_rule(certainty: float) -> HeldThreshold:
 
 OFFSET_DECISION = Decision(
     name="offset of the yaw rate",
-    distance="mean yaw rate of the standing car, or beside lateral acceleration and steering alike, in standard "
-    "deviations of a calibrated sensor's offset (0.12 degrees per second)",
+    distance="mean yaw rate of the standing car, or its mean difference from both lateral acceleration and steering, "
+    "in standard deviations of a calibrated sensor's offset (0.12 degrees per second)",
     rule=offset_rule(),
     place="drive.sensors.offset_rule",
     mean_time_between_false_alarms=1e6,
@@ -67,7 +67,7 @@ OFFSET_DECISION = Decision(
 
 MISFIT_DECISION = Decision(
     name="parameters do not fit",
-    distance="logarithm of the mean NIS per reading, in standard deviations of cars whose parameters are wrong by half",
+    distance="log of the mean NIS per reading, in standard deviations over cars whose parameters are wrong by half",
     rule=misfit_rule(),
     place="misfit_rule",
     mean_time_between_false_alarms=500.0,
@@ -79,7 +79,7 @@ MISFIT_DECISION = Decision(
 
 BAND_DECISION = Decision(
     name="band beside a recorded truth",
-    distance="share of the time for which the 95 % band holds the truth",
+    distance="share of the time for which the 95 % band contains the truth",
     rule=OwnRule("less than 80 % of 5 s or more", {"least_coverage": LEAST_COVERAGE}),
     place="",
     mean_time_between_false_alarms=None,
@@ -94,7 +94,7 @@ LIMITS = Tolerances()
 
 SIGNALS_DECISION = Decision(
     name="signals contradict each other or the vehicle file",
-    distance="squared deviations in standard deviations that one wrong scale or zero explains",
+    distance="reduction of the squared normalised deviations by one wrong scale or zero",
     rule=OwnRule(
         f"above {LIMITS.decides:g}, and a scale that is wrong by {LIMITS.least:.0%} or more".replace("%", " %"),
         {"tolerances.decides": LIMITS.decides, "tolerances.least": LIMITS.least},
@@ -110,8 +110,8 @@ SIGNALS_DECISION = Decision(
 FILE_DECISION = replace(
     SIGNALS_DECISION,
     name="vehicle file of another car",
-    distance="squared deviations in standard deviations that wheelbase, understeer, place of the accelerometer and "
-    "track explain",
+    distance="reduction of the squared normalised deviations by another wheelbase, understeer, place of the "
+    "accelerometer and track",
     rule=OwnRule(f"above {LIMITS.file_decides:g}", {"tolerances.file_decides": LIMITS.file_decides}),
     levels=(LIMITS.file_decides,),
 )
@@ -123,19 +123,19 @@ COMBINED_DECISIONS = (
     *DECISIONS,
     Decision(
         name="limit of the front axle ahead",
-        distance="share of the greatest front force in use less 0.7, in standard deviations of the estimate",
+        distance="front slip less the slip at 0.7 of the greatest front force, in standard deviations of the estimate",
         rule=limit_rule(CombinedTuning().limit_certainty),
         place="_estimator.limit_rule",
         mean_time_between_false_alarms=None,
         demonstrated=Demonstrated(0.91),
-        source="tierod study sideslip: false is an announcement with less than 60 % of the grip in use; one with more "
-        "is meant, so that no run length is asked for",
+        source="tierod study sideslip: an announcement is false with less than 60 % of the grip in use; with more it "
+        "is intended, so no run length is designed",
         statistic="limit_distance",
         levels=(CombinedTuning().limit_certainty,),
     ),
     Decision(
         name="filter lost",
-        distance="new starts of the filter per minute of estimating; it starts anew where the innovations of 1 s are "
+        distance="restarts of the filter per minute of estimation; it restarts where the innovations over 1 s are "
         "twice as large as expected",
         rule=OwnRule(
             "more than 2 per minute, and more than one; mean NIS above 4",

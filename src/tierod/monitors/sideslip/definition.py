@@ -37,8 +37,8 @@ attributes steering friction to other causes and diverges. Without the torque it
 def _refuse_slow(rate: float, slowest: float) -> None:
     if rate < slowest:
         raise ParameterError(
-            f"it needs vehicle_speed and yaw_rate at {slowest:g} Hz or more, and has {rate:g} Hz; record faster, or "
-            "take the variant conventional-kalman, which is as accurate at 20 Hz"
+            f"it needs vehicle_speed and yaw_rate at {slowest:g} Hz or more, but has {rate:g} Hz; record faster, or "
+            "choose the variant conventional-kalman, which is as accurate at 20 Hz"
         )
 
 
@@ -75,15 +75,16 @@ COMBINED_TRACES = {
 _VARIANTS = (
     Variant(
         "combined",
-        "All that the car measures in one filter; stiffness, friction and bank are followed. Needs no steering torque. "
-        "From 33 Hz on in a car steered by wire.",
+        "One filter for all measured signals; it also estimates stiffness, friction and bank. Needs no steering "
+        "torque. From 33 Hz on in a car steered by wire.",
         f"beyond {PAPER}; docs/explanation/sideslip.md",
         _combined,
         COMBINED_DECISIONS,
     ),
     Variant(
         "two-stage-kalman",
-        "The steering gives the aligning torque, that and the yaw rate the sideslip; Kalman gains. From 50 Hz on.",
+        "The first stage estimates the aligning torque, the second from it and the yaw rate the sideslip; Kalman "
+        "gains. From 50 Hz on.",
         f"{PAPER}, eqs (18) to (24)",
         _paper("two-stage-kalman", two_stage_kalman),
         DECISIONS,
@@ -104,7 +105,7 @@ _VARIANTS = (
     ),
     Variant(
         "conventional-poles",
-        "The same with placed poles, ten times as fast as the system as printed: passes much noise. From 50 Hz on.",
+        "The same with placed poles, as printed ten times as fast as the system: passes much noise. From 50 Hz on.",
         f"{PAPER}, eqs (14) to (17)",
         _paper("conventional-poles", conventional_poles),
         DECISIONS,

@@ -53,14 +53,16 @@ def obstacle(drive: SideslipDrive, needs_torque: bool, torque_known: bool) -> Ob
         return Obstacle(Status.NOT_AVAILABLE, cause, "name one of them in the channel map")
     if needs_torque and not (figures.torques and torque_known):
         missing = "motor_torque or motor_current" if torque_known else "gearhead_ratio in the vehicle file"
-        cause = f"this variant needs the torque of the steering, and there is no {missing}"
+        cause = f"this variant needs the torque of the steering, but there is no {missing}"
         return Obstacle(
-            Status.NOT_AVAILABLE, cause, "take a variant that needs no torque (--variant combined), or add it"
+            Status.NOT_AVAILABLE,
+            cause,
+            "choose a variant that needs no torque (--variant combined), or add what is missing",
         )
     if drive.seconds < LEAST_ENABLED:
         cause = (
-            f"it could be estimated for {drive.seconds:.1f} s, {LEAST_ENABLED:g} s are needed; the car stood, rolled "
-            f"backwards, or speed or angle were missing (fastest {figures.fastest:.1f} m/s)"
+            f"it could be estimated for {drive.seconds:.1f} s only, {LEAST_ENABLED:g} s are needed; the car stood, "
+            f"rolled backwards, or speed or angle were missing (fastest {figures.fastest:.1f} m/s)"
         )
         return Obstacle(Status.NOT_ENABLED, cause, "record a drive, with speed and steering angle throughout")
     return None
@@ -82,7 +84,7 @@ def judge(drive: SideslipDrive, name: str, misfit_rule: Detector, nis: float) ->
     if alarms_at(misfit_rule, math.log(max(nis, 1e-12)) / USUAL_MISFIT):
         cause = f"the innovations are {math.sqrt(nis):.1f} times as large as the estimator expects"
         headline = f"Sideslip angle up to {largest}, but the parameters do not fit this car: {cause}."
-        action = "give a vehicle file that fits: stiffness, trail, friction and inertia of the steering"
+        action = "give a vehicle file that fits this car: stiffness, trail, friction and inertia of the steering"
         found = Finding(name, Status.NOT_IDENTIFIABLE, headline, None, estimate, evidence, cause, action)
     else:
         headline = f"Sideslip angle up to {largest}, estimated for {drive.seconds:.0f} s."
@@ -109,14 +111,14 @@ def _beside_truth(finding: Finding, seconds: float) -> Finding:
     if not (share < LEAST_COVERAGE and seconds >= LEAST_COMPARED):
         return finding
     error = math.degrees(finding.evidence["error_against_truth_rms_rad"])
-    cause = f"the 95 % band holds the recorded truth for {100.0 * share:.0f} % of the time only"
+    cause = f"the 95 % band contains the recorded truth for only {100.0 * share:.0f} % of the time"
     return replace(
         finding,
         status=Status.SUSPECT,
         headline=f"{finding.headline} But {cause}; the error is {error:.2f} degrees (root mean square).",
-        cause=f"{cause}: parameters of the vehicle file or offsets of sensors are wrong by more than it covers",
-        action="take that error as the uncertainty, or fit stiffness and friction of the vehicle file to the "
-        "truth and calibrate the sensors",
+        cause=f"{cause}: parameters of the vehicle file or offsets of sensors are wrong by more than the band covers",
+        action="use this error as the uncertainty, or fit stiffness and friction of the vehicle file to the truth and "
+        "calibrate the sensors",
         decided_by=(BAND_DECISION.name,),
     )
 
@@ -130,15 +132,15 @@ def _with_offset(finding: Finding, drive: SideslipDrive) -> Finding:
         f"mean {offset.shown_by}"
     )
     healthy, suspect = finding.status is Status.HEALTHY, finding.status is Status.SUSPECT
-    joint = "But" if healthy else "For"
+    joint = "But" if healthy else "Cause:"
     return replace(
         finding,
         status=Status.SUSPECT if healthy else finding.status,
         headline=f"{finding.headline} {joint} {cause}." if healthy or suspect else finding.headline,
         evidence={**finding.evidence, OFFSET: offset.value},
         cause=cause,
-        action="calibrate the yaw rate, or take its offset away in the channel map, and judge anew",
-        warnings=(*finding.warnings, f"{cause}: the sideslip angle is wrong by it"),
+        action="calibrate the yaw rate sensor, or subtract its offset in the channel map, and judge again",
+        warnings=(*finding.warnings, f"{cause}: it causes an error of the sideslip angle"),
         decided_by=(*finding.decided_by, OFFSET_DECISION.name),
     )
 
@@ -155,7 +157,8 @@ def _contradicted(finding: Finding, drive: SideslipDrive) -> Finding:
         status=Status.SUSPECT,
         headline=f"{finding.headline} But {decisive[0]}.",
         cause=decisive[0],
-        action="correct sign, unit and time of the signal in the channel map, or repair the sensor, and judge anew",
+        action="correct sign and unit of the signal in the channel map, correct its time stamps, or repair the "
+        "sensor, and judge again",
     )
 
 

@@ -153,8 +153,8 @@ class MotionOverDrive:
         leaps = self._leaps / max(self._steps, 1)
         if self._steps * BLOCK / STEPS >= limits.seconds and leaps > limits.leaping:
             fifth = f"{limits.leap:g} m/s within {BLOCK / STEPS:g} s"
-            sentence = f"vehicle_speed leaps by more than {fifth} in {100.0 * leaps:.0f} % of the steps"
-            return (Defect(("vehicle_speed",), f"{sentence}, which no car does"),)
+            sentence = f"vehicle_speed jumps by more than {fifth} in {100.0 * leaps:.0f} % of the steps"
+            return (Defect(("vehicle_speed",), f"{sentence}, which is impossible"),)
         turn = self._turn.unexplained(limits.seconds, limits.lateral)
         gain = self._gain.unexplained(limits.gaining, limits.longitudinal)
         if turn > limits.contradicts:
@@ -186,7 +186,7 @@ class MotionOverDrive:
             )
         if gain > limits.contradicts:
             sentence = (
-                "vehicle_speed contradicts yaw rate and lateral acceleration in turns, and the acceleration along"
+                "vehicle_speed contradicts yaw rate and lateral acceleration in turns, and longitudinal_acceleration"
             )
             return Defect(("vehicle_speed",), sentence)
         names = ("vehicle_speed", "yaw_rate", "lateral_acceleration")

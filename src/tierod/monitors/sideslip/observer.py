@@ -236,8 +236,8 @@ def require_observable(p: SteeredVehicle.Parameters, sample_time: float) -> None
     if not trail * p.front_cornering_stiffness > 0.0:
         raise ParameterError(
             f"mechanical_trail and pneumatic_trail together are {trail:g} m and front_cornering_stiffness is "
-            f"{p.front_cornering_stiffness:g} N/rad: the aligning torque then does not show sideslip_angle; "
-            "both must be above zero"
+            f"{p.front_cornering_stiffness:g} N/rad: the aligning torque then does not depend on sideslip_angle; both "
+            "must be above zero"
         )
     if not 0.0 < sample_time <= 0.1:
         raise ParameterError(f"the sample time is {sample_time} s; expected more than 0 and at most 0.1 s")

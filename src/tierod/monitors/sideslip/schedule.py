@@ -269,6 +269,6 @@ def _require_stable_between(model: Scheduling, gains: Sequence[np.ndarray]) -> N
             worst = error_radius(model.at(speed).system, between)
             if worst >= 1.0:
                 raise ParameterError(
-                    f"at {speed:.3g} m/s, between two speeds for which the observer was designed, its error grows by "
-                    f"{worst:.6g} a sample; take slower poles"
+                    f"at {speed:.3g} m/s, between two speeds for which the observer was designed, its error grows by a "
+                    f"factor of {worst:.6g} per sample; choose slower poles"
                 )

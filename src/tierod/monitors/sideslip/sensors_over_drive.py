@@ -102,7 +102,7 @@ class SensorsOverDrive:
         count, beside_acceleration, beside_steering, turned = self._rolling
         rolls = count >= self.limits.rolling_time * self._rate
         one, other = (beside_acceleration / count, beside_steering / count) if rolls else (math.nan, math.nan)
-        found = self._worth_naming(beside_turns, "beside the lateral acceleration at different speeds")
+        found = self._worth_naming(beside_turns, "compared with the lateral acceleration at different speeds")
         # A drifting offset of the lateral acceleration looks the same, but then the steering agrees with the yaw rate.
         if found and not abs(other) < abs(found.value) / self.limits.alike:
             return found
@@ -112,7 +112,7 @@ class SensorsOverDrive:
         smaller = min(one, other, key=abs)
         if abs(smaller) < self.limits.scale * abs(turned / count - smaller):
             return None
-        return self._worth_naming(smaller, "beside lateral acceleration and steering alike") if alike else None
+        return self._worth_naming(smaller, "compared with both lateral acceleration and steering") if alike else None
 
     def _worth_naming(self, value: float, shown_by: str) -> Offset | None:
         named = alarms_at(self.offset_rule, float(value) / USUAL_OFFSET)
@@ -134,4 +134,4 @@ class SensorsOverDrive:
         together = common / math.sqrt(power * measured) >= turns.correlation
         if not together or 1.0 / turns.deviation < ratio < turns.deviation:
             return None
-        return f"the lateral acceleration is {ratio:.2g} times speed times yaw rate, where about 1 is right"
+        return f"the lateral acceleration is {ratio:.2g} times the product of speed and yaw rate; about 1 is expected"

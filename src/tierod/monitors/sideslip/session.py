@@ -193,21 +193,21 @@ class CombinedSession(SideslipSession):
         """The finding with the limit in its headline; not identifiable where the filter restarted too often."""
         minutes = finding.evidence["enabled_s"] / 60.0
         if finding.status is not Status.NOT_IDENTIFIABLE and self._restarts > max(self.most_restarts * minutes, 1.0):
-            cause = f"the filter was lost and started anew {self._restarts} times"
+            cause = f"the filter diverged and restarted {self._restarts} times"
             if OFFSET in finding.evidence:
                 return replace(
-                    finding, status=Status.NOT_IDENTIFIABLE, headline=f"{finding.headline} With it, {cause}."
+                    finding, status=Status.NOT_IDENTIFIABLE, headline=f"{finding.headline} With this offset, {cause}."
                 )
             return replace(
                 finding,
                 status=Status.NOT_IDENTIFIABLE,
                 headline=f"{finding.headline} But signals or parameters do not fit this car: {cause}.",
                 cause=f"{finding.cause}; {cause}" if finding.cause else cause,
-                action="check scale, unit and delay of yaw rate, lateral acceleration and speed in the channel map; "
-                "where they are right, give a vehicle file that fits: mass, stiffness, friction and noises of "
-                "the sensors",
+                action="check scale and unit of yaw rate, lateral acceleration and speed in the channel map, and "
+                "their time stamps; if they are right, give a vehicle file that fits this car: mass, stiffness, "
+                "friction and noise of the sensors",
             )
         if self._first_ahead is None:
             return finding
-        announced = f"The front axle came near its greatest force, announced from {self._first_ahead:.1f} s on"
+        announced = f"The front axle came close to its largest force, announced from {self._first_ahead:.1f} s on"
         return replace(finding, headline=f"{finding.headline} {announced}.")

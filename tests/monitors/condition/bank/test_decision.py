@@ -183,7 +183,7 @@ def test_missing_readings_declare_no_fault(bank, drive):
 
 
 def test_limits_are_one_for_each_hypothesis():
-    with pytest.raises(ParameterError, match="6 fast limits came for 7 hypotheses"):
+    with pytest.raises(ParameterError, match="6 fast limits were given for 7 hypotheses"):
         Weighing(HYPOTHESES, Limits((1.0,) * 6, (1.0,) * 7, 1.0, 1.0))
 
 

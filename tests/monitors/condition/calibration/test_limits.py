@@ -154,7 +154,7 @@ def changed(**changes):
         (replace(CAR, thresholds={}), "no limits of the condition monitor; 'tierod identify thresholds'"),
         (changed(fast={"yaw_rate": 3.0}), "fast.*lacks 'wheel_speed_rear_left'"),
         (changed(slow=3.0), "slow.*lacks 'wheel_speed_rear_left'"),
-        (changed(fast={each.name: 1.0 for each in hypotheses()}), "holds hypotheses that there are not"),
+        (changed(fast={each.name: 1.0 for each in hypotheses()}), "holds unknown hypotheses"),
         (changed(slow={each.name: 0.0 for each in hypotheses()[1:]}), "numbers above zero"),
         (changed(gap="wide"), "numbers above zero"),
     ],

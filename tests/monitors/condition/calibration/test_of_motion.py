@@ -73,7 +73,7 @@ def test_a_drive_with_a_fault_is_named_and_nothing_may_be_used(car, drive, name)
     wrong = (given.time > 100.0) & (given.time < 110.0)
     values = np.where(wrong, given.values + (2.0 if name == FRONT else 0.3), given.values)
     bad = drive.with_channels([Channel(name, given.time, values, given.unit)])
-    assert f"b as of {name}" in calibrate_motion({"a": drive.slice(stop=90.0), "b": bad}, car.brochure).doubt
+    assert f"b: {name}" in calibrate_motion({"a": drive.slice(stop=90.0), "b": bad}, car.brochure).doubt
 
 
 def test_too_few_sensors_and_too_little_driving_are_refused(car, drive, monkeypatch):

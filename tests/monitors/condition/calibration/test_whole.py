@@ -85,7 +85,7 @@ def test_the_first_seconds_of_driving_are_taken_from_as_many_drives_as_it_needs(
         ({"a": Recording({})}, "a has neither wheel_speed_rear_left nor"),
         ({"a": made_up([])}, "a has neither wheel_speed_rear_left nor"),
         ({"a": made_up(driving(20.0), rate=5.0)}, "at 5 Hz; calibration needs 10 Hz"),
-        ({"a": with_targets(25.0)}, "a: the targets of the actuators come at 25 Hz"),
+        ({"a": with_targets(25.0)}, "a: the targets of the actuators are sampled at 25 Hz"),
     ],
 )
 def test_what_shows_too_little_is_refused_before_the_search(recordings, message):
@@ -131,6 +131,6 @@ def test_readings_that_do_not_fit_the_vehicle_are_doubted():
 def test_remarks_show_what_the_limits_rest_on():
     result = " ".join(calibration().remarks)
     assert "first 300 s" in result
-    assert "1 000 h is to be expected" in result
-    assert "if the tail goes on as an exponential: no more than" in result
+    assert "one false alarm is expected in 1 000 h" in result
+    assert "if the tail continues as an exponential: only" in result
     assert "rules of the paper are not calibrated" in result

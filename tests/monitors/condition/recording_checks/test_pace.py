@@ -31,13 +31,13 @@ def every(steps, columns):
 @pytest.mark.parametrize("piece", [10_000, 7, 1])
 def test_slow_targets_are_reported_with_their_rate_however_the_recording_is_cut(piece):
     (problem,) = result(every(5, PLACES), piece)
-    assert "come at 20 Hz" in problem.cause
+    assert "are sampled at 20 Hz" in problem.cause
     assert all(name in problem.action for name in TARGETS)
 
 
 def test_one_slow_target_is_named():
     (problem,) = result(every(4, PLACES[2:3]))
-    assert f"{TARGETS[2]} comes at 25 Hz" in problem.cause
+    assert f"{TARGETS[2]} is sampled at 25 Hz" in problem.cause
     assert TARGETS[0] not in problem.action
 
 

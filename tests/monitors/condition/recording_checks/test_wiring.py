@@ -85,7 +85,7 @@ def test_a_wrong_scale_is_reported_with_its_size(name, factor, result):
     (problem,) = problems(changed(**{name: factor}))
     assert problem.kind == "scale"
     assert result in problem.cause
-    assert f"reads {factor:.3g} times" in problem.cause
+    assert f"it is {factor:.3g} times" in problem.cause
 
 
 @pytest.mark.parametrize(("factor", "result"), [(3.6, "3.6 times"), (1.0 / 3.6, "0.278 times"), (1.609, "1.61 times")])
@@ -128,7 +128,7 @@ def test_a_calibrated_vehicle_has_tighter_limits():
     geared = signals | {"steering_wheel_angle": 1.25 * signals["steering_wheel_angle"]}
     (problem,) = problems(geared, close=CloseLimits())
     assert (problem.kind, problem.elements) == ("scale", ("steering_wheel_angle",))
-    assert "reads 1.2" in problem.cause
+    assert "it is 1.2" in problem.cause
     assert problems(geared) == ()
 
 
@@ -216,7 +216,7 @@ def test_the_closer_limits_of_a_calibrated_vehicle_are_those_that_its_rule_shows
 
 
 TIME = np.arange(2000) / 100.0
-LATE = Problem("time", ("steering_wheel_angle",), "steering angle: 0.30 s late beside the other signals", "check")
+LATE = Problem("time", ("steering_wheel_angle",), "steering angle: 0.30 s late relative to the other signals", "check")
 
 
 class Look:
@@ -248,7 +248,7 @@ def test_two_sensors_of_one_bus_begin_the_look(cuts):
     made = leap(look, cuts, steering_wheel_angle=11.5, steering_shaft_torque=12.0)
     assert np.concatenate(look.shown)[0] == 12.0
     (found,) = made.problems([Episode("", 11.5), Episode("", 12.0)])
-    assert found.cause == "steering angle: 0.30 s late beside the other signals since about 12 s"
+    assert found.cause == "steering angle: 0.30 s late relative to the other signals since about 12 s"
 
 
 @pytest.mark.parametrize(

@@ -41,7 +41,7 @@ def test_band_and_estimate_hold_the_spread_whether_or_not_the_recording_is_longe
 def test_the_headline_gives_the_wider_deviation_and_what_to_measure():
     headline = diagnose(drive(), car(1.2, 0.2), monitor()).findings[0].headline
     assert headline.startswith("Angle 6.88 ± 1.28 degrees.")
-    assert "rear_distance ±0.2 m moves it by ±1.1 degrees; measure it first" in headline
+    assert "rear_distance ±0.2 m shifts it by ±1.1 degrees; measure it first" in headline
 
 
 def test_nothing_changes_where_parameters_are_exact_or_do_not_matter():

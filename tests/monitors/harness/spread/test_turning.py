@@ -49,8 +49,8 @@ def test_a_verdict_that_turns_is_not_called_healthy_but_for_the_car_of_the_file(
     assert found is not None
     said = turned(Conclusion(finding), found, CAR).finding
     assert said.headline == (
-        "Friction 4.50 ± 0.40 N·m: not identifiable, rising from 5.20 N·m. But track_width decides: as the file gives "
-        "it this is healthy, within the spread this is rising."
+        "Friction 4.50 ± 0.40 N·m: not identifiable, rising from 5.20 N·m. But track_width decides the verdict: as the "
+        "file gives it this is healthy, within the spread this is rising."
     )
     assert "store" not in said.action
 

@@ -89,8 +89,8 @@ class Weighing:
             given = len(getattr(self.limits, name))
             if given != len(self.hypotheses) - 1:
                 raise ParameterError(
-                    f"{given} {name} limits came for {len(self.hypotheses) - 1} hypotheses beside the healthy one; "
-                    "give one for each, in their order"
+                    f"{given} {name} limits were given for {len(self.hypotheses) - 1} hypotheses beside the healthy "
+                    "one; give one for each, in their order"
                 )
 
     def init(self) -> Weights:

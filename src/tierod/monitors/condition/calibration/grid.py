@@ -70,14 +70,14 @@ def wheel_of(name: str, recording: Recording) -> str:
     there = [each for each in WHEELS if each in recording and len(recording[each].time)]
     if not there:
         raise InputError(
-            f"{name} has neither {WHEELS[0]} nor {WHEELS[1]}: without one of them nothing is known of the drive; "
-            "'tierod inspect' shows what it has"
+            f"{name} has neither {WHEELS[0]} nor {WHEELS[1]}: calibration needs one of them; 'tierod inspect' shows "
+            "which signals it has"
         )
     time = recording[there[0]].time
     rate = 1.0 / float(np.median(np.diff(time))) if len(time) > 1 else 0.0
     if rate < 0.99 * SLOWEST:
         raise InputError(
-            f"{name} brings {there[0]} at {rate:.3g} Hz; calibration needs {SLOWEST:g} Hz, better the "
-            f"{RATE:g} Hz of the monitor: record it faster"
+            f"{name} has {there[0]} at {rate:.3g} Hz; calibration needs {SLOWEST:g} Hz, better the {RATE:g} Hz of the "
+            "monitor: record it faster"
         )
     return there[0]

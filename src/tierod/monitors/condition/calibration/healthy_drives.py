@@ -62,7 +62,7 @@ def _refuse_slow_targets(name: str, drives: Sequence[HealthyDrive]) -> None:
     for drive in drives:
         pace.add(aligned(drive.recording))
     if problems := pace.problems():
-        raise InputError(f"{name}: {problems[0].cause}, neither here nor when it is judged; {problems[0].action}")
+        raise InputError(f"{name}: {problems[0].cause}, in calibration as in the monitor; {problems[0].action}")
 
 
 def parted(

@@ -137,7 +137,7 @@ class Search:
         if not self.names:
             raise InputError(
                 f"the vehicle '{vehicle.name}' gives no standard deviation for any parameter that is calibrated "
-                f"({', '.join(free[:3])}, ...); write how well each is known beside its value"
+                f"({', '.join(free[:3])}, ...); add standard_deviation beside the value of each"
             )
         self.centre = np.array([known[name].value for name in self.names])
         self.scale = np.array([known[name].standard_deviation or 0.0 for name in self.names])

@@ -224,10 +224,10 @@ def limits_of(vehicle: Vehicle, explanations: Sequence[Hypothesis] | None = None
         given = table.get(key)
         if not isinstance(given, Mapping) or set(given) != set(names):
             missing = [name for name in names if not isinstance(given, Mapping) or name not in given]
-            what = f"lacks '{missing[0]}'" if missing else "holds hypotheses that there are not"
+            what = f"lacks '{missing[0]}'" if missing else "holds unknown hypotheses"
             raise ParameterError(
-                f"[thresholds.{NAME}.{key}] of the vehicle '{vehicle.name}' {what}; calibrate it anew with "
-                "'tierod identify thresholds'"
+                f"[thresholds.{NAME}.{key}] of the vehicle '{vehicle.name}' {what}; calibrate it again with 'tierod "
+                "identify thresholds'"
             )
         columns.append(tuple(float(given[name]) for name in names))
     gap, margin = (table.get(key, usual) for key, usual in (("gap", GAP), ("margin", MARGIN)))
@@ -235,7 +235,7 @@ def limits_of(vehicle: Vehicle, explanations: Sequence[Hypothesis] | None = None
         min(*columns[0], *columns[1]) > 0.0 and all(isinstance(each, float) and each > 0.0 for each in (gap, margin))
     ):
         raise ParameterError(
-            f"[thresholds.{NAME}] of the vehicle '{vehicle.name}' must hold numbers above zero; calibrate it anew with "
-            "'tierod identify thresholds'"
+            f"[thresholds.{NAME}] of the vehicle '{vehicle.name}' must hold numbers above zero; calibrate it again "
+            "with 'tierod identify thresholds'"
         )
     return Limits(columns[0], columns[1], gap, margin)

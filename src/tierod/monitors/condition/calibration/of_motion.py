@@ -74,11 +74,12 @@ class MotionCalibration:
         """Remarks on the calibration."""
         count = len(self.explanations) - 1
         return (
-            "The car is judged by its motion alone; its parameters stay as the file gives them, 'tierod identify "
-            f"vehicle' finds them. The limits come from {self.designed.hours:.2f} h of driving.",
+            "The car is judged by its motion alone; its parameters stay as in the file; 'tierod identify vehicle' "
+            f"estimates them. The limits come from {self.designed.hours:.2f} h of driving.",
             remark_of_limits(self.designed),
-            f"{self.lowered} of the {2 * count} limits came out above those of a car without limits of its own and are "
-            "kept at these, which its own driving does not come near; no time between false alarms is known for them.",
+            f"{self.lowered} of the {2 * count} limits were designed higher than those of a car without limits of its "
+            "own and are reduced to these, since its own driving stays well below; their time between false alarms is "
+            "unknown.",
         )[: 3 if self.lowered else 2]
 
     @property
@@ -86,10 +87,10 @@ class MotionCalibration:
         """Reason why the limits must not be used; "" if they may be used."""
         if not self.suspicions:
             return ""
-        listed = ", ".join(f"{each.drive} as of {each.suspect} ({each.ratio:.1f})" for each in self.suspicions)
+        listed = ", ".join(f"{each.drive}: {each.suspect} ({each.ratio:.1f})" for each in self.suspicions)
         return (
-            "not fault-free, by the log-likelihood ratio of a fault over what fault-free drives show at most, expected "
-            f"below 1: {listed}. Leave out what is faulty, or identify the car first: 'tierod identify vehicle'"
+            "not fault-free, by the log-likelihood ratio of a fault over the largest in fault-free drives, expected "
+            f"below 1: {listed}. Leave out the faulty drives, or identify the car first: 'tierod identify vehicle'"
         )
 
     @property
@@ -148,6 +149,6 @@ def _require_sensors(name: str, recording: Recording) -> None:
     if len(there) < FEWEST:
         missing = ", ".join(each for each in OF_CARS if each not in there)
         raise InputError(
-            f"{name} has {len(there)} of the sensors that a car is judged by, and {FEWEST} are needed; it lacks "
+            f"{name} has {len(there)} of the sensors that a car is judged by, but {FEWEST} are needed; it lacks "
             f"{missing}. 'tierod inspect' shows what the recording has; name them in the channel map"
         )

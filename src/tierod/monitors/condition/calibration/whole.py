@@ -107,21 +107,19 @@ class ConditionCalibration:
         notes = [
             f"The parameters come from the first {self.seconds:.0f} s of driving, the limits from {rest:.2f} h after "
             "them. Limits without a factor, from one half of that driving, would have been exceeded in "
-            f"{designed.alarms_before} times of ten seconds of the other.",
+            f"{designed.alarms_before} intervals of ten seconds of the other half.",
             remark_of_limits(designed),
         ]
         silent = self._silent()
         if silent and not self.suspicions:
             notes.append(
-                f"The limits of {', '.join(silent)} lie above all that the judge can see over the short time; more "
-                "healthy driving, or a shorter time between false alarms, lowers them."
+                f"The short-time limits of {', '.join(silent)} lie above the largest possible ratio and are never "
+                "exceeded; more healthy driving, or a shorter time between false alarms, lowers them."
             )
         if further_variants() and not self.further and not self.suspicions:
             notes.append("The rules of the paper are not calibrated: a signal that they need is missing.")
         if not self.calibration.found.converged:
-            notes.append(
-                "The search for the parameters did not come to its end; give more driving with bends and braking."
-            )
+            notes.append("The search for the parameters did not converge; give more driving with bends and braking.")
         return tuple(notes)
 
     def _silent(self) -> list[str]:
@@ -141,13 +139,13 @@ class ConditionCalibration:
             listed = ", ".join(f"{name} ({value:.1f})" for name, value in worst.items())
             return (
                 f"the readings of {listed} do not fit the vehicle (mean squared innovation over its variance, expected "
-                "about 1): is a sensor faulty, a sign or a ratio wrong, or the vehicle of another kind?"
+                "about 1): check for a faulty sensor, a wrong sign or ratio, or a vehicle of another kind"
             )
         if self.suspicions:
-            listed = ", ".join(f"{each.drive} as of {each.suspect} ({each.ratio:.1f})" for each in self.suspicions)
+            listed = ", ".join(f"{each.drive}: {each.suspect} ({each.ratio:.1f})" for each in self.suspicions)
             return (
-                "not healthy, by the log-likelihood ratio of a fault over what fault-free drives show at most, "
-                f"expected below 1: {listed}. Leave out what is faulty, or check whether the vehicle file fits this car"
+                "not healthy, by the log-likelihood ratio of a fault over the largest in fault-free drives, expected "
+                f"below 1: {listed}. Leave out the faulty drives, or check whether the vehicle file fits this car"
             )
         return ""
 
@@ -217,10 +215,10 @@ def remark_of_limits(designed: DesignedLimits) -> str:
         designed: limits with the data of their design
     """
     return (
-        f"With limits {designed.factor:.2f} times those one false alarm in {_hours(designed.hours_between_alarms)} "
-        f"h is to be expected, at 95 % none sooner than in {_hours(designed.hours_at_least)} h, if the tail goes "
-        f"on as an exponential: no more than {designed.hours:.2f} h were seen, of this vehicle, on these roads, in "
-        "this weather."
+        f"With limits {designed.factor:.2f} times those without a factor one false alarm is expected in "
+        f"{_hours(designed.hours_between_alarms)} h, at 95 % confidence in no less than "
+        f"{_hours(designed.hours_at_least)} h, if the tail continues as an exponential: only {designed.hours:.2f} h of "
+        "this vehicle were observed, on these roads and in this weather."
     )
 
 

@@ -69,7 +69,7 @@ def late(estimates: Mapping[str, np.ndarray], witnesses: Mapping[str, Witness], 
         return ()
     by = [(-shift if pair[0] == odd[0] else shift) for pair, shift in shifts.items() if odd[0] in pair]
     delay = float(np.median(by))
-    cause = f"{odd[0]}: {abs(delay):.2f} s {'late' if delay > 0.0 else 'early'} beside the other signals"
+    cause = f"{odd[0]}: {abs(delay):.2f} s {'late' if delay > 0.0 else 'early'} relative to the other signals"
     action = "check the time stamps: the channel may come from another bus with a clock of its own"
     return (Problem("time", witnesses[odd[0]].elements, cause, action),)
 
@@ -115,7 +115,7 @@ def scaled(estimates: Mapping[str, np.ndarray], witnesses: Mapping[str, Witness]
         return ()
     witness = witnesses[odd[0]]
     by = [(ratio if pair[0] == odd[0] else 1.0 / ratio) for pair, ratio in ratios.items() if odd[0] in pair]
-    cause = f"{witness.scaled}: it reads {np.median(by):.3g} times what the others show"
+    cause = f"{witness.scaled}: it is {np.median(by):.3g} times the value from the others"
     return (Problem("scale", witness.elements, cause, "correct the vehicle file or the channel map"),)
 
 
@@ -145,6 +145,7 @@ def misread_speed(estimates: Mapping[str, np.ndarray], limit: float) -> tuple[Pr
     if not (np.isfinite(sizes).all() and most < limit * least and (least > limit or most < 1.0 / limit)):
         return ()
     cause = (
-        f"the wheel speeds have the wrong unit or scale: they read {np.median(sizes):.3g} times what the others show"
+        f"the wheel speeds have the wrong unit or scale: they are {np.median(sizes):.3g} times the values from the "
+        "others"
     )
     return (Problem("scale", WHEELS, cause, "correct their unit in the channel map; 1 m/s is 3.6 km/h"),)

@@ -205,6 +205,6 @@ class TargetPace:
         if not slow:
             return ()
         rate = min(rates[TARGETS.index(name)] for name in slow)
-        which = "targets of the actuators come" if len(slow) > 1 else f"{slow[0]} comes"
-        cause = f"the {which} at {rate:.3g} Hz: what moves the vehicle in between is not known"
+        which = "targets of the actuators are sampled" if len(slow) > 1 else f"{slow[0]} is sampled"
+        cause = f"the {which} at {rate:.3g} Hz: between the samples the torque of the actuators is unknown"
         return (Problem("rate", (), cause, f"record {', '.join(slow)} at 50 Hz or faster"),)

@@ -21,7 +21,10 @@ from tierod.monitors.condition.recording_checks.motion import Motion
 from tierod.monitors.condition.recording_checks.witnesses import MOVING, mean_speed
 from tierod.monitors.condition.signals import ACCELERATIONS, TARGETS, CarParameters
 
-MOTION = {"longitudinal_acceleration": "the slope of the wheel speeds", "lateral_acceleration": "yaw rate times speed"}
+MOTION = {
+    "longitudinal_acceleration": "the derivative of the wheel speeds",
+    "lateral_acceleration": "yaw rate times speed",
+}
 """Prediction of each acceleration, in words."""
 BOUNDS = Bounds(single=3.5, level=1.6, shape=0.7, share=0.35, noise=1.0)
 """Fault-free differences of measured and predicted accelerations [m/s**2].

@@ -99,5 +99,5 @@ def restated(headline: str, own: float, deviation: float, unit: str) -> str:
 
 def _remarks(remarks: Mapping[str, str], found: Effects) -> dict[str, str]:
     """Remarks with the note that histograms are those of the unperturbed vehicle."""
-    histograms = f"Estimates for the vehicle as its file gives it; all move together with {found.each[0].name}."
+    histograms = f"Estimates with the parameters of the vehicle file; an error of {found.each[0].name} shifts them all."
     return {**remarks, "histograms": histograms}

@@ -145,7 +145,7 @@ def turned(conclusion: Conclusion, found: Turn, vehicle: Vehicle) -> Conclusion:
     given = "; ".join(spread_of(vehicle, name) for name in found.names)
     other = _as_found(found, finding.confirmed is not None)
     cause = f"the verdict depends on parameters of the vehicle file: within their spread ({given}) it is {other}"
-    action = f"measure {names} first, enter value and standard_deviation in the vehicle file, and judge anew"
+    action = f"measure {names} first, enter value and standard_deviation in the vehicle file, and judge again"
     status = Status.SUSPECT if alarm else Status.NOT_IDENTIFIABLE
     headline = finding.headline.replace(f": {finding.status},", f": {status},", 1)
     it = "it" if len(found.names) == 1 else "them"
@@ -153,7 +153,8 @@ def turned(conclusion: Conclusion, found: Turn, vehicle: Vehicle) -> Conclusion:
     finding = replace(
         finding.after(cause, action),
         status=status,
-        headline=f"{headline} But {names} {_decide(found.names)}: {as_given}within the spread this is {other}.",
+        headline=f"{headline} But {names} {_decide(found.names)} the verdict: {as_given}within the spread this is "
+        f"{other}.",
     )
     # A verdict that is not robust must neither become a baseline nor enter the courses of a fault memory.
     return replace(
@@ -214,7 +215,7 @@ def most_important(each: ParameterEffect, vehicle: Vehicle) -> str:
         each: effect of the parameter
         vehicle: vehicle with the parameter
     """
-    return f"{spread_of(vehicle, each.name)} moves it by {moves_by(each)}; measure it first"
+    return f"{spread_of(vehicle, each.name)} shifts it by {moves_by(each)}; measure it first"
 
 
 def moves_by(each: ParameterEffect) -> str:
