@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -34,25 +36,33 @@ class VirtualMachine:
         after, pushes, output = graph.function.call([casadi.SX(tuned), state, heads, sample])
         self._step = casadi.Function("step", [state, heads, sample, zeros], [after, pushes, output])
         # The place in a delay line depends on the number of samples, so that such blocks are stepped one by one.
-        if not graph.rings:
-            self._states = np.empty((BLOCK, len(graph.state)))
-            plain = casadi.Function("plain", [state, sample, zeros], [after, output])
-            self._buffer, self._run = plain.mapaccum("scan", BLOCK).buffer()
-            self._zeros = np.zeros((BLOCK, zeros.numel()))
-            self._buffer.set_arg(2, memoryview(self._zeros))  # type: ignore[call-arg,arg-type]
-            self._buffer.set_res(0, memoryview(self._states))  # type: ignore[call-arg,arg-type]
+        self._plain = None if graph.rings else casadi.Function("plain", [state, sample, zeros], [after, output])
+
+    @cached_property
+    def _mapped(self) -> tuple[Any, Callable[[], None], np.ndarray, np.ndarray]:
+        """Buffer and call of the unrolled map, the states that it writes, and the zeros that it reads.
+
+        Building the map costs more than a short run.
+        """
+        assert self._plain is not None
+        states, zeros = np.empty((BLOCK, len(self.graph.state))), np.zeros((BLOCK, self._plain.numel_in(2)))
+        buffer, run = self._plain.mapaccum("scan", BLOCK).buffer()
+        buffer.set_arg(2, memoryview(zeros))  # type: ignore[call-arg,arg-type]
+        buffer.set_res(0, memoryview(states))  # type: ignore[call-arg,arg-type]
+        return buffer, run, states, zeros
 
     def scan(self, memory: np.ndarray, samples: np.ndarray, outputs: np.ndarray, count: int) -> None:
         """Run over samples (n, inputs) into outputs (n, outputs); `memory` is updated, `count` steps came before."""
         done = 0
-        if not self.graph.rings:
-            self._buffer.set_arg(0, memoryview(memory))  # type: ignore[call-arg,arg-type]
+        if self._plain is not None and len(samples) >= BLOCK:
+            buffer, run, states, _ = self._mapped
+            buffer.set_arg(0, memoryview(memory))  # type: ignore[arg-type]
             while len(samples) - done >= BLOCK:
                 block = slice(done, done + BLOCK)
-                self._buffer.set_arg(1, memoryview(samples[block]))  # type: ignore[call-arg,arg-type]
-                self._buffer.set_res(1, memoryview(outputs[block]))  # type: ignore[call-arg,arg-type]
-                self._run()
-                memory[:] = self._states[-1]
+                buffer.set_arg(1, memoryview(samples[block]))  # type: ignore[arg-type]
+                buffer.set_res(1, memoryview(outputs[block]))  # type: ignore[arg-type]
+                run()
+                memory[:] = states[-1]
                 done += BLOCK
         self._one_by_one(memory, samples[done:], outputs[done:], count + done)
 
