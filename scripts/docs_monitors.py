@@ -63,12 +63,13 @@ def index() -> str:
 def monitor_page(name: str) -> str:
     """Reference page of one monitor."""
     monitor = MONITORS[name]
+    chosen = "" if monitor.default else f" --variant {next(iter(monitor.variants))}"
     return page(
         name,
         f"**{monitor.title}.** {monitor.summary}",
         f"Source: {monitor.source}. [Equations and limits]({EXPLANATION[name]}).",
         f"**What to record.** {monitor.drive}",
-        f"```text\ntierod diagnose RECORDING --vehicle VEHICLE --monitor {name}\n```",
+        f"```text\ntierod diagnose RECORDING --vehicle VEHICLE --monitor {name}{chosen}\n```",
         "## Signals",
         _signals(monitor),
         "## Variants",

@@ -272,7 +272,8 @@ def _margins(run: FrictionRun, limits: Limits, status: Status) -> list[str]:
 def _healthy(run: FrictionRun, limits: Limits) -> tuple[str, str]:
     margins = _margins(run, limits, Status.HEALTHY)
     if not margins:
-        return "friction stayed below every limit", "none; store the learnt level for the next recording"
+        kept = "" if run.verdict.learnt_level is not None else "; store the learnt level for the next recording"
+        return "friction stayed below every limit", f"none{kept}"
     cause = f"friction is {margins[0]}"
     if run.verdict.learnt_level is not None:
         return (

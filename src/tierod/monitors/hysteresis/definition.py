@@ -179,7 +179,7 @@ class HysteresisSession:
             estimate=self._estimate(found, reference),
             evidence=_evidence(found) | dict(zip(INCREASES, (found.friction_torque - base, spread), strict=True)),
             cause=_CAUSES.get(status, "the loop is wider than expected"),
-            action=_ACTIONS[status],
+            action=AGAIN if status is Status.SUSPECT and self.baseline is not None else _ACTIONS[status],
             warnings=self._warnings(found.friction_torque),
             decided_by=(INCREASE.name,) if status in (Status.RISING, Status.FAULT) else (),
         )
@@ -213,8 +213,9 @@ _CAUSES = {
         "changed gain of driver_torque or motor_torque may explain it"
     ),
 }
+AGAIN = "turn slowly and several times"
 _ACTIONS = {
-    Status.SUSPECT: "compare with the same test of the unfaulted car (--baseline), or turn slowly and several times",
+    Status.SUSPECT: f"compare with the same test of the unfaulted car (--baseline), or {AGAIN}",
     Status.HEALTHY: "none",
     Status.RISING: "watch it: repeat the test at the next service, and inspect the boots of the steering gear",
     Status.FAULT: "inspect column joints, bearings, steering gear and motor for corrosion, water or damage",

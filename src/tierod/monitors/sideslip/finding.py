@@ -84,7 +84,8 @@ def judge(drive: SideslipDrive, name: str, misfit_rule: Detector, nis: float) ->
     if alarms_at(misfit_rule, math.log(max(nis, 1e-12)) / USUAL_MISFIT):
         cause = f"the innovations are {math.sqrt(nis):.1f} times as large as the estimator expects"
         headline = f"Sideslip angle up to {largest}, but the parameters do not fit this car: {cause}."
-        action = "give a vehicle file that fits this car: stiffness, trail, friction and inertia of the steering"
+        steering = ", and trail, friction and inertia of the steering" if figures.torques else ""
+        action = f"give a vehicle file that fits this car: mass, stiffness and noise of the sensors{steering}"
         found = Finding(name, Status.NOT_IDENTIFIABLE, headline, None, estimate, evidence, cause, action)
     else:
         headline = f"Sideslip angle up to {largest}, estimated for {drive.seconds:.0f} s."
