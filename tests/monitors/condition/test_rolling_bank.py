@@ -56,7 +56,7 @@ def test_a_fault_free_drive_is_quiet_and_the_filter_knows_what_it_does_not_know(
     base, squares = RollingFilter.of_vehicle(CAR), {}
     for each in hypotheses_of_cars()[1:5]:
         (name,) = each.sensors
-        result = scan(base.leaving_out(each), drive(), engine="virtual machine")
+        result = scan(base.leaving_out(each), drive())
         error = drive()[:, OF_CARS.index(name)] - result[f"prediction.{name}"]
         squares[name] = np.mean((error / result[f"deviation.{name}"])[500:] ** 2)
     # Tyres near their grip, and radii that differ by more than those of a production car.
