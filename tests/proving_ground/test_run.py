@@ -172,7 +172,7 @@ def test_wrong_options_are_refused_in_a_sentence(course, seconds, message):
 
 
 def test_parts_keep_the_step_of_their_car():
-    with pytest.raises(ParameterError, match=r"computed every 0.0005 s, but its 'driver.step_time' says 0.001 s"):
+    with pytest.raises(ParameterError, match=r"computed every 0.0005 s, but its 'driver.step_time' is 0.001 s"):
         run(replace(CAR, step_time=5e-4), Turn(), sensors=IDEAL)
     with pytest.raises(ParameterError, match="'step_time' is 0.005 s, but has to be 1e-05 to 0.002 s"):
         run(replace(CAR, step_time=5e-3), Turn(), sensors=IDEAL)

@@ -88,12 +88,12 @@ def test_a_hoist_takes_the_load_off(load):
     [
         (RandomSteer, {"time": 1.0, "lowest": 0.2, "highest": 0.9}, "no band that 1 s could show"),
         (RandomSteer, {"lowest": 2.0, "highest": 1.0}, "give the lower one first"),
-        (SineSteer, {"periods": 0}, "a test with 0 periods is none"),
+        (SineSteer, {"periods": 0}, "a test cannot have 0 periods"),
         (SteadyAngle, {"first_speed": 20.0, "last_speed": 10.0}, "give a last_speed above the first_speed"),
         (SteadyCircle, {"first_speed": 20.0, "last_speed": 20.0}, "give a last_speed above the first_speed"),
         (SteadyCircle, {"radius": 0.0}, "radius 0 cannot be driven"),
-        (Slalom, {"cones": 0}, "a test with 0 cones is none"),
-        (WayTable, {"laps": 0}, "a test with 0 laps is none"),
+        (Slalom, {"cones": 0}, "a test cannot have 0 cones"),
+        (WayTable, {"laps": 0}, "a test cannot have 0 laps"),
     ],
 )
 def test_a_test_that_cannot_be_is_refused(course, given, said):

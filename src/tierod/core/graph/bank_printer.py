@@ -45,7 +45,7 @@ class _BankPrinter:
         used = (*self.lane.program.operations, *self.judge.program.operations)
         head = prelude((operation.name for operation in used), in_lanes=True)
         parts = [head, ALIGNED, legend(self.graph), self._prepare(), self._lanes(), self._judge(), self._adopt()]
-        return "".join([*parts, self._sample(), push(self.name), self._scan()])
+        return "".join([*parts, self._sample(), self._scan(), push(self.name)])
 
     def _prepare(self) -> str:
         name, graph, tuned = self.name, self.graph, len(self.graph.lane.tuning)

@@ -33,12 +33,15 @@ def legend(graph: Interface) -> str:
 
 
 def push(name: str) -> str:
-    """C of one step on bound buffers, for a block with a function `<name>_sample`."""
+    """C of one step on bound buffers, for a block with a function `<name>_scan`.
+
+    A step is a scan of one sample, so that the compiler sees the equations once: they are most of its work.
+    """
     kind = f"{name}_stream"
     return (
         f"typedef struct {{ real *x; const real *u; real *y; const real *c; long k; }} {kind};\n"
         f"void {name}_push({kind} *s);\n"
-        f"void {name}_push({kind} *s) {{ {name}_sample(s->x, s->u, s->y, s->c, s->k); s->k += 1; }}\n"
+        f"void {name}_push({kind} *s) {{ {name}_scan(1, s->x, s->u, s->y, s->c, s->k); s->k += 1; }}\n"
     )
 
 
@@ -80,23 +83,7 @@ class _ScalarPrinter(BranchingPrinter):
     def text(self) -> str:
         """C of the whole file."""
         in_locals = len(self.graph.state) <= STATE_IN_LOCALS
-        return "".join([_head(self), _prepare(self), self._step(), push(self.name), self._scan(in_locals)])
-
-    def _step(self) -> str:
-        places = Places(
-            state=lambda i: f"x[{i}]",
-            ring=lambda i: f"x[{self.ring_start[i]} + k % {self.graph.rings[i][1]}]",
-            sample=lambda i: f"u[{i}]",
-            output=lambda i: f"y[{i}]",
-            carried=lambda i: f"c[{i}]",
-        )
-        body = self.body(places, "    ")
-        unused = "" if self.graph.rings else "    (void)k;\n"
-        unused += "" if self.carried else "    (void)c;\n"
-        return (
-            f"static inline void {self.name}_sample(real *restrict x, const real *restrict u, real *restrict y, "
-            f"const real *restrict c, long k) {{\n{body}{unused}}}\n"
-        )
+        return "".join([_head(self), _prepare(self), self._scan(in_locals), push(self.name)])
 
     def _scan(self, in_locals: bool) -> str:
         places = Places(
