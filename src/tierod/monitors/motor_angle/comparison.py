@@ -14,10 +14,10 @@ from tierod.monitors.motor_angle.second_tests import Increments, SensorBesideObs
 
 ANGLE_DRIFT, ANGLE_THRESHOLD = 0.044, 0.9
 """CUSUM of the electrical angle residual, one value per millisecond [rad]: see docs/explanation/motor-angle.md,
-Monitoring."""
+Design of the CUSUM."""
 
 SPEED_DRIFT, SPEED_THRESHOLD = 0.5, 2.0
-"""CUSUM of the speed residual, one value per 10 ms [rad/s]: see docs/explanation/motor-angle.md, Monitoring."""
+"""CUSUM of the speed residual, one value per 10 ms [rad/s]: see docs/explanation/motor-angle.md, Design of the CUSUM."""
 
 BACKWARDS = 3.0
 """Excess of windows against the observer over those with it that shows swapped sine and cosine, or phases [-]."""
