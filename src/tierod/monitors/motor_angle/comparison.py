@@ -17,7 +17,7 @@ ANGLE_DRIFT, ANGLE_THRESHOLD = 0.044, 0.9
 Design of the CUSUM."""
 
 SPEED_DRIFT, SPEED_THRESHOLD = 0.5, 2.0
-"""CUSUM of the speed residual, one value per 10 ms [rad/s]: see docs/explanation/motor-angle.md, Design of the CUSUM."""
+"""CUSUM of the speed residual, one value per 10 ms [rad/s]: see the same section."""
 
 BACKWARDS = 3.0
 """Excess of windows against the observer over those with it that shows swapped sine and cosine, or phases [-]."""
