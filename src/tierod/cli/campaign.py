@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from tierod.cli.terminal import Counting, command_line, counting, messages, output, print_json, rows, say
+from tierod.cli.terminal import Counting, command_line, counting, messages, output, print_json, print_remark, rows, say
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -116,8 +116,8 @@ def _run(
         total = len(chosen.plan.cells)
         with counting("drives", "compiling", chosen.file.name, total) as count, stopped_by_sigterm():
             try:
-                tell = partial(_tell, count)
-                found = run(chosen, folder, workers, scheduler=scheduler, command=command, progress=tell)
+                shown = partial(_show_progress, count)
+                found = run(chosen, folder, workers, scheduler=scheduler, command=command, progress=shown)
             except (KeyboardInterrupt, OSError, OutputError):
                 _say_what_is_kept(chosen, folder)
                 raise
@@ -132,15 +132,13 @@ def _say_what_is_kept(chosen: Campaign, folder: Path) -> None:
         return
     store = Store(folder)
     done = sum(chosen.plan.done(cell, store) for cell in chosen.plan.cells)
-    messages().print(
+    print_remark(
         f"{done} of {len(chosen.plan.cells)} drives are finished and kept in {folder}; the same command goes on "
-        "from there",
-        soft_wrap=True,
-        markup=False,
+        "from there"
     )
 
 
-def _tell(count: Counting, made: Progress) -> None:
+def _show_progress(count: Counting, made: Progress) -> None:
     """Name a failed drive at once, and count the finished ones."""
     if made.outcome not in ("", "driven"):
         count.say(f"{made.outcome}: {made.name}")

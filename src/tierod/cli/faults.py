@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from tierod.cli.terminal import messages, output, print_json, rows, say
+from tierod.cli.terminal import output, print_json, print_remark, rows, say
 from tierod.core.errors import InputError, ParameterError
 from tierod.core.user_files import read_text
 
@@ -226,6 +226,6 @@ def _clear(path: Path, code: str | None, uds: str | None, json: bool) -> None:
             raise
         with holding(path) as target:
             kept = store.remove(target)
-    messages().print(f"cleared {path}; its previous content is kept as {kept}", soft_wrap=True, markup=False)
+    print_remark(f"cleared {path}; its previous content is kept as {kept}")
     if json:
         print_json({"cleared": str(path), "kept": str(kept)})

@@ -99,7 +99,7 @@ def fleet(
         try:
             found = run(
                 recordings, cars, output, asked, workers_of(workers, scheduler), again=again, with_levels=levels,
-                progress=partial(_tell, count),
+                progress=partial(_show_progress, count),
             )  # fmt: skip
         except BaseException:
             if count.total:
@@ -181,7 +181,7 @@ def _why(name: str, reason: str) -> str:
     return reason.removeprefix(name).lstrip(": ")
 
 
-def _tell(count: Counting, made: Progress) -> None:
+def _show_progress(count: Counting, made: Progress) -> None:
     """Name a failed recording at once, and count the finished ones."""
     if made.outcome == "failed":
         count.say(f"failed: {made.name}: {_why(made.name, made.reason)}")

@@ -28,18 +28,14 @@ def identify(
     recordings: Annotated[
         list[Path], typer.Argument(help="Recordings of bench or drive, each with one experiment or more.")
     ],
-    vehicle: Annotated[
-        str, typer.Option(help="A vehicle's name, or its TOML file; the search starts from its values.")
-    ],
+    vehicle: Annotated[str, typer.Option(help="A vehicle's name or TOML file, from which the search starts.")],
     free: Annotated[
         str | None,
         typer.Option(
             help="Parameters to identify, separated by commas; for a column, damping and friction if not given."
         ),
     ] = None,
-    output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="Vehicle file to write; none if not given.")
-    ] = None,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="Vehicle file to write; else none.")] = None,
     in_place: Annotated[bool, typer.Option("--in-place", help="Write into the vehicle file that was given.")] = False,
     report: Annotated[Path | None, typer.Option(help="HTML page to write; none if not given.")] = None,
     start: StretchStart = None,
@@ -53,7 +49,7 @@ def identify(
 ) -> int:
     """Fit parameters to recordings and write them back: done (0), unusable values (2), bad input (3)."""
     from tierod.cli.app import HEALTHY, NOT_JUDGED
-    from tierod.cli.terminal import messages, origin, print_json, progress
+    from tierod.cli.terminal import origin, print_json, print_remark, progress
     from tierod.report.identification import identify as run
     from tierod.report.identification import subject_of
     from tierod.vehicles import load
@@ -72,7 +68,7 @@ def identify(
     if report is not None:
         found.write_html(report, origin())
     if target is not None and found.doubt:
-        messages().print(f"{target} is not written: {found.doubt}", soft_wrap=True, markup=False)
+        print_remark(f"{target} is not written: {found.doubt}")
         target = None
     if target is not None:
         found.write_vehicle(target, origin())
@@ -83,9 +79,9 @@ def identify(
         _show(found)
     for what, path in (("vehicle file", target), ("page", report)):
         if path is not None:
-            messages().print(f"{what}: {path}", soft_wrap=True, markup=False)
+            print_remark(f"{what}: {path}")
     if subject == "vehicle" and not found.doubt:
-        messages().print(_next(recordings, target, start, stop, dbc, channel_map), soft_wrap=True, markup=False)
+        print_remark(_next(recordings, target, start, stop, dbc, channel_map))
     return NOT_JUDGED if found.doubt else HEALTHY
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tierod.cli.terminal import messages, output, print_json, progress, rows, without_advice
+from tierod.cli.terminal import messages, output, print_json, print_remark, progress, rows, without_advice
 
 if TYPE_CHECKING:
     from tierod.core.findings import ChannelQuality
@@ -173,7 +173,7 @@ def _say_which_vehicle(car: Vehicle | None) -> None:
         text = "no vehicle is named: a typical car is assumed; name yours with --vehicle"
     else:
         text = f"checked for the vehicle {car.name}; choose another with --vehicle"
-    messages().print(text, soft_wrap=True, markup=False)
+    print_remark(text)
 
 
 def _cells(row: ChannelQuality, source: str) -> tuple[str, ...]:

@@ -51,12 +51,8 @@ def live(
     ] = "",
     drives: Annotated[int, typer.Option(help="End after this many drives; 0: no limit.")] = 0,
     seconds: Annotated[float, typer.Option(help="End after this time [s]; 0: run until Ctrl-C.")] = 0.0,
-    websocket: Annotated[
-        int | None, typer.Option(help="Port on this computer for the events; 0: any free port.")
-    ] = None,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print events as JSON lines, as is done without a terminal.")
-    ] = False,
+    websocket: Annotated[int | None, typer.Option(help="Local port for the events; 0: any free port.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Events as JSON lines, as without a terminal.")] = False,
 ) -> int:
     """Follow live buses until Ctrl-C: healthy (0), fault (1), could not judge (2), bad input (3)."""
     from tierod.cli.live_setup import Wanted, drive_of, refuse_unfit

@@ -35,7 +35,7 @@ def replay(
     """Play a recording onto a bus until its end or Ctrl-C."""
     import itertools
 
-    from tierod.cli.terminal import messages
+    from tierod.cli.terminal import print_remark
     from tierod.core.errors import ParameterError
     from tierod.io.readers.dbc import load_databases
     from tierod.io.readers.opening import shipped
@@ -58,13 +58,13 @@ def replay(
     addresses = [Address(interface, each, None, fd, own) for each, own in zip(channel, options, strict=True)]
     buses, played = [open_bus(each) for each in addresses], Played()
     try:
-        messages().print(f"playing {recording} onto {interface} {' '.join(channel)}", markup=False, soft_wrap=True)
+        print_remark(f"playing {recording} onto {interface} {' '.join(channel)}")
         play(
             disturbed(frames, Disturbance(seed, loss, doubled, jitter, reordered, bus_off), played),
             buses,
             speed,
             played,
-            say=lambda text: messages().print(text, markup=False, soft_wrap=True),
+            say=print_remark,
         )
     finally:
         for bus in buses:

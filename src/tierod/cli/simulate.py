@@ -21,9 +21,7 @@ def simulate(
     output: Annotated[
         Path, typer.Option("--output", "-o", help="File to write: .mf4, .parquet or .csv; for a fleet, a folder.")
     ],
-    seed: Annotated[
-        int | None, typer.Option(min=0, help="Seed of all random numbers, in place of the scenario's.")
-    ] = None,
+    seed: Annotated[int | None, typer.Option(min=0, help="Seed of random numbers; else the scenario's.")] = None,
     seconds: Annotated[float | None, typer.Option(help="Duration in seconds, in place of the scenario's.")] = None,
     plant: Annotated[
         Path | None,
@@ -45,7 +43,7 @@ def simulate(
 
         return simulate_fleet(scenario, output, seed, seconds, estimates, workers, json)
     from tierod.cli.app import HEALTHY, NOT_JUDGED
-    from tierod.cli.terminal import messages, print_json, progress
+    from tierod.cli.terminal import messages, print_json, print_remark, progress
     from tierod.io.writers import require_writable, write
     from tierod.proving_ground.scenarios import load
 
@@ -55,9 +53,7 @@ def simulate(
     if plant is not None:
         chosen = _with_plant(chosen, plant)
     for fault in (each for each in whole.faults if each not in chosen.faults):
-        messages().print(
-            f"left out, since it begins after the end of the run: {fault.label}", soft_wrap=True, markup=False
-        )
+        print_remark(f"left out, since it begins after the end of the run: {fault.label}")
     began = time.perf_counter()
     with progress(f"driving {chosen.name}") as advance:
         outcome = chosen.run(advance)
@@ -74,7 +70,7 @@ def simulate(
         return NOT_JUDGED
     if outcome.diverged_at is None:
         return HEALTHY
-    messages().print(_diverged(chosen, outcome, output), soft_wrap=True, markup=False)
+    print_remark(_diverged(chosen, outcome, output))
     return NOT_JUDGED
 
 

@@ -31,7 +31,7 @@ def simulate_fleet(
         ParameterError: the file has an error
         OutputError: the folder cannot be written
     """
-    from tierod.cli.terminal import messages, print_json, progress, say
+    from tierod.cli.terminal import print_json, print_remark, progress, say
     from tierod.experiments.doors import cores
     from tierod.fleet import virtual, virtual_writing
 
@@ -49,7 +49,7 @@ def simulate_fleet(
             )
     took = time.perf_counter() - began
     for failure in failures[:10]:
-        messages().print(f"failed: {failure}", soft_wrap=True, markup=False)
+        print_remark(f"failed: {failure}")
     drives = [str(folder / "recordings"), "--vehicles", str(folder / "fleet.toml"), "-o", "results"]
     words = ["tierod", "fleet", *(["report", str(folder)] if estimates else drives)]
     if as_json:

@@ -38,7 +38,7 @@ def study(
     ] = False,
 ) -> int:
     """Run a study: tables and claims to the terminal as Markdown, a page and claims.json to a folder."""
-    from tierod.cli.terminal import messages
+    from tierod.cli.terminal import print_remark
     from tierod.core.errors import ParameterError, nearest
     from tierod.experiments.effort import Effort
     from tierod.papers.registry import STUDIES
@@ -49,7 +49,7 @@ def study(
         for chosen in STUDIES.values() if name is None else [STUDIES[name]]:
             folder = output / chosen.name if name is None else output
             for path in _run(chosen, effort, folder):
-                messages().print(f"written: {path}", soft_wrap=True, markup=False)
+                print_remark(f"written: {path}")
     return 0
 
 

@@ -106,6 +106,11 @@ def messages() -> Console:
     return console(stderr=True, width=None if sys.stderr.isatty() else PIPED_WIDTH)
 
 
+def print_remark(text: str) -> None:
+    """Print a line for the user to stderr, wrapped by the terminal alone; square brackets are text."""
+    messages().print(text, soft_wrap=True, markup=False)
+
+
 def rows(titles: Sequence[str], cells: Iterable[Sequence[str]], right: Sequence[int] = ()) -> Table:
     """A plain table.
 

@@ -42,8 +42,9 @@ class Every:
     def __init__(self, car: Vehicle, look: Look | None, spread: bool):
         self._car, self._look = car, look
         self.refused: dict[str, str] = {}
-        self._usual = Together(car, [Chosen(each.name) for each in MONITORS.values() if each.default], spread)
-        for name in [each.name for each in MONITORS.values() if each.default]:
+        names = [each.name for each in MONITORS.values() if each.default]
+        self._usual = Together(car, [Chosen(name) for name in names], spread)
+        for name in names:
             self._decide(name)
         self._tried = {each.name: self._trials(each) for each in MONITORS.values() if not each.default}
 

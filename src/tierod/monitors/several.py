@@ -14,7 +14,7 @@ from tierod.monitors.every import Every, Look, read_by_any
 from tierod.monitors.harness.acceptance import refusals, taken
 from tierod.monitors.harness.pieces import joined, pieces_of, share_read
 from tierod.monitors.registry import MONITORS
-from tierod.monitors.together import Chosen, Together
+from tierod.monitors.together import Chosen, Together, usual
 from tierod.vehicles import Vehicle
 
 ALL = "all"
@@ -189,8 +189,7 @@ def can_be_judged(source: Path | Recording, car: Vehicle, dbc: Any = None, chann
 
 def _able(source: Path | Recording, car: Vehicle, dbc: Any, channel_map: Any) -> Iterator[str]:
     look = look_at(source, car, dbc, channel_map)
-    usual = [each for each in MONITORS.values() if each.default is not None and not each.condition]
     # A monitor without required signals has to be run on a sample of the recording: check the fast ones first.
-    for each in sorted(usual, key=lambda each: not each.required):
+    for each in sorted((MONITORS[chosen.monitor] for chosen in usual()), key=lambda each: not each.required):
         if look and taken(each, refusals(each, car, look.recording)):
             yield each.name

@@ -16,7 +16,7 @@ def items_of(package: str, parts: Mapping[str, str], effort: Effort, progress: P
         package: package of the study below `tierod.papers`
         parts: subject of every part, by name of its module
         effort: of every part
-        progress: told the share of the parts that are done, and the subject of the next
+        progress: called with the completed share of the parts and the subject of the next part
     """
     for done, (name, title) in enumerate(parts.items()):
         progress(done / len(parts), title)

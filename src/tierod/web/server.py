@@ -52,8 +52,7 @@ def serve(
     """Serve the interactive page until it is stopped (Ctrl-C).
 
     Args:
-        paths: folders of recordings, results folders of `tierod fleet`, or single recordings; the demo if there are
-            none
+        paths: folders of recordings or of results of `tierod fleet`, or single recordings; none: the demo
         vehicle: vehicle as which recordings are judged; if not given, the one named in each of them
         dbc: databases of bus logs
         channel_map: channel map of the recordings

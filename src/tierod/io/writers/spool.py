@@ -14,8 +14,9 @@ from tierod.core.errors import OutputError
 from tierod.core.recording import Channel, Recording
 from tierod.io.layout import plain
 from tierod.io.readers.content import Kept
+from tierod.io.readers.streaming import LACKING, SHARE_READ
 
-_OF_READING = ("origin", "format", "share_read", "lacking_columns")
+_OF_READING = ("origin", "format", SHARE_READ, LACKING)
 """Metadata of a recording that are not written, since the next reader determines them."""
 
 ROWS = 1 << 15

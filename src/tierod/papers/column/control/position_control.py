@@ -51,7 +51,7 @@ class TorqueLimits:
             an electric power steering of the middle class
         rate: largest rate of the torque; from zero to full torque in 20 ms it protects the gear, and the sweep needs a
             fifth of it
-        engaging: time of engagement, slow enough not to startle a driver
+        engaging: time of engagement, slow enough for an unnoticed takeover of the wheel
         releasing: time of release, much shorter than a driver's push, yet without a jerk
     """
 
