@@ -1,7 +1,8 @@
-"""The semantic attack: one signal of a recording is wrong, and no verdict may be confidently wrong.
+"""The semantic attack: one or two signals of a recording are wrong, and no verdict may be confidently wrong.
 
-Of a changed faulty recording exit 0 must name the changed signal; of a changed fault-free one so must exit 1.
-`PYTHONPATH=tests python -m attack.semantic MONITOR` prints the whole matrix of a monitor.
+Of a changed faulty recording exit 0 must name a changed signal; of a changed fault-free one so must exit 1.
+`PYTHONPATH=tests python -m attack.semantic MONITOR` prints the whole matrix of a monitor, and
+`... MONITOR --pairs COUNT --seed SEED` draws cases in which two signals are changed at once.
 """
 
 from __future__ import annotations
@@ -47,6 +48,9 @@ UNOBSERVABLE = (
 )
 """Changes of several signals at once that no signal can show, with the physical reason; no change of one signal is."""
 
+ALIKE = ("sign", "x2", "x0.5", "gain that grows to 2")
+"""Changes that scale a signal: of both torques at once nothing shows them."""
+
 CALLED: dict[str, tuple[str, ...]] = {
     "vehicle_speed": ("the speed",),
     "steering_wheel_angle": ("steering angle", "steering wheel's angle"),
@@ -71,17 +75,35 @@ _REFERENCE = ("than currents and voltages give", "that currents and voltages giv
 
 @dataclass(frozen=True)
 class Case:
-    """One change of one signal of one recording."""
+    """Changes of signals of one recording, made one after the other.
+
+    Args:
+        drive: which recording
+        changes: pairs of signal and change
+        seed: of the recording and of noise
+    """
 
     drive: Drive
-    signal: str
-    change: str
+    changes: tuple[tuple[str, str], ...]
     seed: int
 
     @property
     def name(self) -> str:
         """For people."""
-        return f"{self.drive.monitor}, {self.drive.name}, seed {self.seed}: {self.signal} {self.change}"
+        what = " and ".join(f"{signal} {change}" for signal, change in self.changes)
+        return f"{self.drive.monitor}, {self.drive.name}, seed {self.seed}: {what}"
+
+    @property
+    def touched(self) -> tuple[str, ...]:
+        """The signals that are changed."""
+        return tuple(dict.fromkeys(name for each in self.changes for name in touched(*each)))
+
+    def recording(self, folder: Path) -> Recording:
+        """The changed recording."""
+        recording = recorded(self.drive, self.seed, folder)
+        for signal, change in self.changes:
+            recording = changed(recording, signal, change, self.seed)
+        return recording
 
 
 @dataclass(frozen=True)
@@ -112,17 +134,17 @@ def outcome(case: Case, folder: Path) -> Outcome:
         case: which
         folder: where recordings are kept
     """
-    recording = recorded(case.drive, case.seed, folder)
+    recording, signals = case.recording(folder), case.touched
     begun = time.perf_counter()
     try:
-        diagnosis = judged(case.drive, changed(recording, case.signal, case.change, case.seed))
+        diagnosis = judged(case.drive, recording)
     except TierodError as error:
-        named = _names(str(error), touched(case.signal, case.change))
+        named = _names(str(error), signals)
         return Outcome(REFUSED, "refused", named, named, str(error), time.perf_counter() - begun)
     except Exception:
         return Outcome(DEFECT, "defect", False, False, traceback.format_exc(), time.perf_counter() - begun)
     seconds = time.perf_counter() - begun
-    signals, finding = touched(case.signal, case.change), diagnosis.findings[0]
+    finding = diagnosis.findings[0]
     usual, usual_said, _ = unchanged(case.drive, case.seed, folder)
     text = f"{finding.headline} | {finding.cause} | {' | '.join(finding.warnings)}"
     return Outcome(
@@ -213,7 +235,32 @@ def matrix(drive: Drive, seed: int, folder: Path) -> Iterator[Case]:
     names = signals_of(drive, recorded(drive, seed, folder))
     for signal in names:
         for change in changes(names, signal):
-            yield Case(drive, signal, change, seed)
+            yield Case(drive, ((signal, change),), seed)
+
+
+def pairs(drive: Drive, seed: int, folder: Path, count: int, random: np.random.Generator) -> list[Case]:
+    """Distinct cases of one recording in which two signals are changed at once, without those that nothing can show.
+
+    Args:
+        drive: which
+        seed: of the recording
+        folder: where it is kept
+        count: of cases
+        random: source of the draw
+    """
+    single = [case.changes[0] for case in matrix(drive, seed, folder)]
+    found: dict[tuple[tuple[str, str], ...], Case] = {}
+    while len(found) < count:
+        first, second = (single[at] for at in sorted(random.choice(len(single), 2, replace=False)))
+        if set(touched(*first)).isdisjoint(touched(*second)) and not _unobservable(drive, first, second):
+            found[first, second] = Case(drive, (first, second), seed)
+    return list(found.values())
+
+
+def _unobservable(drive: Drive, first: tuple[str, str], second: tuple[str, str]) -> bool:
+    """Whether two changes are one of `UNOBSERVABLE`: all torques times one factor, or every signal late."""
+    both = {first[0], second[0]}
+    return first[1] == second[1] and first[1] in ALIKE and both == {"driver_torque", "motor_torque"}
 
 
 def drawn(drives: Sequence[Drive], count: int, seed: int, folder: Path, seeds: Sequence[int] = SEEDS) -> list[Case]:
@@ -276,6 +323,7 @@ def main() -> int:
     """Print the matrix of one monitor, a line per case; those with wrong words are marked."""
     parser = argparse.ArgumentParser(description=main.__doc__)
     parser.add_argument("monitor", choices=list(MONITORS))
+    parser.add_argument("--pairs", type=int, help="number of cases with two changed signals, over all recordings")
     parser.add_argument("--folder", type=Path, help="where recordings are kept")
     parser.add_argument("--seed", type=int, default=SEEDS[0])
     parser.add_argument("--drive", help="one recording alone")
@@ -285,13 +333,18 @@ def main() -> int:
     folder = given.folder or Path(tempfile.mkdtemp(prefix="semantic-"))
     folder.mkdir(parents=True, exist_ok=True)
     failures = total = 0
-    for drive in DRIVES:
-        if drive.monitor != given.monitor or given.drive not in (None, drive.name):
+    drives = [each for each in DRIVES if each.monitor == given.monitor]
+    for at, drive in enumerate(drives):
+        if given.drive not in (None, drive.name):
             continue
         usual = judged(drive, recorded(drive, given.seed, folder))
         print(f"== {drive.monitor}, {drive.name}, unchanged: {usual.findings[0].status}: {usual.findings[0].headline}")
-        for case in matrix(drive, given.seed, folder):
-            if given.signal not in (None, case.signal):
+        cases: Iterable[Case] = matrix(drive, given.seed, folder)
+        if given.pairs:
+            share = given.pairs * (at + 1) // len(drives) - given.pairs * at // len(drives)
+            cases = pairs(drive, given.seed, folder, share, np.random.default_rng((given.seed, at)))
+        for case in cases:
+            if given.signal is not None and given.signal not in case.touched:
                 continue
             found = outcome(case, folder)
             reason = wrong(case, found)
@@ -299,9 +352,7 @@ def main() -> int:
             if reason or not given.wrong:
                 mark = "!!" if reason else "  "
                 said = "named" if found.named else "     "
-                print(
-                    f"{mark} {case.signal} {case.change}: {found.code} {found.status} {said} {found.text}", flush=True
-                )
+                print(f"{mark} {case.name}: {found.code} {found.status} {said} {found.text}", flush=True)
     print(f"{failures} wrong of {total}")
     return 1 if failures else 0
 

@@ -13,6 +13,7 @@ from attack.semantic import (
     Case,
     matrix,
     outcome,
+    pairs,
     run,
     unchanged,
     wrong,
@@ -71,7 +72,7 @@ def test_a_sample_of_changes_has_no_wrong_word(folder, monitor, most):
 
 @pytest.mark.parametrize(("monitor", "name", "signal", "change"), FAILED_ONCE)
 def test_what_was_wrong_once_names_the_signal(folder, monitor, name, signal, change):
-    case = Case(BY_NAME[monitor, name], signal, change, SEEDS[1])
+    case = Case(BY_NAME[monitor, name], ((signal, change),), SEEDS[1])
     found = outcome(case, folder)
     assert wrong(case, found) == "", found.text
 
@@ -115,3 +116,11 @@ def test_no_change_at_all_has_a_wrong_word(folder, monitor):
     figures = run(10**6, 1, folder, [monitor])[monitor]
     assert figures["wrong_words"] == {}
     assert figures["defects"] == 0
+
+
+@pytest.mark.parametrize("monitor", MONITORS)
+def test_two_changed_signals_have_no_wrong_word(folder, monitor):
+    drive = next(drive for drive in DRIVES if drive.monitor == monitor)
+    for case in pairs(drive, SEEDS[1], folder, 2, np.random.default_rng(20261129)):
+        found = outcome(case, folder)
+        assert wrong(case, found) == "", f"{case.name}: {found.text}"
