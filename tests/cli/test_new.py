@@ -4,6 +4,7 @@ from dataclasses import replace
 import pytest
 
 from tierod.cli import main
+from tierod.core.errors import ParameterError
 from tierod.io.writers import write
 from tierod.proving_ground import drive
 from tierod.vehicles import load
@@ -26,6 +27,24 @@ def test_writes_a_file_that_loads_and_names_the_next_command(tmp_path, capsys):
     assert all(each.standard_deviation is not None for each in car.parameters.values())
     (line,) = [line for line in capsys.readouterr().out.splitlines() if "tierod diagnose" in line]
     assert shlex.split(line.partition(": ")[2]) == ["tierod", "diagnose", "a b.csv", "--vehicle", "car.toml"]
+
+
+@pytest.mark.parametrize("given", [["motor_pole_pairs=3"], []])
+def test_a_whole_number_has_no_spread(given):
+    assert main(["new", "motor.toml", "--like", "motor-bench", *given]) == 0
+    pairs = load("motor.toml").parameters["motor_pole_pairs"]
+    assert (pairs.value, pairs.standard_deviation) == (3.0 if given else 4.0, 0.0)
+
+
+def test_a_spread_of_a_whole_number_in_an_older_file_is_not_used(tmp_path):
+    assert main(["new", "motor.toml", "--like", "motor-bench"]) == 0
+    file = tmp_path / "motor.toml"
+    head, table, rest = file.read_text().partition("[parameters.motor_pole_pairs]")
+    file.write_text(head + table + rest.replace("standard_deviation = 0.0", "standard_deviation = 0.9", 1))
+    assert load("motor.toml").parameters["motor_pole_pairs"].standard_deviation == 0.0
+    file.write_text(file.read_text().replace("value = 4.0", "value = 4.5", 1))
+    with pytest.raises(ParameterError, match=r"motor_pole_pairs is 4.5, but it is a whole number"):
+        load("motor.toml")
 
 
 def test_takes_the_channel_map_beside_it_and_one_that_is_named(tmp_path):

@@ -59,6 +59,8 @@ def test_reads_value_unit_and_spread(text, value, spread):
         (["mass=1e999"], "between 200"),
         (["mass=1480+-1e999"], "not a finite number"),
         (["nominal_friction=4 count"], "cannot become|not in count|raw count"),
+        (["motor_pole_pairs=3.5"], "no whole number; write for example motor_pole_pairs=4$"),
+        (["motor_pole_pairs=3+-1"], "no whole number; write for example motor_pole_pairs=3$"),
     ],
 )
 def test_says_what_is_wrong(texts, sentence):

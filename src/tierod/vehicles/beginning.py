@@ -81,7 +81,7 @@ def _as_like(
         if rule is not None:
             relative = (usual[name].standard_deviation or 0.0) / abs(usual[name].value) if usual[name].value else 0.0
             spread = max(relative * abs(value), rule.absolute)
-        spread = max(spread, theirs.standard_deviation or 0.0)
+        spread = 0.0 if QUANTITIES[name].whole else max(spread, theirs.standard_deviation or 0.0)
         source = f"assumed: typical of a car like {like.name}: {theirs.source.removeprefix('assumed: ')}"
         found[name] = Parameter(name, value, theirs.unit, spread, source)
     return found

@@ -18,6 +18,7 @@ class Quantity:
         meaning: one sentence fragment, with the point of reference
         plausible: smallest and largest value of a real vehicle, in the unit; others indicate a wrong unit
         torque: whether it is a steering torque, which an uncalibrated car gives in counts
+        whole: whether it is a whole number, which has no spread
     """
 
     name: str
@@ -25,6 +26,7 @@ class Quantity:
     meaning: str
     plausible: tuple[float, float]
     torque: bool = False
+    whole: bool = False
 
 
 _CATALOGUE = (
@@ -110,7 +112,7 @@ _CATALOGUE = (
     ),
     Quantity("motor_saliency", "", "inductance of the motor across the flux over that along it", (0.3, 10.0)),
     Quantity("motor_flux", "V*s", "flux linkage of the rotor's magnets at 20 °C", (1e-4, 2.0)),
-    Quantity("motor_pole_pairs", "", "electrical turns per turn of the motor", (1.0, 40.0)),
+    Quantity("motor_pole_pairs", "", "electrical turns per turn of the motor", (1.0, 40.0), whole=True),
     Quantity("inverter_voltage_loss", "V", "voltage loss of a phase by dead time and semiconductors", (0.0, 20.0)),
     Quantity("inverter_knee_current", "A", "phase current below which that loss is proportional to it", (1e-3, 100.0)),
     Quantity("superposition_motor_ratio", "", "turns of a superposition's motor per turn of the pinion", (1.0, 200.0)),

@@ -74,6 +74,10 @@ def _known(name: str, text: str) -> Known:
     if not low <= value <= high:
         raise ParameterError(_implausible(name, value, unit, low, high))
     _require_finite(name, text, value, deviation)
+    if name in QUANTITIES and QUANTITIES[name].whole:
+        if deviation or not value.is_integer():
+            raise ParameterError(f"{name}={text} is no whole number; write for example {name}={round(value)}")
+        return Known(value, 0.0, f"given: {name}={text}")
     spoken = "" if deviation is not None else "; its spread is that of the class"
     return Known(value, deviation, f"given: {name}={text}{spoken}")
 

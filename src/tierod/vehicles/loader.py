@@ -116,6 +116,8 @@ class _Reader:
         value = to_si(entry.value)
         self.check(quantity, value, unit)
         spread = None if entry.standard_deviation is None else entry.standard_deviation * to_si.factor
+        # Older files of 'tierod new' state a spread of whole numbers, too.
+        spread = 0.0 if quantity.whole else spread
         return Parameter(name, value, unit, spread, entry.source)
 
     def check(self, quantity: Quantity, value: float, unit: str) -> None:
@@ -127,6 +129,10 @@ class _Reader:
                 f"{quantity.name} is {f'{value:g} {unit}'.strip()}, but a road vehicle lies between "
                 f"{low:g} and {f'{high:g} {unit}'.strip()}; "
                 "check the value and its unit",
+            )
+        if quantity.whole and not value.is_integer():
+            raise self.error(
+                ("parameters", quantity.name, "value"), f"{quantity.name} is {value:g}, but it is a whole number"
             )
 
     def beside(self, key: str, name: str | None) -> Path | None:

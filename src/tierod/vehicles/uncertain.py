@@ -60,12 +60,12 @@ def is_guess(parameter: Parameter, widest: float) -> bool:
 
 
 def may_move(name: str) -> bool:
-    """Whether a parameter describes the car rather than a limit or the uncertainty of a sensor.
+    """Whether a parameter describes the car, in a number with a spread; limits and noises of sensors do not.
 
     Args:
         name: in the catalogue of quantities
     """
-    return name not in LIMITS and not name.endswith(OWN_MODEL)
+    return name not in LIMITS and not QUANTITIES[name].whole and not name.endswith(OWN_MODEL)
 
 
 def moved(vehicle: Vehicle, by: Mapping[str, float]) -> Vehicle:
