@@ -115,6 +115,37 @@ def test_a_date_that_is_none_is_shown(tmp_path):
         read(written(tmp_path, f"time,speed [m/s]\n{body}\n"))
 
 
+@pytest.mark.parametrize(
+    "cell", ["2024-13-29 13:53:40", "2024-02-30 13:53:40", "2024-05-29 13:61:40", "0000-05-29 13:53:40"]
+)
+def test_a_date_that_does_not_exist_costs_its_row_and_is_counted(tmp_path, cell):
+    body = "\n".join(f"{'2024-05-29 13:53:' + str(k) if k != 40 else cell},{k}" for k in range(10, 60))
+    speed = read(written(tmp_path, f"time,speed [m/s]\n{body}\n"))["vehicle_speed"]
+    assert len(speed.values) == 49
+    assert 40.0 not in speed.values
+    assert speed.time[-1] == 49.0
+    assert f"1 time stamps do not exist, such as '{cell}'; 1 samples without a time stamp left out" in speed.note
+
+
+def test_times_of_a_day_and_clocks_of_groups_count_what_does_not_exist(tmp_path):
+    stamps = [f"13:53:{k}" for k in range(10, 60)]
+    stamps[30] = "13:93:40"
+    body = "\n".join(f"{stamp},{k},{stamp if k < 40 else ''},{k if k < 40 else ''}" for k, stamp in enumerate(stamps))
+    found = read(written(tmp_path, f"time,speed [m/s],time.2,yaw_rate [rad/s]\n{body}\n"))
+    assert (len(found["vehicle_speed"].values), len(found["yaw_rate"].values)) == (49, 39)
+    assert "1 time stamps do not exist, such as '13:93:40'" in found["vehicle_speed"].note
+    assert "1 time stamps do not exist, such as '13:93:40'" in found["yaw_rate"].note
+
+
+def test_stamps_of_a_group_that_are_no_numbers_are_counted(tmp_path):
+    cells = [f"{0.01 * k:.2f}" if k != 30 else "x" for k in range(60)]
+    body = "\n".join(f"{cell},{k},{cell if k < 40 else ''},{k if k < 40 else ''}" for k, cell in enumerate(cells))
+    found = read(written(tmp_path, f"time,speed [m/s],time.2,yaw_rate [rad/s]\n{body}\n"))
+    for name, count in (("vehicle_speed", 59), ("yaw_rate", 39)):
+        assert len(found[name].values) == count
+        assert "1 time stamps are not numbers" in found[name].note
+
+
 def test_a_date_in_words_beside_a_time_does_no_harm(tmp_path):
     text = "date,time zone,lap_time,speed [m/s]\n" + rows("29.05.2024,UTC,{t:.2f},{v}")
     assert read(written(tmp_path, text))["vehicle_speed"].time[2] == pytest.approx(0.02)

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from tierod.core.errors import MissingExtra, OutputError
 from tierod.core.recording import Channel, Recording
+from tierod.io.conversion import convert
 from tierod.io.readers import read
 from tierod.io.writers import require_writable, write
 
@@ -187,3 +188,16 @@ def test_mf4_without_asammdf(tmp_path, monkeypatch):
         write(one(), tmp_path / "drive.mf4")
     with pytest.raises(MissingExtra, match=r"tierod\[mdf\]"):
         require_writable(tmp_path / "drive.mf4")
+
+
+@pytest.mark.parametrize("ending", ["csv", "parquet", "mat", "mcap"])
+def test_groups_of_several_rates_beyond_one_block_of_rows_are_converted(tmp_path, ending):
+    fast, slow = np.arange(40_000) / 1000.0, np.arange(4_000) / 100.0
+    channels = [Channel("yaw_rate", fast, np.sin(fast), "rad/s"), Channel("vehicle_speed", slow, 15.0 + slow, "m/s")]
+    write(Recording({each.name: each for each in channels}), tmp_path / "in.parquet")
+    convert([tmp_path / "in.parquet"], tmp_path / f"out.{ending}")
+    if ending == "mat":
+        return
+    again = read(tmp_path / f"out.{ending}")
+    for each in channels:
+        assert np.array_equal(again[each.name].values, each.values)

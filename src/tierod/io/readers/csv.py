@@ -137,13 +137,16 @@ class Lines:
         columns = {column.name: column for column in layout.columns}
         about = {each["name"]: each for each in layout.about.get("channels", {}).values()}
         guess, lost, done, last = "", 0, 0, np.nan
+        impossible, example = 0, ""
         for block in self.table.blocks():
             rows, values = self._read(block)
             lost, done = lost + rows.broken, done + len(block)
             if lost and self.broken is not None:
                 self.broken[:] = [f"{lost} of {self.table.lines} lines are broken and were left out"]
             if self.clock.column in layout.dates:
-                time = _past_midnight(calendar(rows.table[self.clock.column], self.clock.column), last)
+                time, wrong = calendar(rows.table[self.clock.column], self.clock.column)
+                impossible, example = impossible + len(wrong), example or "".join(wrong[:1])
+                time = _past_midnight(time, last)
                 last = time[there[-1]] if len(there := np.flatnonzero(np.isfinite(time))) else last
             else:
                 time, found = seconds(values[self.clock.column], self.unit, self.clock.column)
@@ -158,8 +161,15 @@ class Lines:
                     name, time, column, columns[name].unit, entry.get("source", name), entry.get("note", "")
                 )
                 bad = f"{self.bad[name]} cells are not numbers" if self.bad.get(name) else ""
-                made.append(channel.noted(guess, bad))
+                made.append(channel.noted(guess, bad, self._bad_stamps(impossible, example)))
             yield Piece(made, done / self.table.size)
+
+    def _bad_stamps(self, impossible: int, example: str) -> str:
+        """The note on time stamps that are no number, or no date that exists; their rows are left out."""
+        if impossible:
+            return f"{impossible} time stamps do not exist, such as '{example.strip()[:40]}'"
+        bad = self.bad.get(self.clock.column, 0)
+        return f"{bad} time stamps are not numbers" if bad else ""
 
     def _read(self, block: bytes) -> tuple[Rows, dict[str, np.ndarray]]:
         """The rows of a block, and its columns of numbers as floats."""

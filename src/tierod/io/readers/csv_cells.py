@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import codecs
 import contextlib
+import math
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -234,25 +235,29 @@ def _cell_by_cell(cells: list[bytes | None], decimal: str) -> tuple[np.ndarray, 
     return values, bad
 
 
-def calendar(column: pa.ChunkedArray, name: str) -> np.ndarray:
+def calendar(column: pa.ChunkedArray, name: str) -> tuple[np.ndarray, list[str]]:
     """A column of dates in seconds since 1970, or of times of a day since midnight, (n,); NaN where a cell is missing.
 
     Args:
         column: Arrow column of texts; dates without a zone are in UTC
         name: name of the column, for the message
 
+    Returns:
+        seconds, and the cells that are written as a date that does not exist, such as one of the 13th month
+
     Raises:
-        InputError: a cell is no date
+        InputError: a cell is not written as a date
     """
     import pyarrow as pa
     import pyarrow.compute as compute
 
+    recorded = column
     column = compute.replace_substring(compute.utf8_trim_whitespace(column), ",", ".")
     # A time of day without a date counts from midnight of day zero.
     column = compute.replace_substring_regex(column, r"^(\d\d:)", r"1970-01-01 \1")
     for zone in (None, "UTC"):
         with contextlib.suppress(pa.ArrowException):
-            return calendar_seconds(column.cast(pa.timestamp("ns", zone)))
+            return calendar_seconds(column.cast(pa.timestamp("ns", zone))), []
     cells = column.to_pylist()
     odd = next((cell for cell in cells if cell is not None and not _ISO.match(cell)), None)
     if odd is not None:
@@ -260,13 +265,17 @@ def calendar(column: pa.ChunkedArray, name: str) -> np.ndarray:
             f"the time column '{name}' holds '{odd[:40]}' where dates read {DATES}, and times of a day {OF_DAY}: "
             "correct it, or give seconds"
         )
-    return np.array([np.nan if cell is None else _instant(cell) for cell in cells], dtype=float)
+    time = np.array([np.nan if cell is None else _instant(cell) for cell in cells], dtype=float)
+    return time, [recorded[int(place)].as_py() for place in np.flatnonzero(np.isnan(time)) if cells[place] is not None]
 
 
 def _instant(cell: str) -> float:
-    """Seconds since 1970 of a date with a time zone, or in UTC without one."""
+    """Seconds since 1970 of a date with a time zone, or in UTC without one; NaN where there is no such date."""
     # `fromisoformat` keeps microseconds only, so that the fraction is added as a number.
-    moment = datetime.fromisoformat(_FRACTION.sub("", cell.strip()))
+    try:
+        moment = datetime.fromisoformat(_FRACTION.sub("", cell.strip()))
+    except ValueError:
+        return math.nan
     fraction = _FRACTION.search(cell)
     whole = (moment if moment.tzinfo else moment.replace(tzinfo=UTC)).timestamp()
     return whole + (float(f"0{fraction[0]}") if fraction else 0.0)

@@ -50,7 +50,9 @@ class _InFile:
         self.count += len(values)
 
     def part(self, begin: int, end: int) -> np.ndarray:
-        return np.frombuffer(self.kept.read(8 * (min(end, self.count) - begin), 8 * begin), dtype="<f8")
+        # Beside a longer group, a range may begin beyond the end.
+        count = max(min(end, self.count) - begin, 0)
+        return np.frombuffer(self.kept.read(8 * count, 8 * begin), dtype="<f8")
 
 
 _Column = _InMemory | _InFile
