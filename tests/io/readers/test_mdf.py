@@ -114,3 +114,78 @@ def test_what_a_killed_program_left_is_removed_by_the_next(tmp_path):
     (tmp_path / "other").mkdir()
     reader_process._sweep(str(tmp_path))
     assert sorted(each.name for each in tmp_path.iterdir()) == ["other", f"{reader_process.PREFIX}{os.getpid()}-own"]
+
+
+def saved(path, *groups):
+    """A file of groups of signals with common stamps."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        file = asammdf.MDF(version="4.10")
+        for group in groups:
+            file.append(list(group), common_timebase=True)
+        file.save(path)
+        file.close()
+    return path
+
+
+def test_samples_with_an_invalidation_bit_are_missing_and_all_others_keep_their_stamps(tmp_path):
+    stamps = np.arange(6000) / 100.0
+    bad = (stamps >= 30.0) & (stamps < 30.5)
+    angle = np.where(bad, 999.0, 30.0 * np.sin(stamps / 2.0))
+    state = {"val_0": 0, "text_0": b"off", "val_1": 1, "text_1": b"on", "default": b""}
+    signal = asammdf.Signal
+    found = read(saved(
+        tmp_path / "drive.mf4",
+        [
+            signal(angle, stamps, name="steering_wheel_angle", unit="deg", invalidation_bits=bad),
+            signal(50.0 + np.sin(stamps), stamps, name="vehicle_speed", unit="km/h"),
+            signal((stamps > 20.0).astype("u1") + 7 * bad.astype("u1"), stamps, name="state", conversion=state,
+                   invalidation_bits=bad),
+        ],
+        [
+            signal((100 * np.sin(stamps)).astype("i2"), stamps, name="yaw_rate", unit="deg/s",
+                   conversion={"a": 0.1, "b": 0.0}, invalidation_bits=bad),
+            signal(stamps, stamps, name="lost", invalidation_bits=np.ones(len(stamps), dtype=bool)),
+        ],
+    ))  # fmt: skip
+    for name, wanted in (("steering_wheel_angle", np.radians(angle)), ("state", 1.0 * (stamps > 20.0)),
+                         ("yaw_rate", np.radians((100 * np.sin(stamps)).astype("i2") * 0.1))):  # fmt: skip
+        assert np.array_equal(found[name].time, stamps)
+        assert found[name].values == pytest.approx(np.where(bad, np.nan, wanted), nan_ok=True)
+    assert np.isfinite(found["vehicle_speed"].values).all()
+    assert np.isnan(found["lost"].values).all()
+
+
+def test_invalidation_bits_are_read_beyond_the_first_piece_of_a_file(tmp_path):
+    stamps = np.arange(300_000) / 1000.0
+    bad = (stamps >= 290.0) & (stamps < 290.5)
+    yaw_rate = asammdf.Signal(np.sin(stamps), stamps, name="yaw_rate", unit="rad/s", invalidation_bits=bad)
+    speed = asammdf.Signal(stamps, stamps, name="vehicle_speed", unit="m/s")
+    found = read(saved(tmp_path / "drive.mf4", [yaw_rate, speed]))
+    assert np.array_equal(np.isnan(found["yaw_rate"].values), bad)
+    assert np.isfinite(found["vehicle_speed"].values).all()
+
+
+def test_frames_with_an_invalidation_bit_are_left_out_and_counted(tmp_path):
+    stamps = np.arange(200) / 100.0
+    fields = [("BusChannel", "u1"), ("ID", "u4"), ("IDE", "u1"), ("DLC", "u1"), ("DataLength", "u1"),
+              ("DataBytes", "(8,)u1")]  # fmt: skip
+    frames = np.zeros(200, dtype=[(f"CAN_DataFrame.{name}", kind) for name, kind in fields])
+    frames["CAN_DataFrame.BusChannel"], frames["CAN_DataFrame.ID"] = 1, 0x120
+    frames["CAN_DataFrame.DataLength"] = frames["CAN_DataFrame.DLC"] = 8
+    frames["CAN_DataFrame.DataBytes"][:, 0] = np.arange(200)
+    frame = asammdf.Signal(frames, stamps, name="CAN_DataFrame", invalidation_bits=stamps >= 1.5)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        file = asammdf.MDF(version="4.10")
+        file.append(frame)
+        file.groups[0].channel_group.flags |= 2
+        file.save(tmp_path / "bus.mf4")
+        file.close()
+    (tmp_path / "car.dbc").write_text(
+        'VERSION ""\nBU_: X\nBO_ 288 M: 8 X\n SG_ count : 0|8@1+ (1,0) [0|255] "" X\n', encoding="ascii"
+    )
+    found = read(tmp_path / "bus.mf4", dbc=tmp_path / "car.dbc")
+    (channel,) = found.channels.values()
+    assert channel.values.tolist() == list(range(150))
+    assert "50 of 200 frames are marked as invalid and were left out" in found.warnings

@@ -118,9 +118,12 @@ def _frames(
     blocks: Iterator[dict[str, np.ndarray]], origin: float, records: int, notes: tuple[str, ...]
 ) -> Iterator[Frames]:
     """The frames of one group; the last block has the notes on omitted frames and on lost records."""
-    done, frames = 0, None
-    for arrays in blocks:
-        done += len(arrays["time"])
+    done, invalid, frames = 0, 0, None
+    for block in blocks:
+        done += len(block["time"])
+        valid = block["invalid"] == 0
+        invalid += int(np.count_nonzero(~valid))
+        arrays = {name: values[valid] for name, values in block.items()}
         data, identifier = arrays["data"], arrays["identifier"]
         length = np.clip(arrays["length"], 0, data.shape[1])
         # A 29-bit identifier is marked by the field IDE, by the highest bit of the identifier, or by both.
@@ -136,6 +139,8 @@ def _frames(
             origin,
         )
         yield frames
+    if invalid:
+        notes = (*notes, f"{invalid} of {records} frames are marked as invalid and were left out")
     if done < records:
         notes = (*notes, f"the file is damaged: {records - done} of {records} frames are lost")
     if frames is not None and notes:

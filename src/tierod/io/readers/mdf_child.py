@@ -178,7 +178,10 @@ class Reader:
         file = self._file._mdf
         columns = {"time": np.asarray(file.get_master(group, data=fragment), dtype=float)}
         for channel in channels:
-            samples, invalid = file.get(group=group, index=channel, data=fragment, samples_only=True, raw=True)
+            # Without the last option asammdf drops samples whose invalidation bit is set, but not their time stamps.
+            samples, invalid = file.get(
+                group=group, index=channel, data=fragment, samples_only=True, raw=True, ignore_invalidation_bits=True
+            )
             conversion = file.groups[group].channels[channel].conversion
             if conversion:
                 samples = conversion.convert(samples, ignore_value2text_conversions=True)
@@ -193,8 +196,8 @@ class Reader:
     def _frames(self, group: int, fragment: object) -> dict[str, Any]:
         import numpy as np
 
-        signal = self._file._mdf.get(FRAME, group=group, data=fragment)
-        samples, count = signal.samples, len(signal.samples)
+        signal = self._file._mdf.get(FRAME, group=group, data=fragment, ignore_invalidation_bits=True)
+        samples, count, invalid = signal.samples, len(signal.samples), signal.invalidation_bits
 
         def column(name: str) -> np.ndarray:
             if f"{FRAME}.{name}" in samples.dtype.names:
@@ -208,5 +211,6 @@ class Reader:
             "extended": (column("IDE") > 0).astype(np.uint8),
             "bus": column("BusChannel").astype(np.int64),
             "length": column("DataLength").astype(np.int64),
+            "invalid": np.zeros(count, np.uint8) if invalid is None else np.asarray(invalid).astype(np.uint8),
             "data": data,
         }
