@@ -39,7 +39,7 @@ _OWN = {
     "ros2": "tierod.io.readers.listed:ROS2",
     "erg": "tierod.io.readers.erg:FORMAT",
     "blf": "tierod.io.readers.vendor_can:BLF",
-    "asc": "tierod.io.readers.vendor_can:ASC",
+    "asc": "tierod.io.readers.asc:FORMAT",
     "trc": "tierod.io.readers.vendor_can:TRC",
     "candump": "tierod.io.readers.candump:FORMAT",
     "csv": "tierod.io.readers.csv:FORMAT",

@@ -1,4 +1,4 @@
-"""CAN logs in vendor formats (ASC, BLF, TRC) through python-can; containers of BLF are unpacked within limits."""
+"""CAN logs in vendor formats (BLF, TRC) through python-can; containers of BLF are unpacked within limits."""
 
 from __future__ import annotations
 
@@ -126,7 +126,6 @@ def cut_off(content: Content) -> str:
     return "" if there >= size else f"the log is cut off: {there} of {size} bytes are there; copy it again for the rest"
 
 
-_ASC = re.compile(rb"^\s*(//.*\s+)?(date .*\s+)?base\s+(hex|dec)\b", re.IGNORECASE)
 _TRC = re.compile(rb"^;(\$FILEVERSION|#{10})|^;.*PCAN", re.IGNORECASE)
 
 BLOCK = 10_000
@@ -138,7 +137,7 @@ def frames_of(content: Content, kind: str) -> Iterator[Frames]:
 
     Args:
         content: the bytes of the file
-        kind: "asc", "blf" or "trc"
+        kind: "blf" or "trc"
 
     Raises:
         MissingExtra: python-can is not installed
@@ -199,7 +198,7 @@ def _reader(content: Content, kind: str) -> Iterable[can.Message]:
         return reader
     lines = whole_lines(content.blocks(), content.path)
     text = io.TextIOWrapper(io.BufferedReader(Stream(lines)), encoding="latin-1", newline="\n")
-    reader = can.ASCReader(text, relative_timestamp=False) if kind == "asc" else can.TRCReader(text)
+    reader = can.TRCReader(text)
     return reader
 
 
@@ -235,5 +234,4 @@ def _format(name: str, recognises: Callable[[bytes, str], bool], text: bool) -> 
 
 
 BLF = _format("blf", begins_with(b"LOGG"), text=False)
-ASC = _format("asc", lambda head, ending: _ASC.match(text_begin(head)) is not None, text=True)
 TRC = _format("trc", lambda head, ending: _TRC.match(text_begin(head)) is not None, text=True)
