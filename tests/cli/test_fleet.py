@@ -1,6 +1,7 @@
 """`tierod fleet`: arguments, what is shown, JSON, exit codes, and an end in the middle."""
 
 import json
+import os
 import signal
 import subprocess
 import sys
@@ -94,3 +95,20 @@ def test_a_run_that_is_stopped_goes_on_where_it_was(tmp_path, how):
     assert all(path.stat().st_mtime_ns == before for path, before in kept.items())
     assert len(findings_of(tmp_path / "results")) == 3
     assert {row["outcome"] for row in ledger_of(tmp_path / "results").to_pylist()} == {"judged"}
+
+
+def test_a_name_that_is_not_utf_8_costs_no_other_recording(drives, capsys):
+    named = drives / "drives" / os.fsdecode(b"M\xfcller.parquet")
+    named.write_bytes((drives / "drives/1.parquet").read_bytes())
+    (drives / "drives/1.parquet").unlink()
+    arguments = (drives / "drives", "--vehicle", "midsize-eps", "-o", drives / "results", "--monitor", "friction")
+    for kept in (0, 3):
+        assert fleet(*arguments, "--workers", 1, "--json") == 0
+        assert json.loads(capsys.readouterr().out)["recordings"] == {"found": 3, "kept": kept, "judged": 2, "failed": 1}
+    names = findings_of(drives / "results")["recording_name"].to_pylist()
+    assert [name.rpartition("/")[2] for name in names] == [r"M\udcfcller.parquet", "2.parquet"]
+    assert fleet("report", drives / "results", "--json") == 2
+    json.loads(capsys.readouterr().out.encode())
+    given = drives / "drives" / os.fsdecode(b"M\xfc*")
+    assert fleet(given, "--vehicle", "midsize-eps", "-o", drives / "results", "--monitor", "friction", "--json") == 0
+    assert json.loads(capsys.readouterr().out)["recordings"]["kept"] == 1

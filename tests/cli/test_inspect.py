@@ -1,4 +1,5 @@
 import json
+import os
 import shlex
 from dataclasses import replace
 
@@ -222,3 +223,14 @@ def test_inspection_and_diagnosis_say_the_same_and_what_cannot_run_leaves_the_ex
     }
     assert missed["condition"].startswith("fewer than 4 sensors give a reading")
     assert missed["hysteresis"] == "needs driver_torque, motor_torque, which the recording does not have"
+
+
+@pytest.mark.parametrize("ending", ["parquet", "csv", "mf4", "mat", "mcap"])
+def test_a_name_that_is_not_utf_8_is_written_and_read(ending, tmp_path, capsys):
+    write(recording(["vehicle_speed"]), tmp_path / "drive.csv")
+    path = tmp_path / os.fsdecode(b"M\xfcller." + ending.encode())
+    assert main(["convert", str(tmp_path / "drive.csv"), "-o", str(path)]) == 0
+    capsys.readouterr()
+    assert main(["inspect", str(path), "--json"]) == 0
+    said = capsys.readouterr()
+    assert [each["name"] for each in json.loads(said.out.encode())["channels"]] == ["vehicle_speed"]

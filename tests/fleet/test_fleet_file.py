@@ -1,5 +1,7 @@
 """The fleet file: from the name and the metadata of a recording to its vehicle, cohort and mileage."""
 
+import time
+
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
@@ -71,6 +73,9 @@ def test_what_fits_no_entry_is_refused(fleet):
         ("[[recordings]]\nfiles = '*'\n", "line 1: an entry of 'recordings' names the vehicle in one way"),
         ("[[recordings]]\nvehicle = 'a'\nmetadata = 'vin'\n", "in one way"),
         ("[[recordings]]\npattern = '(('\nvehicle = 'a'\n", "is not a regular expression"),
+        ("[[recordings]]\npattern = '(?=a)(?P<vehicle>.)'\n", "not a regular expression of RE2 .* without look-around"),
+        ("[[recordings]]\npattern = '(?P<vehicle>.)/\\1'\n", "without look-around .*, back-references"),
+        ("[[recordings]]\nfiles = '[z-a].mf4'\nvehicle = 'a'\n", "'\\[z-a\\].mf4' has a range that is none"),
         ("[[recordings]]\nvehicel = 'a'\n", "line 2: 'vehicel' is not known here; did you mean 'vehicle'"),
         ("[[recordings]]\nvehicle = 'a'\nmileage_unit = 'kg'\n", "kg"),
     ],
@@ -96,6 +101,17 @@ def test_a_slip_is_named(tmp_path, text, words):
 )
 def test_patterns(name, pattern, right):
     assert fits(name, pattern) is right
+
+
+@pytest.mark.parametrize("pattern", [r"(?P<vehicle>(a+)+)$", r"(?P<vehicle>(a|aa)+)$", r"(.*a){20}(?P<vehicle>b)"])
+def test_any_pattern_is_matched_in_bounded_time(tmp_path, pattern):
+    (tmp_path / "fleet.toml").write_text(f"[[recordings]]\npattern = '{pattern}'\n")
+    fleet = fleet_file.load(tmp_path / "fleet.toml")
+    begin = time.process_time()
+    with pytest.raises(ParameterError, match="no entry"):
+        fleet.entry(200 * "a" + "X.parquet")
+    assert not fits("/".join(60 * "a"), 12 * "**/" + "b")
+    assert time.process_time() - begin < 1.0
 
 
 def test_a_column_and_metadata_name_the_vehicle_of_a_recording(tmp_path):

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -10,6 +12,21 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
 _PER_SECOND = {"s": 1, "ms": 1_000, "us": 1_000_000, "ns": 1_000_000_000}
+
+
+def native_file(path: Path, mode: Literal["rb", "wb"] = "rb") -> Any:
+    """A file that Arrow reads or writes by itself, whatever its name.
+
+    Args:
+        path: path of the file; Arrow refuses names that are not UTF-8 as text, but not as bytes
+        mode: "rb" or "wb"
+
+    Raises:
+        OSError: the file cannot be opened
+    """
+    import pyarrow as pa
+
+    return pa.OSFile(os.fsencode(path), mode)
 
 
 def is_number(kind: pa.DataType) -> bool:

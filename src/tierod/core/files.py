@@ -78,8 +78,18 @@ def write_text(path: str | Path, text: str, sweeps: bool = True) -> Path:
     """
     with replacing(path, sweeps) as temporary:
         # Lone surrogates, which stand for bytes of file names that are not Unicode, cannot be encoded.
-        temporary.write_text(text, encoding="utf-8", errors="replace")
+        temporary.write_text(text, encoding="utf-8", errors="backslashreplace")
     return expanded(path)
+
+
+def text_of(path: str | Path) -> str:
+    r"""A path, or a text that names one, as text that every encoding of Unicode holds.
+
+    Args:
+        path: bytes of its name that are not UTF-8 are surrogates, which become escapes such as \udcfc
+    """
+    text = str(path)
+    return text if text.isascii() else text.encode("utf-8", "backslashreplace").decode()
 
 
 def expanded(path: str | Path) -> Path:

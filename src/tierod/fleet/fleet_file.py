@@ -15,7 +15,6 @@ The first matching entry of `recordings` applies. Entries of `[vehicles.NAME]` t
 from __future__ import annotations
 
 import datetime as dt
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -26,7 +25,7 @@ from tierod.core.fields import NOT_NEGATIVE
 from tierod.core.files import expanded
 from tierod.core.toml import Document, build
 from tierod.core.units import scale
-from tierod.fleet.patterns import fits
+from tierod.fleet.patterns import fits, regular
 
 OWN_GROUPS = ("vehicle", "mileage", "start")
 """Groups of a pattern with a fixed meaning; every other group is a label of the cohort."""
@@ -38,8 +37,8 @@ class Entry:
 
     Args:
         files: wildcard pattern that a recording's path, or its end from some folder on, must match; "" matches all
-        pattern: regular expression searched for in the path; its group `vehicle` names the vehicle, `mileage` is a
-            number, `start` an ISO date and time (UTC where it has no offset), and other groups label the cohort
+        pattern: regular expression (RE2) searched for in the path; its group `vehicle` names the vehicle, `mileage` is
+            a number, `start` an ISO date and time (UTC where it has no offset), and other groups label the cohort
         vehicle: name of the vehicle of all these recordings
         metadata: entry of a recording's metadata that names the vehicle
         column: text column of a Parquet file that names the vehicle
@@ -64,10 +63,8 @@ class Entry:
     mileage_unit: str = "km"
 
     def __post_init__(self) -> None:
-        try:
-            groups = set(re.compile(self.pattern).groupindex)
-        except re.error as error:
-            raise ParameterError(f"'pattern' is not a regular expression: {error}") from None
+        groups = regular(self.pattern).groupindex
+        fits("", self.files)  # raises where it is no pattern
         ways = [self.vehicle, self.metadata, self.column, "vehicle" if "vehicle" in groups else ""]
         if sum(map(bool, ways)) != 1:
             raise ParameterError(
@@ -140,7 +137,7 @@ class Fleet:
             ParameterError: no entry matches
         """
         for each in self.recordings:
-            if (not each.files or fits(name, each.files)) and re.search(each.pattern, name):
+            if (not each.files or fits(name, each.files)) and regular(each.pattern).search(name):
                 return each
         raise ParameterError(f"no entry of 'recordings' in {self.source} fits it: give it one with its vehicle")
 
@@ -156,7 +153,7 @@ class Fleet:
             ParameterError: no entry matches, or the recording lacks the data that its entry requires
         """
         entry = self.entry(name)
-        found = re.search(entry.pattern, name)
+        found = regular(entry.pattern).search(name)
         groups = {key: value for key, value in (found.groupdict() if found else {}).items() if value}
         vehicle = groups.get("vehicle") or entry.vehicle
         if entry.metadata:

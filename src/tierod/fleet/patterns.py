@@ -1,9 +1,12 @@
-"""Wildcard patterns for file names, with the same meaning for local folders and remote storages."""
+"""Patterns for file names: wildcards and regular expressions, matched by RE2 in a time linear in the name's length."""
 
 from __future__ import annotations
 
 import re
 from functools import lru_cache
+from typing import Any
+
+from tierod.core.errors import ParameterError
 
 MAGIC = re.compile(r"[*?\[]")
 """Characters that make a name a pattern."""
@@ -22,14 +25,57 @@ def folder_of(pattern: str) -> str:
     return pattern[: found.start() if found else None].rpartition("/")[0]
 
 
-@lru_cache(maxsize=256)
-def expression(pattern: str) -> re.Pattern[str]:
-    """Regular expression of a pattern: "*" and "?" stay within a folder, "**/" matches any number of folders or none.
+def matches(name: str, pattern: str) -> bool:
+    """Whether a whole name matches a pattern: "*" and "?" stay within a folder, "**/" means any number of folders.
 
     Args:
+        name: path or address, as `tierod.core.files.text_of` gives it
         pattern: pattern with "/" between folders
+
+    Raises:
+        ParameterError: the pattern has a range that is none, such as [z-a]
     """
-    return re.compile("".join(map(_translated, _PARTS.findall(pattern))) + r"\Z", re.DOTALL)
+    return _wildcards(pattern, "").fullmatch(name) is not None
+
+
+def fits(name: str, pattern: str) -> bool:
+    """Whether a name, or its end from some folder on, matches a pattern; arguments and errors as of `matches`."""
+    return _wildcards(pattern, "(?:.*/)?").fullmatch(name) is not None
+
+
+@lru_cache(maxsize=256)
+def regular(pattern: str) -> Any:
+    """A regular expression with the methods of `re.Pattern`, in the syntax of RE2.
+
+    Args:
+        pattern: as a user wrote it
+
+    Raises:
+        ParameterError: it is not a regular expression, or has a construct whose time is not bounded
+    """
+    # A native library, imported where it is needed.
+    import re2
+
+    options = re2.Options()
+    options.log_errors = False
+    try:
+        return re2.compile(pattern, options)
+    except UnicodeEncodeError:
+        raise ParameterError(f"the pattern {pattern!r} is not Unicode text; save the file as UTF-8") from None
+    except re2.error as error:
+        reason = error.args[0].decode("utf-8", "replace")
+        raise ParameterError(
+            f"'{pattern}' is not a regular expression of RE2 ({reason}); write it without look-around (?=, ?!, ?<), "
+            "back-references (\\1) and possessive repetition (*+), and repeat at most 1000 times"
+        ) from None
+
+
+@lru_cache(maxsize=256)
+def _wildcards(pattern: str, before: str) -> Any:
+    try:
+        return regular("(?s)" + before + "".join(map(_translated, _PARTS.findall(pattern))))
+    except ParameterError:
+        raise ParameterError(f"the pattern '{pattern}' has a range that is none; write one such as [a-z]") from None
 
 
 def _translated(part: str) -> str:
@@ -39,16 +85,3 @@ def _translated(part: str) -> str:
     if len(part) > 1:
         return part.replace("\\", "\\\\").replace("[!", "[^")
     return re.escape(part)
-
-
-def fits(name: str, pattern: str) -> bool:
-    """Whether a name, or its end from some folder on, matches a pattern.
-
-    Args:
-        name: path or address
-        pattern: pattern with "/" between folders
-    """
-    shaped = expression(pattern)
-    return bool(shaped.match(name)) or any(
-        shaped.match(name, place + 1) for place, letter in enumerate(name) if letter == "/"
-    )

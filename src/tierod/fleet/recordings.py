@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from tierod.core.errors import InputError
-from tierod.core.files import expanded
-from tierod.fleet.patterns import expression, folder_of, is_pattern
+from tierod.core.files import expanded, text_of
+from tierod.fleet.patterns import folder_of, is_pattern, matches
 from tierod.fleet.places import LOCAL, answering, protocol_of, reason_of, storage_of
 
 
@@ -20,16 +20,21 @@ class Found:
     """A recording before it is opened.
 
     Args:
-        name: path or address of the recording
+        path: path or address of the recording, as the system knows it
         bytes: size [bytes]
         modified: time of change, or the tag of the content in the storage (ETag)
         refusal: why it cannot be accessed; "" if it can
     """
 
-    name: str
+    path: str
     bytes: int
     modified: str
     refusal: str = ""
+
+    @property
+    def name(self) -> str:
+        """Path or address as text, under which the recording is in the ledger."""
+        return text_of(self.path)
 
 
 def find(given: Iterable[str]) -> list[Found]:
@@ -45,7 +50,7 @@ def find(given: Iterable[str]) -> list[Found]:
     found: dict[str, Found] = {}
     for each in given:
         local = protocol_of(each) == LOCAL
-        matched = {one.name: one for one in (_here(each.removeprefix("file://")) if local else _elsewhere(each))}
+        matched = {one.path: one for one in (_here(each.removeprefix("file://")) if local else _elsewhere(each))}
         if not matched:
             raise InputError(
                 f"no recording matches {each}; give a file, a folder or a pattern in quotes, as 'drives/**/*.parquet'"
@@ -64,8 +69,8 @@ def _here(given: str) -> Iterator[Found]:
         if os.path.lexists(path):
             yield _looked_at(text)
     else:
-        wanted = expression(text)
-        yield from (each for each in _below(folder_of(text) or "/") if each.refusal or wanted.match(each.name))
+        wanted = text_of(text)
+        yield from (each for each in _below(folder_of(text) or "/") if each.refusal or matches(each.name, wanted))
 
 
 def _below(folder: str) -> Iterator[Found]:
@@ -95,9 +100,9 @@ def _elsewhere(given: str) -> Iterator[Found]:
         storage.invalidate_cache()
         base = folder_of(bare) if is_pattern(bare) else bare.rstrip("/")
         listed: dict[str, Any] = storage.find(base, detail=True)
-    wanted = expression(bare) if is_pattern(bare) else None
+    wanted = text_of(bare) if is_pattern(bare) else ""
     for name, about in listed.items():
-        if wanted.match(name) if wanted else name == base or _is_recording(name):
+        if matches(text_of(name), wanted) if wanted else name == base or _is_recording(name):
             mark = about.get("ETag") or about.get("etag") or about.get("mtime") or about.get("LastModified") or ""
             yield Found(f"{protocol}://{name}", int(about.get("size") or 0), str(mark).strip('"'))
 

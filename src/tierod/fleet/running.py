@@ -139,7 +139,7 @@ def run(
         ParameterError: the workers cannot be started
     """
     place = place_of(results)
-    found = [each for each in find(recordings) if not each.name.startswith(f"{place.root}/")]
+    found = [each for each in find(recordings) if not each.path.startswith(f"{place.root}/")]
     prepare(place)
     with _held(place), Ledger(place) as ledger:
         job = Job(place, asked, code(), with_levels)

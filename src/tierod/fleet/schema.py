@@ -14,6 +14,8 @@ from collections.abc import Mapping, Sequence
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
+from tierod.core.files import text_of
+
 if TYPE_CHECKING:
     import pyarrow as pa
 
@@ -215,10 +217,17 @@ def table_of(table: str, rows: Sequence[Mapping[str, Any]]) -> pa.Table:
         for name in maps:
             if now.get(name) is not None:
                 now[name] = list(now[name].items())
-        made.append(now)
+        made.append({name: _unicode(value) for name, value in now.items()})
     # One conversion of whole rows: column by column takes ten times as long for the few rows of a result.
     struct = pa.array(made, pa.struct(list(whole)))
     return pa.table(struct.flatten(), schema=whole)
+
+
+def _unicode(value: Any) -> Any:
+    """A value without lone surrogates, which one recording could bring, and no table can hold."""
+    if isinstance(value, str):
+        return text_of(value)
+    return type(value)(map(_unicode, value)) if isinstance(value, list | tuple) else value
 
 
 def shown_time(seconds: float) -> str:

@@ -16,8 +16,9 @@ from functools import cache
 from pathlib import Path, PurePosixPath
 from typing import IO, TYPE_CHECKING, Any
 
+from tierod.core.arrow import native_file
 from tierod.core.errors import InputError, ParameterError, TierodError
-from tierod.core.files import sha256_of
+from tierod.core.files import sha256_of, text_of
 from tierod.experiments.executor import Passing
 from tierod.experiments.fingerprint import fingerprint
 from tierod.fleet import levels, schema
@@ -128,7 +129,7 @@ def peak_memory() -> int:
 
 
 def _refused(outcome: str, reason: str, lasting: bool) -> dict[str, Any]:
-    return {"outcome": outcome, "reason": " ".join(reason.split()), "lasting": lasting}
+    return {"outcome": outcome, "reason": text_of(" ".join(reason.split())), "lasting": lasting}
 
 
 class _NoMonitor(InputError):
@@ -150,12 +151,12 @@ def _spare_memory() -> None:
 @contextmanager
 def _fetched(found: Found) -> Iterator[Path]:
     """The recording as a local file; a downloaded copy is removed afterwards."""
-    if protocol_of(found.name) == LOCAL:
-        yield Path(found.name)
+    if protocol_of(found.path) == LOCAL:
+        yield Path(found.path)
         return
     with tempfile.TemporaryDirectory(prefix="tierod-fleet-") as folder:
-        path = Path(folder) / PurePosixPath(found.name).name
-        storage_of(found.name).get_file(found.name.partition("://")[2], str(path))
+        path = Path(folder) / PurePosixPath(found.path).name
+        storage_of(found.path).get_file(found.path.partition("://")[2], str(path))
         try:
             yield path
         except (InputError, ParameterError) as error:
@@ -186,7 +187,7 @@ def _first_of(path: Path, column: str) -> str | None:
     import pyarrow.parquet as pq
 
     try:
-        file = pq.ParquetFile(path)
+        file = pq.ParquetFile(native_file(path))
         if column not in file.schema_arrow.names:
             return None
         batch = next(file.iter_batches(64, columns=[column]), None)

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from tierod.core.decimation import merged
+from tierod.core.files import text_of
 from tierod.core.findings import Diagnosis, Element, Episode, Estimate, Finding, Trace
 from tierod.report.display import INTERVAL
 from tierod.report.verdict import overall
@@ -56,7 +57,7 @@ def document(diagnosis: Diagnosis, series: bool) -> str:
 def plain(value: object) -> Any:
     """A value converted to JSON types: dictionaries, lists, text, finite numbers, null."""
     if isinstance(value, Mapping):
-        return {str(key): plain(entry) for key, entry in value.items()}
+        return {text_of(str(key)): plain(entry) for key, entry in value.items()}
     if isinstance(value, np.ndarray):
         return plain(value.tolist())
     if isinstance(value, list | tuple):
@@ -65,7 +66,7 @@ def plain(value: object) -> Any:
         return plain(value.item())
     if isinstance(value, float):
         return value if math.isfinite(value) else None
-    return value if value is None or isinstance(value, bool | int) else str(value)
+    return value if value is None or isinstance(value, bool | int) else text_of(str(value))
 
 
 def _finding(finding: Finding) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from tierod.core.arrow import floats, is_number
+from tierod.core.arrow import floats, is_number, native_file
 from tierod.core.errors import InputError
 from tierod.core.recording import Channel
 from tierod.io.readers.channel_map import GUESSED, TimeEntry
@@ -67,7 +67,7 @@ def _opened(path: Path) -> tuple[Any, Iterator[Any]]:
     with path.open("rb") as head:
         is_file = head.read(6) == b"ARROW1"
     # Read, not mapped: pages of a mapped file would count as memory.
-    source = pa.OSFile(str(path))
+    source = native_file(path)
     if is_file:
         reader = pa.ipc.open_file(source)
         return reader.schema, (reader.get_batch(number) for number in range(reader.num_record_batches))

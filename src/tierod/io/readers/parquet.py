@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from tierod.core.arrow import calendar_seconds, floats, is_number
+from tierod.core.arrow import calendar_seconds, floats, is_number, native_file
 from tierod.core.errors import InputError
 from tierod.core.recording import Channel
 from tierod.io.layout import description_in
@@ -78,7 +78,7 @@ def _opened(path: Path, lanes: int = 1) -> Any:
 
     try:
         size = max(_BUFFER // lanes, 1 << 13)
-        return pq.ParquetFile(path, pre_buffer=False, buffer_size=size, page_checksum_verification=True)
+        return pq.ParquetFile(native_file(path), pre_buffer=False, buffer_size=size, page_checksum_verification=True)
     except (pa.ArrowException, OSError, UnicodeDecodeError) as error:
         reason = " ".join(str(error).split())[:120]
         raise InputError(

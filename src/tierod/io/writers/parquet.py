@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tierod.core.arrow import column_of
+from tierod.core.arrow import column_of, native_file
 from tierod.core.errors import OutputError
 from tierod.core.files import replacing
 from tierod.io.layout import Writer
@@ -50,7 +50,8 @@ def write_parquet(spool: Spool, path: str | Path) -> tuple[str, ...]:
     try:
         with (
             replacing(path) as temporary,
-            pq.ParquetWriter(temporary, schema, use_dictionary=False, write_page_checksum=True) as writer,
+            native_file(temporary, "wb") as file,
+            pq.ParquetWriter(file, schema, use_dictionary=False, write_page_checksum=True) as writer,
         ):
             for rows in _slices(found):
                 length = max(last - first for first, last in rows)
