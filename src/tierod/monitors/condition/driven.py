@@ -27,6 +27,7 @@ NO_READING = "no sensor gives a reading"
 ALL_ZERO = "all sensors read exactly zero"
 ALL_HELD = "all sensors repeat their previous readings"
 SLID = "the tyres slid, or the vehicle cornered harder than in calibration drives"
+REVERSED = "the car reversed"
 TOO_FEW = f"fewer than {ALL} sensors give a reading"
 
 _YAW = ConditionSample._fields.index("yaw_rate")
@@ -117,6 +118,11 @@ class Driven:
         held = np.take_along_axis(values, last, axis=0)
         self._wheels, self._read = held[-1], read[-1]
         return np.where(times[1:, None] - read[1:] <= LOST, held[1:], np.nan)
+
+    def add_reversing(self, reverses: np.ndarray) -> None:
+        """Add the samples of the next piece that are not judged since the car reverses with unsigned speeds, (n,)."""
+        self._count(REVERSED, reverses)
+        self.judged -= int(np.count_nonzero(reverses))
 
     @property
     def slid(self) -> float:

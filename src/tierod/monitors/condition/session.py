@@ -14,12 +14,14 @@ from tierod.core.graph import Memory, Scanner
 from tierod.core.recording import Aligned
 from tierod.core.signals import SIGNALS
 from tierod.diagnosis.substitution import SubstitutionGraph
+from tierod.io.reversing import Reversing, reversed_in_words
 from tierod.models.automated_vehicle import AutomatedVehicle
 from tierod.models.rolling_car import RollingCar
 from tierod.monitors.condition.courses import ElementCourse
 from tierod.monitors.condition.driven import STANDING, Driven
 from tierod.monitors.condition.finding import OtherCauses, judge
 from tierod.monitors.condition.kinds.catalogue import OFFSET
+from tierod.monitors.condition.recording_checks.contradictions import Problem
 from tierod.monitors.condition.recording_checks.coverage import Coverage, ImpossibleValues, TargetPace
 from tierod.monitors.condition.recording_checks.filter_inputs import AccelerationCheck, TargetCheck
 from tierod.monitors.condition.recording_checks.steering_zero import SteeringZero
@@ -131,6 +133,10 @@ class ConditionSession:
         self._asked = TargetCheck(whole, rate) if whole is not None else None
         # The bank of a whole vehicle detects slow offsets itself; that of a car absorbs them as a state.
         self._zero = SteeringZero(car.parameters, rate) if car is not None else None
+        self._reversing: Reversing | None = None
+        if car is not None:
+            wheelbase = parameters.front_distance + parameters.rear_distance
+            self._reversing = Reversing(rate, parameters.steering_ratio, wheelbase)
         self._impossible, self._accelerations = ImpossibleValues(), AccelerationCheck(parameters, rate)
         self._read = np.zeros(len(self._measured), bool)
         self._courses = {each: ElementCourse(each, 1.0 / rate) for each in self._elements}
@@ -149,8 +155,10 @@ class ConditionSession:
         # Sensors that the model of this vehicle does not have must not count for the coverage.
         values[:, [self.signals.index(name) for name in SENSORS if name not in self._measured]] = np.nan
         values, covered = self._coverage.add(self._impossible.add(values))
+        values, reverses = self._with_signed_speeds(aligned.time, values)
         self._wiring.add(dict(zip(aligned.names, values.T, strict=True)))
         self._driven.add(aligned.time, values, covered)
+        self._driven.add_reversing(reverses & covered.judged)
         if self._pace is not None:
             self._pace.add(values)
         values, failures = self._without_failed_accelerations(aligned.time, values)
@@ -159,7 +167,7 @@ class ConditionSession:
             if check is not None:
                 check.add(aligned.time, columns)
         # With too few sensors for any declaration the filters are not run: they take seconds to compile.
-        watched = covered.judged & covered.enough
+        watched = covered.judged & covered.enough & ~reverses
         changes = (np.flatnonzero(np.diff(watched)) + 1).tolist()
         # An acceleration that fails with the last sample restarts the filters with the next piece.
         begins, self._anew = failures | ({0} if self._anew else set()), len(values) in failures
@@ -177,6 +185,21 @@ class ConditionSession:
             )
         ]
         return {name: np.concatenate([part[name] for part in parts]) for name in self.traces}
+
+    def _with_signed_speeds(self, time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Samples with negative wheel speeds where the car is known to reverse with unsigned ones, and where, (n,)."""
+        if self._reversing is None or not len(time):
+            return values, np.zeros(len(time), bool)
+        wheels = values[:, WHEEL_PLACES]
+        there = np.isfinite(wheels)
+        speed = np.where(there, wheels, 0.0).sum(axis=1) / np.where(there.any(axis=1), there.sum(axis=1), np.nan)
+        yaw, angle = (values[:, self.signals.index(name)] for name in ("yaw_rate", "steering_wheel_angle"))
+        reverses = self._reversing.add(time, yaw, angle, speed, wheels[:, 1] - wheels[:, 0])
+        if not reverses.any():
+            return values, reverses
+        values = values.copy()
+        values[np.ix_(reverses, WHEEL_PLACES)] *= -1.0
+        return values, reverses
 
     def _not_done(self) -> tuple[tuple[str, ...], ...]:
         """Inconsistent pairs of targets, without those of the drives if their reference acceleration has failed."""
@@ -234,6 +257,18 @@ class ConditionSession:
             **supplied,
         }
 
+    def _mirrored(self) -> tuple[Problem, ...]:
+        """Problem that every turn looks like reversing; empty if a turn forward has shown that the signs are right."""
+        if self._reversing is None or not self._reversing.found or self._reversing.turned_forward:
+            return ()
+        cause = (
+            "every turn mirrors the steering angle: the car reversed all the time, or the yaw rate has the wrong sign"
+        )
+        action = (
+            "record turns forward as well; if the car drove forward, set the sign of the yaw rate in the channel map"
+        )
+        return (Problem("sign", ("yaw_rate",), cause, action),)
+
     def _shift_of_zero(self) -> bool:
         """Declare the steering angle if its zero has shifted and the filters had declared nothing by then."""
         shift, end = self._zero.found if self._zero is not None else None, self._driven.end
@@ -256,10 +291,19 @@ class ConditionSession:
             if each.sure:
                 for course in self._courses.values():
                     course.forget(each.window - BEFORE, each.found)
+        turned = () if self._reversing is None else tuple(self._reversing.found)
+        # Until it was known that the car reversed, the filters took it for driving forward.
+        for reversal in turned:
+            for course in self._courses.values():
+                course.forget(reversal.start, reversal.found)
         shifted = self._shift_of_zero()
         faults = [each for course in self._courses.values() for each in course.episodes(self._driven.end)]
         slow = () if self._pace is None else self._pace.problems()
-        wired = self._wiring.problems() or self._leap.problems([each for each in faults if not each.candidates])
+        wired = (
+            self._wiring.problems()
+            or self._mirrored()
+            or self._leap.problems([each for each in faults if not each.candidates])
+        )
         problems = (*wired, *slow)
         interruptions = self._coverage.interruptions
         states = elements(self._courses, self._driven, problems, self.graph)
@@ -268,7 +312,8 @@ class ConditionSession:
         # Without any reading, or with all sensors, isolability needs no note.
         notes = limitations(self.vehicle, missing) if missing and self._read.any() else ()
         designed = self.calibrated or bool(self._notes)
-        notes = (*self._notes, *notes, *self._impossible.notes())
+        reversed_ = (reversed_in_words(turned),) if turned else ()
+        notes = (*self._notes, *notes, *reversed_, *self._impossible.notes())
         causes = OtherCauses(disagreeing, self._not_done())
         if not problems:
             states = (*states, *acceleration_elements(disagreeing))

@@ -1,0 +1,191 @@
+"""Reversing of a car whose speeds carry no sign, from steering angle, yaw rate and wheel speeds."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated, NamedTuple
+
+import numpy as np
+
+from tierod.core.series import runs
+
+_FRESH = 0.25
+"""Longest time for which a reading holds [s]; chassis buses send every 10 to 100 ms."""
+_SHOWN = 3
+"""Largest number of reversals that a sentence names."""
+
+
+@dataclass(frozen=True)
+class ReversingLimits:
+    """Limits from which a car reverses.
+
+    A car changes its direction at standstill only. From one standstill to the next, a car that reverses with unsigned
+    speeds turns as the mirror image of its steering, while its wheels mirror the yaw rate as well. A wrong sign of the
+    yaw rate does the same at all speeds, a wrong sign of the angle leaves yaw rate and wheels consistent.
+
+    Args:
+        standing: speed from which a car moves; sensors of wheel speeds end at 0.3 to 0.8 m/s
+        fastest: speed at which no car reverses; 30 km/h is usual for the reverse gear
+        turning: yaw rate from which a turn counts, above offsets and noise of the sensor
+        turned: heading by which a car must have turned since the standstill
+        similar: least cosine between the yaw rate and its mirror image by the steering angle, as vectors of samples
+        alike: the same by the wheels, whose coarse steps are a larger part of their difference
+        ratio: largest ratio of the yaw rate to that by the steering angle, or its inverse; ratios and slip angles of
+            unmeasured cars cause 1.5
+    """
+
+    standing: Annotated[float, "m/s"] = 0.3
+    fastest: Annotated[float, "m/s"] = 8.0
+    turning: Annotated[float, "rad/s"] = 0.03
+    turned: Annotated[float, "rad"] = 0.1
+    similar: Annotated[float, ""] = 0.8
+    alike: Annotated[float, ""] = 0.5
+    ratio: Annotated[float, ""] = 2.5
+
+
+class Reversal(NamedTuple):
+    """Reversing between two standstills.
+
+    Args:
+        start: begin of the motion [s]
+        found: time from which the direction is known [s]
+        end: end of the motion, or of the samples so far [s]
+    """
+
+    start: float
+    found: float
+    end: float
+
+
+class _Motion(NamedTuple):
+    """Motion since the last standstill.
+
+    Args:
+        start: its begin [s]
+        found: time at which it was recognised as reversing [s]; NaN while it is not
+        fastest: largest speed [m/s]
+        sums: see `Reversing._contributions`
+    """
+
+    start: float
+    found: float
+    fastest: float
+    sums: np.ndarray
+
+
+class Reversing:
+    """Recognises piece by piece when a car with unsigned speeds reverses; the cut into pieces does not matter.
+
+    Args:
+        rate: sampling rate [Hz]
+        steering_ratio: road wheel angle per steering wheel angle [-]
+        wheelbase: distance of the axles [m]
+        limits: limits of the decision
+    """
+
+    def __init__(self, rate: float, steering_ratio: float, wheelbase: float, limits: ReversingLimits | None = None):
+        self._period, self._ratio, self._wheelbase = 1.0 / rate, steering_ratio, wheelbase
+        self._limits = limits or ReversingLimits()
+        self._last = np.full((1, 4), np.nan)
+        self._read = np.full((1, 4), -np.inf)
+        self._motion: _Motion | None = None
+        self._signed = False
+        self.found: list[Reversal] = []
+        self.turned_forward = False
+
+    def add(
+        self,
+        time: np.ndarray,
+        yaw_rate: np.ndarray,
+        steering_wheel_angle: np.ndarray,
+        speed: np.ndarray,
+        wheel_difference: np.ndarray | None = None,
+    ) -> np.ndarray:
+        """Add the next piece, and return whether the car is known to reverse at each sample, (n,).
+
+        Args:
+            time: time stamps [s], (n,)
+            yaw_rate: yaw rate [rad/s], (n,); NaN if missing, as in the others
+            steering_wheel_angle: angle [rad], (n,)
+            speed: speed of the car, or mean of its wheel speeds [m/s], (n,)
+            wheel_difference: right less left rear wheel speed [m/s], (n,); None without wheel speeds
+        """
+        difference = np.full(len(time), np.nan) if wheel_difference is None else wheel_difference
+        yaw, angle, speed, difference = self._held(
+            time, np.column_stack((yaw_rate, steering_wheel_angle, speed, difference))
+        )
+        found = np.zeros(len(time), bool)
+        with np.errstate(invalid="ignore"):
+            self._signed |= bool((speed < -self._limits.standing).any())
+            # Without a speed the car may go on as before.
+            moves = ~(np.abs(speed) < self._limits.standing) & (np.isfinite(speed) | (self._motion is not None))
+        if self._signed:
+            return found
+        added = self._contributions(yaw, angle, speed, difference)
+        if len(time) and not moves[0]:
+            self._motion = None
+        for start, stop in zip(*runs(moves), strict=True):
+            found[start:stop] = self._moved(time[start:stop], np.nan_to_num(speed[start:stop]), added[start:stop])
+            if stop < len(time):
+                self._motion = None
+        return found
+
+    def _held(self, time: np.ndarray, values: np.ndarray) -> np.ndarray:
+        """Last reading of each signal, (4, n), NaN where it is older than `_FRESH`."""
+        values = np.vstack((self._last, values))
+        times = np.vstack((self._read, np.repeat(time[:, None], values.shape[1], axis=1)))
+        place = np.maximum.accumulate(np.where(np.isfinite(values), np.arange(len(values))[:, None], 0), axis=0)
+        held, read = (np.take_along_axis(each, place, axis=0) for each in (values, times))
+        self._last, self._read = held[-1:], read[-1:]
+        return np.where(times[1:] - read[1:] <= _FRESH, held[1:], np.nan).T
+
+    def _contributions(
+        self, yaw: np.ndarray, angle: np.ndarray, speed: np.ndarray, difference: np.ndarray
+    ) -> np.ndarray:
+        """Heading; squares of the yaw rate and of that by the angle, and product; the same for the wheels, (n, 7)."""
+        expected = speed * np.tan(np.clip(self._ratio * angle, -1.2, 1.2)) / self._wheelbase
+        there = np.isfinite(yaw) & np.isfinite(expected)
+        turning = there & (np.abs(yaw) > self._limits.turning)
+        yaw, expected, wheels = (np.where(there, np.nan_to_num(each), 0.0) for each in (yaw, expected, difference))
+        own = np.where(wheels != 0.0, yaw, 0.0)
+        heading = np.where(turning, np.abs(yaw), 0.0) * self._period
+        by_angle, by_wheels = (
+            (yaw * yaw, expected * expected, yaw * expected),
+            (own * own, wheels * wheels, own * wheels),
+        )
+        return np.column_stack((heading, *by_angle, *by_wheels))
+
+    def _moved(self, time: np.ndarray, speed: np.ndarray, added: np.ndarray) -> np.ndarray:
+        """Whether the car is known to reverse, in samples of one motion between two standstills."""
+        limits = self._limits
+        before = self._motion or _Motion(float(time[0]), np.nan, 0.0, np.zeros(added.shape[1]))
+        sums = before.sums + np.cumsum(added, axis=0)
+        fastest = np.maximum(np.maximum.accumulate(speed), before.fastest)
+        heading, yaw, expected, product, own, wheels, by_wheels = sums.T
+        size, least = limits.similar * np.sqrt(yaw * expected), limits.alike * np.sqrt(own * wheels)
+        shows = (heading > limits.turned) & (yaw < limits.ratio**2 * expected) & (expected < limits.ratio**2 * yaw)
+        self.turned_forward |= bool((shows & (product > size)).any())
+        mirrored = shows & (product < -size) & (by_wheels <= -least)
+        slow = fastest <= limits.fastest
+        known = slow & (np.isfinite(before.found) | np.logical_or.accumulate(mirrored & slow))
+        found = before.found if np.isfinite(before.found) or not known.any() else float(time[np.argmax(known)])
+        if self.found and self.found[-1].start == before.start:
+            del self.found[-1]
+        if known[-1]:
+            self.found.append(Reversal(before.start, found, float(time[-1])))
+        self._motion = _Motion(before.start, found if known[-1] else np.nan, float(fastest[-1]), sums[-1])
+        return np.asarray(known)
+
+
+def reversed_in_words(found: Sequence[Reversal]) -> str:
+    """Sentence on the times in which a car with unsigned speeds reversed; "" if it did not.
+
+    Args:
+        found: reversals in the order of time
+    """
+    if not found:
+        return ""
+    named = ", ".join(f"from {each.start:.1f} s to {each.end:.1f} s" for each in found[:_SHOWN])
+    more = f" and {len(found) - _SHOWN} more times" if len(found) > _SHOWN else ""
+    return f"the car reversed {named}{more}; its speeds have no sign"
