@@ -2,6 +2,7 @@
 
 import dataclasses
 
+import numpy as np
 import pytest
 
 from driven import drive, lock_to_lock
@@ -96,6 +97,58 @@ def test_what_may_be_chance_is_suspect_and_no_fault():
     assert finding.status is Status.SUSPECT
     assert "--baseline" in finding.action
     assert finding.evidence["increase_standard_deviation_Nm"] > 0.5
+
+
+def scattered(recording, name="steering_wheel_angle", noise=0.0, jitter=0.0, seed=7):
+    """A recording whose signal has white noise, and time stamps that scatter [s]."""
+    random, channel = np.random.default_rng(seed), recording[name]
+    values = channel.values + noise * random.normal(size=len(channel.values))
+    time = channel.time + jitter * random.normal(size=len(channel.time))
+    order = np.argsort(time, kind="stable")
+    return recording.with_channels([dataclasses.replace(channel, time=time[order], values=values[order])])
+
+
+def on_hoist(recording):
+    return diagnose(recording, "midsize-eps", "hysteresis", "hoist", spread=False).findings[0]
+
+
+@pytest.mark.parametrize("disturbed", [{"noise": 0.02}, {"noise": 0.05}, {"jitter": 0.05}])
+@pytest.mark.parametrize(("friction", "status"), [(4.0, Status.HEALTHY), (8.5, Status.FAULT)])
+def test_noise_and_jitter_of_the_angle_hide_no_worn_rack(disturbed, friction, status):
+    finding = on_hoist(scattered(lock_to_lock(friction, hoist=True, seed=31), **disturbed))
+    assert finding.status is status
+    assert finding.estimate.value == pytest.approx(friction, abs=0.15)
+    measured = finding.evidence["steering_wheel_angle_noise_rad"]
+    assert measured == pytest.approx(disturbed.get("noise", 0.045), rel=0.2)
+    (warning,) = [each for each in finding.warnings if "steering_wheel_angle" in each]
+    assert ("as of time stamps" in warning) == ("jitter" in disturbed)
+
+
+@pytest.mark.parametrize("disturbed", [{"noise": 0.3}, {"jitter": 0.3}])
+@pytest.mark.parametrize("friction", [4.0, 8.5])
+def test_an_angle_that_shows_no_reversals_is_not_judged_and_named(disturbed, friction):
+    finding = on_hoist(scattered(lock_to_lock(friction, hoist=True, seed=32), **disturbed))
+    assert finding.status is Status.NOT_IDENTIFIABLE
+    assert "the readings of steering_wheel_angle scatter by 0." in finding.cause
+    assert "check the sensor, the time stamps" in finding.action
+
+
+@pytest.mark.parametrize(("name", "noise"), [("driver_torque", 3.0), ("motor_torque", 0.1)])
+def test_noise_of_a_torque_is_part_of_the_deviation_and_no_gain(name, noise):
+    quiet = on_hoist(lock_to_lock(4.0, hoist=True, seed=33))
+    loud = on_hoist(scattered(lock_to_lock(4.0, hoist=True, seed=33), name, noise))
+    assert quiet.status is loud.status is Status.HEALTHY
+    assert loud.estimate.standard_deviation > quiet.estimate.standard_deviation
+    assert loud.evidence[f"{name}_noise_Nm"] == pytest.approx(noise, rel=0.1)
+    assert [each for each in loud.warnings if f"the readings of {name} scatter by" in each]
+    assert not any("wrong gain" in each for each in loud.warnings)
+
+
+def test_noise_that_may_hide_a_fault_leaves_no_verdict():
+    finding = on_hoist(scattered(lock_to_lock(4.0, hoist=True, seed=34), "motor_torque", 4.0))
+    assert finding.status in (Status.NOT_IDENTIFIABLE, Status.SUSPECT)
+    assert "motor_torque" in finding.cause + finding.headline
+    assert "N·m may hide a fault" in finding.cause
 
 
 def torques(recording, driver=1.0, motor=1.0):

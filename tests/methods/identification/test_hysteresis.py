@@ -224,7 +224,7 @@ def test_kinetic_energy_left_at_the_end_of_a_loop_is_no_friction():
     way = np.where(np.arange(len(angle)) <= 400, 1.0, -1.0)
     torque = way * (friction + 0.5 * inertia * 1.5)  # J dw/dt = J d(w^2)/dx / 2
     torque[400] = torque[399]
-    motion = Motion(np.arange(len(angle)) * 0.01, angle, way * np.sqrt(squared), torque, 0.0 * angle)
+    motion = Motion(np.arange(len(angle)) * 0.01, angle, angle, way * np.sqrt(squared), torque, 0.0 * angle)
     loop = Loop(0, len(angle) - 1, (400,), 0.0)
     found = work_balance(loop, motion, inertia, 0.0)
     assert found.kinetic_energy == pytest.approx(0.5 * inertia * (squared[-1] - squared[0]))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -15,10 +15,17 @@ from tierod.core.recording import Recording
 from tierod.methods.identification.lock_to_lock import (
     Loop,
     Motion,
+    Noise,
     WorkBalance,
     closed_loops,
     half_width,
+    integral,
+    noise_left,
+    noise_of,
+    path_deviation,
+    path_over,
     slope,
+    smoothed,
     work_balance,
 )
 from tierod.methods.identification.pre_sliding import PreSliding, pre_sliding
@@ -32,6 +39,20 @@ PLACE = "friction torque at the steering wheel axis"
 _SIGNALS = ("steering_wheel_angle", "steering_wheel_rate", "driver_torque", "motor_torque")
 
 
+class NoisySignal(NamedTuple):
+    """Noise of a signal, and its effect.
+
+    Args:
+        name: of the signal
+        noise: of its readings
+        friction_deviation: standard deviation of the friction that the noise causes [N m]
+    """
+
+    name: str
+    noise: Noise
+    friction_deviation: float
+
+
 @dataclass(frozen=True)
 class HysteresisFriction:
     """Friction of the steering system over all closed loops of one recording.
@@ -39,8 +60,10 @@ class HysteresisFriction:
     Args:
         support: "hoist" (internal friction only) or "ground" (with tyre scrub)
         friction_torque: mean over the loops [N m]
-        standard_deviation: of the mean, by damping, closing gap, scatter of the loops, and work lost in reversals [N m]
+        standard_deviation: of the mean, by damping, closing gap, scatter of the loops, work lost in reversals, and
+            noise of the signals [N m]
         independent_deviation: part without the damping, which is common to recordings of one vehicle [N m]
+        noises: noise of the angle and of both torques, with its part in the deviation
         damping_deviation: standard deviation of the damping [N m s/rad]
         mean_rate: mean rate, at which the damping acted [rad/s]
         loops: the work balance of each loop
@@ -54,6 +77,7 @@ class HysteresisFriction:
     friction_torque: float
     standard_deviation: float
     independent_deviation: float
+    noises: tuple[NoisySignal, ...]
     damping_deviation: float
     mean_rate: float
     loops: tuple[WorkBalance, ...]
@@ -94,6 +118,10 @@ class HysteresisIdentification:
         sampling_rate: of the resampled signals [Hz]
         maximum_age: longest gap in a channel [s]
         noise_angle: smallest motion that counts as a reversal [rad]
+        noise_reversals: the same over the noise of the smoothed angle [-]; the range of some thousand readings
+        sure_reversal: motion that certainly is a reversal [rad]; smaller ones are part of the deviation, since slow
+            noise may be their cause
+        largest_angle_noise: noise of the angle above which reversals are not found reliably [rad]
         unseen_build_up: pre-sliding angle for the uncertainty where the reversals show none [rad]; each reversal loses
             the work of twice this angle
         torsion_bar_stiffness: [N m/rad]; infinite for a rigid bar
@@ -112,6 +140,9 @@ class HysteresisIdentification:
     sampling_rate: float = 100.0
     maximum_age: float = 0.1
     noise_angle: float = math.radians(3.0)
+    noise_reversals: float = 8.0
+    sure_reversal: float = math.radians(30.0)
+    largest_angle_noise: float = 0.1
     unseen_build_up: float = math.radians(1.0)
     torsion_bar_stiffness: float = math.inf
 
@@ -154,18 +185,66 @@ class HysteresisIdentification:
         if support not in ("hoist", "ground"):
             raise ParameterError(f"support is '{support}', but a lock-to-lock test stands on 'hoist' or 'ground'")
         time, angle, rate, driver, motor = self._signals(recording)
-        loops = closed_loops(angle, self.minimum_stroke, self.closing_tolerance, self.noise_angle)
+        noise, course = noise_of(angle, time), smoothed(angle, time)
+        left = noise_left(noise, time)
+        least_return = max(self.noise_angle, self.noise_reversals * left)
+        tolerance = max(self.closing_tolerance, least_return)
+        loops = closed_loops(course, self.minimum_stroke, tolerance, least_return)
         begin, end = loops[0].first, loops[-1].last + 1
         loops = [loop.shifted(-begin) for loop in loops]
-        time, angle, rate, driver, motor = (values[begin:end] for values in (time, angle, rate, driver, motor))
+        time, angle, course, rate, driver, motor = (
+            values[begin:end] for values in (time, angle, course, rate, driver, motor)
+        )
         self._require_complete(time, dict(zip(_SIGNALS[1:], (rate, driver, motor), strict=True)))
-        self._require_slow(angle, rate)
-        angle = angle - torsion_bar_twist(driver, self.torsion_bar_stiffness)
+        self._require_slow(course, smoothed(rate, time))
+        apart = path_deviation(course, loops, left, self.sure_reversal)
+        noises = self._noises(time, angle, driver, motor, loops, apart)
+        twist = torsion_bar_twist(driver, self.torsion_bar_stiffness)
         rate = rate - torsion_bar_twist(slope(driver, time), self.torsion_bar_stiffness)
-        motion = Motion(time, angle, rate, driver, self.motor_gear_ratio * motor)
+        motor = self.motor_gear_ratio * motor
+        motion = Motion(time, angle - twist, course - smoothed(twist, time), rate, driver, motor)
         balances = tuple(work_balance(loop, motion, self.inertia, self.damping) for loop in loops)
-        torque = driver + self.motor_gear_ratio * motor - self.damping * rate - self.inertia * slope(rate, time)
-        return self._result(support, balances, loops, angle, torque)
+        torque = driver + motor - self.damping * rate - self.inertia * slope(rate, time)
+        return self._result(support, balances, loops, angle - twist, torque, noises)
+
+    def angle_noise(self, recording: Recording) -> Noise:
+        """Noise of the steering wheel's angle; above `largest_angle_noise` the loop cannot be judged.
+
+        Args:
+            recording: with steering_wheel_angle
+        """
+        aligned = recording.align(_SIGNALS[:1], self.sampling_rate, "linear", self.maximum_age)
+        known = np.isfinite(aligned.values[:, 0])
+        return noise_of(aligned.values[known, 0], aligned.time[known])
+
+    def _noises(
+        self,
+        time: np.ndarray,
+        angle: np.ndarray,
+        driver: np.ndarray,
+        motor: np.ndarray,
+        loops: list[Loop],
+        apart: float,
+    ) -> tuple[NoisySignal, ...]:
+        """Noise of angle and torques, and the standard deviation of the friction from each.
+
+        By partial summation the work of the noise of the angle is its sum over the changes of the torque, and that of
+        the noise of a torque its sum over the changes of the angle.
+        """
+        torque = driver + self.motor_gear_ratio * motor
+        path = path_over(angle, loops)
+
+        def work(noise: Noise, other: np.ndarray) -> float:
+            return noise.deviation * float(np.linalg.norm(np.gradient(other[noise.readings])))
+
+        of_angle, of_driver, of_motor = (noise_of(values, time) for values in (angle, driver, motor))
+        at_ends = of_angle.deviation * math.hypot(torque[0], torque[-1])
+        by_path = abs(integral(torque, angle)) / path * apart
+        return (
+            NoisySignal("steering_wheel_angle", of_angle, math.hypot(work(of_angle, torque), at_ends, by_path) / path),
+            NoisySignal("driver_torque", of_driver, work(of_driver, angle) / path),
+            NoisySignal("motor_torque", of_motor, self.motor_gear_ratio * work(of_motor, angle) / path),
+        )
 
     def _signals(self, recording: Recording) -> tuple[np.ndarray, ...]:
         """Time, angle, rate, driver and motor torque on one grid, cut to the time in which the angle is present."""
@@ -230,6 +309,7 @@ class HysteresisIdentification:
         loops: list[Loop],
         angle: np.ndarray,
         torque: np.ndarray,
+        noises: tuple[NoisySignal, ...],
     ) -> HysteresisFriction:
         friction = np.array([balance.friction_torque for balance in balances])
         count = len(friction)
@@ -245,13 +325,14 @@ class HysteresisIdentification:
             * build_up
             * float(np.mean([len(loop.turning_points) / b.path for loop, b in zip(loops, balances, strict=True)]))
         )
-        independent = math.sqrt(float(closing) ** 2 + scatter**2 + lost**2)
+        independent = math.hypot(float(closing), scatter, lost, *(each.friction_deviation for each in noises))
         grid, profile = half_width(angle, torque, corners)
         return HysteresisFriction(
             support=support,
             friction_torque=mean_friction,
             standard_deviation=math.hypot(independent, self.damping_deviation * mean_rate),
             independent_deviation=independent,
+            noises=noises,
             damping_deviation=self.damping_deviation,
             mean_rate=mean_rate,
             loops=balances,

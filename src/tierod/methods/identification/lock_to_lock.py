@@ -3,13 +3,20 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
 from tierod.core.errors import InputError
+
+SMOOTHING: Annotated[float, "s"] = 0.25
+"""Time over which a parabola follows the turning wheel; hands turn it at some 2 Hz at most."""
+
+LEAST_READINGS = 50
+"""Least number of readings from which the noise of a part of a recording is taken; it is then known to 10 %."""
 
 
 @dataclass(frozen=True)
@@ -36,6 +43,26 @@ class Loop:
     def shifted(self, by: int) -> Loop:
         """The same loop where every index is moved by `by`."""
         return Loop(self.first + by, self.last + by, tuple(turn + by for turn in self.turning_points), self.gap)
+
+
+def path_over(angle: np.ndarray, loops: Iterable[Loop]) -> float:
+    """Sum of the strokes of all loops [rad], of an angle of shape (n,)."""
+    return float(sum(abs(angle[end] - angle[begin]) for each in loops for begin, end in pairwise(each.corners)))
+
+
+def path_deviation(course: np.ndarray, loops: Sequence[Loop], noise: float, sure_reversal: float) -> float:
+    """Standard deviation of the path by noise at the ends of the strokes, and by reversals that may be noise [rad].
+
+    Args:
+        course: smoothed angle, shape (n,) [rad]
+        loops: on it
+        noise: standard deviation of the noise that it still contains [rad]
+        sure_reversal: return that is a reversal for certain [rad]
+    """
+    sure = set(turning_points(course, sure_reversal))
+    at_ends = 4.0 * noise * sum(len(each.turning_points) for each in loops)
+    certain = [replace(each, turning_points=tuple(sorted(sure & {*each.turning_points}))) for each in loops]
+    return math.hypot(at_ends, path_over(course, loops) - path_over(course, certain))
 
 
 def turning_points(angle: np.ndarray, least_return: float) -> list[int]:
@@ -129,11 +156,13 @@ def _where_it_closes(angle: np.ndarray, first: int, low: float, high: float, tol
 class Motion(NamedTuple):
     """Signals of a test on one time grid, shape (n,) each; the motor torque referred to the steering wheel axis.
 
-    Angle and rate are those of the column below the torsion bar, on which the measured torque of the driver acts.
+    Angle and rate are those of the column below the torsion bar, on which the measured torque of the driver acts;
+    `course` is the angle without the noise of its readings.
     """
 
     time: np.ndarray
     angle: np.ndarray
+    course: np.ndarray
     rate: np.ndarray
     driver_torque: np.ndarray
     motor_torque: np.ndarray
@@ -173,6 +202,9 @@ class WorkBalance:
 def work_balance(loop: Loop, motion: Motion, inertia: float, damping: float) -> WorkBalance:
     """The terms of eqs (15) to (17), by strokes, so that noise of the angle does not lengthen the path.
 
+    Noise of the angle is independent of the torques and leaves their work unbiased. A rate derived from the angle
+    shares its noise, so the viscous work is taken over the smoothed angle.
+
     Args:
         loop: the stretch of samples
         motion: signals, without NaN
@@ -182,18 +214,19 @@ def work_balance(loop: Loop, motion: Motion, inertia: float, damping: float) -> 
     Raises:
         InputError: the work is negative, so that a sign is wrong
     """
-    time, angle, rate, driver, motor = motion
+    time, angle, course, rate, driver, motor = motion
     total = driver + motor - damping * rate
     kinetic = 0.5 * inertia * rate**2
     sides: dict[bool, list[tuple[float, float]]] = {True: [], False: []}
     for begin, end in pairwise(loop.corners):
         stroke = slice(begin, end + 1)
-        work = integral(total[stroke], angle[stroke]) - float(kinetic[end] - kinetic[begin])
-        sides[bool(angle[end] > angle[begin])].append((work, abs(float(angle[end] - angle[begin]))))
+        work = integral((driver + motor)[stroke], angle[stroke]) - float(kinetic[end] - kinetic[begin])
+        work -= damping * integral(rate[stroke], course[stroke])
+        sides[bool(course[end] > course[begin])].append((work, abs(float(course[end] - course[begin]))))
     left, right = (np.sum(sides[side], axis=0) for side in (True, False))
     whole = slice(loop.first, loop.last + 1)
     path = float(left[1] + right[1])
-    speed_integral = integral(rate[whole], angle[whole])
+    speed_integral = integral(rate[whole], course[whole])
     friction = float(left[0] + right[0]) / path
     if friction <= 0.0:
         raise InputError(
@@ -236,6 +269,64 @@ def half_width(angle: np.ndarray, torque: np.ndarray, corners: list[int]) -> tup
 def integral(values: np.ndarray, over: np.ndarray) -> float:
     """Trapezoidal integral of sampled values over a sampled variable."""
     return float(np.sum(0.5 * (values[1:] + values[:-1]) * np.diff(over)))
+
+
+class Noise(NamedTuple):
+    """Noise of the readings of a signal about its local course.
+
+    Args:
+        deviation: standard deviation of a reading [its unit]
+        jitter: standard deviation of the time stamps that explains a noise of moving readings alone; else 0 [s]
+        readings: indices of the samples that hold a new reading
+    """
+
+    deviation: float
+    jitter: float
+    readings: np.ndarray
+
+
+def noise_of(values: np.ndarray, time: np.ndarray) -> Noise:
+    """Noise of readings from their third differences, which vanish for a parabola; held samples count once.
+
+    Args:
+        values: readings on a grid, shape (n,), without NaN
+        time: of the grid [s], shape (n,)
+    """
+    fresh = np.flatnonzero(np.diff(values, prepend=np.nan) != 0.0)
+    if len(fresh) < 2 * LEAST_READINGS:
+        return Noise(0.0, 0.0, fresh)
+    # The squares of the binomial coefficients 1, 3, 3, 1 sum to 20.
+    squares = np.diff(values[fresh], n=3) ** 2 / 20.0
+    pace = np.abs(np.gradient(smoothed(values, time), time))[fresh][1:-2]
+    fast = pace > 0.5 * float(pace.max())
+    slow = pace < 0.25 * float(pace.max())
+    jitter = 0.0
+    if min(np.count_nonzero(fast), np.count_nonzero(slow)) >= LEAST_READINGS:
+        moving, still = float(np.mean(squares[fast])), float(np.mean(squares[slow]))
+        share = float(np.mean(pace[slow] ** 2) / np.mean(pace[fast] ** 2))
+        # Noise that grows with the pace as its square: at least half of it is not that of a still signal.
+        jitter = math.sqrt(moving / float(np.mean(pace[fast] ** 2))) if still < 0.5 * (1.0 + share) * moving else 0.0
+    return Noise(math.sqrt(float(np.mean(squares))), jitter, fresh)
+
+
+def smoothed(values: np.ndarray, time: np.ndarray) -> np.ndarray:
+    """The local course of a signal: a parabola over `SMOOTHING`, without delay."""
+    from scipy.signal import savgol_filter
+
+    count = _smoothing_samples(time)
+    return np.asarray(savgol_filter(values, count, 2)) if 3 < count <= len(values) else values
+
+
+def noise_left(noise: Noise, time: np.ndarray) -> float:
+    """Standard deviation of the noise that `smoothed` leaves [unit of the signal]."""
+    readings = _smoothing_samples(time) * len(noise.readings) / max(len(time), 1)
+    # Variance at the centre of a parabola over n points: 9 / (4 n) for large n.
+    return noise.deviation * min(1.5 / math.sqrt(max(readings, 1.0)), 1.0)
+
+
+def _smoothing_samples(time: np.ndarray) -> int:
+    """Odd number of samples over which a parabola smooths."""
+    return 2 * round(0.5 * SMOOTHING * (len(time) - 1) / max(float(time[-1] - time[0]), 1e-9)) + 1
 
 
 def slope(values: np.ndarray, time: np.ndarray) -> np.ndarray:

@@ -15,6 +15,7 @@ from tierod.core.signals import SIGNALS
 from tierod.methods.detectors.control_charts import HeldThreshold
 from tierod.methods.detectors.rule_design import alarms_at
 from tierod.methods.identification.hysteresis import HysteresisFriction, HysteresisIdentification, Support
+from tierod.methods.identification.lock_to_lock import Noise
 from tierod.monitors.harness.baseline import Baseline
 from tierod.monitors.harness.session import Conclusion, Monitor, Session, Variant
 from tierod.monitors.harness.verdict import Obstacle, withheld
@@ -54,6 +55,11 @@ class IncreaseLimits:
             return Status.SUSPECT
         return Status.FAULT if above_nominal > self.fault_friction - self.nominal_friction else Status.RISING
 
+    def excludes_fault(self, above_nominal: float, deviation: float, rule: HeldThreshold) -> bool:
+        """Whether a friction above the base level is that far below a fault; arguments as of `status`."""
+        distance = self.fault_friction - self.nominal_friction - above_nominal
+        return alarms_at(rule, distance / max(deviation, 1e-9))
+
     def above(self, base: float) -> dict[str, float]:
         """Frictions [N m] from which a car with the fault-free level `base` is rising or faulty."""
         distances = {"rising": self.rising_friction, "fault": self.fault_friction}
@@ -83,6 +89,12 @@ class GroundSuspicion:
             "so, judge it with the variant 'ground'",
         )
 
+
+NOTABLE_NOISE: Annotated[float, "rad"] = 0.01
+"""Noise of the steering wheel angle that a finding names; sensors of cars have 0.002 rad, with their resolution."""
+
+NOTABLE_TORQUE_NOISE: Annotated[float, "N*m"] = 0.5
+"""Noise of a torque, at the steering wheel, that a finding names; sensors and motors have 0.1 N·m."""
 
 INCREASES = ("increase_Nm", "increase_standard_deviation_Nm")
 """Names in the evidence of the friction above the reference, and of its standard deviation."""
@@ -119,7 +131,13 @@ class HysteresisSession:
 
     def conclude(self) -> Conclusion:
         """The friction of the loop, and its judgement."""
-        found = self.identification.identify(self._recording(), self.support)
+        recording = self._recording()
+        noise = self.identification.angle_noise(recording)
+        if noise.deviation > self.identification.largest_angle_noise:
+            most = f"at most {self.identification.largest_angle_noise:g} rad show where the wheel turns back"
+            cause = f"{_scatter('steering_wheel_angle', noise)}; {most}"
+            return Conclusion(self._withheld(cause, Status.NOT_IDENTIFIABLE, cure=_cure("steering_wheel_angle")))
+        found = self.identification.identify(recording, self.support)
         level = Baseline(
             self.vehicle.name, self.name, found.friction_torque, found.standard_deviation, "N*m",
             sum(abs(balance.path) for balance in found.loops) / max(found.mean_rate, 1e-9),
@@ -135,11 +153,11 @@ class HysteresisSession:
         kept = level if fault_free and not defects else None
         return Conclusion(finding, loops=loops, baseline=kept, defects=defects, distances=distances)
 
-    def _torques(self) -> tuple[np.ndarray, np.ndarray]:
-        """Torques of driver and motor at the same instants, (n,) each; NaN where missing."""
+    def _torques(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Times, and torques of driver and motor at these, (n,) each; NaN where missing."""
         values = np.vstack([piece.values for piece in self._pieces])
         driver, motor = (values[:, self.signals.index(name)] for name in ("driver_torque", "motor_torque"))
-        return driver, motor
+        return np.concatenate([piece.time for piece in self._pieces]), driver, motor
 
     def _recording(self) -> Recording:
         time = np.concatenate([piece.time for piece in self._pieces])
@@ -168,19 +186,22 @@ class HysteresisSession:
             base, name, against = limits.nominal_friction, "nominal", f"{limits.nominal_friction:.1f} N·m nominal"
             deviation = found.standard_deviation
         spread = deviation if self.baseline is not None else math.hypot(deviation, self._nominal_deviation())
-        status = limits.status(found.friction_torque - base, spread, self.rule)
+        increase = found.friction_torque - base
+        status = limits.status(increase, spread, self.rule)
+        if status is Status.HEALTHY and not limits.excludes_fault(increase, deviation, self.rule):
+            return self._unseen(found, deviation)
         reference = {name: base} | limits.above(base)
         return Finding(
             self.name,
             status,
             f"Friction of the steering on the {self.support} {found.friction_torque:.2f} ± {deviation:.2f} N·m: "
-            f"{status.value}, {found.friction_torque - base:+z.2f} N·m against {against}, "
+            f"{status.value}, {increase:+z.2f} N·m against {against}, "
             f"fault from {reference['fault']:.1f} N·m.",
             estimate=self._estimate(found, reference),
-            evidence=_evidence(found) | dict(zip(INCREASES, (found.friction_torque - base, spread), strict=True)),
+            evidence=_evidence(found) | dict(zip(INCREASES, (increase, spread), strict=True)),
             cause=_CAUSES.get(status, "the loop is wider than expected"),
             action=AGAIN if status is Status.SUSPECT and self.baseline is not None else _ACTIONS[status],
-            warnings=self._warnings(found.friction_torque),
+            warnings=(*self._warnings(found.friction_torque), *self._noise_warnings(found)),
             decided_by=(INCREASE.name,) if status in (Status.RISING, Status.FAULT) else (),
         )
 
@@ -196,8 +217,26 @@ class HysteresisSession:
         estimate = found.estimate
         return Estimate(estimate.quantity, estimate.value, estimate.standard_deviation, estimate.unit, reference)
 
-    def _withheld(self, cause: str, status: Status, found: HysteresisFriction | None = None) -> Finding:
-        obstacle = Obstacle(status, cause, _REMEDIES[status])
+    def _noise_warnings(self, found: HysteresisFriction) -> tuple[str, ...]:
+        ratio = self.identification.motor_gear_ratio
+        limits = {"steering_wheel_angle": NOTABLE_NOISE, "driver_torque": NOTABLE_TORQUE_NOISE}
+        return tuple(
+            f"{_scatter(name, noise)}, which moves the friction by ±{share:.2g} N·m; {_cure(name)}"
+            for name, noise, share in found.noises
+            if noise.deviation > limits.get(name, NOTABLE_TORQUE_NOISE / ratio)
+        )
+
+    def _unseen(self, found: HysteresisFriction, deviation: float) -> Finding:
+        """Finding on a friction whose deviation may hide a fault."""
+        worst = max(found.noises, key=lambda each: each.friction_deviation)
+        cause, cure = "damping, and the scatter of the loops", AGAIN
+        if worst.friction_deviation > 0.5 * deviation:
+            cause, cure = _scatter(worst.name, worst.noise), _cure(worst.name)
+        cause = f"{found.friction_torque:.2f} ± {deviation:.2f} N·m may hide a fault: {cause}"
+        return self._withheld(cause, Status.NOT_IDENTIFIABLE, found, cure)
+
+    def _withheld(self, cause: str, status: Status, found: HysteresisFriction | None = None, cure: str = "") -> Finding:
+        obstacle = Obstacle(status, cause, cure or _REMEDIES[status])
         evidence, estimate = (_evidence(found), self._estimate(found, {})) if found else ({}, None)
         return withheld(self.name, "Friction of the steering", [obstacle], evidence, estimate=estimate)
 
@@ -222,8 +261,23 @@ _ACTIONS = {
 }
 
 
+def _scatter(name: str, noise: Noise) -> str:
+    """The noise of a signal in words."""
+    if noise.jitter > 0.0:
+        return (
+            f"the readings of {name} scatter by {noise.deviation:.2g} rad, as of time stamps {noise.jitter:.2g} s off"
+        )
+    return f"the readings of {name} scatter by {noise.deviation:.2g} {SIGNALS[name].unit.replace('*', '·')}"
+
+
+def _cure(name: str) -> str:
+    return f"check the sensor, the time stamps and the line of {name}, and record the test again"
+
+
 def _evidence(found: HysteresisFriction) -> dict[str, float]:
     evidence = {"loops": float(len(found.loops)), "mean_rate_rad_per_s": found.mean_rate}
+    for name, noise, _ in found.noises:
+        evidence[f"{name}_noise_{'rad' if name == 'steering_wheel_angle' else 'Nm'}"] = noise.deviation
     if found.pre_sliding is not None:
         evidence["dahl_angle_rad"] = found.pre_sliding.angle
     return evidence
