@@ -27,6 +27,12 @@ DEFECT means an error in tierod itself, INTERRUPTED that the user stopped it, an
 reader of the output closed it before a verdict was available.
 """
 
+COMPLETION = ("--install-completion", "--show-completion")
+"""Options of typer that enable the completion of commands and options in a shell."""
+
+COMPLETE = "_TIEROD_COMPLETE"
+"""Variable of the environment in which a shell asks for completions."""
+
 LONGEST_SENTENCE = 1200
 """Largest number of characters of an error that are printed: a name in a damaged file may be as long as the file."""
 
@@ -51,6 +57,7 @@ Usage: tierod COMMAND ...
 """
 _FOOTER = """
   --version        print the version
+  --install-completion   let the shell complete commands and options
   --debug          with any command: show the traceback of an error
   --help           with any command: its arguments and options
 
@@ -108,6 +115,8 @@ def _shortened(sentence: str) -> str:
 
 
 def _dispatch(arguments: Sequence[str]) -> int:
+    if COMPLETE in os.environ or (arguments[:1] and arguments[0] in COMPLETION):
+        return _complete(arguments)
     if not arguments or arguments[0] in ("--help", "-h"):
         print(_overview(), file=sys.stdout if arguments else sys.stderr)
         return HEALTHY if arguments else BAD_INPUT
@@ -149,6 +158,20 @@ def parser(verb: str, epilog: str | None = None) -> Any:
     app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
     app.command(verb, epilog=epilog, context_settings={"help_option_names": ["-h", "--help"]})(_function(verb))
     return typer.main.get_command(app)
+
+
+def _complete(arguments: Sequence[str]) -> int:
+    """Let typer install or print the completion of a shell, or answer a shell that asks."""
+    import typer
+
+    app = typer.Typer()
+    for verb in commands():
+        app.command(verb)(_function(verb))
+    try:
+        typer.main.get_command(app).main(list(arguments), prog_name="tierod", standalone_mode=False)
+    except SystemExit as ended:
+        return int(ended.code or HEALTHY)
+    return HEALTHY
 
 
 def _below_help(verb: str, arguments: Sequence[str]) -> str | None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 EXAMPLES: dict[str, tuple[str, ...]] = {
     "analyse": ("tierod analyse column --vehicle column-bench",),
     "campaign": ("tierod campaign friction-steps --dry-run", "tierod campaign friction-steps -o runs/"),
-    "completion": ("source <(tierod completion bash)", "tierod completion fish | source"),
     "convert": (
         "tierod convert bag/ -o drive.mf4",
         "tierod convert morning-1.mf4 morning-2.mf4 -o morning.parquet",
@@ -87,4 +86,4 @@ def _of_argument(parameter: str) -> tuple[str, ...]:
         from tierod.experiments.campaign import shipped as campaigns
 
         return tuple(campaigns())
-    return ("bash", "zsh", "fish") if parameter == "completion shell" else ()
+    return ()
