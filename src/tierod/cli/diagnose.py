@@ -57,6 +57,14 @@ BaselinePath = Annotated[
     Path | None,
     typer.Option(help="Baseline file of this car: written from the first healthy recording, read for all later ones."),
 ]
+FaultFree = Annotated[
+    bool,
+    typer.Option(
+        "--fault-free",
+        help="You know that the car was fault-free in this recording: the baseline is learnt from it though guesses in "
+        "the vehicle file forbid a verdict.",
+    ),
+]
 MemoryPath = Annotated[
     Path | None,
     typer.Option(help="Fault memory to update, with the recording as one operation cycle; see 'tierod faults read'."),
@@ -89,6 +97,7 @@ def diagnose(
     channel_map: ChannelMap = None,
     output: ReportPath = None,
     baseline: BaselinePath = None,
+    fault_free: FaultFree = False,
     memory: MemoryPath = None,
     signals: SignalsPath = None,
     spread: WithSpread = True,
@@ -96,9 +105,12 @@ def diagnose(
     as_json: AsJson = False,
 ) -> int:
     """Judge recordings: healthy (0), fault (1), could not judge (2), bad input (3); of several recordings the worst."""
+    from tierod.core.errors import ParameterError
     from tierod.monitors.several import ALL
     from tierod.vehicles import load
 
+    if fault_free and baseline is None:
+        raise ParameterError("--fault-free lets a baseline be learnt: name its file with --baseline")
     named = [_named_in(each, dbc, channel_map) if vehicle is None else vehicle for each in recordings]
     cars = {name: load(name) for name in named}
     alone = len(recordings) == 1
@@ -113,7 +125,8 @@ def diagnose(
             {"--variant": variant, "--baseline": baseline, "--memory": memory, "--signals": signals}, alone
         )
         return _all(recordings, None if what == ALL else what, reading, target, as_json)
-    return _one(recordings[0], what, variant, reading, target, baseline, memory, signals, as_json)
+    kept = _Kept(baseline, fault_free, memory, signals)
+    return _one(recordings[0], what, variant, reading, target, kept, as_json)
 
 
 @dataclass(frozen=True)
@@ -128,15 +141,23 @@ class _Reading:
     spread: bool
 
 
+@dataclass(frozen=True)
+class _Kept:
+    """What is kept beside the report: baseline, with the user's word that the car is fault-free, memory and signals."""
+
+    baseline: Path | None
+    fault_free: bool
+    memory: Path | None
+    signals: Path | None
+
+
 def _one(
     recording: Path,
     monitor: str,
     variant: str | None,
     reading: _Reading,
     target: Path | None,
-    baseline: Path | None,
-    memory: Path | None,
-    signals: Path | None,
+    kept: _Kept,
     as_json: bool,
 ) -> int:
     """Judge one recording with one monitor, including the options that only apply to this case."""
@@ -156,15 +177,13 @@ def _one(
                 variant,
                 dbc=reading.dbc,
                 channel_map=reading.channel_map,
-                baseline=baseline,
-                memory=memory,
-                signals=signals,
+                **vars(kept),
                 spread=reading.spread,
                 command=command_line(),
                 progress=advance,
             )
     show(diagnosis, as_json, target, console, messages)
-    remarks = [] if signals is None else [f"signals: {signals}"]
+    remarks = [] if kept.signals is None else [f"signals: {kept.signals}"]
     remarks += [
         f"{name}: {diagnosis.remarks[name]}" for name in ("baseline", "fault memory") if name in diagnosis.remarks
     ]

@@ -45,6 +45,8 @@ class Estimate:
         unit: in the notation of pint; "count" where the recording was not calibrated
         reference: values that it is compared with, by name: nominal, learnt level, threshold
         limits: names of vehicle parameters that are the limits of the alarm; their deviation is in none of the others
+        assumed: standard deviations [unit] that are assumptions on the sensors, by the name of the parameter that
+            replaces each assumption; they are part of `standard_deviation`
     """
 
     quantity: str
@@ -53,6 +55,7 @@ class Estimate:
     unit: str
     reference: dict[str, float] = field(default_factory=dict)
     limits: tuple[str, ...] = ()
+    assumed: dict[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

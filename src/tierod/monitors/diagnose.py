@@ -33,6 +33,7 @@ def diagnose(
     memory: str | Path | None = None,
     signals: str | Path | None = None,
     spread: bool = True,
+    fault_free: bool = False,
     command: str = "",
     progress: Callable[[float], None] = lambda share: None,
 ) -> Diagnosis:
@@ -54,6 +55,8 @@ def diagnose(
             rate of its grid, substitutes of sensors included
         spread: whether the spread of the vehicle's parameters is carried into bands and verdict, which takes up to four
             times the computing time
+        fault_free: whether the vehicle is known to have been fault-free in the recording: a baseline is then learnt
+            from it though guesses in the vehicle file forbid a verdict
         command: command line as typed by the user, for the report
         progress: called with the completed share, 0 to 1
 
@@ -79,7 +82,7 @@ def diagnose(
     if signals is not None and kept is not None:
         _write_signals(kept, diagnosis, run.monitor.name, signals)
     if isinstance(baseline, str | Path):
-        diagnosis = diagnosis.remarked("baseline", _kept(run, baseline, known, diagnosis))
+        diagnosis = diagnosis.remarked("baseline", _kept(run, baseline, known, diagnosis, fault_free))
     return diagnosis
 
 
@@ -93,17 +96,20 @@ def _write_signals(kept: OverTime, diagnosis: Diagnosis, monitor: str, path: str
     write(kept.recording(units, f"tierod, monitor {monitor}"), path)
 
 
-def _kept(run: Run, path: str | Path, known: Baseline | None, diagnosis: Diagnosis) -> str:
+def _kept(run: Run, path: str | Path, known: Baseline | None, diagnosis: Diagnosis, fault_free: bool) -> str:
     """Write the baseline file after the first fault-free recording; what became of it, in a sentence."""
     if known is not None:
         return f"judged against {path}, learnt {known.learnt or 'at a time unknown'}; the file stays as it is"
-    if run.learnt is not None:
-        return keep_first(dataclasses.replace(run.learnt, learnt=diagnosis.created), path)
+    learnt = run.learnt or (run.unproven if fault_free else None)
+    if learnt is not None:
+        return keep_first(dataclasses.replace(learnt, learnt=diagnosis.created), path)
     status = diagnosis.findings[0].status
     if not run.monitor.learns:
         reason = f"the monitor '{run.monitor.name}' learns no baseline"
     elif status is not Status.HEALTHY:
         reason = f"the verdict is '{status}', and a baseline is learnt from a healthy recording only"
+        if run.unproven is not None:
+            reason += "; if you know that the car was fault-free in this recording, add --fault-free"
     else:
         reason = "too little of the recording could be judged to learn one"
     return f"{path} was not written: {reason}"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from tierod.core.findings import Diagnosis, ParameterEffect
 from tierod.core.shown import shown, written
+from tierod.monitors.harness.spread.advice import first_to_measure
 from tierod.report.display import number, share
 
 COLUMNS = ("parameter", "value", "moves the result by", "share of what parameters add")
@@ -26,12 +27,12 @@ def measure_first(diagnosis: Diagnosis) -> str:
     Args:
         diagnosis: with the effects of its parameters
     """
-    if not diagnosis.parameter_effects:
+    first = first_to_measure(diagnosis.parameter_effects)
+    if first is None:
         return ""
-    first = diagnosis.parameter_effects[0]
     return (
-        f"Each effect is that of one standard deviation of the parameter. Measure {first.name} first: it causes "
-        f"{share(first.share)} of the variance that uncertain parameters add."
+        f"Each effect is that of one standard deviation of the parameter. Measure {first.name} first to "
+        f"narrow the band: it causes {share(first.share)} of the variance that uncertain parameters add."
     )
 
 

@@ -133,6 +133,12 @@ _CATALOGUE = (
     Quantity("rising_friction", "N*m", "friction from which it is reported as rising", (0.1, 100.0), torque=True),
     Quantity("fault_friction", "N*m", "friction from which it is reported as a fault", (0.1, 100.0), torque=True),
     Quantity(
+        "torque_gain_deviation",
+        "",
+        "relative standard deviation of the gain that driver_torque and motor_torque share; 0.08 without an entry",
+        (0.0, 0.3),
+    ),
+    Quantity(
         "baseline_variance",
         "N**2*m**2",
         "variance of self-aligning torques that means a fault",

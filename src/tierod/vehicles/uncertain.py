@@ -14,7 +14,7 @@ LARGE = 0.25
 """Relative standard deviation above which a positive quantity is varied by factors: with symmetric differences, four
 standard deviations would reach zero."""
 
-OWN_MODEL = ("_noise", "_drift", "_wander", "_wander_time", "_resolution")
+OWN_MODEL = ("_noise", "_drift", "_wander", "_wander_time", "_resolution", "_gain_deviation")
 """Suffixes of parameters that describe the uncertainty of a filter or sensor; they define the band and do not vary."""
 
 LIMITS = frozenset(

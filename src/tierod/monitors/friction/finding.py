@@ -11,7 +11,7 @@ from tierod.core.statement import STATUSES
 from tierod.monitors.friction.decisions import ABSOLUTE, BASELINE
 from tierod.monitors.friction.notices import FrictionRun, notices
 from tierod.monitors.friction.obstacles import obstacles
-from tierod.monitors.friction.verdict import BY_LIMIT
+from tierod.monitors.friction.verdict import BY_LIMIT, GAIN_DEVIATION
 from tierod.monitors.harness.verdict import withheld
 
 SUBJECT = "Friction of the steering"
@@ -46,11 +46,17 @@ def finding_of(run: FrictionRun) -> Finding:
     return Finding(
         monitor=run.monitor,
         status=status,
-        headline=f"{SUBJECT} {run.friction:.2f} ± {statement.deviation:.2f} N·m: {status.value}, "
-        f"{held_against(run, limits, status)}.",
+        headline=f"{SUBJECT} {run.friction:.2f} ± {statement.deviation:.2f} N·m ({gain_in_words(run)}): "
+        f"{status.value}, {held_against(run, limits, status)}.",
         since=statement.since + run.start_time if statement.since >= 0.0 else None,
         estimate=Estimate(
-            PLACE, run.friction, statement.deviation, "N*m", _reference(run, limits), _limits_behind(run, status)
+            PLACE,
+            run.friction,
+            statement.deviation,
+            "N*m",
+            _reference(run, limits),
+            _limits_behind(run, status),
+            {GAIN_DEVIATION: run.verdict.tuning.gain_deviation * run.friction},
         ),
         evidence=_evidence(run),
         cause=cause,
@@ -58,6 +64,12 @@ def finding_of(run: FrictionRun) -> Finding:
         warnings=notices(run),
         decided_by=_decided_by(run, status),
     )
+
+
+def gain_in_words(run: FrictionRun) -> str:
+    """Assumption on the gains of both torques that the standard deviation includes, in words."""
+    cancelled = "" if run.verdict.learnt_level is None else ", cancelled in the ratio"
+    return f"torque gains ± {100.0 * run.verdict.tuning.gain_deviation:.2g} % included{cancelled}"
 
 
 def _decided_by(run: FrictionRun, status: Status) -> tuple[str, ...]:
@@ -105,6 +117,8 @@ def _evidence(run: FrictionRun) -> dict[str, float]:
             "balance_error_Nm": run.judged.fit.residual,
             "vehicle_rising_limit_Nm": run.limits.rising_friction,
             "vehicle_fault_limit_Nm": run.limits.fault_friction,
+            "deviation_without_torque_gains_Nm": run.judged.fit.friction_deviation,
+            "deviation_by_torque_gains_Nm": run.verdict.tuning.gain_deviation * run.friction,
         }
         if run.judged.known_level > 0.0:
             evidence |= {
@@ -173,7 +187,7 @@ def limits_of(run: FrictionRun) -> Limits:
     verdict, friction = run.verdict, run.friction
     level = verdict.relative_level(run.judged.known_level) if run.judged.known_level > 0.0 else math.inf
     # Without the misfit, as in the margins of the verdict.
-    deviation = run.judged.statement.deviation / run.judged.fit.misfit
+    deviation = run.judged.fit.friction_deviation / run.judged.fit.misfit
 
     def limit(absolute: float, ratio: float) -> Limit:
         return Limit(friction, absolute, verdict.acts_from(absolute, deviation), ratio, ratio * level)
@@ -260,7 +274,7 @@ def _fault_to_come(limits: Limits) -> str:
 
 def _margins(run: FrictionRun, limits: Limits, status: Status) -> list[str]:
     """The highest limit that friction exceeds by less than the margin, in words; empty if there is none."""
-    margin = run.verdict.tuning.confidence * run.verdict.tuning.gain_deviation
+    margin = run.verdict.margin * run.verdict.tuning.gain_deviation
     named = [("fault limit", limits.fault), ("limit of rising friction", limits.rising)]
     return [
         f"above the {name} of {limit.absolute:.4g} N·m, but within the tolerance of the torque gain ({margin:.0%})"
@@ -316,7 +330,8 @@ def _suspect(run: FrictionRun, limits: Limits) -> tuple[str, str]:
 def _alarm(run: FrictionRun, limit: Limit, status: Status) -> str:
     if run.judged.statement.kind == BY_LIMIT:
         return (
-            "friction is above the limit of the vehicle file by more than errors of torque gain and estimate explain: "
+            f"friction is above the limit of the vehicle file by more than {run.verdict.margin:g} standard "
+            f"{'deviation' if run.verdict.margin == 1.0 else 'deviations'} of torque gain and estimate: "
             f"{limit.absolute:.4g} N·m, with this margin {limit.absolute_from:.2f} N·m"
         )
     return (

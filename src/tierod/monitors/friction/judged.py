@@ -132,8 +132,12 @@ class Obstacles(NamedTuple):
 
 
 class BalanceFit(NamedTuple):
-    """Quality of the fit of the torque balance, see `VerdictSample`."""
+    """Estimate of the torque balance and quality of its fit, see `VerdictSample`.
 
+    `friction_deviation` is that of the estimate for exact gains of the torques; the statement's includes the gains.
+    """
+
+    friction_deviation: Annotated[Scalar, "N*m"]
     misfit: Annotated[Scalar, ""]
     residual: Annotated[Scalar, "N*m"]
     excitation: Annotated[Scalar, ""]

@@ -176,7 +176,7 @@ class FrictionSession(BlockSession):
         unit = vehicle.torque_unit
         traces = {
             "estimate.friction_torque": (VALUES[0], unit),
-            "estimate.friction_deviation": (VALUES[1], unit),
+            "verdict.statement.deviation": (VALUES[1], unit),
             "estimate.enabled": ("enabled", ""),
             "estimate.nis": ("nis", ""),
             "verdict.ratio": (VALUES[2], ""),
@@ -223,15 +223,19 @@ class FrictionSession(BlockSession):
             self._hysteresis.views(finding.since) if known else {},
             nis_figures(self._consistency.result(), wide=bool(self._consistency_remark)),
             tuple(tuning_rows(self.block)),
-            self._baseline(self._last.at(-1).verdict, finding.status),
+            self._level() if finding.status is Status.HEALTHY else None,
+            self._level() if finding.estimate is not None and finding.estimate.limits else None,
             {part: remark for part, remark in remarks.items() if remark},
             () if known else VALUES,
             tuple(self.course),
             defects=self._gains.defects(),
         )
 
-    def _baseline(self, judged: JudgedFriction, status: Status) -> Baseline | None:
-        if status is not Status.HEALTHY or judged.known_level <= 0.0:
+    def _level(self) -> Baseline | None:
+        """Level of this car that the recording gives; None if it was not learnt."""
+        assert self._last is not None
+        judged = self._last.at(-1).verdict
+        if judged.known_level <= 0.0:
             return None
         own, unit = judged.baseline, self.vehicle.torque_unit
         return Baseline(self.vehicle.name, self._monitor.name, own.level, own.deviation, unit, own.seconds)

@@ -9,10 +9,11 @@ from dataclasses import dataclass, field
 from tierod.models.friction_estimation import FrictionParameters
 from tierod.monitors.friction.judged import JudgedFriction
 from tierod.monitors.friction.verdict import FrictionLimits, FrictionVerdict
+from tierod.monitors.friction.verdict_tuning import AlarmTuning
 
 GAIN_WARNING = (
     "a gain error common to both torques scales the estimate and cannot be detected: 10 % of torque gives 10 % of "
-    "friction; the ratio to the baseline is not affected"
+    "friction. The standard deviation includes {share} of it ({source}); it cancels in the ratio to the baseline"
 )
 
 RIGID_WARNING = (
@@ -88,8 +89,15 @@ class FrictionRun:
 
 def notices(run: FrictionRun) -> tuple[str, ...]:
     """All warnings about a run with a verdict."""
-    found = [GAIN_WARNING, *_levels(run), *_bar(run), *_delays(run), *_signals(run)]
+    found = [_gains(run), *_levels(run), *_bar(run), *_delays(run), *_signals(run)]
     return tuple(found)
+
+
+def _gains(run: FrictionRun) -> str:
+    """Notice on the gain that both torques share, and on the spread that is assumed for it."""
+    given = run.verdict.tuning.gain_deviation
+    source = "assumed" if given == AlarmTuning().gain_deviation else "torque_gain_deviation of the vehicle file"
+    return GAIN_WARNING.format(share=f"{100.0 * given:.2g} %", source=source)
 
 
 def _levels(run: FrictionRun) -> list[str]:

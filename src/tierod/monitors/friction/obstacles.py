@@ -144,7 +144,7 @@ def _short_strokes(judged: JudgedFriction, tuning: AlarmTuning) -> Words:
 
 
 def _uncertain(judged: JudgedFriction, tuning: AlarmTuning) -> Words:
-    share, misfit = judged.statement.deviation / judged.statement.magnitude, judged.fit.misfit
+    share, misfit = judged.fit.friction_deviation / judged.statement.magnitude, judged.fit.misfit
     fit = f", and the torque balance fits {misfit:.1f} times worse than expected" if misfit > 1.5 else ""
     return (
         f"the standard deviation is {share:.0%} of the friction, above {tuning.largest_deviation:.0%}{fit}",

@@ -30,6 +30,13 @@ HEALTHY = code_of(Status.HEALTHY)
 BY_BASELINE, BY_LIMIT = 1.0, 2.0
 """Kinds of a friction statement: above the car's own baseline, or above a limit of the vehicle file alone."""
 
+GAIN_DEVIATION = "torque_gain_deviation"
+"""Parameter of a vehicle file that replaces `AlarmTuning.gain_deviation`."""
+
+REACH = 2.0
+"""Standard deviations within which friction may be that of a fault-free car, and its level is learnt [-]: the ends of a
+95 % band, as for the spread of parameters. A verdict above the limit is then suspect at most."""
+
 OPPOSED_SHARE = 0.3
 """Share of worked time with opposed driver and motor torques above which lane keeping is assumed to be active [-].
 Fault-free driving stays below 0.01 (simulated); a recorded minute under lane keeping has 0.47."""
@@ -73,6 +80,7 @@ class FrictionVerdict:
         sample_time: time between two samples [s]
         learnt_level: baseline from earlier drives [N*m]; None learns it in this recording
         learnt_deviation: standard deviation of that baseline [N*m]
+        limit_deviation: standard deviation of the limit of rising friction in the vehicle file [N*m]
 
     The estimate wanders slowly, so that the run length for white noise does not apply; it was measured on fault-free
     drives, see `tierod.monitors.friction.decisions`.
@@ -83,6 +91,7 @@ class FrictionVerdict:
     sample_time: Annotated[float, "s"] = SAMPLE_TIME
     learnt_level: Annotated[float | None, "N*m"] = None
     learnt_deviation: Annotated[float, "N*m"] = 0.0
+    limit_deviation: Annotated[float, "N*m"] = 0.0
     alarm: Cusum = field(init=False, repr=False)
 
     Sample = VerdictSample
@@ -106,11 +115,16 @@ class FrictionVerdict:
     ) -> FrictionVerdict:
         """The verdict for a vehicle; without calibrated torques no absolute limit is used.
 
+        The deviation of the torques' gain is that of the vehicle file, where it gives one.
+
         Raises:
             ParameterError: the vehicle file lacks a limit; the message names it
         """
         limits = vehicle.parameters_for(FrictionLimits) if vehicle.calibrated else None
-        return cls(limits, sample_time=sample_time, learnt_level=learnt_level, learnt_deviation=learnt_deviation)
+        known = vehicle.parameters.get(GAIN_DEVIATION)
+        tuning = AlarmTuning() if known is None else AlarmTuning(gain_deviation=known.value)
+        guessed = 0.0 if limits is None else vehicle.parameters["rising_friction"].standard_deviation or 0.0
+        return cls(limits, tuning, sample_time, learnt_level, learnt_deviation, guessed)
 
     def init(self) -> State:
         """State before the first sample, with nothing learnt but the given baseline."""
@@ -132,9 +146,13 @@ class FrictionVerdict:
         # The deviation counts without the misfit here: a step of friction misfits and must not suppress its own alarm.
         identifiable = both(negated(any_of(*obstacles[4:9])), deviation < self.tuning.largest_deviation * friction)
         judged = all_of(sample.enabled > 0.5, ready, identifiable)
-        cautious = self._cautious(friction, deviation)
+        cautious = self._less_margin(friction, deviation, self.margin, self._limit_spread)
         below = 1.0 if self.limits is None else cautious < self.limits.rising_friction
-        own = self._learn(state.own, friction, deviation, both(judged, below))
+        perhaps_below = 1.0
+        if self.limits is not None:
+            least = self._less_margin(friction, deviation, REACH, self.limit_deviation)
+            perhaps_below = least < self.limits.rising_friction
+        own = self._learn(state.own, friction, deviation, both(judged, perhaps_below))
         known = own.seconds > self.tuning.shortest_learning - 0.5 * self.sample_time
         ratio = where(known, friction / where(known, own.level, 1.0), 1.0)
         sums, relative, absolute = self._alarms(state.sums, own, where(known, friction, 0.0), cautious, judged)
@@ -161,7 +179,7 @@ class FrictionVerdict:
             since=where(both(alarmed, negated(suspect)), since, -1.0),
             kind=onset.decisive,
             magnitude=friction,
-            deviation=sample.friction_deviation,
+            deviation=self._with_gain(friction, sample.friction_deviation),
             evidence=rising,
         )
         return self.State(own, sums, onset, figures), JudgedFriction(
@@ -230,10 +248,28 @@ class FrictionVerdict:
         )
         return figures._replace(**counted, unfit_seconds=where(enabled, unfit, figures.unfit_seconds))
 
-    def _cautious(self, friction: Scalar, deviation: Scalar) -> Scalar:
-        """Friction less its margin (errors of torque gain and estimate), for the absolute limits."""
+    @property
+    def margin(self) -> float:
+        """Standard deviations of gain and estimate by which friction must exceed an absolute limit [-].
+
+        Beside a given baseline, whose ratio contains no gain, only what surely exceeds a limit counts.
+        """
+        return self.tuning.confidence if self.learnt_level is None else REACH
+
+    @property
+    def _limit_spread(self) -> float:
+        """Standard deviation of the limits that is part of the margin [N*m]; only beside a given baseline."""
+        return 0.0 if self.learnt_level is None else self.limit_deviation
+
+    def _less_margin(self, friction: Scalar, deviation: Scalar, reach: float, limit_spread: float) -> Scalar:
+        """Friction less its margin: errors of torque gain and estimate, and of the limit."""
+        spread = self._with_gain(friction, deviation)
+        return friction - reach * sqrt(spread * spread + limit_spread * limit_spread)
+
+    def _with_gain(self, friction: Scalar, deviation: Scalar) -> Scalar:
+        """Standard deviation of friction with the error of the torques' common gain, which scales it."""
         gain = self.tuning.gain_deviation * friction
-        return friction - self.tuning.confidence * sqrt(deviation * deviation + gain * gain)
+        return sqrt(deviation * deviation + gain * gain)
 
     def acts_from(self, limit: float, deviation: float) -> float:
         """Friction from which an absolute limit acts: the limit plus its margin.
@@ -245,9 +281,9 @@ class FrictionVerdict:
         Returns:
             the friction [N*m] that equals the limit after its margin is subtracted
         """
-        share = 1.0 - (self.tuning.confidence * self.tuning.gain_deviation) ** 2
+        share = 1.0 - (self.margin * self.tuning.gain_deviation) ** 2
         # Solves friction - margin(friction) = limit, a quadratic since the gain error scales with friction.
-        own = (self.tuning.confidence * deviation) ** 2
+        own = self.margin**2 * (deviation * deviation + self._limit_spread**2)
         return (limit + math.sqrt(limit * limit - share * (limit * limit - own))) / share
 
     def relative_level(self, level: Scalar) -> Scalar:
@@ -260,7 +296,7 @@ class FrictionVerdict:
         Args:
             own: baseline so far
             friction, deviation: friction and its standard deviation in this sample [N*m]
-            fault_free: whether friction is judged and below the absolute limit
+            fault_free: whether friction is judged and may lie below the absolute limit
         """
         tuning = self.tuning
         unsuspicious = either(

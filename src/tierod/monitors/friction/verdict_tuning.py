@@ -19,7 +19,8 @@ class AlarmTuning:
             the estimate (1 to 2 % over a drive, simulated) and ends after six minutes of mixed driving
         shortest_learning: learning time after which the ratio is used [s]; one time constant of the estimator
         learning_tolerance: excess of friction over the learnt level, as a share, above which nothing is learnt [-];
-            twice what fault-free drives with scatter reached. Nor is anything learnt above the limit of rising friction
+            twice what fault-free drives with scatter reached. Nor is anything learnt surely above the limit of rising
+            friction
         rising_ratio, fault_ratio: limits of friction over the baseline [-]; 1.2 and 1.6. Fault-free drives with scatter
             stayed within 0.96 to 1.05
         wander: standard deviation of a fault-free car's estimate about its baseline, as a share of it [-]; the unit of
@@ -30,7 +31,8 @@ class AlarmTuning:
             `RISING_DESIGN` for its cost
         ceiling: upper bound of that integral [s], so that an alarm ends soon after friction has fallen
         gain_deviation: standard deviation of the common torque gain, relative [-]; two torques of 10 % each, the
-            motor with the larger share. An absolute limit must be exceeded by `confidence` times it
+            motor with the larger share. It is part of the standard deviation of friction, and an absolute limit must be
+            exceeded by `confidence` times it; `torque_gain_deviation` of a vehicle file replaces it
         confidence: standard deviations by which friction must exceed an absolute limit, and by which a given baseline
             is raised [-]. With 1, and limits 1.2 times nominal, one fault-free car in 14 000 is "rising" at a gain
             deviation of 8 %

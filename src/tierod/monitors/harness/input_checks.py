@@ -73,12 +73,14 @@ class InputChecks:
         named = contradicted(with_defects(conclusion.finding, defects, self.monitor), contradictions, self.monitor)
         finding = self.judged.limited(named, self.monitor.title, self.monitor.reaction, self.stuck.lasting())
         course = conclusion.course
+        unchanged = finding.status is conclusion.finding.status
         if finding.status is not named.status and self.judged.last is not None:
             course = (*course, StatusChange(self.judged.last, finding.status))
         return dataclasses.replace(
             conclusion,
             finding=dataclasses.replace(finding, evidence={**finding.evidence, **self.judged.evidence()}),
-            baseline=conclusion.baseline if finding.status is conclusion.finding.status else None,
+            baseline=conclusion.baseline if unchanged else None,
+            unproven=conclusion.unproven if unchanged else None,
             course=course,
         )
 

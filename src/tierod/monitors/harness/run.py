@@ -106,6 +106,7 @@ class Run:
         self._digest = SampleDigest(_common(monitor)) if memory else None
         self.kept = kept
         self.learnt: Baseline | None = None
+        self.unproven: Baseline | None = None
         self.course: tuple[StatusChange, ...] = ()
         self.code_courses: Mapping[str, tuple[StatusChange, ...]] = {}
         self._inputs = InputChecks(monitor, self.session.signals)
@@ -268,6 +269,7 @@ class Run:
         concluded, effects = self._concluded()
         conclusion = self._inputs.limited(concluded, contradictions)
         self.learnt, self.course = conclusion.baseline, conclusion.course
+        self.unproven = conclusion.unproven if self._uncertain is not None else None
         self.code_courses = conclusion.code_courses
         diagnosis = dataclasses.replace(self._diagnosis(conclusion, contradictions, command), parameter_effects=effects)
         if self._uncertain is None:
@@ -283,7 +285,7 @@ class Run:
         if self._uncertain is None:
             return conclusion, ()
         outcome = None if self._spread is None else self._spread.conclude()
-        found = with_parameter_spread(conclusion, outcome, self._uncertain.vehicle, self._may_turn)
+        found = with_parameter_spread(conclusion, outcome, self._uncertain.vehicle, self._may_turn, self.monitor.learns)
         note = in_words(self._uncertain.vehicle, self._uncertain.of_class)
         remarks = {**found.conclusion.remarks, **({"parameters": f"{note}."} if note else {})}
         return dataclasses.replace(found.conclusion, remarks=remarks), found.effects

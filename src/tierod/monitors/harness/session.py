@@ -41,6 +41,7 @@ class Conclusion:
         consistency: statistics of the innovations by name
         parameters: rows (name, value, unit, standard deviation, source) of the monitor's own tuning
         baseline: estimates that may be stored as the fault-free baseline of this vehicle; None without any
+        unproven: the same of a verdict that depends on guesses; stored only where the user knows the vehicle fault-free
         remarks: notes on parts of the report: "estimate" or "consistency" -> a sentence or two
         withheld: names of traces that a report must not show, since their value was withheld
         course: changes of the running verdict; empty for a monitor that judges a recording as a whole
@@ -56,6 +57,7 @@ class Conclusion:
     consistency: Mapping[str, float] = field(default_factory=dict)
     parameters: tuple[tuple[str, float, str, float | None, str], ...] = ()
     baseline: Baseline | None = None
+    unproven: Baseline | None = None
     remarks: Mapping[str, str] = field(default_factory=dict)
     withheld: tuple[str, ...] = ()
     course: tuple[StatusChange, ...] = ()

@@ -67,6 +67,9 @@ def test_a_healthy_car_within_the_spread_turns_a_fault():
     assert found.status is Status.HEALTHY
 
 
+GAIN = "torque_gain_deviation"
+
+
 def with_limit(deviation: float) -> Vehicle:
     car = load("midsize-eps")
     limit = dataclasses.replace(car.parameters["rising_friction"], value=4.8, standard_deviation=deviation)
@@ -75,7 +78,7 @@ def with_limit(deviation: float) -> Vehicle:
 
 def by_limit(status: Status, value: float) -> Finding:
     limits = ("rising_friction",) if status is Status.RISING else ()
-    estimate = Estimate("friction", value, 0.1, "N*m", {"rising": 5.2}, limits)
+    estimate = Estimate("friction", value, 0.1, "N*m", {"rising": 5.2}, limits, {GAIN: 0.08 * value})
     return Finding("friction", status, "friction.", estimate=estimate)
 
 
@@ -84,7 +87,7 @@ def test_the_deviation_of_a_limit_turns_an_alarm_that_rests_on_it(deviation, tur
     found = turn_by_estimate(by_limit(Status.RISING, 6.5), 0.0, (), with_limit(deviation))
     assert (found is not None) is turns
     if found is not None:
-        assert (found.status, found.names) == (Status.HEALTHY, ("rising_friction",))
+        assert (found.status, found.names) == (Status.HEALTHY, ("rising_friction", GAIN))
 
 
 def test_a_healthy_car_of_a_class_with_uncertain_limits_stays_healthy():
@@ -97,4 +100,4 @@ def test_limit_and_parameters_count_together():
     assert turn_by_estimate(alarm, 0.25, moves, with_limit(0.0)) is None
     found = turn_by_estimate(alarm, 0.25, moves, with_limit(0.6))
     assert found is not None
-    assert found.names == ("rising_friction", "motor_ratio")
+    assert found.names == ("rising_friction", GAIN, "motor_ratio")

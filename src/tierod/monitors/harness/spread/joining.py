@@ -11,6 +11,7 @@ from typing import NamedTuple
 from tierod.core.findings import Estimate, Finding, ParameterEffect
 from tierod.core.shown import shown
 from tierod.monitors.harness.session import Conclusion
+from tierod.monitors.harness.spread.advice import baseline_command, first_to_measure
 from tierod.monitors.harness.spread.effects import Effects, effects
 from tierod.monitors.harness.spread.parameter_spread import Outcome
 from tierod.monitors.harness.spread.turning import most_important, turn, turn_by_estimate, turned
@@ -32,7 +33,9 @@ class Joined(NamedTuple):
     effects: tuple[ParameterEffect, ...]
 
 
-def joined(conclusion: Conclusion, outcome: Outcome | None, vehicle: Vehicle, may_turn: bool) -> Joined:
+def joined(
+    conclusion: Conclusion, outcome: Outcome | None, vehicle: Vehicle, may_turn: bool, learns: bool = False
+) -> Joined:
     """Conclusion for a vehicle whose parameters are uncertain.
 
     Args:
@@ -41,36 +44,43 @@ def joined(conclusion: Conclusion, outcome: Outcome | None, vehicle: Vehicle, ma
         vehicle: vehicle with the standard deviations of its parameters
         may_turn: whether the verdict depends on the parameters; with a baseline it does not, since the baseline has the
             same errors
+        learns: whether the monitor learns a baseline, which would then decide
     """
     found = Effects(0.0, ()) if outcome is None else effects(outcome, conclusion.finding.estimate, vehicle)
     moves = outcome if found.each else None
-    if moves is not None:
-        conclusion = _with_effects(conclusion, moves, found, vehicle)
     turning = turn(conclusion, moves) if moves is not None and may_turn else None
     if turning is None:
         rests = found if may_turn else Effects(0.0, ())
         turning = turn_by_estimate(conclusion.finding, rests.variance, rests.each, vehicle)
-    return Joined(conclusion if turning is None else turned(conclusion, turning, vehicle), found.each)
+    if moves is not None:
+        conclusion = _with_effects(conclusion, moves, found, vehicle, advising=turning is None)
+    if turning is None:
+        return Joined(replace(conclusion, unproven=None), found.each)
+    baseline = baseline_command(conclusion.finding.monitor, vehicle) if learns and may_turn else ""
+    return Joined(turned(conclusion, turning, vehicle, baseline), found.each)
 
 
-def _with_effects(conclusion: Conclusion, outcome: Outcome, found: Effects, vehicle: Vehicle) -> Conclusion:
+def _with_effects(
+    conclusion: Conclusion, outcome: Outcome, found: Effects, vehicle: Vehicle, advising: bool
+) -> Conclusion:
     """Conclusion with the standard deviation of its estimate widened by the parameters."""
     finding = conclusion.finding
     if finding.estimate is not None:
-        finding = _wider(finding, finding.estimate, found, vehicle)
+        finding = _wider(finding, finding.estimate, found, vehicle, advising)
     if outcome.held is not None and "truth_within_band_share" in finding.evidence:
         finding = replace(finding, evidence={**finding.evidence, "truth_within_wider_band_share": outcome.held})
     return replace(conclusion, finding=finding, remarks=_remarks(conclusion.remarks, found))
 
 
-def _wider(finding: Finding, estimate: Estimate, found: Effects, vehicle: Vehicle) -> Finding:
+def _wider(finding: Finding, estimate: Estimate, found: Effects, vehicle: Vehicle, advising: bool) -> Finding:
     """Finding with the standard deviation of parameters and estimator together."""
     own = estimate.standard_deviation
     deviation = math.sqrt(own**2 + found.variance)
     share = found.variance / deviation**2 if deviation > 0.0 else 0.0
     headline = restated(finding.headline, own, deviation, estimate.unit)
-    if share > DOMINANT:
-        headline = f"{headline} {most_important(found.each[0], vehicle)}."
+    first = first_to_measure(found.each)
+    if share > DOMINANT and first is not None:
+        headline = f"{headline} {most_important(first, vehicle)}{'; measure it first' if advising else ''}."
     return replace(
         finding,
         headline=headline,

@@ -7,9 +7,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
-from tierod.core.findings import CONSISTENT, INCONSISTENT, Element, Finding, ParameterEffect, Status
+from tierod.core.findings import CONSISTENT, INCONSISTENT, Element, Estimate, Finding, ParameterEffect, Status
 from tierod.core.shown import shown, written
 from tierod.monitors.harness.session import Conclusion
+from tierod.monitors.harness.spread.advice import cure, in_words
 from tierod.monitors.harness.spread.carried import REACH
 from tierod.monitors.harness.spread.parameter_spread import Outcome
 from tierod.monitors.harness.spread.points import Concluded
@@ -68,9 +69,9 @@ def turn_by_estimate(
 ) -> Turn | None:
     """Turn of a verdict by its estimate alone: two standard deviations of the parameters reach across the lowest limit.
 
-    A limit of the vehicle file with a standard deviation of its own, such as that of a class of cars, adds its variance
-    for an alarm that rests on it. For a healthy verdict it is ignored: otherwise a car that is typical of its class
-    could never be healthy.
+    For an alarm that rests on a limit of the vehicle file, the variance of that limit, such as that of a class of cars,
+    and the assumptions on the sensors are added, and the limit counts without the margin from which it acts. For a
+    healthy verdict both are ignored: otherwise a car that is typical of its class could never be healthy.
 
     Args:
         finding: finding for the unperturbed vehicle
@@ -83,9 +84,12 @@ def turn_by_estimate(
     if estimate is None or not limits:
         return None
     parts, lowest = {each.name: each.effect**2 for each in effects}, min(limits)
-    if finding.status in ALARMS:
-        own = {name: (vehicle.parameters[name].standard_deviation or 0.0) ** 2 for name in estimate.limits}
+    if finding.status in ALARMS and estimate.limits:
+        behind = [vehicle.parameters[name] for name in estimate.limits]
+        own = {each.name: (each.standard_deviation or 0.0) ** 2 for each in behind}
+        own |= {name: size**2 for name, size in estimate.assumed.items()}
         parts, variance = parts | own, variance + sum(own.values())
+        lowest = min(each.value for each in behind)
     reach, names = REACH * math.sqrt(variance), _enough(parts)
     if finding.status is Status.HEALTHY and estimate.value + reach > lowest > estimate.value:
         return Turn(Status.FAULT if len(limits) == 1 else Status.RISING, names, ())
@@ -131,21 +135,23 @@ def _enough(parts: Mapping[str, float]) -> tuple[str, ...]:
     return tuple(names)
 
 
-def turned(conclusion: Conclusion, found: Turn, vehicle: Vehicle) -> Conclusion:
+def turned(conclusion: Conclusion, found: Turn, vehicle: Vehicle, baseline: str = "") -> Conclusion:
     """Conclusion with a verdict that turns: an alarm becomes suspect, healthy becomes not identifiable.
 
     Args:
         conclusion: conclusion for the unperturbed vehicle
         found: verdict for the vehicle within the spread
         vehicle: vehicle with the standard deviations of its parameters
+        baseline: command that learns a baseline, which would decide; "" where the monitor uses none
     """
     finding = conclusion.finding
     alarm = finding.status in ALARMS
     names = in_words(found.names)
-    given = "; ".join(spread_of(vehicle, name) for name in found.names)
+    given = "; ".join(_spread_in_words(vehicle, name, finding.estimate) for name in found.names)
+    assumed = [name for name in found.names if finding.estimate is not None and name in finding.estimate.assumed]
     other = _as_found(found, finding.confirmed is not None)
     cause = f"the verdict depends on parameters of the vehicle file: within their spread ({given}) it is {other}"
-    action = f"measure {names} first, enter value and standard_deviation in the vehicle file, and judge again"
+    action = cure(found.names, assumed, baseline)
     status = Status.SUSPECT if alarm else Status.NOT_IDENTIFIABLE
     headline = finding.headline.replace(f": {finding.status},", f": {status},", 1)
     it = "it" if len(found.names) == 1 else "them"
@@ -156,12 +162,13 @@ def turned(conclusion: Conclusion, found: Turn, vehicle: Vehicle) -> Conclusion:
         headline=f"{headline} But {names} {_decide(found.names)} the verdict: {as_given}within the spread this is "
         f"{other}.",
     )
-    # A verdict that is not robust must neither become a baseline nor enter the courses of a fault memory.
+    # A verdict that is not robust must neither become a baseline by itself nor enter the courses of a fault memory.
     return replace(
         conclusion,
         finding=finding,
         elements=_doubted(conclusion.elements, found.elements),
         baseline=None,
+        unproven=conclusion.baseline or conclusion.unproven,
         course=(),
         code_courses={},
     )
@@ -188,13 +195,11 @@ def _decide(names: tuple[str, ...]) -> str:
     return "decides" if len(names) == 1 else "decide"
 
 
-def in_words(names: tuple[str, ...]) -> str:
-    """Names of parameters as part of a sentence.
-
-    Args:
-        names: names, at least one
-    """
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
+def _spread_in_words(vehicle: Vehicle, name: str, estimate: Estimate | None) -> str:
+    """Parameter with its standard deviation, or an assumption with the share of the estimate that it makes up."""
+    if estimate is not None and name in estimate.assumed:
+        return f"{name} {estimate.assumed[name] / abs(estimate.value):.2g}"
+    return spread_of(vehicle, name)
 
 
 def spread_of(vehicle: Vehicle, name: str) -> str:
@@ -209,13 +214,13 @@ def spread_of(vehicle: Vehicle, name: str) -> str:
 
 
 def most_important(each: ParameterEffect, vehicle: Vehicle) -> str:
-    """Half-sentence on the parameter with the largest effect on the result.
+    """Half-sentence on the effect of a parameter on the result.
 
     Args:
         each: effect of the parameter
         vehicle: vehicle with the parameter
     """
-    return f"{spread_of(vehicle, each.name)} shifts it by {moves_by(each)}; measure it first"
+    return f"{spread_of(vehicle, each.name)} shifts it by {moves_by(each)}"
 
 
 def moves_by(each: ParameterEffect) -> str:

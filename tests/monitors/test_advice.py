@@ -1,0 +1,128 @@
+"""The advice of a finding can be followed, and the verdict then changes."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from pathlib import Path
+
+import pytest
+
+from tierod.cli import main
+from tierod.core.findings import Diagnosis, Status
+from tierod.core.recording import Recording
+from tierod.io.writers import write
+from tierod.monitors.diagnose import diagnose
+from tierod.proving_ground import drive
+from tierod.vehicles import Vehicle, load
+
+GAIN = 1.4
+"""Factor on both torques of this car, so that its fault-free friction lies above the limit of the vehicle file."""
+
+
+def scaled(recording: Recording, factor: float = GAIN) -> Recording:
+    torques = (recording["driver_torque"], recording["motor_torque"])
+    return recording.with_channels([dataclasses.replace(each, values=factor * each.values) for each in torques])
+
+
+@pytest.fixture(scope="module")
+def fault_free() -> Recording:
+    return drive(minutes=5.0, friction=4.0, seed=31)
+
+
+@pytest.fixture(scope="module")
+def risen() -> Recording:
+    return drive(minutes=5.0, friction=6.5, seed=32)
+
+
+def guessed(name: str, deviation: float) -> Vehicle:
+    car = load("midsize-eps")
+    parameter = dataclasses.replace(car.parameters[name], standard_deviation=deviation)
+    return dataclasses.replace(car, parameters={**car.parameters, name: parameter})
+
+
+def measured(car: Vehicle, action: str) -> Vehicle:
+    """The car after the parameters that an action names were measured."""
+    (named,) = re.findall(r"measure (.*?) first", action)
+    names = re.split(r", | and ", named)
+    assert all(name in car.parameters for name in names)
+    known = {name: dataclasses.replace(car.parameters[name], standard_deviation=0.0) for name in names}
+    return dataclasses.replace(car, parameters={**car.parameters, **known})
+
+
+def told(diagnosis: Diagnosis) -> str:
+    finding = diagnosis.findings[0]
+    return " ".join((finding.headline, finding.cause, finding.action, *finding.warnings)).lower()
+
+
+def command_of(action: str, recording: Path) -> list[str]:
+    """Arguments of the command that an action names, for a recording."""
+    (command,) = re.findall(r"'tierod (diagnose [^']*)'", action)
+    return [str(recording) if each == "FAULT_FREE_DRIVE" else each for each in command.split()]
+
+
+def file_of(car: Vehicle, folder: Path, name: str, deviation: float) -> Path:
+    """File of a shipped car with another standard deviation of one parameter."""
+    lines = car.path.read_text(encoding="utf-8").splitlines()
+    at = lines.index(f"[parameters.{name}]")
+    lines.insert(at + 3, f"standard_deviation = {deviation}")
+    path = folder / "own.toml"
+    path.write_text("\n".join(lines), encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("limit_deviation", [0.0, 1.2])
+def test_a_baseline_decides_a_verdict_that_rests_on_a_guessed_limit(
+    fault_free, risen, tmp_path, monkeypatch, limit_deviation
+):
+    monkeypatch.chdir(tmp_path)
+    car = file_of(load("midsize-eps"), tmp_path, "rising_friction", limit_deviation)
+    paths = {}
+    for name, recording in (("own", fault_free), ("risen", risen)):
+        paths[name] = tmp_path / f"{name}.parquet"
+        write(scaled(recording), paths[name])
+    doubted = diagnose(paths["own"], car, "friction")
+    assert doubted.findings[0].status is Status.SUSPECT
+    action = doubted.findings[0].action
+    assert action.startswith("give a fault-free drive of this car as baseline: 'tierod diagnose")
+    assert "measure rising_friction" not in told(doubted)
+
+    assert main([*command_of(action, paths["own"]), "--no-report"]) == 1
+    assert Path("my-car.json").exists()
+    given = ["--vehicle", str(car), "--monitor", "friction", "--baseline", "my-car.json", "--no-report"]
+    assert main(["diagnose", str(paths["own"]), *given]) == 0
+    assert main(["diagnose", str(paths["risen"]), *given]) == 1
+    found = diagnose(paths["risen"], car, "friction", baseline="my-car.json").findings[0]
+    assert found.status in (Status.RISING, Status.FAULT)
+
+
+def test_without_the_users_word_no_doubtful_level_is_stored(fault_free, tmp_path):
+    kept = diagnose(scaled(fault_free), "midsize-eps", "friction", baseline=tmp_path / "car.json")
+    assert not (tmp_path / "car.json").exists()
+    assert "--fault-free" in kept.remarks["baseline"]
+
+
+def test_a_level_far_above_the_limit_is_not_stored_on_any_word(risen, tmp_path):
+    kept = diagnose(scaled(risen), "midsize-eps", "friction", baseline=tmp_path / "car.json", fault_free=True)
+    assert kept.findings[0].status in (Status.RISING, Status.FAULT)
+    assert not (tmp_path / "car.json").exists()
+
+
+def test_a_word_without_a_file_is_refused(tmp_path):
+    assert main(["diagnose", str(tmp_path / "none.parquet"), "--vehicle", "midsize-eps", "--fault-free"]) == 3
+
+
+def test_measuring_what_friction_names_decides(fault_free):
+    car = guessed("motor_ratio", 4.0)
+    found = diagnose(fault_free, car, "friction")
+    assert found.findings[0].status is Status.NOT_IDENTIFIABLE
+    assert "or measure motor_ratio first" in found.findings[0].action
+    after = diagnose(fault_free, measured(car, found.findings[0].action), "friction")
+    assert after.findings[0].status is Status.HEALTHY
+
+
+def test_a_longer_recording_gives_a_verdict(fault_free):
+    short = diagnose(fault_free.slice(0.0, 60.0), "midsize-eps", "friction").findings[0]
+    assert short.status in (Status.NOT_READY, Status.NOT_ENABLED)
+    assert "record longer" in short.action
+    assert diagnose(fault_free, "midsize-eps", "friction").findings[0].status is Status.HEALTHY
