@@ -83,7 +83,7 @@ def simulated_frames(folder: Path, scenario: str, seconds: float, seed: int) -> 
     """The frames of a drive of a virtual car, by the calendar."""
     import tierod
     from tierod.io.writers import write
-    from tierod.live.replay import encoded
+    from tierod.live.encoding import encoded
 
     write(tierod.simulate(scenario, seconds=seconds, seed=seed).recording, folder / "simulated.parquet")
     found = encoded(folder / "simulated.parquet", messages(folder), None)
@@ -93,7 +93,7 @@ def simulated_frames(folder: Path, scenario: str, seconds: float, seed: int) -> 
 def frames_of_drive(folder: Path, seconds: float = 12.0) -> list[Frame]:
     """The frames of that drive, by the calendar."""
     from tierod.io.writers import write
-    from tierod.live.replay import encoded
+    from tierod.live.encoding import encoded
 
     write(drive(seconds), folder / "drive.parquet")
     found = encoded(folder / "drive.parquet", messages(folder), None)

@@ -149,3 +149,14 @@ def test_replay_refuses_in_one_sentence(tmp_path, capsys):
     refused(capsys, ["replay", tmp_path / "drive.parquet", *BUS, "--loss", "2"], "--loss is a share between 0 and 1")
     refused(capsys, ["replay", tmp_path / "drive.parquet", *BUS], "has no signal of the databases")
     refused(capsys, ["replay", tmp_path / "none.mf4", *BUS], "there is no file")
+    dbc = ["--dbc", database_file(tmp_path), "--speed", "0"]
+    (tmp_path / "bare.csv").write_text("time,yaw_rate\n" + "".join(f"{k / 100},{k}\n" for k in range(50)))
+    refused(
+        capsys, ["replay", tmp_path / "bare.csv", *BUS, *dbc], "'yaw_rate' has no unit, and ESP.yaw_rate is sent in"
+    )
+    (tmp_path / "gaps.csv").write_text(
+        "time,yaw_rate [rad/s],vehicle_speed [m/s]\n" + "".join(f"{k / 100},{k if k % 2 else ''},\n" for k in range(50))
+    )
+    refused(
+        capsys, ["replay", tmp_path / "gaps.csv", *BUS, *dbc], "nothing can be sent: 25 frames were not sent, since"
+    )

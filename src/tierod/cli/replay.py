@@ -36,11 +36,12 @@ def replay(
     import itertools
 
     from tierod.cli.terminal import print_remark
-    from tierod.core.errors import ParameterError
+    from tierod.core.errors import InputError, ParameterError
     from tierod.io.readers.dbc import load_databases
     from tierod.io.readers.opening import shipped
     from tierod.io.readers.streaming import loaded_map
     from tierod.live.buses import Address, open_bus
+    from tierod.live.encoding import Differences
     from tierod.live.options import interface_options
     from tierod.live.replay import Disturbance, Played, disturbed, frames_of_file, play
 
@@ -52,9 +53,14 @@ def replay(
             raise ParameterError(f"{name} needs a number from 0 on, not {value:g}")
     options = interface_options(interface_option or [], len(channel))
     database = load_databases([shipped(each, ".dbc") for each in dbc]) if dbc else []
-    frames = frames_of_file(recording, database, loaded_map(channel_map))
+    differences = Differences()
+    frames = frames_of_file(recording, database, loaded_map(channel_map), differences)
     # Reads the first frame, so that an unreadable recording is refused before a bus is opened.
-    frames = itertools.chain([next(frames)], frames)
+    first = next(frames, None)
+    if first is None:
+        why = "; ".join(differences.sentences()) or "it holds no frame"
+        raise InputError(f"{recording}: nothing can be sent: {why}; give a recording that has the signals at one time")
+    frames = itertools.chain([first], frames)
     addresses = [Address(interface, each, None, fd, own) for each, own in zip(channel, options, strict=True)]
     buses, played = [open_bus(each) for each in addresses], Played()
     try:
@@ -69,6 +75,8 @@ def replay(
     finally:
         for bus in buses:
             bus.shutdown()
+    for sentence in differences.sentences():
+        print_remark(sentence)
     _print(played, as_json)
 
 

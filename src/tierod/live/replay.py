@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-import contextlib
 import heapq
 import random
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
-from tierod.core.errors import InputError
 from tierod.io.readers.channel_map import ChannelMap
 from tierod.io.readers.frames import EXTENDED
 from tierod.io.readers.log import InOrder, Log
-from tierod.io.readers.opening import frames_in, open_source
-from tierod.io.readers.source import Column
-from tierod.io.readers.streaming import Reading
+from tierod.io.readers.opening import frames_in
+from tierod.live.encoding import Differences, encoded
 from tierod.live.frame import Frame
 
 if TYPE_CHECKING:
@@ -65,21 +62,24 @@ class Played:
     failed: int = 0
 
 
-def frames_of_file(path: Path, database: Sequence[Message], channel_map: ChannelMap | None) -> Iterator[Frame]:
+def frames_of_file(
+    path: Path, database: Sequence[Message], channel_map: ChannelMap | None, differences: Differences | None = None
+) -> Iterator[Frame]:
     """Frames of a bus log, or frames that carry the signals of another recording, in the order of time from 0 on.
 
     Args:
         path: path of the recording
         database: messages by which signals are encoded; not needed for a bus log
         channel_map: assignment of canonical signals to signals of the databases
+        differences: counts what frames made from signals do not carry
 
     Raises:
-        InputError: the recording cannot be read, or holds no signal of the databases
+        InputError: the recording cannot be read, or `encoded` refuses it
     """
     log = frames_in(path)
     if log is not None:
         return _of_log(log)
-    return encoded(path, database, channel_map)
+    return encoded(path, database, channel_map, differences)
 
 
 def _of_log(log: Log) -> Iterator[Frame]:
@@ -92,116 +92,6 @@ def _of_log(log: Log) -> Iterator[Frame]:
         )  # fmt: skip
         for stamp, identifier, bus, payload, length in rows:
             yield Frame(stamp, identifier, bus + 1, payload[:length].tobytes())
-
-
-def encoded(path: Path, database: Sequence[Message], channel_map: ChannelMap | None) -> Iterator[Frame]:
-    """Frames of a recording's signals; a message is sent at each sample of its fastest signal, the others are held.
-
-    Args:
-        path: path of the recording, with columns of the databases or canonical signals
-        database: messages of the databases
-        channel_map: channel map of the vehicle, whose sign, factor and offset are inverted
-
-    Raises:
-        InputError: the recording holds no signal of the databases
-    """
-    from tierod.io.conversion import as_found
-
-    source, kind = open_source(path)
-    columns = {column.name: column for column in source.columns} | {column.title: column for column in source.columns}
-    found = {message.name: wiring for message in database if (wiring := _wired(message, columns, channel_map))}
-    if not found:
-        raise InputError(
-            f"{path} has no signal of the databases; give columns called Message.Signal, or a channel map with --map "
-            "that assigns signals of the DBC to canonical names"
-        )
-    by_name = {message.name: message for message in database}
-    first = None
-    for piece in Reading(path, source, kind, as_found(source)).slices(10.0):
-        queued: list[Iterator[Frame]] = [_sent(by_name[name], wiring, piece) for name, wiring in found.items()]
-        for frame in heapq.merge(*queued):
-            first = frame.time if first is None else first
-            yield frame._replace(time=frame.time - first)
-
-
-Wiring = dict[str, tuple[str, Callable[[float], float]]]
-"""By signal of a message: its source channel, and the conversion of a value of that channel."""
-
-
-def _wired(message: Message, columns: Mapping[str, Column], channel_map: ChannelMap | None) -> Wiring:
-    wiring: Wiring = {}
-    for item in message.signals:
-        for name in (f"{message.name}.{item.name}", item.name):
-            if name in columns:
-                wiring[item.name] = (columns[name].name, float)
-                break
-        else:
-            inverse = _inverse(f"{message.name}.{item.name}", item.unit or "", columns, channel_map)
-            if inverse is not None:
-                wiring[item.name] = inverse
-    return wiring
-
-
-def _inverse(
-    name: str, unit: str, columns: Mapping[str, Column], channel_map: ChannelMap | None
-) -> tuple[str, Callable[[float], float]] | None:
-    """The canonical channel that a map makes from this signal alone, and the inverse conversion."""
-    from tierod.core.units import scale
-
-    for canonical, entry in (channel_map.entries if channel_map else {}).items():
-        if entry.source != (name,) or canonical not in columns:
-            continue
-        written = entry.unit or unit
-        try:
-            own = columns[canonical].unit
-            back = scale(own, written) if written and own and written != own else None
-        except InputError:
-            continue
-        gain, offset = entry.sign * entry.factor, entry.offset
-
-        def raw(value: float, back: Any = back, gain: float = gain, offset: float = offset) -> float:
-            value = float(back(value)) if back is not None else value
-            return (value - offset) / gain
-
-        return columns[canonical].name, raw
-    return None
-
-
-def _sent(message: Message, wiring: Wiring, piece: Any) -> Iterator[Frame]:
-    import numpy as np
-    from cantools.database import EncodeError
-
-    channels = {name: piece.channels[column] for name, (column, _) in wiring.items() if column in piece.channels}
-    if not channels:
-        return
-    leader = max(channels.values(), key=lambda channel: len(channel.time))
-    identifier = message.frame_id | (EXTENDED if message.is_extended_frame else 0)
-    held = {}
-    for name, channel in channels.items():
-        at = np.maximum(np.searchsorted(channel.time, leader.time, side="right") - 1, 0)
-        held[name] = channel.values[at] if len(channel.values) else np.full(len(leader.time), np.nan)
-    rest = {item.name: _idle(item) for item in message.signals if item.name not in held}
-    for place, stamp in enumerate(leader.time.tolist()):
-        values = dict(rest)
-        for name, column in held.items():
-            item = message.get_signal_by_name(name)
-            value = wiring[name][1](float(column[place]))
-            values[name] = _within(item, value) if value == value else _idle(item)
-        with contextlib.suppress(EncodeError, OverflowError, ValueError):  # what it cannot represent is not sent
-            yield Frame(stamp, identifier, 1, message.encode(values, scaling=True, strict=False))
-
-
-def _idle(item: Any) -> float:
-    return float(item.offset) if not item.minimum or item.minimum <= item.offset else float(item.minimum)
-
-
-def _within(item: Any, value: float) -> float:
-    """The nearest value that the bits of a signal can represent."""
-    if item.is_float:
-        return value
-    low, high = (-(1 << item.length - 1), (1 << item.length - 1) - 1) if item.is_signed else (0, (1 << item.length) - 1)
-    raw = min(max(round((value - item.offset) / item.scale), low), high)
-    return float(raw * item.scale + item.offset)
 
 
 def disturbed(frames: Iterator[Frame], how: Disturbance, played: Played) -> Iterator[Frame]:
