@@ -18,7 +18,6 @@ from tierod.fleet.report_command import report
 from tierod.fleet.report_document import document, text
 from tierod.fleet.report_page import render
 from tierod.fleet.schema import findings, ledger
-from tierod.fleet.standing import standings
 from tierod.fleet.trends import Design
 from tierod.fleet.virtual import FleetFile, drawn
 from tierod.fleet.virtual_ageing import SECONDS_PER_DAY, Ageing, Linear
@@ -68,10 +67,11 @@ def test_the_document_fits_its_schema_and_names_the_worst_first(found):
     jsonschema.validate(content, SCHEMA)
     assert content["vehicles"] == 50
     assert content["recordings"] == {"failed": 2, "judged": 1500}
-    changed = [car for car in content["cars"] if car["reasons"][0]["trend"]["alarmed"]]
+    trends = [reason for car in content["cars"] for reason in car["reasons"] if "judged drives" not in reason["text"]]
+    changed = [reason for reason in trends if reason["trend"]["alarmed"]]
     assert len(changed) == 2
     assert [car["rank"] for car in content["cars"]] == list(range(1, len(content["cars"]) + 1))
-    best = changed[0]["reasons"][0]
+    best = changed[0]
     assert best["trend"]["change"]["kind"] == "ramp"
     assert best["trend"]["change"]["size"][0] == pytest.approx(0.02, rel=0.1)
     assert best["drives"][0]["start"] > best["drives"][1]["start"]
@@ -124,19 +124,6 @@ def test_empty_results_say_so():
     jsonschema.validate(json.loads(text(empty)), SCHEMA)
 
 
-def test_faults_that_keep_coming_back_stand_and_single_ones_do_not():
-    rows = [
-        *sensor("a", ["healthy", "fault", "fault"]),
-        *sensor("b", ["fault", "healthy", "healthy", "not enabled"]),
-        *sensor("c", ["fault"]),
-        *sensor("d", ["fault", "fault", "healthy", "healthy", "healthy"]),
-        *sensor("e", ["not enabled"]),
-    ]
-    found = standings(made(rows))
-    assert [(each.vehicle, each.faults, each.of) for each in found] == [("a", 2, 3), ("c", 1, 1)]
-    assert found[0].rows == (1, 2)
-
-
 def test_a_standing_fault_comes_before_all_else_and_has_drives():
     rows = sensor("car 7", ["fault"] * 3)
     found = worked_out(made(rows), ledger().empty_table(), Design())
@@ -168,12 +155,6 @@ def test_a_car_without_a_verdict_is_not_one_without_a_fault(tmp_path, monkeypatc
     )
     assert "No car of 2 needs a look" in render(whole)
     assert whole.remarks == ("friction: no verdict on 2 of 2 cars (not identifiable)",)
-    doubted = worked_out(
-        made(sensor("a", ["healthy", "suspect"]) + sensor("a", ["suspect"], "rack")), ledger().empty_table(), Design()
-    )
-    assert "No car of 1 needs a look" in render(doubted)
-    (remark,) = doubted.remarks
-    assert remark.startswith("condition: suspect on 1 drive of 1 car; the findings hold the cause")
 
 
 def test_one_finding_without_a_date_is_named_in_the_singular():

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-from tierod.core.findings import Status
-from tierod.fleet.standing import JUDGED, LAST, OFTEN
+from tierod.fleet.standing import JUDGED
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -19,7 +17,7 @@ class Coverage(NamedTuple):
     Args:
         vehicles: number of cars with findings
         judged: number of these with a verdict of at least one monitor
-        remarks: monitors without a verdict on some of the cars that they examined, and why; suspect drives
+        remarks: monitors without a verdict on some of the cars that they examined, and why
     """
 
     vehicles: int
@@ -46,21 +44,7 @@ def coverage(findings: pa.Table) -> Coverage:
         f"{monitor}: no verdict on {count} of {looked[monitor]} cars ({_most(open_, monitor)})"
         for monitor, count in sorted(Counter(monitor for monitor, _ in open_).items())
     )
-    doubted = findings.filter(pc.equal(findings["status"], str(Status.SUSPECT)))
-    # A drive has one row per judged element, but counts once.
-    single = doubted.group_by(["monitor", "vehicle", "recording_name", "span"]).aggregate([])
-    drives = single.group_by("monitor").aggregate([("vehicle", "count"), ("vehicle", "count_distinct")]).to_pylist()
-    return Coverage(cars.num_rows, sum(cars["verdict_any"].to_pylist()), (*remarks, *_suspect(drives)))
-
-
-def _suspect(drives: list[dict[str, Any]]) -> Iterator[str]:
-    """Remarks on suspect drives, which put no car on the list: often the recording is at fault, as the cause states."""
-    for each in sorted(drives, key=lambda row: row["monitor"]):
-        count, cars = each["vehicle_count"], each["vehicle_count_distinct"]
-        yield (
-            f"{each['monitor']}: suspect on {count} drive{'s' * (count > 1)} of {cars} car{'s' * (cars > 1)}; the "
-            f"findings hold the cause; a car is listed only after a fault in {OFTEN} of its last {LAST} drives"
-        )
+    return Coverage(cars.num_rows, sum(cars["verdict_any"].to_pylist()), remarks)
 
 
 def _most(pairs: list[tuple[str, str]], monitor: str) -> str:

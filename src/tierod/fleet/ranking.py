@@ -9,7 +9,8 @@ from enum import IntEnum
 
 import numpy as np
 
-from tierod.fleet.standing import Standing
+from tierod.core.findings import Status
+from tierod.fleet.standing import JUDGED, Drive, Standing, counted
 from tierod.fleet.trends import Trends
 from tierod.methods.trends.change_evidence import RAMP
 
@@ -18,14 +19,16 @@ class Urgency(IntEnum):
     """Urgency of a car in the list; the lowest number comes first."""
 
     FAULT = 1
-    SOON = 2
-    CHANGED = 3
-    LISTED = 4
-    NEAR = 5
+    CONFIRM = 2
+    SOON = 3
+    CHANGED = 4
+    LISTED = 5
+    NEAR = 6
 
 
 WORDS = {
     Urgency.FAULT: "fault",
+    Urgency.CONFIRM: "to confirm",
     Urgency.SOON: "limit soon",
     Urgency.CHANGED: "changed",
     Urgency.LISTED: "probably changed",
@@ -34,6 +37,9 @@ WORDS = {
 
 SURE, POSSIBLE = 0.5, 0.05
 """Probability of reaching the limit soon from which a changed car is urgent, and from which any car is listed."""
+
+SHOWN = 2
+"""Number of reasons of a car in the list; its own section and the JSON document have all."""
 
 INSPECT = {
     "friction torque at the steering wheel axis": (
@@ -53,8 +59,9 @@ class Reason:
         urgency: urgency of the reason
         text: one sentence
         inspect: parts to inspect
-        trends: underlying trends, with the index of the car in them; None if it rests on verdicts
-        rows: rows of the underlying findings
+        trends: trends of the quantity, with the index of the car in them; None if it is not followed
+        rows: rows of the underlying findings, the newest first
+        to_confirm: drives that are not healthy, but not enough for a persistent fault
         weight: order among reasons of the same urgency, the largest first
     """
 
@@ -63,6 +70,7 @@ class Reason:
     inspect: str
     trends: tuple[Trends, int] | None = None
     rows: tuple[int, ...] = ()
+    to_confirm: tuple[Drive, ...] = ()
     weight: float = 0.0
 
 
@@ -83,17 +91,51 @@ class Ranked:
         """Urgency of the first reason."""
         return self.reasons[0].urgency
 
+    @property
+    def to_confirm(self) -> tuple[Status, ...]:
+        """Worst verdict of each drive that is to be confirmed; empty for a car in another state."""
+        if self.urgency is not Urgency.CONFIRM:
+            return ()
+        drives: dict[object, Status] = {}
+        for each in (drive for reason in self.reasons for drive in reason.to_confirm):
+            key = each.name or each.row
+            drives[key] = min(drives.get(key, each.status), each.status, key=JUDGED.index)
+        return tuple(drives.values())
+
+    @property
+    def state(self) -> str:
+        """State in words: "to confirm: 1 fault, 1 suspect"."""
+        word = WORDS[self.urgency]
+        return f"{word}: {counted(self.to_confirm)}" if self.to_confirm else word
+
+    @property
+    def why(self) -> str:
+        """The first reasons in words."""
+        return "; ".join(each.text for each in self.reasons[:SHOWN])
+
+    @property
+    def inspect(self) -> str:
+        """The parts or drives to inspect for these reasons."""
+        return "; ".join(dict.fromkeys(each.inspect for each in self.reasons[:SHOWN]))
+
 
 def ranked(trends: Sequence[Trends], standing: Iterable[Standing]) -> list[Ranked]:
     """All cars with a reason for an inspection, the worst first.
 
     Args:
         trends: trends of all quantities
-        standing: persistent faults
+        standing: verdicts of the last judged drives
     """
     reasons: dict[str, list[Reason]] = {}
+    followed = {
+        (vehicle, series.series.watched.monitor, series.series.watched.judged): (series, car)
+        for series in trends
+        for car, vehicle in enumerate(series.series.vehicles)
+    }
     for each in standing:
-        reasons.setdefault(each.vehicle, []).append(_of_standing(each))
+        if each.drives:
+            trend = followed.get((each.vehicle, each.monitor, each.judged))
+            reasons.setdefault(each.vehicle, []).append(_of_standing(each, trend))
     for series in trends:
         for car in np.flatnonzero(_named(series)):
             reasons.setdefault(series.series.vehicles[car], []).append(_of_trend(series, int(car)))
@@ -117,13 +159,22 @@ def _named(trends: Trends) -> np.ndarray:
     return np.asarray(trends.listed | np.isfinite(trends.alarmed) | near | beyond(trends))
 
 
-def _of_standing(each: Standing) -> Reason:
-    thing = each.judged or f"monitor {each.monitor}"
+def _of_standing(each: Standing, trend: tuple[Trends, int] | None) -> Reason:
+    rows = tuple(drive.row for drive in reversed(each.drives))
+    weight = sum(10.0 ** -JUDGED.index(drive.status) for drive in each.drives)
+    if not each.persistent:
+        listed = "; ".join(drive.text for drive in each.drives)
+        text = (
+            f"{each.subject}: to confirm: {counted(drive.status for drive in each.drives)} in the last {each.of} "
+            f"judged drives ({listed})"
+        )
+        inspect = "these drives with 'tierod diagnose'" + (f": {each.action}" if each.action else "")
+        return Reason(Urgency.CONFIRM, text, inspect, trend, rows, each.drives, weight)
     kind = f" ({each.kind})" if each.kind else ""
-    text = f"{thing}: fault{kind} in {each.faults} of the last {each.of} judged drives"
+    text = f"{each.subject}: fault{kind} in {each.faults} of the last {each.of} judged drives"
     part = f"{each.judged.replace('_', ' ')}, its plug and its wiring" if each.judged else ""
     inspect = each.action or part or "the parts that the reports of these drives name"
-    return Reason(Urgency.FAULT, text, inspect, None, each.rows, each.faults / each.of)
+    return Reason(Urgency.FAULT, text, inspect, trend, rows, (), weight)
 
 
 def _of_trend(trends: Trends, car: int) -> Reason:
@@ -144,7 +195,7 @@ def _of_trend(trends: Trends, car: int) -> Reason:
     text = _change_text(trends, car) if changed else _near_text(trends, car)
     rows = tuple(int(row) for row in _notable_drives(trends, car, changed))
     weight = (chance if math.isfinite(chance) else 0.0) + 1e-3 * max(float(trends.logarithm[car]), 0.0)
-    return Reason(urgency, text, drift if ramp or not changed else jump, (trends, car), rows, weight)
+    return Reason(urgency, text, drift if ramp or not changed else jump, (trends, car), rows, (), weight)
 
 
 def _change_text(trends: Trends, car: int) -> str:

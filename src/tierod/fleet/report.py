@@ -13,7 +13,7 @@ from tierod.fleet.coverage import coverage
 from tierod.fleet.ranking import Ranked, ranked
 from tierod.fleet.schema import JUDGED
 from tierod.fleet.series import series_of
-from tierod.fleet.standing import standings
+from tierod.fleet.standing import Standing, standings
 from tierod.fleet.trends import Design, Trends, trends
 
 if TYPE_CHECKING:
@@ -52,6 +52,7 @@ class FleetReport:
         design: permitted false alarms
         trends: trends of every quantity, the one with most drives first
         cars: cars to inspect, the worst first
+        recovered: elements that were faulty, rising or suspect, and healthy in all of their last judged drives
         vehicles: number of cars with findings
         judged: number of these with a verdict
         outcomes: number of recordings by outcome
@@ -66,6 +67,7 @@ class FleetReport:
     design: Design
     trends: tuple[Trends, ...]
     cars: tuple[Ranked, ...]
+    recovered: tuple[Standing, ...]
     vehicles: int
     judged: int
     outcomes: dict[str, int]
@@ -103,21 +105,32 @@ def worked_out(findings: pa.Table, ledger: pa.Table, design: Design, name: str =
     now = dt.datetime.now(dt.UTC)
     series, remarks = series_of(findings, now.timestamp() / 86400.0 + 1.0)
     found = tuple(trends(each, design) for each in series)
+    standing = standings(findings)
+    recovered = tuple(each for each in standing if not each.drives)
     covered, outcomes = coverage(findings), Counter(ledger["outcome"].to_pylist())
     return FleetReport(
         name,
         findings,
         design,
         found,
-        tuple(ranked(found, standings(findings))),
+        tuple(ranked(found, standing)),
+        recovered,
         covered.vehicles,
         covered.judged,
         dict(outcomes),
         tuple(_ledger(ledger)),
-        (*remarks, *covered.remarks, *_left_out(outcomes)),
+        (*remarks, *covered.remarks, *_recovered(recovered), *_left_out(outcomes)),
         now.isoformat(timespec="seconds"),
         command,
     )
+
+
+def _recovered(standing: Sequence[Standing]) -> tuple[str, ...]:
+    """Remark on cars that were not always healthy, but are now; empty if there are none."""
+    if not standing:
+        return ()
+    more = f"; {len(standing) - 3} more are in the JSON document" if len(standing) > 3 else ""
+    return (f"healthy again: {'; '.join(f'{each.vehicle}, {each.history}' for each in standing[:3])}{more}",)
 
 
 def _left_out(outcomes: Counter[str]) -> tuple[str, ...]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,7 +11,6 @@ from tierod.core.errors import InputError, ParameterError
 from tierod.core.screen import printable
 from tierod.fleet.cohorts import NOMINAL, expected_of, write_prior
 from tierod.fleet.places import LOCAL, protocol_of
-from tierod.fleet.ranking import WORDS
 
 if TYPE_CHECKING:
     from tierod.fleet.report import FleetReport
@@ -89,8 +87,8 @@ def _show(found: FleetReport) -> None:
     from tierod.fleet import report_words as words
 
     console = Console(soft_wrap=True)
-    counts = Counter(WORDS[car.urgency] for car in found.cars)
-    console.print(words.headline(len(found.cars), found.vehicles, found.judged, dict(counts)), markup=False)
+    symbol, _, state = words.verdict(found)
+    console.print(f"{symbol} {state.upper()}  {words.headline(found)}", markup=False)
     for remark in found.remarks:
         console.print(f"to know: {remark}", markup=False)
     for each in found.trends:
@@ -99,9 +97,10 @@ def _show(found: FleetReport) -> None:
             effect = f"{cohort.effect:+.2g} {each.series.watched.unit}"
             console.print(f"{name} differs by {effect}, odds {words.odds(cohort.log_odds)}", markup=False)
     if found.cars:
-        table = Table("vehicle", "state", "level now", "time left", "why", box=None)
+        table = Table("vehicle", "state", "level now", "time left", box=None)
         for car in found.cars[:SHOWN]:
             level, left, _ = words.followed(words.first_trend(car))
-            cells = (car.vehicle, WORDS[car.urgency], level, left, car.reasons[0].text)
-            table.add_row(*(escape(printable(cell)) for cell in cells))
+            table.add_row(*(escape(printable(cell)) for cell in (car.vehicle, car.state, level, left)))
         console.print(table)
+        for car in found.cars[:SHOWN]:
+            console.print(printable(f"{car.vehicle}: {car.why}"), markup=False)

@@ -5,11 +5,14 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
+from collections.abc import Sequence
 from typing import Any
 
 from tierod.core.version import __version__
+from tierod.fleet import report_words as words
 from tierod.fleet.ranking import WORDS, Ranked, Reason, date
 from tierod.fleet.report import FleetReport
+from tierod.fleet.standing import Standing
 from tierod.fleet.trends import Trends
 from tierod.methods.trends.change_evidence import STEP
 from tierod.report.document import plain
@@ -32,6 +35,8 @@ def document(report: FleetReport) -> dict[str, Any]:
         "command": report.command,
         "results": report.name,
         "design": dataclasses.asdict(report.design),
+        "status": words.verdict(report)[2],
+        "title": words.headline(report),
         "vehicles": report.vehicles,
         "vehicles_with_verdict": report.judged,
         "recordings": report.outcomes,
@@ -39,6 +44,7 @@ def document(report: FleetReport) -> dict[str, Any]:
         "remarks": list(report.remarks),
         "quantities": [_quantity(each) for each in report.trends],
         "cars": [_car(report, place, car) for place, car in enumerate(report.cars)],
+        "recovered": [_recovered(report, each) for each in report.recovered],
     }
 
 
@@ -72,22 +78,36 @@ def _car(report: FleetReport, place: int, car: Ranked) -> dict[str, Any]:
         "rank": place + 1,
         "vehicle": car.vehicle,
         "state": WORDS[car.urgency],
+        "summary": car.state,
         "reasons": [_reason(report, reason) for reason in car.reasons],
     }
 
 
-def _reason(report: FleetReport, reason: Reason) -> dict[str, Any]:
+def _recovered(report: FleetReport, standing: Standing) -> dict[str, Any]:
+    return {
+        "vehicle": standing.vehicle,
+        "monitor": standing.monitor,
+        "judged": standing.judged,
+        "text": standing.history,
+        "drives": _drives(report, [each.row for each in standing.earlier]),
+    }
+
+
+def _drives(report: FleetReport, rows: Sequence[int]) -> list[dict[str, Any]]:
     drives = report.findings.select(["recording_name", "start", "status", "estimate", "deviation"])
-    rows = [
+    return [
         {**row, "start": None if row["start"] is None else row["start"].isoformat()}
-        for row in drives.take(list(reason.rows)).to_pylist()
+        for row in drives.take(list(rows)).to_pylist()
     ]
+
+
+def _reason(report: FleetReport, reason: Reason) -> dict[str, Any]:
     return {
         "state": WORDS[reason.urgency],
         "text": reason.text,
         "inspect": reason.inspect,
         "trend": None if reason.trends is None else _trend(*reason.trends),
-        "drives": rows,
+        "drives": _drives(report, reason.rows),
     }
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from tierod.core.content import Band, Chart, Heading, Item, Lines, Panel, Points, Table
 from tierod.core.shown import written
 from tierod.fleet import report_words as words
-from tierod.fleet.ranking import WORDS, Ranked, date
+from tierod.fleet.ranking import Ranked, date
 from tierod.fleet.report import FleetReport
 from tierod.fleet.trends import Trends
 from tierod.report.display import INTERVAL, number
@@ -38,6 +38,7 @@ def items(report: FleetReport) -> Iterator[Item]:
         yield from _cohorts(each, number_of)
     for number_of, each in enumerate(report.trends):
         yield from _fleet(each, number_of)
+    yield from _recovered(report)
     yield from _ledger(report)
 
 
@@ -48,7 +49,7 @@ def _how_often(report: FleetReport) -> str:
         f"'Changed': at most one false alarm in {years} vehicle-years of fault-free cars, however many drives "
         f"were judged. 'Probably changed': on average at most {100.0 * design.discovery_rate:.0f} % of all changed "
         "cars in the list are fault-free. 'Limit soon': the limit is reached within 90 days with a probability of at "
-        "least 50 %."
+        "least 50 %. 'To confirm': at least one of the last three judged drives is not healthy."
     )
 
 
@@ -59,11 +60,10 @@ def _list(report: FleetReport) -> Table:
         now, left, cohort = (
             ("–",) * 3 if found is None else (words.level(*found), words.left(*found), words.cohort(*found))
         )
-        rows.append((str(place + 1), car.vehicle, WORDS[car.urgency], car.reasons[0].text, now, left, cohort,
-                     car.reasons[0].inspect))  # fmt: skip
+        rows.append((str(place + 1), car.vehicle, car.state, car.why, now, left, cohort, car.inspect))
     more = len(report.cars) - LISTED
     return Table(
-        "Cars to call in",
+        "Cars to look at",
         ("rank", "vehicle", "state", "why", "level now (95 %)", "time left (90 %)", "cohort", "inspect"),
         tuple(rows),
         f"{more} more are in the JSON document." if more > 0 else "",
@@ -81,10 +81,10 @@ def _card(report: FleetReport, car: Ranked, place: int) -> Iterator[Item]:
             f"Change began {words.since(*found)}; chance of the limit within 90 days {words.shown_chance(*found)}"
             + (f"; {labels}." if labels != "–" else ".")
         )
-        yield Heading(f"{place + 1}. {car.vehicle}: {WORDS[car.urgency]}", tuple(lines))
+        yield Heading(f"{place + 1}. {car.vehicle}: {car.state}", tuple(lines))
         yield _trend_chart(trends, number_of, place)
     else:
-        yield Heading(f"{place + 1}. {car.vehicle}: {WORDS[car.urgency]}", tuple(lines))
+        yield Heading(f"{place + 1}. {car.vehicle}: {car.state}", tuple(lines))
     yield _drives(report, car)
 
 
@@ -230,6 +230,15 @@ def _mileage_chart(trends: Trends, place: int, unit: str) -> Chart | None:
         f"fleet-{place + 1}", "Levels of the fleet", f"{len(chosen)} of {int(known.sum())} cars, at 15 °C.",
         f"Level of {series.watched.quantity} over mileage", (panel,),
     )  # fmt: skip
+
+
+def _recovered(report: FleetReport) -> Iterator[Item]:
+    if report.recovered:
+        yield Heading("Healthy again")
+        rows = tuple(
+            (each.vehicle, each.subject, each.history.partition(": ")[2]) for each in report.recovered[:LISTED]
+        )
+        yield Table("Cars that were not always healthy", ("vehicle", "judged", "history"), rows)
 
 
 def _ledger(report: FleetReport) -> Iterator[Item]:

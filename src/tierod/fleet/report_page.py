@@ -2,42 +2,27 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from pathlib import Path
 
 from tierod.core.files import write_text
 from tierod.core.version import __version__
 from tierod.fleet import report_words as words
-from tierod.fleet.ranking import WORDS, Urgency, date
+from tierod.fleet.ranking import date
 from tierod.fleet.report import FleetReport
 from tierod.fleet.report_document import text
 from tierod.fleet.report_items import items
 from tierod.report.html import Looks, Origin, rendered, sections
 
-_KINDS = {
-    Urgency.FAULT: ("✕", "bad"),
-    Urgency.SOON: ("✕", "bad"),
-    Urgency.CHANGED: ("▲", "watch"),
-    Urgency.LISTED: ("▲", "watch"),
-    Urgency.NEAR: ("▲", "watch"),
-}
-
 
 def render(report: FleetReport) -> str:
     """The page as HTML text."""
-    counts = Counter(WORDS[car.urgency] for car in report.cars)
-    symbol, kind = ("✓", "good") if report.judged else ("?", "open")
-    status = "nothing found" if report.judged else "no verdict" if report.vehicles else "no findings"
-    if report.cars:
-        status = WORDS[report.cars[0].urgency]
-        symbol, kind = _KINDS[report.cars[0].urgency]
     return rendered(
         "analysis.html.j2",
         Origin(report.created, __version__, report.command),
         sections=sections(list(items(report))),
-        looks=Looks(symbol, kind, status),
-        title=words.headline(len(report.cars), report.vehicles, report.judged, dict(counts)),
-        summary=words.what_to_do(len(report.cars), report.vehicles, report.judged),
+        looks=Looks(*words.verdict(report)),
+        title=words.headline(report),
+        summary=words.what_to_do(report),
         remarks=report.remarks,
         kind="fleet",
         facts_of=_facts(report),

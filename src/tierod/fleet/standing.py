@@ -1,10 +1,13 @@
-"""Persistent faults of every car, from its last verdicts: a repeated fault counts, a single odd drive does not."""
+"""Verdicts of every car over its last judged drives: persistent faults, faults to confirm, and faults of before."""
 
 from __future__ import annotations
 
+import datetime as dt
+from collections import Counter
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -19,67 +22,178 @@ LAST = 3
 OFTEN = 2
 """Number of these with a fault from which the fault is persistent; one if there is only one drive."""
 
-JUDGED = (Status.HEALTHY, Status.RISING, Status.SUSPECT, Status.FAULT)
+JUDGED = (Status.FAULT, Status.RISING, Status.SUSPECT, Status.HEALTHY)
+"""Verdicts, the worst first."""
+
+
+class Drive(NamedTuple):
+    """A drive whose verdict is not healthy.
+
+    Args:
+        row: its row in the findings
+        name: name of the recording without its folder; "" if unknown
+        date: day of its start as an ISO date; "" if unknown
+        status: worst verdict of the drive
+    """
+
+    row: int
+    name: str
+    date: str
+    status: Status
+
+    @property
+    def text(self) -> str:
+        """Name, date and verdict."""
+        return f"{', '.join(filter(None, (self.name or 'a drive', self.date)))}: {self.status}"
 
 
 @dataclass(frozen=True)
 class Standing:
-    """A persistent fault.
+    """Last verdicts of a monitor on one element of a car, of which at least one ever was not healthy.
 
     Args:
-        vehicle, monitor, judged: the car, the monitor, and the judged element
-        kind: kind of fault, in words; "" if unknown
-        faults, of: number of the last judged drives with the fault, and number of drives considered
-        rows: rows of the drives with the fault in the findings
-        action: recommended action of the last drive, in words
+        vehicle, monitor, judged: the car, the monitor, and the judged element; "" for the whole
+        of: number of last judged drives that are considered
+        drives: those of them that are not healthy, in the order of time
+        earlier: drives before these that were not healthy, in the order of time
+        kind, action: kind of fault and recommended action of the worst and latest of `drives`, else of `earlier`
     """
 
     vehicle: str
     monitor: str
     judged: str
-    kind: str
-    faults: int
     of: int
-    rows: tuple[int, ...]
+    drives: tuple[Drive, ...]
+    earlier: tuple[Drive, ...]
+    kind: str
     action: str
+
+    @property
+    def faults(self) -> int:
+        """Number of the last judged drives with a fault."""
+        return sum(each.status is Status.FAULT for each in self.drives)
+
+    @property
+    def persistent(self) -> bool:
+        """Whether the fault is persistent; else the drives that are not healthy are to be confirmed."""
+        return self.faults >= min(OFTEN, self.of)
+
+    @property
+    def history(self) -> str:
+        """What was found before, of an element that was healthy in all of the last judged drives; else ""."""
+        if self.drives:
+            return ""
+        before = f"{counted(each.status for each in self.earlier)}, the last in {self.earlier[-1].text}"
+        return f"{self.subject}: healthy in the last {self.of} judged drives; before that {before}"
+
+    @property
+    def subject(self) -> str:
+        """The judged element or, for a verdict on the whole, the monitor."""
+        return self.judged or f"monitor {self.monitor}"
+
+
+def counted(statuses: Iterable[Status]) -> str:
+    """Number of drives by verdict, the worst first: "2 faults, 1 suspect"."""
+    counts = Counter(statuses)
+    plural = {Status.FAULT: "s"}
+    return ", ".join(f"{n} {each}{plural.get(each, '') * (n > 1)}" for each in JUDGED if (n := counts[each]))
 
 
 def standings(findings: pa.Table) -> list[Standing]:
-    """All persistent faults, those with most drives first.
+    """Verdicts of every car, monitor and element that were not always healthy, persistent faults first.
 
     Args:
-        findings: findings as given by `tierod.fleet.results.findings_of`, in the order of vehicle and time
+        findings: findings as given by `tierod.fleet.results.findings_of`
+
+    A drive without a verdict counts neither as healthy nor as faulty. Of drives with equal time stamps the order is
+    unknown, as it is of drives without a date among dated ones: all that may be among the last `LAST` are considered.
     """
+    table = _drives(findings)
+    found = [_standing(findings, table, first, end) for first, end in _groups(table)]
+    return sorted(found, key=lambda each: (-each.persistent, -each.faults, each.vehicle))
+
+
+class _Drives(NamedTuple):
+    """Judged drives, one row for each car, monitor, element and recording, sorted by these and time, (drives,) each.
+
+    Args:
+        group: number of the combination of car, monitor and element
+        start: start in microseconds since 1970; `_UNDATED` without a date
+        severity: place of the worst verdict in `JUDGED`
+        row: row of that verdict in the findings
+    """
+
+    group: np.ndarray
+    start: np.ndarray
+    severity: np.ndarray
+    row: np.ndarray
+
+
+_UNDATED = np.iinfo(np.int64).min
+
+_HEALTHY = JUDGED.index(Status.HEALTHY)
+
+
+def _drives(findings: pa.Table) -> _Drives:
     import pyarrow as pa
     import pyarrow.compute as pc
 
-    judged = pc.is_in(findings["status"], pa.array([str(each) for each in JUDGED]))
-    rows = np.flatnonzero(judged.to_numpy())
+    severity = pc.index_in(findings["status"], pa.array([str(each) for each in JUDGED])).fill_null(-1).to_numpy()
+    rows = np.flatnonzero(severity >= 0)
     if not len(rows):
-        return []
-    keys = findings.select(["vehicle", "monitor", "judged"]).take(rows)
-    codes = [
-        keys[name].combine_chunks().fill_null("").dictionary_encode().indices.to_numpy() for name in keys.schema.names
-    ]
-    faulty = pc.equal(findings["status"], str(Status.FAULT)).to_numpy()[rows]
-    order = np.lexsort((rows, *codes[::-1]))
-    sorted_codes = np.stack([code[order] for code in codes])
-    change = np.flatnonzero(np.any(np.diff(sorted_codes, axis=1) != 0, axis=0)) + 1
-    bounds = np.concatenate(([0], change, [len(order)]))
-    found = []
-    for first, last in pairwise(bounds):
-        recent = order[max(first, last - LAST) : last]
-        with_fault = recent[faulty[recent]]
-        if len(with_fault) >= min(OFTEN, len(recent)):
-            found.append(_standing(findings, rows[with_fault], len(recent)))
-    return sorted(found, key=lambda each: (-each.faults, each.vehicle))
+        return _Drives(*(np.zeros(0, np.int64) for _ in range(4)))
+    names = ("vehicle", "monitor", "judged", "recording_name")
+    codes = [findings[name].take(rows).combine_chunks().dictionary_encode().indices for name in names]
+    # A finding that names no recording is a drive of its own.
+    unnamed = -1 - np.arange(len(rows))
+    group = np.unique(np.stack([code.fill_null(-1).to_numpy() for code in codes[:3]]), axis=1, return_inverse=True)[1]
+    recording = np.where(codes[3].is_null(), unnamed, codes[3].fill_null(0).to_numpy())
+    start = findings["start"].take(rows).cast(pa.timestamp("us", tz="UTC")).cast(pa.int64())
+    time = start.fill_null(_UNDATED).to_numpy()
+    # One row for each group and recording: that of its worst verdict, of several the last one.
+    order = np.lexsort((-rows, severity[rows], recording, group.ravel()))
+    key = np.stack((group.ravel(), recording))[:, order]
+    first = np.concatenate(([True], np.any(np.diff(key, axis=1) != 0, axis=0)))
+    begin = np.minimum.reduceat(time[order], np.flatnonzero(first))
+    chosen = order[first]
+    by_time = np.lexsort((rows[chosen], begin, group.ravel()[chosen]))
+    chosen, begin = chosen[by_time], begin[by_time]
+    return _Drives(group.ravel()[chosen], begin, severity[rows][chosen], rows[chosen])
 
 
-def _standing(findings: pa.Table, rows: np.ndarray, of: int) -> Standing:
-    last = int(rows[-1])
+def _groups(table: _Drives) -> Iterator[tuple[int, int]]:
+    """First and end rows of every group with a verdict that is not healthy."""
+    change = np.flatnonzero(np.diff(table.group)) + 1
+    for first, end in pairwise([0, *change.tolist(), len(table.group)]):
+        if end > first and table.severity[first:end].min() < _HEALTHY:
+            yield first, end
+
+
+def _standing(findings: pa.Table, table: _Drives, first: int, end: int) -> Standing:
+    bad = table.severity[first:end] < _HEALTHY
+    recent = _recent(table.start[first:end])
+    last = tuple(_drive(findings, table, place) for place in (first + np.flatnonzero(bad & recent)).tolist())
+    before = tuple(_drive(findings, table, place) for place in (first + np.flatnonzero(bad & ~recent)).tolist())
+    worst = min(reversed(last or before), key=lambda each: JUDGED.index(each.status))
     names = ("vehicle", "monitor", "judged", "kind", "action")
-    text = {name: findings[name][last].as_py() or "" for name in names}
-    drives = tuple(map(int, rows))
-    return Standing(
-        text["vehicle"], text["monitor"], text["judged"], text["kind"], len(rows), of, drives, text["action"]
-    )
+    vehicle, monitor, judged, kind, action = (findings[name][worst.row].as_py() or "" for name in names)
+    return Standing(vehicle, monitor, judged, int(recent.sum()), last, before, kind, action)
+
+
+def _drive(findings: pa.Table, table: _Drives, place: int) -> Drive:
+    row, start = int(table.row[place]), int(table.start[place])
+    name = (findings["recording_name"][row].as_py() or "").rstrip("/").rpartition("/")[2]
+    date = "" if start == _UNDATED else str((dt.datetime(1970, 1, 1) + dt.timedelta(microseconds=start)).date())
+    return Drive(row, name, date, JUDGED[table.severity[place]])
+
+
+def _recent(start: np.ndarray) -> np.ndarray:
+    """Which drives of a group may be among the last `LAST`, given their starts in ascending order."""
+    dated = start != _UNDATED
+    recent = np.zeros(len(start), bool)
+    for of in (~dated, dated):
+        recent[np.flatnonzero(of)[-LAST:]] = True
+    known = start[dated]
+    if len(known) > LAST:
+        recent |= dated & (start >= known[-LAST])
+    return recent

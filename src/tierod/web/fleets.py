@@ -109,6 +109,7 @@ def _rows(found: FleetReport, ranks: Mapping[str, Mapping[str, Any]]) -> list[di
                 "chance": first.chance[place],
                 "cohort": {kind: names[place] for kind, names in first.series.labels.items() if names[place]},
             }  # fmt: skip
+    before = {each.vehicle: each.history for each in reversed(found.recovered)}
     order = list(ranks) + sorted(set(pc.unique(found.findings["vehicle"]).to_pylist()) - set(ranks) - {None})
     rows = []
     for place, vehicle in enumerate(order):
@@ -116,7 +117,9 @@ def _rows(found: FleetReport, ranks: Mapping[str, Mapping[str, Any]]) -> list[di
         count, last = drives.get(vehicle, (0, None))
         rows.append({
             "rank": place + 1, "vehicle": vehicle, "state": car["state"] if car else "",
-            "why": car["reasons"][0]["text"] if car else "", "inspect": car["reasons"][0]["inspect"] if car else "",
+            "summary": car["summary"] if car else "",
+            "why": car["reasons"][0]["text"] if car else before.get(vehicle, ""),
+            "inspect": car["reasons"][0]["inspect"] if car else "",
             "drives": count, "last": last, **levels.get(vehicle, {}),
         })  # fmt: skip
     return rows

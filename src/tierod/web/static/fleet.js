@@ -35,7 +35,7 @@ export function Fleet({ address, site }) {
 function Ledger({ fleet }) {
   const all = Object.entries(fleet.recordings), total = all.reduce((sum, [, count]) => sum + count, 0) || 1;
   const look = { judged: "good", skipped: "watch", failed: "bad" };
-  return stack`<section class="card"><h2>${fleet.vehicles} cars, ${total} recordings</h2>
+  return stack`<section class="card"><h2>${fleet.title}</h2><p class="small">${fleet.vehicles} ${fleet.vehicles === 1 ? "car" : "cars"}, ${total} ${total === 1 ? "recording" : "recordings"}</p>
     <div class="map" role="img" aria-label=${`Recordings: ${all.map(([o, c]) => `${c} ${o}`).join(", ")}`}>${all.map(([outcome, count]) => html`<span class=${look[outcome] || "open"} title=${`${count} ${outcome}`} style=${{ width: `${(100 * count) / total}%` }}>${count} ${outcome}</span>`)}</div>
     ${fleet.not_judged.length > 0 && html`<details><summary>Why recordings were not judged (${fleet.not_judged.length} reasons)</summary><${Table} dense caption="Recordings that were not judged" rows=${fleet.not_judged} columns=${[{ title: "outcome", show: (r) => html`<span class=${`badge ${look[r.outcome] || "open"}`}>${r.outcome}</span>` }, { title: "recordings", n: true, key: "count" }, { title: "reason", text: true, show: (r) => sentence(r.reason) }, { title: "such as", text: true, show: (r) => r.examples.join(", ") }]} /></details>`}
     ${fleet.remarks.map((r) => html`<p class="note">${sentence(r)}</p>`)}</section>`;
@@ -49,13 +49,13 @@ function Cars({ address, name, fleet }) {
   const kinds = first ? first.cohorts.map((c) => `${c.kind}=${c.name}`) : [];
   return stack`<section class="card"><div class="row"><h2 class="grow">Worst first</h2>
       <label><span class="small">search</span><input type="search" value=${search} onInput=${(e) => { clearTimeout(timer.current); const v = e.target.value; timer.current = setTimeout(() => set({ search: v, at: "" }), 120); }} /></label>
-      <label><span class="small">state</span><select onChange=${(e) => set({ state: e.target.value, at: "" })}>${["", "any", "fault", "limit soon", "changed", "probably changed", "near the limit"].map((s) => html`<option value=${s} selected=${s === state}>${s === "" ? "all cars" : s === "any" ? "any to look at" : s}</option>`)}</select></label>
+      <label><span class="small">state</span><select onChange=${(e) => set({ state: e.target.value, at: "" })}>${["", "any", "fault", "to confirm", "limit soon", "changed", "probably changed", "near the limit"].map((s) => html`<option value=${s} selected=${s === state}>${s === "" ? "all cars" : s === "any" ? "any to look at" : s}</option>`)}</select></label>
       <label><span class="small">cohort</span><select onChange=${(e) => set({ cohort: e.target.value, at: "" })}><option value="">all</option>${kinds.map((k) => html`<option value=${k} selected=${k === cohort}>${k.replace("=", " ")}</option>`)}</select></label></div>
     ${found.error && html`<${Trouble} error=${found.error} again=${found.again} />`}
     ${found.data && html`<${Table} caption="Cars" sort=${sort} onSort=${(s) => set({ sort: s, at: "" })} rows=${found.data.rows.map((r) => ({ ...r, key: r.vehicle }))} columns=${[
       { title: "rank", n: true, key: "rank", sort: "rank" },
       { title: "vehicle", sort: "vehicle", show: (r) => html`<a href=${link("vehicle", { results: name, car: r.vehicle })}>${r.vehicle}</a>` },
-      { title: "state", sort: "state", show: (r) => (r.state ? html`<${Badge} status=${r.state} />` : html`<span class="small">no remark</span>`) },
+      { title: "state", sort: "state", show: (r) => (r.state ? html`<${Badge} status=${r.state} text=${r.summary} />` : html`<span class="small">no remark</span>`) },
       { title: "why", text: true, key: "why" },
       { title: `level (95 % interval) [${unit}]`, n: true, sort: "level", show: (r) => (r.level === undefined || r.level === null ? "–" : spread(factor * r.level, factor * r.deviation)) },
       { title: "limit in 90 d", n: true, sort: "chance", show: (r) => (r.chance === undefined || r.chance === null ? "–" : r.chance < 1e-3 ? "< 0.1 %" : `${figure(100 * r.chance, 2)} %`) },

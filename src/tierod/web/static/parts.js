@@ -37,9 +37,9 @@ export function size(bytes) {
 export const date = (seconds) => (seconds ? new Date(seconds * 1000).toISOString().slice(0, 16).replace("T", " ") : "–");
 
 const KINDS = { healthy: ["good", "✓"], estimated: ["open", "≈"], consistent: ["good", "✓"], rising: ["watch", "▲"], suspect: ["watch", "▲"], inconsistent: ["watch", "▲"], fault: ["bad", "✕"], failed: ["bad", "✕"], done: ["good", "✓"], "can run": ["good", "✓"],
-  judged: ["good", "✓"], "limit soon": ["bad", "▲"], changed: ["watch", "▲"], "probably changed": ["watch", "▲"], "near the limit": ["watch", "▲"], running: ["open", "…"], waiting: ["open", "…"] };
+  judged: ["good", "✓"], "to confirm": ["watch", "▲"], "limit soon": ["bad", "▲"], changed: ["watch", "▲"], "probably changed": ["watch", "▲"], "near the limit": ["watch", "▲"], running: ["open", "…"], waiting: ["open", "…"] };
 export const kind = (status) => (KINDS[status] || ["open", "?"])[0];
-export const Badge = ({ status }) => html`<span class=${`badge ${kind(status)}`}><span aria-hidden="true">${(KINDS[status] || ["", "?"])[1]} </span>${status}</span>`;
+export const Badge = ({ status, text }) => html`<span class=${`badge ${kind(status)}`}><span aria-hidden="true">${(KINDS[status] || ["", "?"])[1]} </span>${text || status}</span>`;
 
 export const Trouble = ({ error, again }) => html`<div class="problem" role="alert"><p>${sentence(error.message || String(error))}</p>${again && html`<button onClick=${again}>Try again</button>`}</div>`;
 export const Loading = ({ what }) => html`<p class="loading" role="status">${what || "Loading"} …</p>`;

@@ -1,0 +1,148 @@
+"""A car is never green over a drive that is not healthy: terminal, JSON, report page and web page say the same."""
+
+import datetime as dt
+import json
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+
+from tierod.cli import main
+from tierod.fleet.schema import findings, ledger
+from tierod.web.fleets import Fleets, drives_of, key_of, work_out
+
+MONDAY = dt.datetime(2026, 11, 2, 8, tzinfo=dt.UTC)
+DAYS = ("Mon", "Tue", "Wed", "Thu", "Fri", "Sat", "Sun")
+
+
+def driven(statuses, vehicle="car-1", judged="", monitor="friction", apart=1.0, **more):
+    """One row per drive, a day apart from Monday on; of pairs the second is the friction [N*m]."""
+    for number, each in enumerate(statuses):
+        status, value = each if isinstance(each, tuple) else (each, None)
+        row = {"vehicle": vehicle, "recording_name": f"/drives/{vehicle}/{DAYS[number]}.parquet", "span": 0,
+               "start": MONDAY + dt.timedelta(days=apart * number), "monitor": monitor, "judged": judged,
+               "role": "sensor" if judged else "", "status": status, "word": status}  # fmt: skip
+        if value is not None:
+            row |= {"quantity": "friction torque", "unit": "N*m", "estimate": value, "deviation": 0.1,
+                    "nominal": 2.6, "limit": 7.5}  # fmt: skip
+        yield row | more
+
+
+@pytest.fixture
+def told(tmp_path, capsys):
+    """The exit code, the terminal, the JSON document, the page, and the table of the web page of some findings."""
+
+    def told(*rows):
+        folder = tmp_path / "results"
+        for name, table in (("findings", findings()), ("ledger", ledger())):
+            (folder / name).mkdir(parents=True)
+            content = pa.Table.from_pylist(list(rows) if name == "findings" else [], schema=table)
+            pq.write_table(content, folder / name / "a.parquet")
+        code = main(["fleet", "report", str(folder)])
+        terminal = " ".join(capsys.readouterr().out.split())
+        document = json.loads((folder / "fleet.json").read_text())
+        work_out(folder, tmp_path, key_of(folder))
+        web = Fleets(tmp_path).loaded(key_of(folder))
+        page = (folder / "fleet.html").read_text()
+        assert document["title"] in terminal
+        assert document["title"] in page
+        assert web["title"] == document["title"]
+        return code, terminal, document, page, web["rows"]
+
+    return told
+
+
+def test_one_fault_and_one_suspect_drive_are_to_be_confirmed(told):
+    drives = [("healthy", 2.6), ("healthy", 2.6), ("fault", 6.3), ("suspect", 6.1)]
+    code, terminal, document, page, (row,) = told(*driven(drives))
+    state = "to confirm: 1 fault, 1 suspect"
+    assert (code, document["status"]) == (1, state)
+    assert document["title"] == "1 of 1 car to look at: 1 to confirm (1 fault, 1 suspect)"
+    assert state in page
+    (car,) = document["cars"]
+    assert (car["state"], car["summary"]) == ("to confirm", state)
+    shown = "(Wed.parquet, 2026-11-04: fault; Thu.parquet, 2026-11-05: suspect)"
+    assert shown in car["reasons"][0]["text"]
+    assert shown in terminal
+    assert [each["status"] for each in car["reasons"][0]["drives"]] == ["suspect", "fault"]
+    assert (row["state"], row["summary"]) == ("to confirm", state)
+    assert "needs a look" not in page + terminal
+    assert "✓" not in terminal
+
+
+@pytest.mark.parametrize(
+    ("statuses", "state"),
+    [
+        (["healthy", "healthy", "fault"], "to confirm: 1 fault"),
+        (["fault", "healthy", "healthy"], "to confirm: 1 fault"),
+        (["healthy", "rising", "suspect"], "to confirm: 1 rising, 1 suspect"),
+        (["suspect"], "to confirm: 1 suspect"),
+        (["rising", "rising", "rising"], "to confirm: 3 rising"),
+        (["fault", "not enabled", "not identifiable", "healthy", "not available"], "to confirm: 1 fault"),
+        (["healthy", "fault", "fault"], "fault"),
+        (["fault", "not ready", "fault", "suspect"], "fault"),
+        (["fault"], "fault"),
+        (["fault", "suspect", "healthy", "healthy", "healthy"], None),
+        (["not enabled", "healthy"], None),
+    ],
+)
+def test_the_last_three_judged_drives_decide(told, statuses, state):
+    code, _, document, *_ = told(*driven(statuses))
+    assert [car["summary"] for car in document["cars"]] == [state] * (state is not None)
+    assert code == (state is not None)
+
+
+def test_a_repaired_car_is_green_and_its_history_is_kept(told, tmp_path):
+    _, terminal, document, page, (row,) = told(*driven(["healthy", "fault", "fault", "healthy", "healthy", "healthy"]))
+    history = "healthy in the last 3 judged drives; before that 2 faults, the last in Wed.parquet, 2026-11-04: fault"
+    assert document["title"] == "No car of 1 needs a look"
+    (before,) = document["recovered"]
+    assert [each["status"] for each in before["drives"]] == ["fault", "fault"]
+    assert all(history in each for each in (terminal, page, row["why"], before["text"]))
+    assert len(drives_of(tmp_path / "results", "car-1")) == 6
+
+
+def test_each_monitor_and_each_element_is_judged_by_its_own_drives(told):
+    sound = ["healthy"] * 4
+    rows = [
+        *driven(["healthy", "fault", "not enabled", "not enabled"]),
+        *driven(sound, judged="yaw_rate", monitor="condition"),
+        *driven(["healthy", "healthy", "suspect", "fault"], judged="driver_torque", monitor="condition"),
+        *driven(["healthy", "fault", "fault", "fault"], "car-2", "motor_torque", "condition", kind="offset"),
+        *driven(sound, "car-3"),
+    ]
+    _, _, document, _, web = told(*rows)
+    first, second = document["cars"]
+    assert (first["vehicle"], first["summary"]) == ("car-2", "fault")
+    assert first["reasons"][0]["text"] == "motor_torque: fault (offset) in 3 of the last 3 judged drives"
+    # Tuesday and Thursday were faulty, Wednesday suspect.
+    assert (second["vehicle"], second["summary"]) == ("car-1", "to confirm: 2 faults, 1 suspect")
+    assert {each["text"].partition(":")[0] for each in second["reasons"]} == {"driver_torque", "monitor friction"}
+    assert document["title"] == "2 of 3 cars to look at: 1 fault, 1 to confirm (2 faults, 1 suspect)"
+    assert [row["state"] for row in web] == ["fault", "to confirm", ""]
+
+
+def test_a_drive_of_several_episodes_or_spans_counts_once(told):
+    (row,) = driven(["fault"])
+    (last,) = (each for each in driven(["healthy", "healthy"]) if "Tue" in each["recording_name"])
+    later = row | {"status": "healthy", "span": 1, "start": MONDAY + dt.timedelta(hours=1)}
+    _, _, document, *_ = told(row, row | {"kind": "offset"}, later, last)
+    assert document["cars"][0]["summary"] == "to confirm: 1 fault"
+
+
+def test_drives_whose_order_is_unknown_hide_no_fault(told):
+    same = list(driven(["fault", *["healthy"] * 4], apart=0.0))
+    undated = [row | {"vehicle": "car-2"} for row in driven(["healthy", "fault", *["healthy"] * 4])]
+    undated[1]["start"] = None
+    _, _, document, *_ = told(*same, *undated)
+    assert {car["vehicle"]: car["summary"] for car in document["cars"]} == {
+        "car-1": "to confirm: 1 fault",
+        "car-2": "to confirm: 1 fault",
+    }
+
+
+def test_a_car_without_a_verdict_is_not_green(told):
+    _, terminal, document, page, _ = told(*driven(["not enabled"]), *driven(["healthy"], "car-2"))
+    assert document["status"] == "no verdict on 1 of 2 cars"
+    assert terminal.startswith("? NO VERDICT ON 1 OF 2 CARS No car of the 1 with a verdict needs a look; 1 gave none")
+    assert "✓" not in page.partition("<main")[2].partition("</h1>")[0]
