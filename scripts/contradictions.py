@@ -89,7 +89,7 @@ def judged(vehicle: Vehicle, recording: Recording) -> tuple[str, float]:
     except TierodError:
         return "refused", math.nan
     truth = next((recording[name] for name in TRUTHS if name in recording), None)
-    word = found.diagnosis.findings[0].shown_status
+    word = str(found.diagnosis.findings[0].status)
     if truth is None or TRUTHS[0] not in found.traces:
         return word, math.nan
     value, deviation = (found.traces[f"{TRUTHS[0]}{end}"] for end in ("", "_standard_deviation"))

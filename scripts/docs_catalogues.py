@@ -12,12 +12,12 @@ from typing import Any
 from docs_text import names, page, table, unit
 
 from tierod.cli import main
-from tierod.core.findings import CONSISTENT, ESTIMATED, INCONSISTENT, Status
 from tierod.core.nomenclature import nomenclature
+from tierod.core.statuses import SEVERITY
 from tierod.diagnosis.trouble_codes import load_trouble_codes
 from tierod.papers.condition.rules.catalogue import RESIDUALS
 from tierod.report.display import words
-from tierod.report.terms import STATUSES, TERMS
+from tierod.report.terms import TERMS
 from tierod.vehicles import QUANTITIES, load, shipped
 
 
@@ -47,19 +47,19 @@ def printed(*arguments: str) -> Any:
 
 def glossary() -> str:
     """Page of the statuses of a verdict and of the terms in reports."""
-    shown = {ESTIMATED: Status.HEALTHY, CONSISTENT: Status.HEALTHY, INCONSISTENT: Status.SUSPECT}
-    statuses = [
-        (f"`{name}`", str(Status(shown.get(name, name)).exit_code), meaning) for name, meaning in STATUSES.items()
-    ]
+    statuses = [(f"`{each}`", each.symbol, f"`{each.colour}`", str(each.exit_code), each.meaning) for each in SEVERITY]
     terms = sorted((words(name), meaning) for name, meaning in TERMS.items())
     return page(
         "Statuses and terms",
         "What the words of a verdict and of a report mean. Signals have [their own page](signals.md), parameters "
         "[theirs](parameters.md).",
         "## Statuses",
-        table(("status", "exit code", "meaning"), statuses),
-        "A monitor that only estimates shows `estimated` or `consistent` in place of `healthy`, and `inconsistent` in "
-        "place of `suspect`.",
+        "The worst comes first: the status of several monitors, or of several recordings, is the first of this list "
+        "that one of them has. Terminal, JSON, report, fleet, live display and web page show the same word, symbol and "
+        "colour.",
+        table(("status", "symbol", "colour", "exit code", "meaning"), statuses),
+        "A monitor that only estimates is `estimated` or `consistent`, never `healthy`, and `inconsistent`, never "
+        "`suspect`.",
         "## Terms",
         table(("term", "meaning"), sorted(terms, key=lambda each: each[0].lower())),
     )

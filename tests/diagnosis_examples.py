@@ -157,9 +157,8 @@ def estimated():
     """A sideslip that nothing confirms, whose band a guessed distance decides."""
     estimate = Estimate("largest sideslip angle at the centre of gravity", -0.246, 0.061, "rad")
     finding = Finding(
-        "sideslip, combined", Status.HEALTHY, "Sideslip angle up to −14.09 ± 3.49 degrees.", estimate=estimate,
-        confirmed=False,
-    )  # fmt: skip
+        "sideslip, combined", Status.ESTIMATED, "Sideslip angle up to −14.09 ± 3.49 degrees.", estimate=estimate
+    )
     return Diagnosis(
         findings=(finding,),
         parameter_effects=(

@@ -104,20 +104,21 @@ lateral_speed = "lateral_speed"
 """
 
 
-def exported(block, path):
+def exported(block, path, version=2):
     """A block as a plant, in a unit."""
     subject = subject_of_block("plant", block, 1.0 / block.step_time, type(block).__name__)
     options = Options("double", libm=False, fused=True)
     starts = usual_inputs(block)
-    return write_unit(Model(Interface(subject, options), starts, present=True), path)
+    return write_unit(Model(Interface(subject, options), starts, present=True), version, path)
 
 
 def crashing(path, monkeypatch):
     """A trolley whose binary aborts after 1 s."""
     real = archive.sources
 
-    def edited(model):
-        texts, name = real(model), "fmi2.c"
+    def edited(model, version):
+        texts = real(model, version)
+        name = f"fmi{version}.c"
         body = texts[name]
         at = body.index("{", body.index("fmi2Status fmi2DoStep(")) + 1
         texts[name] = (

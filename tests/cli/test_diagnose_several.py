@@ -68,7 +68,7 @@ def test_a_car_that_names_no_monitor_is_judged_by_every_one_that_can_run(capsys)
 
 def test_a_car_that_names_a_monitor_keeps_it_for_one_recording(capsys):
     assert main(["diagnose", "a.parquet", "--vehicle", "midsize-eps", "--no-report", "--json"]) in (0, 2)
-    assert json.loads(capsys.readouterr().out)["schema"] == "tierod.diagnosis/3"
+    assert json.loads(capsys.readouterr().out)["schema"] == "tierod.diagnosis/4"
 
 
 def test_what_a_reader_must_know_stands_below_the_table_once(folder, monkeypatch, capsys):
@@ -155,7 +155,7 @@ def test_a_recording_without_a_verdict_is_no_excuse_for_a_fault(folder):
         Judged(folder / "a.parquet", "car", {"friction": faulty}),
         Judged(folder / "b.parquet", "car", {}, (NotRun("friction", "torn"), NotRun("sideslip", "torn"))),
     ]
-    assert several.worst(found) is Status.FAULT
+    assert several.status_of(found) is Status.FAULT
     assert several.not_run(found) == [("b.parquet", "all", "torn")]
     page = several.render(found, origin())
     assert "The worst of" not in page
@@ -201,6 +201,8 @@ def test_a_stretch_that_is_not_recorded_is_refused_without_naming_monitors_that_
         (["healthy", "healthy"], Status.HEALTHY),
         (["healthy", "not enabled"], Status.NOT_ENABLED),
         (["not enabled", "fault", "healthy"], Status.FAULT),
+        (["suspect", "fault"], Status.FAULT),
+        (["fault", "suspect"], Status.FAULT),
     ],
 )
 def test_the_worst_status(statuses, expected, folder):
@@ -211,4 +213,4 @@ def test_the_worst_status(statuses, expected, folder):
         return dataclasses.replace(usual, findings=(finding,))
 
     judged = [Judged(folder / "a.parquet", "car", {str(k): having(each) for k, each in enumerate(statuses)})]
-    assert several.worst(judged) is expected
+    assert several.status_of(judged) is expected

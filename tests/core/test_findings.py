@@ -1,26 +1,8 @@
-"""Findings: the words under which they are shown."""
+"""Findings: causes and remedies that are put before others."""
 
 import pytest
 
 from tierod.core.findings import Finding, Status
-
-
-@pytest.mark.parametrize(
-    ("status", "confirmed", "word"),
-    [
-        (Status.HEALTHY, None, ""),
-        (Status.HEALTHY, False, "estimated"),
-        (Status.HEALTHY, True, "consistent"),
-        (Status.SUSPECT, False, "inconsistent"),
-        (Status.SUSPECT, True, "inconsistent"),
-        (Status.NOT_ENABLED, True, ""),
-    ],
-)
-def test_an_estimate_is_never_called_healthy(status, confirmed, word):
-    finding = Finding("sideslip, combined", status, "Up to 3 degrees.", confirmed=confirmed)
-    assert finding.word == word
-    assert finding.shown_status == (word or str(status))
-    assert finding.screen().title.endswith(finding.shown_status)
 
 
 @pytest.mark.parametrize(

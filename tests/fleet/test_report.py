@@ -97,7 +97,7 @@ def test_the_command_writes_both_and_says_what_it_found(results, tmp_path, capsy
     assert "of 50 cars to look at" in said
     assert (tmp_path / "new/folder/fleet.html").stat().st_size > 100_000
     assert report(str(results), tmp_path, True, "") == 1
-    assert json.loads(capsys.readouterr().out)["schema"] == "tierod.fleet/1"
+    assert json.loads(capsys.readouterr().out)["schema"] == "tierod.fleet/2"
 
 
 def test_a_prior_is_written_for_a_new_car(results, tmp_path, capsys):

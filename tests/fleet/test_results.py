@@ -51,11 +51,19 @@ def test_columns_of_a_later_tierod_are_left_out_and_missing_ones_are_null(tmp_pa
     assert found["start"].to_pylist() == [None]
 
 
+def test_the_word_of_an_estimate_in_results_of_version_1_is_its_status(tmp_path):
+    write(tmp_path, "ledger/1.parquet", "ledger", [])
+    old = pa.table({"vehicle": ["a", "b"], "status": ["healthy", "fault"], "word": ["estimated", None]})
+    (tmp_path / "findings").mkdir()
+    pq.write_table(old.replace_schema_metadata({schema.NAME: b"findings/1"}), tmp_path / "findings/x.parquet")
+    assert findings_of(tmp_path, ["vehicle", "status"])["status"].to_pylist() == ["estimated", "fault"]
+
+
 def test_what_is_no_results_folder_is_refused(tmp_path):
     with pytest.raises(InputError, match="holds no results"):
         findings_of(tmp_path)
     write(tmp_path, "ledger/1.parquet", "ledger", [], {schema.NAME: b"ledger/99"})
-    with pytest.raises(InputError, match=r"version 1 or earlier \(99\)"):
+    with pytest.raises(InputError, match=r"version 2 or earlier \(99\)"):
         ledger_of(tmp_path)
     (tmp_path / "ledger/1.parquet").write_bytes(b"PAR1 torn")
     with pytest.raises(InputError, match=r"damaged .*delete it"):

@@ -281,7 +281,7 @@ def test_a_drive_that_nothing_could_judge_is_not_healthy(tmp_path):
         inbox.put(Frame(now, 0x7, 1, bytes(8)))
         run.tick(now, now)
     run.close()
-    assert run.worst == 2
+    assert run.exit_code == 2
     assert events[-1]["not_run"] == {"friction": "no received frame is in the databases"}
 
 

@@ -79,5 +79,5 @@ def test_parameters_stand_by_how_far_they_move_the_result_and_an_estimate_has_it
     document = json.loads(to_json(EXAMPLES["estimated"]()))
     assert [each["name"] for each in document["parameter_effects"]] == ["rear_distance", "steering_ratio"]
     assert document["parameter_effects"][0]["effect"] == pytest.approx(0.0605)
-    assert (document["findings"][0]["word"], document["status"], document["exit_code"]) == ("estimated", "healthy", 0)
-    assert json.loads(to_json(friction_fault()))["findings"][0]["word"] == ""
+    assert document["findings"][0]["status"] == document["status"] == "estimated"
+    assert document["exit_code"] == 0

@@ -46,7 +46,7 @@ def printed(name):
         (
             "estimated",
             [
-                "? ESTIMATED",
+                "≈ ESTIMATED",
                 "Which parameters decide",
                 "rear_distance",
                 "1.2 ± 0.3 m",
@@ -57,7 +57,7 @@ def printed(name):
                 "that of the class 'midsize' is assumed",
             ],
         ),
-        ("nothing", ["not available: no monitor ran"]),
+        ("nothing", ["? NOT AVAILABLE  no monitor ran"]),
     ],
 )
 def test_says_what_was_found(name, expected):

@@ -9,6 +9,7 @@ import urllib.parse
 import pytest
 
 from browser import violations
+from tierod.core.statuses import SEVERITY
 
 pytest.importorskip("fastapi", reason="the extra 'web' is not installed")
 playwright = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed")
@@ -98,6 +99,23 @@ def opened(page, address, text):
 def charts(page, count):
     """Wait until so many charts are drawn."""
     page.wait_for_function(f"() => document.querySelectorAll('.panel .uplot').length === {count}")
+
+
+def test_every_status_has_the_word_symbol_and_colour_of_the_report(page):
+    def with_every_status(route):
+        content = route.fetch().json()
+        friction = content["result"]["monitors"]["friction"]
+        friction["findings"] = [{**friction["findings"][0], **status.document()} for status in SEVERITY]
+        content["result"]["monitors"] = {"friction": friction}
+        route.fulfill(json=content)
+
+    page.route("**/api/opened*", with_every_status)
+    opened(page, f"/recording?file={FILE}", "Findings over time")
+    shown = page.evaluate(
+        """() => [...document.querySelectorAll(".finding")].map((each) => [each.className,
+        each.querySelector(".badge").className, each.querySelector(".badge").textContent])"""
+    )
+    assert shown == [[f"finding {each.colour}", f"badge {each.colour}", f"{each.symbol} {each}"] for each in SEVERITY]
 
 
 @pytest.mark.parametrize("address", VIEWS)

@@ -189,7 +189,7 @@ def _one(
     ]
     for line in remarks:
         (messages() if as_json else console()).print(line, soft_wrap=True, markup=False)
-    return diagnosis.findings[0].status.exit_code
+    return diagnosis.status.exit_code
 
 
 @contextmanager
@@ -246,7 +246,7 @@ def _all(recordings: list[Path], monitor: str | None, reading: _Reading, target:
         _show_all(judged, console())
     if target is not None:
         (messages() if as_json else console()).print(f"report: {target}", soft_wrap=True, markup=False)
-    return several.worst(judged).exit_code
+    return several.status_of(judged).exit_code
 
 
 def _judged(

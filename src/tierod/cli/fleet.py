@@ -149,6 +149,7 @@ def _chosen(names: Sequence[str]) -> tuple[Chosen, ...]:
 
 
 def _show(found: Summary) -> None:
+    from tierod.core.statuses import Status
     from tierod.fleet.schema import FAILED, JUDGED, SKIPPED
 
     console = output()
@@ -157,7 +158,9 @@ def _show(found: Summary) -> None:
     kept = f", {found.kept} of them before" if found.kept else ""
     console.print(f"{len(found.recordings)} recordings: {', '.join(parts)}{kept}; {found.hours:.4g} h of driving")
     cells = [
-        (monitor, status, str(count)) for monitor, each in found.statuses.items() for status, count in each.items()
+        (monitor, Status(status), str(count))
+        for monitor, each in found.statuses.items()
+        for status, count in each.items()
     ]
     if cells:
         console.print(rows(("monitor", "status", "findings"), cells, right=(2,)))

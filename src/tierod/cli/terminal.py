@@ -116,17 +116,22 @@ def rows(titles: Sequence[str], cells: Iterable[Sequence[str]], right: Sequence[
 
     Args:
         titles: titles of the columns
-        cells: the rows; square brackets are text, not markup, also in titles
+        cells: the rows; square brackets are text, not markup, also in titles; the status of a verdict gets its looks
         right: indices of the columns that are aligned to the right, such as numbers
     """
     from rich.table import Table
     from rich.text import Text
 
+    from tierod.core.statuses import Status
+
+    def text(cell: str) -> Text:
+        return Text(cell.capitals, style=cell.style) if isinstance(cell, Status) else Text(visible(cell))
+
     table = Table(box=None, pad_edge=False, header_style="bold")
     for index, title in enumerate(titles):
         table.add_column(Text(visible(title)), justify="right" if index in right else "left", overflow="fold")
     for row in cells:
-        table.add_row(*(Text(visible(cell)) for cell in row))
+        table.add_row(*map(text, row))
     return table
 
 

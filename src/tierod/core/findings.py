@@ -3,35 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from enum import StrEnum
 from typing import Any
 
 from tierod.core.screen import Screen
 from tierod.core.shown import in_words
-
-ESTIMATED, CONSISTENT, INCONSISTENT = "estimated", "consistent", "inconsistent"
-"""Words for an estimate: unconfirmed, in agreement with a reference or redundant signals, or in contradiction."""
-
-
-class Status(StrEnum):
-    """State of a monitored element, or the reason why it could not be judged."""
-
-    HEALTHY = "healthy"
-    RISING = "rising"
-    SUSPECT = "suspect"
-    FAULT = "fault"
-    NOT_READY = "not ready"
-    NOT_ENABLED = "not enabled"
-    NOT_TESTABLE = "not testable"
-    NOT_IDENTIFIABLE = "not identifiable"
-    NOT_AVAILABLE = "not available"
-
-    @property
-    def exit_code(self) -> int:
-        """Exit code: 0 healthy, 1 fault (suspect and rising included), 2 without a judgement."""
-        if self is Status.HEALTHY:
-            return 0
-        return 1 if self in (Status.RISING, Status.SUSPECT, Status.FAULT) else 2
+from tierod.core.statuses import Status as Status
+from tierod.core.statuses import worst
 
 
 @dataclass(frozen=True)
@@ -79,7 +56,9 @@ class Finding:
 
     Args:
         monitor: name of the monitor and its variant
-        status: healthy, a fault, or why no judgement was possible
+        status: what was found, or why no judgement was possible. A monitor that only estimates is never healthy or
+            suspect: consistent where a reference or redundant signals could have contradicted it, inconsistent where
+            they do, else estimated
         headline: one sentence for the first line of a report
         since: time [s] in the recording at which the change to this status began; None where it holds throughout
         estimate: the estimated quantity; None where nothing could be estimated
@@ -88,8 +67,6 @@ class Finding:
         action: the remedy
         warnings: notices for a reader of the verdict (wrong sign suspected, torque in raw counts, ...)
         decided_by: names of the decision rules that raised the alarm; empty without an alarm
-        confirmed: for a monitor that estimates, whether a reference or redundant signals could have contradicted it:
-            a healthy status is then shown as "consistent", else as "estimated"; None for a monitor that judges
     """
 
     monitor: str
@@ -102,20 +79,6 @@ class Finding:
     action: str = ""
     warnings: tuple[str, ...] = ()
     decided_by: tuple[str, ...] = ()
-    confirmed: bool | None = None
-
-    @property
-    def word(self) -> str:
-        """The word for the status of an estimate; "" where the status is shown."""
-        if self.confirmed is None:
-            return ""
-        words = {Status.HEALTHY: CONSISTENT if self.confirmed else ESTIMATED, Status.SUSPECT: INCONSISTENT}
-        return words.get(self.status, "")
-
-    @property
-    def shown_status(self) -> str:
-        """The word under which the finding is shown."""
-        return self.word or str(self.status)
 
     def after(self, cause: str, action: str) -> Finding:
         """The finding with another cause and remedy before its own; an empty remedy of its own is dropped.
@@ -145,7 +108,7 @@ class Finding:
             f"what to do: {self.action}" if self.action else "",
             *(f"warning: {warning}" for warning in self.warnings[:3]),
         )
-        return Screen(f"Finding of {self.monitor}: {self.shown_status}", lines)
+        return Screen(f"Finding of {self.monitor}: {self.status}", lines)
 
     def __repr__(self) -> str:
         return self.screen().text()
@@ -302,7 +265,7 @@ class Diagnosis:
     """Complete result of one run of monitors over one recording; report and JSON are made from it alone.
 
     Args:
-        findings: one per monitor, the decisive one first
+        findings: one per monitor
         elements: states of sensors and actuators, from monitors that judge several
         traces: time series by name
         histograms: by name, (edges, counts) pairs per stretch of the drive
@@ -333,6 +296,16 @@ class Diagnosis:
     version: str = ""
     command: str = ""
     created: str = ""
+
+    @property
+    def status(self) -> Status:
+        """Worst status of all findings; "not available" where no monitor ran."""
+        return worst(each.status for each in self.findings)
+
+    @property
+    def decisive(self) -> Finding | None:
+        """First finding with the worst status; None where no monitor ran."""
+        return next((each for each in self.findings if each.status is self.status), None)
 
     def screen(self) -> Screen:
         """Display of the diagnosis in a terminal or a notebook."""

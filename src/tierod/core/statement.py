@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Annotated, NamedTuple
 
 from tierod.core.block import Scalar
-from tierod.core.findings import Status
+from tierod.core.statuses import Status
 
 STATUSES: tuple[Status, ...] = tuple(Status)
 """All statuses; the code of a status is its index here, the same for all monitors."""

@@ -16,7 +16,7 @@ from tierod.experiments.figures import Moments
 from tierod.monitors.harness.session import StatusChange
 
 ALARMS = (Status.RISING, Status.FAULT)
-JUDGEMENTS = (Status.HEALTHY, Status.RISING, Status.SUSPECT, Status.FAULT)
+JUDGEMENTS = tuple(each for each in Status if each.judged)
 """Statuses of a monitor that judges; all others state the reason why it does not."""
 
 

@@ -8,6 +8,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
+from tierod.core.statuses import Status
 from tierod.core.version import __version__
 from tierod.fleet import report_words as words
 from tierod.fleet.ranking import WORDS, Ranked, Reason, date
@@ -17,7 +18,7 @@ from tierod.fleet.trends import Trends
 from tierod.methods.trends.change_evidence import STEP
 from tierod.report.document import plain
 
-SCHEMA = "tierod.fleet/1"
+SCHEMA = "tierod.fleet/2"
 """Name and version of the JSON document."""
 
 
@@ -96,7 +97,11 @@ def _recovered(report: FleetReport, standing: Standing) -> dict[str, Any]:
 def _drives(report: FleetReport, rows: Sequence[int]) -> list[dict[str, Any]]:
     drives = report.findings.select(["recording_name", "start", "status", "estimate", "deviation"])
     return [
-        {**row, "start": None if row["start"] is None else row["start"].isoformat()}
+        {
+            **row,
+            **Status(row["status"] or Status.NOT_AVAILABLE).document(),
+            "start": None if row["start"] is None else row["start"].isoformat(),
+        }
         for row in drives.take(list(rows)).to_pylist()
     ]
 

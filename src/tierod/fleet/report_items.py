@@ -8,6 +8,7 @@ import numpy as np
 
 from tierod.core.content import Band, Chart, Heading, Item, Lines, Panel, Points, Table
 from tierod.core.shown import written
+from tierod.core.statuses import Status
 from tierod.fleet import report_words as words
 from tierod.fleet.ranking import Ranked, date
 from tierod.fleet.report import FleetReport
@@ -134,7 +135,9 @@ def _drives(report: FleetReport, car: Ranked) -> Table:
         when = "no date" if row["start"] is None else f"{row['start']:%Y-%m-%d}"
         judged = row["judged"] or row["monitor"]
         estimate += written(row["unit"] or "")
-        cells.append((when, row["recording_name"] or "–", judged, row["word"] or row["status"], estimate))
+        cells.append(
+            (when, row["recording_name"] or "–", judged, Status(row["status"] or Status.NOT_AVAILABLE), estimate)
+        )
     return Table(
         f"Drives that show it: {car.vehicle}",
         ("date", "recording", "judged", "verdict of the drive", "estimate"),
@@ -142,7 +145,7 @@ def _drives(report: FleetReport, car: Ranked) -> Table:
     )
 
 
-_OF_DRIVES = ["start", "recording_name", "monitor", "judged", "status", "word", "estimate", "deviation", "unit"]
+_OF_DRIVES = ["start", "recording_name", "monitor", "judged", "status", "estimate", "deviation", "unit"]
 
 
 def _cohorts(trends: Trends, place: int) -> Iterator[Item]:

@@ -75,6 +75,10 @@ def _together(place: Place, paths: Iterable[str], table: str, columns: list[str]
     return whole.combine_chunks()
 
 
+OLD_WORD = "word"
+"""Column of version 1 with the word of an estimate, which the status of a later version is."""
+
+
 def read_table(place: Place, path: str, table: str, columns: list[str] | None = None) -> pa.Table:
     """One file of a results folder, in the columns of the current schema.
 
@@ -88,6 +92,7 @@ def read_table(place: Place, path: str, table: str, columns: list[str] | None = 
         InputError: the file is damaged, or was written by a later tierod
     """
     import pyarrow as pa
+    import pyarrow.compute as pc
     import pyarrow.parquet as pq
 
     wanted = getattr(schema, table)()
@@ -101,6 +106,9 @@ def read_table(place: Place, path: str, table: str, columns: list[str] | None = 
                 )
             known = [name for name in columns or wanted.names if name in file.schema_arrow.names]
             read = file.read(columns=known)
+            if OLD_WORD in file.schema_arrow.names and "status" in known:
+                status = pc.coalesce(file.read(columns=[OLD_WORD])[OLD_WORD], read["status"])
+                read = read.set_column(known.index("status"), "status", status)
     except (pa.ArrowException, OSError) as error:
         reason = " ".join(str(error).split())[:120]
         raise InputError(f"{place.shown(path)} is damaged ({reason}); delete it and run 'tierod fleet' again") from None

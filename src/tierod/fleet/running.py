@@ -91,13 +91,13 @@ class Summary:
 
     @property
     def statuses(self) -> dict[str, dict[str, int]]:
-        """Number of findings of this run by monitor and displayed status."""
+        """Number of findings of this run by monitor and status."""
         keys = {self.rows[name]["key"] for name in self._judged}
-        names = ("key", "monitor", "word", "status")
+        names = ("key", "monitor", "status")
         counts: dict[str, Counter[str]] = {}
-        for key, monitor, word, status in zip(*(self.findings[each].to_pylist() for each in names), strict=True):
+        for key, monitor, status in zip(*(self.findings[each].to_pylist() for each in names), strict=True):
             if key in keys:
-                counts.setdefault(monitor, Counter())[word or status] += 1
+                counts.setdefault(monitor, Counter())[status] += 1
         return {monitor: dict(each.most_common()) for monitor, each in sorted(counts.items())}
 
     @property

@@ -19,7 +19,7 @@ from tierod.core.files import text_of
 if TYPE_CHECKING:
     import pyarrow as pa
 
-VERSION = 1
+VERSION = 2
 """Version of the tables, raised when a column is removed or changes its meaning."""
 
 NAME = b"tierod.fleet"
@@ -50,8 +50,7 @@ def findings() -> pa.Schema:
     judged                  judged element: name of a sensor or actuator; "" for what the monitor watches as a whole
     role                    "sensor", "actuator", or "" for the whole
     quantity, unit          estimated quantity in words, and its unit
-    status                  healthy, rising, suspect, fault, or why nothing could be judged
-    word                    displayed status: the status; for an estimate "estimated", "consistent", ...
+    status                  word of `tierod.core.statuses`: healthy, fault, estimated, ..., or why none is given
     since_s                 beginning of the status in the recording's time [s]; null if it holds throughout
     kind                    kind of fault, in words; "" if there is none or it is not identifiable
     magnitude, magnitude_deviation, magnitude_unit
@@ -83,7 +82,7 @@ _FINDINGS = (
     ("whole", "span"),
     ("time", "start"),
     ("number", "start_s duration_s judged_s mileage_m temperature_K"),
-    ("text", "monitor variant judged role quantity unit status word"),
+    ("text", "monitor variant judged role quantity unit status"),
     ("number", "since_s"),
     ("text", "kind"),
     ("number", "magnitude magnitude_deviation"),

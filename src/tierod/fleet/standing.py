@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from tierod.core.findings import Status
+from tierod.core.statuses import SEVERITY, Status
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -22,7 +22,7 @@ LAST = 3
 OFTEN = 2
 """Number of these with a fault from which the fault is persistent; one if there is only one drive."""
 
-JUDGED = (Status.FAULT, Status.RISING, Status.SUSPECT, Status.HEALTHY)
+JUDGED = tuple(each for each in SEVERITY if each.judged)
 """Verdicts, the worst first."""
 
 
@@ -131,7 +131,7 @@ class _Drives(NamedTuple):
 
 _UNDATED = np.iinfo(np.int64).min
 
-_HEALTHY = JUDGED.index(Status.HEALTHY)
+_QUIET = sum(each.alarm for each in JUDGED)
 
 
 def _drives(findings: pa.Table) -> _Drives:
@@ -165,12 +165,12 @@ def _groups(table: _Drives) -> Iterator[tuple[int, int]]:
     """First and end rows of every group with a verdict that is not healthy."""
     change = np.flatnonzero(np.diff(table.group)) + 1
     for first, end in pairwise([0, *change.tolist(), len(table.group)]):
-        if end > first and table.severity[first:end].min() < _HEALTHY:
+        if end > first and table.severity[first:end].min() < _QUIET:
             yield first, end
 
 
 def _standing(findings: pa.Table, table: _Drives, first: int, end: int) -> Standing:
-    bad = table.severity[first:end] < _HEALTHY
+    bad = table.severity[first:end] < _QUIET
     recent = _recent(table.start[first:end])
     last = tuple(_drive(findings, table, place) for place in (first + np.flatnonzero(bad & recent)).tolist())
     before = tuple(_drive(findings, table, place) for place in (first + np.flatnonzero(bad & ~recent)).tolist())

@@ -11,6 +11,7 @@ import numpy as np
 
 from tierod.core.files import write_text
 from tierod.core.findings import Diagnosis
+from tierod.core.statuses import worst
 from tierod.diagnosis.fault_memory import FaultMemory
 from tierod.diagnosis.trouble_codes import load_trouble_codes
 from tierod.live.engine import Engine
@@ -64,10 +65,15 @@ class Closing:
         guarded(self._hub, lambda: self._baselines(finished))
         diagnoses = {each.judge.name: each.diagnosis for each in finished}
         guarded(self._hub, lambda: self._report(engine, diagnoses))
-        verdicts = {name: str(each.findings[0].status) for name, each in diagnoses.items()}
+        verdicts = {name: each.status.document() for name, each in diagnoses.items()}
         headlines = {name: each.findings[0].headline for name, each in diagnoses.items()}
         missed = {judge.name: judge.reason for judge in engine.judges if judge.name not in diagnoses}
-        content = {"time": engine.clock.latest, "frames": engine.tally.frames, "lost": engine.gaps.lost}
+        status = worst(each.status for each in diagnoses.values())
+        content = status.document() | {
+            "time": engine.clock.latest,
+            "frames": engine.tally.frames,
+            "lost": engine.gaps.lost,
+        }
         self._hub.say("end", content | {"verdicts": verdicts, "headlines": headlines, "not_run": missed})
 
     def _baselines(self, finished: Sequence[Finished]) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Container, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from tierod.core.errors import TierodError
-from tierod.core.findings import Status
+from tierod.core.statuses import Status, worst
 from tierod.io.readers.channel_map import ChannelMap
 from tierod.live.buses import Inbox, Receiver
 from tierod.live.checkpoint import State
@@ -44,9 +44,6 @@ LEEWAY = 0.5
 
 SILENT = 5.0
 """Time without a frame after which the bus is reported as silent [s]."""
-
-_SEVERITY = (0, 2, 1)
-"""Exit codes in the order of severity: a fault (1) outranks "could not judge" (2)."""
 
 
 class Drive:
@@ -86,7 +83,7 @@ class Drive:
         self.ended = False
         self.paused = False
         self.drives = 0
-        self.worst = 0
+        self.statuses: list[Status] = []
         self.marks: list[float] = []
         self.looking: list[Callable[[float], None]] = []
         self.own: Container[int] = ()
@@ -154,7 +151,12 @@ class Drive:
             if self._checkpoints is not None:
                 self._checkpoints.close()
             self.interim.close()
-        return self.worst if self.drives else 2
+        return self.exit_code
+
+    @property
+    def exit_code(self) -> int:
+        """Exit code of the worst verdict of all drives."""
+        return worst(self.statuses).exit_code
 
     def tick(self, now: float, calendar: float) -> None:
         """Process the frames received, judge where a piece is complete, and write what is due.
@@ -270,10 +272,7 @@ class Drive:
         self._judging.ended(self.engine, wait=True)
         engine, checkpoints = self.engine, self._checkpoints
         finished = [Finished(*each) for each in engine.finish()]
-        if not finished:
-            self.worst = max(self.worst, Status.NOT_AVAILABLE.exit_code, key=_SEVERITY.index)
-        for each in finished:
-            self.worst = max(self.worst, each.diagnosis.findings[0].status.exit_code, key=_SEVERITY.index)
+        self.statuses.append(worst(each.diagnosis.status for each in finished))
         report = numbered(self.outputs.report, self.drives)
         Closing(self.plan, report, self.logs.path, self._origin, self.hub).write(engine, finished)
         if checkpoints is not None:

@@ -307,7 +307,7 @@ class Engine:
             if self._statuses.get(each.monitor) != now:
                 self._statuses[each.monitor] = now
                 time = max(each.since, self._until)
-                content = {"time": time, "monitor": each.monitor, "status": now[0], "since": each.since}
+                content = {"time": time, "monitor": each.monitor, **each.status.document(), "since": each.since}
                 self.say("verdict", content | ({"reason": each.reason} if each.reason else {}))
 
     def held(self) -> dict[str, Any]:

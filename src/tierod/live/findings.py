@@ -48,7 +48,7 @@ class Findings:
         if log is None or kind not in SAID:
             return
         time = event.get("time") or max(self._engine.clock.latest, 0.0)
-        level = LEVELS.get(event.get("status", ""), 3 if kind == "problem" else 2)
+        level = LEVELS.get(event.get("colour", ""), 3 if kind == "problem" else 2)
         self._guarded(lambda: log.finding(time, level, event.get("monitor", kind), _words(event)))
 
     def _guarded(self, work: Callable[[], None]) -> None:

@@ -30,8 +30,8 @@ RATE: Annotated[float, "Hz"] = 10.0
 FLUSHED: Annotated[int, "ns"] = 250_000_000
 """Time of the drive between two flushes of the file buffer to the operating system."""
 
-LEVELS = {"healthy": 2, "rising": 3, "suspect": 3, "fault": 4}
-"""Levels of `foxglove.Log` by status: 2 information, 3 warning, 4 error; others are information."""
+LEVELS = {"watch": 3, "bad": 4}
+"""Levels of `foxglove.Log` by the colour of a status: 3 warning, 4 error; others are 2, information."""
 
 LOG_SCHEMA = {
     "title": "foxglove.Log",

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from tierod.core.errors import InputError
 from tierod.core.files import write_text
-from tierod.core.findings import Status
+from tierod.core.statement import STATUSES
 from tierod.live.buses import Address, open_bus
 from tierod.live.judge import Shown
 
@@ -22,9 +22,6 @@ if TYPE_CHECKING:
 
 FIRST = 0x6E0
 """Default identifier of the first message; the others follow consecutively."""
-
-STATUSES = tuple(Status)
-"""Statuses in the order of their codes in the frames."""
 
 UNKNOWN = 255
 """Code of a status that is not in `STATUSES`."""

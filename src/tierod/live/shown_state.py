@@ -40,7 +40,7 @@ def shown_state(engine: Engine, health: Health) -> dict[str, Any]:
 def _monitor(each: Shown, delay: float) -> dict[str, Any]:
     return {
         "monitor": each.monitor,
-        "status": str(each.status),
+        **each.status.document(),
         "since": each.since,
         "reason": each.reason,
         "delay": delay,

@@ -28,8 +28,6 @@ LATE = 0.5
 
 _BARS, _WIDTH = "▁▂▃▄▅▆▇█", 24
 
-_COLOURS = {"healthy": "green", "fault": "bold red", "suspect": "red", "rising": "yellow"}
-
 
 def sparkline(values: Sequence[float]) -> str:
     """The last values as bars between their minimum and maximum; a blank where a value is missing."""
@@ -54,9 +52,8 @@ def picture(drive: Drive) -> Group:
         table.add_column(title)
     for each in engine.shown():
         rows = _estimates(each) or [("", "")]
-        colour = _COLOURS.get(str(each.status), "dim")
         learning = "" if math.isnan(each.enabled) else f"{each.enabled:.0%}"
-        verdict = Text(str(each.status), style=colour)
+        verdict = Text(f"{each.status.symbol} {each.status}", style=each.status.style)
         if not each.reason and (delay := engine.delay(each)) >= LATE:
             verdict.append(f" (up to {delay:.1f} s late)", style="dim")
         for place, (estimate, bars) in enumerate(rows[:3]):

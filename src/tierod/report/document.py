@@ -14,9 +14,8 @@ from tierod.core.decimation import merged
 from tierod.core.files import text_of
 from tierod.core.findings import Diagnosis, Element, Episode, Estimate, Finding, Trace
 from tierod.report.display import INTERVAL
-from tierod.report.verdict import overall
 
-SCHEMA = "tierod.diagnosis/3"
+SCHEMA = "tierod.diagnosis/4"
 """Name and version of the JSON document."""
 
 
@@ -27,8 +26,8 @@ def document(diagnosis: Diagnosis, series: bool) -> str:
         "version": diagnosis.version,
         "created": diagnosis.created,
         "command": diagnosis.command,
-        "status": str(overall(diagnosis)),
-        "exit_code": overall(diagnosis).exit_code,
+        **diagnosis.status.document(),
+        "exit_code": diagnosis.status.exit_code,
         "findings": [_finding(finding) for finding in diagnosis.findings],
         "elements": [_element(element) for element in diagnosis.elements],
         "consistency": diagnosis.consistency,
@@ -70,8 +69,8 @@ def plain(value: object) -> Any:
 
 
 def _finding(finding: Finding) -> dict[str, Any]:
-    names = [field.name for field in dataclasses.fields(finding) if field.name not in ("decided_by", "confirmed")]
-    content = {name: getattr(finding, name) for name in names} | {"word": finding.word}
+    names = [field.name for field in dataclasses.fields(finding) if field.name != "decided_by"]
+    content = {name: getattr(finding, name) for name in names} | finding.status.document()
     return content | {"estimate": _estimate(finding.estimate)}
 
 
@@ -85,6 +84,7 @@ def _estimate(estimate: Estimate | None) -> dict[str, Any] | None:
 
 def _element(element: Element) -> dict[str, Any]:
     content = {field.name: getattr(element, field.name) for field in dataclasses.fields(element)}
+    content |= element.status.document()
     return content | {"episodes": [_episode(episode) for episode in element.episodes]}
 
 

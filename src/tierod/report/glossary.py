@@ -8,9 +8,10 @@ from typing import Any
 
 from tierod.core.shown import shown
 from tierod.core.signals import SIGNALS
+from tierod.core.statuses import SEVERITY, Status
 from tierod.report.charts.figure import Figure
 from tierod.report.display import words
-from tierod.report.terms import STATUSES, TERMS
+from tierod.report.terms import TERMS
 from tierod.vehicles import QUANTITIES
 
 TIMED = "Drag to zoom, double-click for everything; all charts over time follow, and so does their cursor."
@@ -38,8 +39,10 @@ class Glossary:
         """The word of a status, as a link to its explanation."""
         import markupsafe
 
-        known = STATUSES.get(str(text))
-        return self._word((words(str(text)), known), text) if known else markupsafe.escape(text)
+        if text not in SEVERITY:
+            return markupsafe.escape(text)
+        status = Status(str(text))
+        return self._word((words(status), status.meaning), status)
 
     def chart(self, figure: Figure) -> Any:
         """Link to the explanation of how to read a chart."""

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 
 from tierod.core.content import Chart, Heading, Item, Table
 from tierod.core.decimation import Packed
+from tierod.core.statuses import Status
 from tierod.core.version import __version__
 from tierod.report.charts.figure import Figure, drawn_from
 from tierod.report.charts.study import study_figure
@@ -94,6 +95,11 @@ class Looks(NamedTuple):
     symbol: str
     kind: str
     status: str
+
+    @classmethod
+    def of(cls, status: Status) -> Looks:
+        """Appearance of the status of a verdict."""
+        return cls(status.symbol, status.colour, str(status))
 
 
 def rendered(

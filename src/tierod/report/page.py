@@ -23,7 +23,7 @@ from tierod.report.html import UNFOLDED, Origin, rendered
 from tierod.report.packing import packed_series
 from tierod.report.uncertain import COLUMNS as EFFECT_COLUMNS
 from tierod.report.uncertain import HEADING, effect_rows, measure_first
-from tierod.report.verdict import COLUMNS, deciding, overall, rows, shown_as
+from tierod.report.verdict import COLUMNS, deciding, rows
 
 _WIDTH, _MARGIN = 640.0, 14.0
 _ROW = 26.0
@@ -114,8 +114,6 @@ class Verdict:
     """One finding in the form shown on the page."""
 
     finding: Finding
-    symbol: str
-    kind: str
     since: str
     value: str
     interval: str
@@ -138,7 +136,7 @@ def render(diagnosis: Diagnosis) -> str:
         drawn,
         packed,
         diagnosis=diagnosis,
-        status=diagnosis.findings[0].shown_status if diagnosis.findings else overall(diagnosis),
+        status=diagnosis.status,
         verdicts=[verdict(diagnosis, finding) for finding in diagnosis.findings],
         elements=[row for element in diagnosis.elements for row in rows(element)],
         element_columns=COLUMNS,
@@ -167,7 +165,6 @@ def render(diagnosis: Diagnosis) -> str:
 def verdict(diagnosis: Diagnosis, finding: Finding) -> Verdict:
     """A finding as texts and numbers for the page."""
     decisive = [sentence(each) for each in deciding(diagnosis, finding)]
-    looks = shown_as(finding)
     value = spread = picture = ""
     if finding.estimate is not None:
         middle, low, high, unit = interval(finding.estimate)
@@ -183,7 +180,7 @@ def verdict(diagnosis: Diagnosis, finding: Finding) -> Verdict:
         warnings=tuple(map(sentence, finding.warnings)),
     )
     since = "" if finding.since is None else f"at {instant(finding.since)}" if finding.since > 0.0 else "at the start"
-    return Verdict(finding, looks.symbol, looks.kind, since, value, spread, picture, figures, decisive)
+    return Verdict(finding, since, value, spread, picture, figures, decisive)
 
 
 def sentence(text: str) -> str:

@@ -8,7 +8,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from tierod.core.content import Table
-from tierod.core.findings import Diagnosis, Status, Trace
+from tierod.core.findings import Diagnosis, Trace
+from tierod.core.statuses import Status, worst
 from tierod.monitors.several import ALL, Judged
 from tierod.report.charts.decisions import decision_figure, looks_figure
 from tierod.report.charts.elements import state_figure
@@ -19,28 +20,23 @@ from tierod.report.document import document
 from tierod.report.html import Looks, Origin, Section, rendered
 from tierod.report.packing import packed_series
 from tierod.report.page import NOTHING_RAN, sentence, verdict
-from tierod.report.verdict import appearance, overall, shown_as
 
-SCHEMA = "tierod.diagnoses/1"
+SCHEMA = "tierod.diagnoses/2"
 """Name and version of the JSON document."""
-
-_RANK = {0: 0, 2: 1, 1: 2}
-"""Rank of the exit codes, best first: healthy, could not judge, fault."""
 
 HEADER = ("recording", "monitor", "verdict", "why")
 
 
-def worst(judged: Sequence[Judged]) -> Status:
-    """Worst status of all: a fault ranks above a missing judgement, and a recording without a verdict counts as one."""
-    found = [overall(each) for one in judged for each in one.diagnoses.values()]
-    found += [Status.NOT_AVAILABLE for one in judged if not one.diagnoses]
-    return max(found, key=lambda status: _RANK[status.exit_code], default=Status.NOT_AVAILABLE)
+def status_of(judged: Sequence[Judged]) -> Status:
+    """Worst status of all; a recording without a verdict counts as not available."""
+    # The worst of no diagnosis is "not available".
+    return worst(worst(each.status for each in one.diagnoses.values()) for one in judged)
 
 
-def overview(judged: Sequence[Judged]) -> list[tuple[str, str, str, str]]:
+def overview(judged: Sequence[Judged]) -> list[tuple[str, str, Status, str]]:
     """Rows of recording, monitor, verdict and headline, without the monitors that did not run."""
     return [
-        (one.path.name, name, _verdict(each), each.findings[0].headline if each.findings else "")
+        (one.path.name, name, each.status, each.decisive.headline if each.decisive else "")
         for one in judged
         for name, each in one.diagnoses.items()
     ]
@@ -103,27 +99,18 @@ def _head(judged: Sequence[Judged]) -> dict[str, Any]:
     """Headline of the page: the worst verdict, and the number of verdicts of which it is the worst."""
     found = [each for one in judged for each in one.diagnoses.values()]
     missed = [one.path.name for one in judged if not one.diagnoses]
-    decisive = next((each.findings[0] for each in found if each.findings and overall(each) is worst(judged)), None)
+    status = status_of(judged)
+    looks = Looks.of(status)
+    decisive = next((each.decisive for each in found if each.decisive and each.status is status), None)
     if decisive is None:
-        nothing = appearance(Status.NOT_AVAILABLE)
-        looks = Looks(nothing.symbol, nothing.kind, str(Status.NOT_AVAILABLE))
         if not found:
             return {"looks": looks, "title": "No monitor ran on these recordings.", "summary": (NOTHING_RAN,)}
         title = f"{len(missed)} of {len(judged)} recordings could not be judged: {', '.join(missed)}."
         return {"looks": looks, "title": title, "summary": ("In the others no monitor declares a fault.",)}
-    seen = shown_as(decisive)
     over = f"{len(judged) - len(missed)} recordings" if len(judged) > 1 else "the recording"
     summary = [f"The worst of {len(found)} verdicts on {over}."] if len(found) > 1 else []
     summary += [f"Not judged: {', '.join(missed)}."] if missed else []
-    looks = Looks(seen.symbol, seen.kind, decisive.shown_status)
     return {"looks": looks, "title": sentence(decisive.headline), "summary": summary}
-
-
-def _verdict(diagnosis: Diagnosis) -> str:
-    if not diagnosis.findings:
-        return f"{appearance(Status.NOT_AVAILABLE).symbol} {str(Status.NOT_AVAILABLE).upper()}"
-    decisive = diagnosis.findings[0]
-    return f"{shown_as(decisive).symbol} {decisive.shown_status.upper()}"
 
 
 def _sections(judged: Sequence[Judged], traces: dict[str, Trace]) -> Iterator[Section]:
@@ -132,7 +119,7 @@ def _sections(judged: Sequence[Judged], traces: dict[str, Trace]) -> Iterator[Se
         for name, each in one.diagnoses.items():
             where = f"{one.path.name}, {name}" if len(judged) > 1 else name
             traces |= {f"{place}-{name}/{key}": trace for key, trace in each.traces.items()}
-            yield _section(f"{where}: {_verdict(each)}", each, f"{place}-{name}")
+            yield _section(f"{where}: {each.status.capitals}", each, f"{place}-{name}")
 
 
 def _section(title: str, diagnosis: Diagnosis, suffix: str) -> Section:
@@ -148,8 +135,7 @@ def _section(title: str, diagnosis: Diagnosis, suffix: str) -> Section:
     ]
     parts += [("chart", _apart(each, suffix)) for each in charts if each]
     headlines = tuple(sentence(each.headline) for each in diagnosis.findings)
-    looks = shown_as(diagnosis.findings[0]) if diagnosis.findings else appearance(Status.NOT_AVAILABLE)
-    return Section(title, headlines, parts, looks.kind)
+    return Section(title, headlines, parts, diagnosis.status.colour)
 
 
 def _apart(figure: Figure, suffix: str) -> Figure:
@@ -171,13 +157,13 @@ def to_json(judged: Sequence[Judged], origin: Origin) -> str:
         judged: recordings with their diagnoses
         origin: time, version and command
     """
-    status = worst(judged)
+    status = status_of(judged)
     content = {
         "schema": SCHEMA,
         "version": origin.version,
         "created": origin.created,
         "command": origin.command,
-        "status": str(status),
+        **status.document(),
         "exit_code": status.exit_code,
         "recordings": [
             {

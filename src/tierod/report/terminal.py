@@ -12,7 +12,7 @@ from tierod.diagnosis.fault_memory import FaultMemory
 from tierod.report.display import evidence, instant, interval, number, words
 from tierod.report.uncertain import COLUMNS as EFFECT_COLUMNS
 from tierod.report.uncertain import HEADING, effect_rows, measure_first
-from tierod.report.verdict import COLUMNS, appearance, deciding, overall, rows, shown_as
+from tierod.report.verdict import COLUMNS, deciding, rows
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -23,9 +23,7 @@ def show(diagnosis: Diagnosis, console: Console) -> None:
     from rich.markup import escape
 
     if not diagnosis.findings:
-        console.print(
-            f"[{appearance(overall(diagnosis)).style}]{overall(diagnosis)}[/]: no monitor ran on this recording"
-        )
+        console.print(f"[{diagnosis.status.style}]{diagnosis.status.capitals}[/]  no monitor ran on this recording")
     for finding in diagnosis.findings:
         _finding(diagnosis, finding, console)
     if diagnosis.elements:
@@ -55,7 +53,7 @@ def _elements(diagnosis: Diagnosis, console: Console) -> None:
         table.add_column(COLUMNS[place], overflow="fold", header_style="dim")
     for row in lines:
         cells = [escape(row.cells[place]) for place in filled]
-        table.add_row(cells[0], f"[{row.looks.style}]{cells[1]}[/]" if cells[1] else "", *cells[2:])
+        table.add_row(cells[0], f"[{row.status.style}]{cells[1]}[/]" if cells[1] else "", *cells[2:])
     console.print("\n[bold]Sensors and actuators[/bold]")
     console.print(table)
 
@@ -79,8 +77,8 @@ def _finding(diagnosis: Diagnosis, finding: Finding, console: Console) -> None:
     from rich.markup import escape
     from rich.table import Table
 
-    looks = shown_as(finding)
-    console.print(f"[{looks.style}]{looks.symbol} {finding.shown_status.upper()}[/]  {escape(finding.headline)}")
+    status = finding.status
+    console.print(f"[{status.style}]{status.capitals}[/]  {escape(finding.headline)}")
     table = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
     table.add_column(style="dim", no_wrap=True)
     table.add_column(overflow="fold")

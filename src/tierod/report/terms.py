@@ -4,22 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-STATUSES: Mapping[str, str] = {
-    "healthy": "Everything that this monitor judges is fault-free, with enough driving for a verdict.",
-    "rising": "The quantity has risen above its baseline, and is not yet beyond the limit of a fault.",
-    "suspect": "Something differs from what is expected, and its cause is not known.",
-    "fault": "A fault was found: its statistic passed a threshold that fault-free driving hardly ever reaches.",
-    "not ready": "Too little was driven for a verdict; the result is kept, and the next drive continues from it.",
-    "not enabled": "The conditions under which the monitor can judge never held in this drive.",
-    "not testable": "The signals that this verdict needs were not good enough in this drive.",
-    "not identifiable": "The drive did not excite what is to be estimated, so that no value can be given.",
-    "not available": "No monitor ran: a signal or a parameter is missing.",
-    "estimated": "An estimate that nothing in the recording confirms or contradicts.",
-    "consistent": "An estimate with which a reference or a redundant signal agrees.",
-    "inconsistent": "An estimate that a reference or a redundant signal contradicts.",
-}
-"""Explanation of each status of a verdict."""
-
 _NIS = (
     "Normalised innovation squared: measured less predicted, squared, over its variance. Its mean is the number of "
     "measurements where the estimator knows its own uncertainty; above it the estimator is overconfident."

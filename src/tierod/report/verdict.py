@@ -1,56 +1,13 @@
-"""Appearance of a status, decisive rules of a verdict, and rows of sensors and actuators; for terminal and page."""
+"""Decisive rules of a verdict, and rows of sensors and actuators; for terminal and page."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
-from tierod.core.findings import ESTIMATED, Decided, Diagnosis, Element, Episode, Finding, Status
+from tierod.core.findings import Decided, Diagnosis, Element, Episode, Finding
 from tierod.core.shown import shown
+from tierod.core.statuses import Status
 from tierod.report.display import instant, interval, number, words
-
-
-@dataclass(frozen=True)
-class Appearance:
-    """Appearance of a status.
-
-    Args:
-        symbol: one character that distinguishes the status without colour
-        kind: CSS class on the page: good, watch, bad or open
-        style: in the terminal
-    """
-
-    symbol: str
-    kind: str
-    style: str
-
-
-_GOOD = Appearance("✓", "good", "bold green")
-_WATCH = Appearance("▲", "watch", "bold yellow")
-_BAD = Appearance("✕", "bad", "bold red")
-_OPEN = Appearance("?", "open", "bold cyan")
-
-_APPEARANCES = {
-    Status.HEALTHY: _GOOD,
-    Status.RISING: _WATCH,
-    Status.SUSPECT: _WATCH,
-    Status.FAULT: _BAD,
-}
-
-
-def appearance(status: Status) -> Appearance:
-    """Appearance of a status; a status without a judgement appears open."""
-    return _APPEARANCES.get(status, _OPEN)
-
-
-def shown_as(finding: Finding) -> Appearance:
-    """Appearance of a finding; an unconfirmed estimate appears open, whatever its status."""
-    return _OPEN if finding.word == ESTIMATED else appearance(finding.status)
-
-
-def overall(diagnosis: Diagnosis) -> Status:
-    """Status of the decisive finding, which comes first; "not available" where no monitor ran."""
-    return diagnosis.findings[0].status if diagnosis.findings else Status.NOT_AVAILABLE
 
 
 def deciding(diagnosis: Diagnosis, finding: Finding) -> list[str]:
@@ -100,13 +57,14 @@ class ElementRow(NamedTuple):
 
     Args:
         name: of the element; "" in the rows of its further episodes
-        looks: appearance of its status
-        status, fault, start, end, size, substitute, code: displayed texts
+        status: of the element
+        first: whether it is the first row of its element, which alone shows the status
+        fault, start, end, size, substitute, code: displayed texts
     """
 
     name: str
-    looks: Appearance
-    status: str
+    status: Status
+    first: bool
     fault: str
     start: str
     end: str
@@ -117,17 +75,16 @@ class ElementRow(NamedTuple):
     @property
     def cells(self) -> tuple[str, ...]:
         """Cells in the order of `COLUMNS`."""
-        state = f"{self.looks.symbol} {self.status}" if self.status else ""
+        state = f"{self.status.symbol} {self.status}" if self.first else ""
         return (self.name, state, self.fault, self.start, self.end, self.size, self.substitute, self.code)
 
 
 def rows(element: Element) -> list[ElementRow]:
     """Rows of one element: one per episode, and at least one."""
-    looks = appearance(element.status)
     if not element.episodes:
         return [
             ElementRow(
-                words(element.name), looks, element.status, element.cause, "", "", "", "", element.trouble_code
+                words(element.name), element.status, True, element.cause, "", "", "", "", element.trouble_code
             )
         ]  # fmt: skip
     lines = []
@@ -136,8 +93,8 @@ def rows(element: Element) -> list[ElementRow]:
         lines.append(
             ElementRow(
                 words(element.name) if first else "",
-                looks,
-                element.status if first else "",
+                element.status,
+                first,
                 _fault(episode),
                 instant(episode.start) if episode.start > 0.0 else "start",
                 "end" if episode.end is None else instant(episode.end),

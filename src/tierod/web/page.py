@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import json
 from functools import cache
 from pathlib import Path
 from typing import NamedTuple
@@ -12,6 +13,7 @@ from fastapi import FastAPI, Request
 from fastapi.responses import HTMLResponse, Response
 from starlette.exceptions import HTTPException
 
+from tierod.core.statuses import SEVERITY
 from tierod.report.html import TEMPLATES
 from tierod.web.bundle import bundled
 
@@ -54,6 +56,7 @@ def files() -> Files:
     paths = {path.relative_to(STATIC).as_posix(): path for path in STATIC.rglob("*") if path.suffix in KINDS}
     paths[COLOURS.name] = COLOURS
     content = {name: path.read_bytes() for name, path in sorted(paths.items())}
+    content["statuses.js"] = _statuses().encode()
     content |= _together(content)
     index = (STATIC / "index.html").read_text(encoding="utf-8")
     whole = hashlib.sha256(index.encode())
@@ -61,6 +64,16 @@ def files() -> Files:
         whole.update(f"\0{name}\0{len(each)}\0".encode() + each)
     digest = whole.hexdigest()[:16]
     return Files(content, digest, index.replace("/static/", f"/static/{digest}/"))
+
+
+def _statuses() -> str:
+    """Module with colour and symbol of every status of a verdict and of a car, so that the page has no own table."""
+    from tierod.fleet.ranking import WORDS
+    from tierod.fleet.report_words import LOOKS
+
+    table = {WORDS[urgency]: (colour, symbol) for urgency, (symbol, colour) in LOOKS.items()}
+    table |= {status.value: (status.colour, status.symbol) for status in SEVERITY}
+    return f"export const STATUSES = {json.dumps(table, ensure_ascii=False)};\n"
 
 
 def _together(content: dict[str, bytes]) -> dict[str, bytes]:

@@ -37,8 +37,8 @@ def judged(recording, car):
 @pytest.mark.parametrize("value", [21.0, 18.0, 24.0])
 def test_a_ratio_within_the_deviation_of_the_file_is_taken_from_the_angles(drive, value):
     exact, finding = judged(drive, CAR), judged(drive, guessed(value, 2.5))
-    assert exact.status is finding.status is Status.HEALTHY
-    assert finding.confirmed
+    assert exact.status is finding.status
+    assert finding.status is Status.CONSISTENT
     assert any(f"the ratio of the angles is {RATIO:.4g}, which is used: enter motor_ratio = {RATIO:.4g}" in each
                for each in finding.warnings)  # fmt: skip
     assert not any("motor_ratio" in each for each in exact.warnings)
@@ -49,7 +49,7 @@ def test_a_ratio_within_the_deviation_of_the_file_is_taken_from_the_angles(drive
 @pytest.mark.parametrize(("value", "deviation"), [(21.0, 0.0), (21.0, None), (12.0, 1.0)])
 def test_a_ratio_beyond_the_deviation_of_the_file_is_still_a_contradiction(drive, value, deviation):
     finding = judged(drive, guessed(value, deviation))
-    assert finding.status is Status.SUSPECT
+    assert finding.status is Status.INCONSISTENT
     assert f"motor_ratio is {value:g}, but the ratio of the angles is {RATIO:.4g}" in finding.cause
 
 
@@ -58,7 +58,7 @@ def test_without_a_ratio_the_angle_of_the_motor_is_not_used(drive):
     still = replace(start, values=np.where(start.time < 61.0, np.nan, start.values))
     channels = {**drive.channels, "motor_angle_mechanical": still}
     finding = judged(Recording(channels, drive.metadata), guessed(24.0, 2.5))
-    assert finding.status is Status.HEALTHY
+    assert finding.status.quiet
     assert any("motor_angle_mechanical is not used: motor_ratio is 24 ± 2.5" in each for each in finding.warnings)
     del channels["motor_angle_mechanical"]
     bare = judged(Recording(channels, drive.metadata), guessed(24.0, 2.5))
@@ -67,7 +67,7 @@ def test_without_a_ratio_the_angle_of_the_motor_is_not_used(drive):
 
 def test_the_spread_of_a_ratio_that_was_seen_moves_nothing(drive):
     found = with_spread.diagnose(drive, guessed(21.0, 2.5), "driver-torque")
-    assert found.findings[0].status is Status.HEALTHY
+    assert found.findings[0].status.quiet
     effects = {each.name: each.effect for each in found.parameter_effects}
     assert abs(effects.get("motor_ratio", 0.0)) < 1e-9
     assert max(map(abs, effects.values())) > 1e-3

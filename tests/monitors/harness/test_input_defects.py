@@ -225,15 +225,15 @@ def test_without_signals_over_time_the_estimates_stay_the_same(healthy):
 
 def test_a_defect_that_withholds_the_estimate_leaves_none_in_the_finding():
     estimate = Estimate("largest sideslip angle", 0.3, 0.01, "rad")
-    finding = Finding("sideslip, combined", Status.HEALTHY, "up to 17 ± 1 degrees", estimate=estimate, confirmed=False)
+    finding = Finding("sideslip, combined", Status.ESTIMATED, "up to 17 ± 1 degrees", estimate=estimate)
     late = Defect(("yaw_rate",), "yaw_rate is late")
     withheld = with_defects(finding, [late, Defect((), "the file is another car's", True)], MONITORS["sideslip"])
     assert withheld.estimate is None
-    assert withheld.shown_status == "inconsistent"
+    assert withheld.status is Status.INCONSISTENT
     assert "17" not in withheld.headline
     assert withheld.headline.index("late") < withheld.headline.index("another car")
     kept = with_defects(
         finding, [Defect(("steering_wheel_angle",), "steering_wheel_angle is late")], MONITORS["sideslip"]
     )
     assert kept.estimate == estimate
-    assert kept.shown_status == "inconsistent"
+    assert kept.status is Status.INCONSISTENT

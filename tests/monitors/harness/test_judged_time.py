@@ -50,7 +50,7 @@ def test_a_frozen_signal_is_named_before_the_doubts_that_it_raises():
     name = "steering_wheel_angle"
     bench = scenario("column-bench-hands").run().recording
     finding = diagnose(held(bench, name, 60.0), "column-bench", "driver-torque").findings[0]
-    assert finding.status is Status.SUSPECT
+    assert finding.status is Status.INCONSISTENT
     assert finding.cause.startswith(f"{name} is stuck from 60.0 s on")
     assert finding.action.startswith("repair the sensor or its messages")
     assert f"; {name} is stuck from 60.0 s on" in finding.headline.partition("Until then")[0]

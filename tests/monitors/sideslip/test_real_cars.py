@@ -110,7 +110,7 @@ def test_the_passenger_car_with_an_optical_sensor():
 def test_from_the_file_to_the_finding(parts, car, most):
     found = diagnose(shared_data(*parts), car, "sideslip")
     (finding,) = found.findings
-    assert finding.status is Status.HEALTHY
+    assert finding.status.quiet
     assert math.degrees(finding.evidence["error_against_truth_rms_rad"]) < most
     assert finding.evidence["truth_within_band_share"] > 0.9
     assert "sideslip_angle_standard_deviation" in found.traces
@@ -143,7 +143,7 @@ def test_a_file_of_another_car_gives_no_value():
     bare = Recording({name: each for name, each in recording.channels.items() if name != "sideslip_angle"})
     found = diagnose(bare, "midsize-eps", "sideslip")
     (finding,) = found.findings
-    assert finding.shown_status == "inconsistent"
+    assert finding.status is Status.INCONSISTENT
     assert finding.estimate is None
     assert "accelerometer" in finding.headline
     assert "track" in finding.headline

@@ -143,7 +143,7 @@ class DriveFigures:
     def add(self, time: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
         """Add the next piece: time [s], signals and outputs by name, (n,) each."""
         hand, deviation = result["statement.magnitude"], result["statement.deviation"]
-        ready = (result["statement.status"] == code_of(Status.HEALTHY)) & np.isfinite(hand)
+        ready = (result["statement.status"] == code_of(Status.ESTIMATED)) & np.isfinite(hand)
         bar = signals["steering_wheel_angle"], signals["motor_angle_mechanical"], signals["driver_torque"]
         self._stretches.add(time, result["hands"])
         self._geometry.add(*bar)

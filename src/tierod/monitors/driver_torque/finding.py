@@ -51,8 +51,8 @@ def judge(drive: Drive, vehicle: Vehicle, name: str, rules: FitRules, remarks: t
         notice = ("the torque of the hands, and when they were on the wheel, are withheld", *remarks)
         decided_by = tuple(name for name, distance in distances(drive, vehicle).items() if rules.beyond(name, distance))
         return Finding(
-            name, Status.SUSPECT, headline, evidence=evidence, cause=cause, action=action, warnings=notice,
-            decided_by=decided_by, confirmed=False,
+            name, Status.INCONSISTENT, headline, evidence=evidence, cause=cause, action=action, warnings=notice,
+            decided_by=decided_by,
         )  # fmt: skip
     evidence |= _value(drive)
     estimate = None  # without a deviation there is no interval
@@ -62,10 +62,8 @@ def judge(drive: Drive, vehicle: Vehicle, name: str, rules: FitRules, remarks: t
     action = "correct the vehicle file before the disturbance torque is used" if notices else "none"
     notices += (*remarks, *_doubts(drive))
     notices += _unchecked(drive)
-    return Finding(
-        name, Status.HEALTHY, _headline(drive), None, estimate, evidence, action=action, warnings=notices,
-        confirmed=drive.contradiction is not None,
-    )  # fmt: skip
+    status = Status.ESTIMATED if drive.contradiction is None else Status.CONSISTENT
+    return Finding(name, status, _headline(drive), None, estimate, evidence, action=action, warnings=notices)
 
 
 def _notices(drive: Drive, vehicle: Vehicle, rules: FitRules) -> tuple[str, ...]:

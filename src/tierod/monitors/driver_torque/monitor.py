@@ -92,7 +92,7 @@ class DriverTorqueMonitor:
 
         ready = where(there, of_observer("ready", 1.0), 0.0)
         statement = Statement(
-            status=where(ready > 0.5, code_of(Status.HEALTHY), code_of(Status.NOT_READY)),
+            status=where(ready > 0.5, code_of(Status.ESTIMATED), code_of(Status.NOT_READY)),
             since=-1.0,
             kind=0.0,
             magnitude=of_observer("hand_torque"),

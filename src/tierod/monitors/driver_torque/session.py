@@ -8,7 +8,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tierod.core.findings import Status
 from tierod.core.graph import Result
 from tierod.core.recording import Aligned
 from tierod.monitors.driver_torque import guessed_ratio
@@ -166,8 +165,7 @@ class DriverTorqueSession(BlockSession):
         """The finding, with the consistency of the observer."""
         drive, found = self._figures.drive(), self._figures.consistency()
         finding = judge(drive, self.vehicle, self.name, self.rules, self._remarks(drive))
-        fits = finding.status is Status.HEALTHY
-        unfit = finding.status is Status.SUSPECT
+        fits, unfit = finding.status.quiet, finding.status.alarm
         withheld = (TRUTH,) if fits else (TRUTH, *(name for name in self.traces if not (unfit and name == "nis")))
         remarks = {"estimate": WITHHELD if unfit else self._remark if fits else "", "consistency": SIZED * bool(found)}
         return Conclusion(

@@ -316,20 +316,20 @@ def with_defects(finding: Finding, defects: Sequence[Defect], monitor: Monitor) 
         )
     if decisive and finding.status is Status.NOT_IDENTIFIABLE:
         return _named_first(warned, decisive, monitor)
-    if not decisive or finding.status not in (Status.HEALTHY, Status.RISING, Status.FAULT, Status.SUSPECT):
+    if not decisive or not finding.status.judged:
         return warned
-    why = "; ".join(decisive)
-    suspect = replace(warned, status=Status.SUSPECT)
-    headline = f"{monitor.title}: {suspect.shown_status}, because {why}. Ignoring this: {finding.headline}"
-    return replace(suspect, headline=headline).after(why, REPAIR)
+    why, status = "; ".join(decisive), finding.status.doubted
+    headline = f"{monitor.title}: {status}, because {why}. Ignoring this: {finding.headline}"
+    return replace(warned, status=status, headline=headline).after(why, REPAIR)
 
 
 def _withheld(finding: Finding, why: Sequence[str], monitor: Monitor) -> Finding:
     """Finding without its estimate, whose error may exceed any band."""
-    status = replace(finding, status=Status.SUSPECT)
+    status = finding.status.doubted if finding.status.judged else Status.INCONSISTENT
     return replace(
-        status,
-        headline=f"{monitor.title}: {status.shown_status}, because {'; '.join(why)}. No value is given.",
+        finding,
+        status=status,
+        headline=f"{monitor.title}: {status}, because {'; '.join(why)}. No value is given.",
         estimate=None,
         cause="; ".join(why),
         action="correct scale or unit of the signal in the channel map, or its time stamps, or give the vehicle file "

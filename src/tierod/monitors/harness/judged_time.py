@@ -88,7 +88,8 @@ class JudgedTime:
             not self.rest > reaction
             or self.last is None
             or self.end is None
-            or finding.status not in (Status.HEALTHY, Status.RISING, Status.SUSPECT)
+            or not finding.status.judged
+            or finding.status is Status.FAULT
         ):
             return finding
         lost = [name for name in self.required if self._last.get(name, self.last) <= self.last + 1.5 / self.rate]
@@ -100,8 +101,8 @@ class JudgedTime:
         if finding.status is Status.RISING:
             return replace(finding, cause=f"{finding.cause}; {cause}")
         repair = "repair the sensor or its messages, and record again with all signals to the end"
-        doubted = finding.status is Status.SUSPECT
-        status = Status.SUSPECT if doubted else Status.NOT_IDENTIFIABLE
+        doubted = finding.status.alarm
+        status = finding.status if doubted else Status.NOT_IDENTIFIABLE
         limited = finding.after(cause, repair) if doubted else replace(finding, cause=cause, action=repair)
         headline = f"{title}: {status.value}; {cause}. Until then: {finding.headline}"
         return replace(limited, status=status, headline=headline)

@@ -89,10 +89,11 @@ def judge(drive: SideslipDrive, name: str, misfit_rule: Detector, nis: float) ->
         found = Finding(name, Status.NOT_IDENTIFIABLE, headline, None, estimate, evidence, cause, action)
     else:
         headline = f"Sideslip angle up to {largest}, estimated for {drive.seconds:.0f} s."
-        found = Finding(name, Status.HEALTHY, headline, None, estimate, evidence, action="none")
+        compared = figures.compared >= LEAST_COMPARED * drive.rate
+        status = Status.CONSISTENT if compared else Status.ESTIMATED
+        found = Finding(name, status, headline, None, estimate, evidence, action="none")
         found = _beside_truth(found, figures.compared / drive.rate)
-    found = _contradicted(_with_offset(found, drive), drive)
-    return replace(found, confirmed=figures.compared >= LEAST_COMPARED * drive.rate)
+    return _contradicted(_with_offset(found, drive), drive)
 
 
 def confirmed(finding: Finding, drive: SideslipDrive) -> bool:
@@ -107,7 +108,7 @@ def confirmed(finding: Finding, drive: SideslipDrive) -> bool:
 
 
 def _beside_truth(finding: Finding, seconds: float) -> Finding:
-    """The finding, suspect where the band does not contain a recorded truth."""
+    """The finding, inconsistent where the band does not contain a recorded truth."""
     share = finding.evidence.get("truth_within_band_share", 1.0)
     if not (share < LEAST_COVERAGE and seconds >= LEAST_COMPARED):
         return finding
@@ -115,7 +116,7 @@ def _beside_truth(finding: Finding, seconds: float) -> Finding:
     cause = f"the 95 % band contains the recorded truth for only {100.0 * share:.0f} % of the time"
     return replace(
         finding,
-        status=Status.SUSPECT,
+        status=Status.INCONSISTENT,
         headline=f"{finding.headline} But {cause}; the error is {error:.2f} degrees (root mean square).",
         cause=f"{cause}: parameters of the vehicle file or offsets of sensors are wrong by more than the band covers",
         action="use this error as the uncertainty, or fit stiffness and friction of the vehicle file to the truth and "
@@ -125,19 +126,18 @@ def _beside_truth(finding: Finding, seconds: float) -> Finding:
 
 
 def _with_offset(finding: Finding, drive: SideslipDrive) -> Finding:
-    """The finding with the offset of the yaw rate as its cause, where there is one; then it is not healthy."""
+    """The finding with the offset of the yaw rate as its cause; then it is inconsistent."""
     if (offset := drive.sensors.offset(drive.motion.yaw_rate_offset())) is None:
         return finding
     cause = (
         f"the yaw rate has an offset of {_signed(math.degrees(offset.value), 1)} degrees per second, shown by its "
         f"mean {offset.shown_by}"
     )
-    healthy, suspect = finding.status is Status.HEALTHY, finding.status is Status.SUSPECT
-    joint = "But" if healthy else "Cause:"
+    joint = "But" if finding.status.quiet else "Cause:"
     return replace(
         finding,
-        status=Status.SUSPECT if healthy else finding.status,
-        headline=f"{finding.headline} {joint} {cause}." if healthy or suspect else finding.headline,
+        status=finding.status.doubted if finding.status.judged else finding.status,
+        headline=f"{finding.headline} {joint} {cause}." if finding.status.judged else finding.headline,
         evidence={**finding.evidence, OFFSET: offset.value},
         cause=cause,
         action="calibrate the yaw rate sensor, or subtract its offset in the channel map, and judge again",
@@ -147,15 +147,15 @@ def _with_offset(finding: Finding, drive: SideslipDrive) -> Finding:
 
 
 def _contradicted(finding: Finding, drive: SideslipDrive) -> Finding:
-    """The finding with the signals that contradict the motion; suspect where the estimate depends on one of them."""
+    """The finding with the signals that contradict the motion; inconsistent where the estimate rests on one of them."""
     wrong = drive.motion.wrong()
     finding = replace(finding, warnings=(*finding.warnings, *(each.sentence for each in wrong)))
     decisive = [each.sentence for each in wrong if each.names != ("longitudinal_acceleration",)]
-    if not decisive or finding.status is not Status.HEALTHY:
+    if not decisive or not finding.status.quiet:
         return finding
     return replace(
         finding,
-        status=Status.SUSPECT,
+        status=Status.INCONSISTENT,
         headline=f"{finding.headline} But {decisive[0]}.",
         cause=decisive[0],
         action="correct sign and unit of the signal in the channel map, correct its time stamps, or repair the "

@@ -94,7 +94,7 @@ class SideslipMonitor:
     class Output(NamedTuple):
         """Sideslip angle at the centre of gravity [rad] as a statement, and the output of the estimator.
 
-        The statement is healthy where the sideslip was estimated, not enabled where the last estimate is held; its kind
+        It is estimated where the sideslip was estimated, not enabled where the last estimate is held; its kind
         is 1 where the front axle nears its limit, its evidence the distance from that limit.
         """
 
@@ -115,7 +115,7 @@ class SideslipMonitor:
         kind = self.estimator.Sample
         after, estimate = self.estimator.step(state, kind(*(self._read(name, sample) for name in _fields(kind))))
         statement = Statement(
-            status=where(estimate.held > 0.5, code_of(Status.NOT_ENABLED), code_of(Status.HEALTHY)),
+            status=where(estimate.held > 0.5, code_of(Status.NOT_ENABLED), code_of(Status.ESTIMATED)),
             since=-1.0,
             kind=getattr(estimate, "limit_ahead", 0.0),
             magnitude=estimate.sideslip_angle,

@@ -89,7 +89,7 @@ class SideslipSession(BlockSession):
 
     def collect(self, time: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
         """Collect estimates, innovations and signals of one piece."""
-        running = result["statement.status"] == code_of(Status.HEALTHY)
+        running = result["statement.status"] == code_of(Status.ESTIMATED)
         self._consistency.add(result["estimate.nis"][running], result["estimate.readings"][running])
         self.drive.add(running, signals, result, contradictions=not self.moved)
 
@@ -173,7 +173,7 @@ class CombinedSession(SideslipSession):
         """The finding, with shares of identified unknowns, the limit of grip, and restarts."""
         conclusion = super().conclude()
         finding = conclusion.finding
-        if finding.status not in (Status.HEALTHY, Status.SUSPECT, Status.NOT_IDENTIFIABLE) or self.memory is None:
+        if not (finding.status.judged or finding.status is Status.NOT_IDENTIFIABLE) or self.memory is None:
             return conclusion
         shown = identifiability(self._estimator, self.memory)
         evidence = dict(finding.evidence) | {

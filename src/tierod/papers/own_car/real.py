@@ -140,7 +140,7 @@ def items() -> Iterator[Item]:
 def _statuses(seen: list[Seen]) -> Table:
     monitors = sorted({each.monitor for each in seen})
     pairs = list(dict.fromkeys((each.car, each.file) for each in seen))
-    of = {(each.car, each.file, each.monitor): each.finding.shown_status for each in seen}
+    of = {(each.car, each.file, each.monitor): str(each.finding.status) for each in seen}
     rows = tuple((*pair, *(of.get((*pair, monitor), "cannot run") for monitor in monitors)) for pair in pairs)
     return Table("Verdicts on real fault-free drives", ("car", "vehicle file", *monitors), rows)
 

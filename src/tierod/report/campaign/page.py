@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from tierod.core.findings import Status
 from tierod.core.shown import shown
+from tierod.core.statuses import SEVERITY, Status
 from tierod.report.campaign.charts import RIGHT, box_figure, detection_figure, grid
 from tierod.report.campaign.words import count, false_alarms, found, place, rate, seconds, shared, spread, value
 from tierod.report.charts.figure import Figure
 from tierod.report.display import number
 from tierod.report.html import Origin, rendered
-from tierod.report.verdict import appearance
 
 _GATES = {True: ("✓", "met", "good"), False: ("✕", "missed", "bad"), None: ("?", "not judged", "open")}
 _STATUSES = {
@@ -25,7 +24,6 @@ _ACTIONS = {
     "missed": "See below which group of drives misses the criterion, and open the report of one of its drives.",
     "not judged": "See below which drives failed and why; the same command again simulates the missing drives.",
 }
-ALARMS = (Status.RISING, Status.SUSPECT, Status.FAULT)
 FAULT_FREE = "fault-free"
 """State of a drive without a fault."""
 
@@ -141,7 +139,7 @@ def _figures(figures: Mapping[str, Any], unit: str) -> list[tuple[str, str]]:
 
 def _confusion(confusion: Mapping[str, Mapping[str, int]]) -> dict[str, Any]:
     """Confusion matrix: true states down, statuses across in the order of severity."""
-    order = [*(str(status) for status in Status), "no verdict"]
+    order = [*map(str, SEVERITY), "no verdict"]
     seen = {status for counts in confusion.values() for status in counts}
     statuses = [status for status in order if status in seen]
     rows = []
@@ -154,9 +152,9 @@ def _confusion(confusion: Mapping[str, Mapping[str, int]]) -> dict[str, Any]:
 
 def _right(state: str, status: str) -> str:
     """CSS class that marks whether a status is correct for a true state."""
-    if status not in (Status.HEALTHY, *ALARMS):
+    if status not in SEVERITY or not Status(status).judged:
         return "open"
-    return "good" if (status in ALARMS) == (state != FAULT_FREE) else "bad"
+    return "good" if Status(status).alarm == (state != FAULT_FREE) else "bad"
 
 
 def _columns(unit: str) -> tuple[str, ...]:
@@ -204,8 +202,8 @@ def _cell(cell: Mapping[str, Any]) -> dict[str, Any]:
         {
             "text": each["status"] or "no verdict",
             "outcome": each.get("outcome", ""),
-            "kind": appearance(Status(each["status"])).kind if each["status"] else "open",
-            "symbol": appearance(Status(each["status"])).symbol if each["status"] else "?",
+            "kind": Status(each["status"] or Status.NOT_AVAILABLE).colour,
+            "symbol": Status(each["status"] or Status.NOT_AVAILABLE).symbol,
             "time": seconds(each["detection_s"]) if each.get("outcome") == "found" else "",
             "headline": each.get("headline") or each["reason"],
             "wrong": each.get("outcome") not in RIGHT,

@@ -10,7 +10,7 @@ export function lanes(result, span) {
   for (const [monitor, each] of Object.entries(result.monitors)) {
     const first = each.findings[0];
     if (first) {
-      const status = first.word || first.status, marks = [], decided = [];
+      const status = first.status, marks = [], decided = [];
       if (first.since !== null) marks.push({ from: first.since, to: span[1], text: `${status} since ${clock(first.since)}`, kind: kind(status) });
       else marks.push({ from: span[0], to: span[1], text: status, kind: kind(status) });
       for (const decision of each.decisions) if (decision.passed !== null && decision.passed !== undefined) decided.push({ from: decision.passed, to: decision.passed + NEAR * (span[1] - span[0]), text: "◆", point: true, kind: "watch", title: `${decision.name}: ${decision.rule}; passed at ${clock(decision.passed)}` });
@@ -56,12 +56,12 @@ function Estimated({ estimate }) {
 
 export function Verdict({ monitor, each, result, above = new Set() }) {
   return stack`<article class="card"><h2>${monitor} <span class="small">${each.variant}</span></h2>
-    ${each.findings.map((f) => html`<div class=${`finding ${kind(f.word || f.status)}`}>
-      <p><${Badge} status=${f.word || f.status} /> ${sentence(f.headline)}</p>
+    ${each.findings.map((f) => html`<div class=${`finding ${kind(f.status)}`}>
+      <p><${Badge} status=${f.status} /> ${sentence(f.headline)}</p>
       ${f.estimate && html`<${Estimated} estimate=${f.estimate} />`}
       ${f.cause && html`<p class="small">${sentence(f.cause)}</p>`}
       ${f.action && f.action !== "none" && html`<p>${sentence(f.action)}</p>`}
       ${f.warnings.filter((w) => !above.has(w) && !f.headline.includes(w)).map((w) => html`<p class="note">${sentence(w)}</p>`)}</div>`)}
-    ${each.elements.some((e) => e.status !== "healthy") && html`<details><summary>${each.elements.length} sensors and actuators</summary><ul>${each.elements.map((e) => html`<li>${e.name.replaceAll("_", " ")}: ${e.status}${e.cause ? ` (${e.cause})` : ""}</li>`)}</ul></details>`}
+    ${each.elements.some((e) => e.status !== "healthy") && html`<details><summary>${each.elements.length} sensors and actuators</summary><ul>${each.elements.map((e) => html`<li>${e.name.replaceAll("_", " ")}: <${Badge} status=${e.status} />${e.cause ? ` (${e.cause})` : ""}</li>`)}</ul></details>`}
     <p><a class="button" href=${`/recording?report=${result.key}/${monitor}`}>Report</a></p></article>`;
 }

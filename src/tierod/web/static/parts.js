@@ -1,6 +1,7 @@
 // Small parts that views share: figures, badges, problems, jobs, tables.
 import { html, useEffect, useLayoutEffect, useState } from "./html.js";
 import { cancel, get, Problem } from "./api.js";
+import { STATUSES } from "./statuses.js";
 
 export function figure(value, digits = 4) {
   if (value === null || value === undefined || !Number.isFinite(value)) return "–";
@@ -36,10 +37,11 @@ export function size(bytes) {
 
 export const date = (seconds) => (seconds ? new Date(seconds * 1000).toISOString().slice(0, 16).replace("T", " ") : "–");
 
-const KINDS = { healthy: ["good", "✓"], estimated: ["open", "≈"], consistent: ["good", "✓"], rising: ["watch", "▲"], suspect: ["watch", "▲"], inconsistent: ["watch", "▲"], fault: ["bad", "✕"], failed: ["bad", "✕"], done: ["good", "✓"], "can run": ["good", "✓"],
-  judged: ["good", "✓"], "to confirm": ["watch", "▲"], "limit soon": ["bad", "▲"], changed: ["watch", "▲"], "probably changed": ["watch", "▲"], "near the limit": ["watch", "▲"], running: ["open", "…"], waiting: ["open", "…"] };
-export const kind = (status) => (KINDS[status] || ["open", "?"])[0];
-export const Badge = ({ status, text }) => html`<span class=${`badge ${kind(status)}`}><span aria-hidden="true">${(KINDS[status] || ["", "?"])[1]} </span>${text || status}</span>`;
+const STATES = { failed: ["bad", "✕"], done: ["good", "✓"], "can run": ["good", "✓"], judged: ["good", "✓"], running: ["open", "…"], waiting: ["open", "…"] };
+/** [colour, symbol] of the status of a verdict or a car, from the server; else of the state of a job. */
+const looks = (status) => STATUSES[status] || STATES[status] || ["open", "?"];
+export const kind = (status) => looks(status)[0];
+export const Badge = ({ status, text }) => html`<span class=${`badge ${kind(status)}`}><span aria-hidden="true">${looks(status)[1]} </span>${text || status}</span>`;
 
 export const Trouble = ({ error, again }) => html`<div class="problem" role="alert"><p>${sentence(error.message || String(error))}</p>${again && html`<button onClick=${again}>Try again</button>`}</div>`;
 export const Loading = ({ what }) => html`<p class="loading" role="status">${what || "Loading"} …</p>`;

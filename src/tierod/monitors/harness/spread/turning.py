@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
-from tierod.core.findings import CONSISTENT, INCONSISTENT, Element, Estimate, Finding, ParameterEffect, Status
+from tierod.core.findings import Element, Estimate, Finding, ParameterEffect, Status
 from tierod.core.shown import shown, written
 from tierod.monitors.harness.session import Conclusion
 from tierod.monitors.harness.spread.advice import cure, in_words
@@ -15,8 +15,6 @@ from tierod.monitors.harness.spread.carried import REACH
 from tierod.monitors.harness.spread.parameter_spread import Outcome
 from tierod.monitors.harness.spread.points import Concluded
 from tierod.vehicles.vehicle import Vehicle
-
-ALARMS = (Status.FAULT, Status.RISING, Status.SUSPECT)
 
 LIMITS = ("rising", "fault")
 """Names of the references beyond which an estimate raises an alarm."""
@@ -84,7 +82,7 @@ def turn_by_estimate(
     if estimate is None or not limits:
         return None
     parts, lowest = {each.name: each.effect**2 for each in effects}, min(limits)
-    if finding.status in ALARMS and estimate.limits:
+    if finding.status.alarm and estimate.limits:
         behind = [vehicle.parameters[name] for name in estimate.limits]
         own = {each.name: (each.standard_deviation or 0.0) ** 2 for each in behind}
         own |= {name: size**2 for name, size in estimate.assumed.items()}
@@ -93,17 +91,17 @@ def turn_by_estimate(
     reach, names = REACH * math.sqrt(variance), _enough(parts)
     if finding.status is Status.HEALTHY and estimate.value + reach > lowest > estimate.value:
         return Turn(Status.FAULT if len(limits) == 1 else Status.RISING, names, ())
-    if finding.status in ALARMS and estimate.value - reach < lowest < estimate.value:
+    if finding.status.alarm and estimate.value - reach < lowest < estimate.value:
         return Turn(Status.HEALTHY, names, ())
     return None
 
 
 def _turns(conclusion: Conclusion, moved: Conclusion) -> bool:
     finding, other = conclusion.finding, moved.finding
-    if finding.status in ALARMS:
+    if finding.status.alarm:
         faulty = _at_fault(conclusion.elements)
-        return other.status is Status.HEALTHY or (bool(faulty) and faulty.isdisjoint(_at_fault(moved.elements)))
-    if finding.status is not Status.HEALTHY or other.estimate is None or not other.estimate.reference:
+        return other.status.quiet or (bool(faulty) and faulty.isdisjoint(_at_fault(moved.elements)))
+    if not finding.status.quiet or other.estimate is None or not other.estimate.reference:
         return False
     return other.status in (Status.FAULT, Status.RISING)
 
@@ -115,7 +113,7 @@ def _alike(conclusion: Conclusion, reference: Conclusion) -> bool:
 
 
 def _at_fault(elements: Sequence[Element]) -> set[str]:
-    return {each.name for each in elements if each.status in ALARMS}
+    return {each.name for each in elements if each.status.alarm}
 
 
 def _deciding(point: Concluded) -> tuple[str, ...]:
@@ -145,14 +143,13 @@ def turned(conclusion: Conclusion, found: Turn, vehicle: Vehicle, baseline: str 
         baseline: command that learns a baseline, which would decide; "" where the monitor uses none
     """
     finding = conclusion.finding
-    alarm = finding.status in ALARMS
     names = in_words(found.names)
     given = "; ".join(_spread_in_words(vehicle, name, finding.estimate) for name in found.names)
     assumed = [name for name in found.names if finding.estimate is not None and name in finding.estimate.assumed]
-    other = _as_found(found, finding.confirmed is not None)
+    other = _as_found(found)
     cause = f"the verdict depends on parameters of the vehicle file: within their spread ({given}) it is {other}"
     action = cure(found.names, assumed, baseline)
-    status = Status.SUSPECT if alarm else Status.NOT_IDENTIFIABLE
+    status = finding.status.doubted if finding.status.alarm else Status.NOT_IDENTIFIABLE
     headline = finding.headline.replace(f": {finding.status},", f": {status},", 1)
     it = "it" if len(found.names) == 1 else "them"
     as_given = f"as the file gives {it} this is {finding.status}, " if headline != finding.headline else ""
@@ -174,12 +171,10 @@ def turned(conclusion: Conclusion, found: Turn, vehicle: Vehicle, baseline: str 
     )
 
 
-def _as_found(found: Turn, estimates: bool) -> str:
-    """Other verdict in words, with the elements at fault; an estimate is called consistent, never healthy."""
-    if estimates:
-        return CONSISTENT if found.status is Status.HEALTHY else INCONSISTENT
+def _as_found(found: Turn) -> str:
+    """Other verdict in words, with the elements at fault."""
     names = tuple(sorted(each.replace("_", " ") for each in _at_fault(found.elements)))
-    return f"a fault of {in_words(names)}" if names and found.status in ALARMS else str(found.status)
+    return f"a fault of {in_words(names)}" if names and found.status.alarm else str(found.status)
 
 
 def _doubted(elements: tuple[Element, ...], others: tuple[Element, ...]) -> tuple[Element, ...]:

@@ -1,0 +1,137 @@
+"""Statuses of a verdict: the one order, word, symbol, colour and exit code of each, for every place that shows one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from enum import StrEnum
+from typing import NamedTuple
+
+COLOURS: Mapping[str, str] = {"good": "bold green", "watch": "bold yellow", "bad": "bold red", "open": "bold cyan"}
+"""Style in a terminal of each colour; on a page the colour is a CSS class, whose values `tokens.css` holds."""
+
+
+class Status(StrEnum):
+    """State of a monitored element, or the reason why it could not be judged; its value is the word that is shown.
+
+    The order of definition is that of the codes in blocks, generated C and CAN frames; that of severity is `SEVERITY`.
+    """
+
+    HEALTHY = "healthy"
+    RISING = "rising"
+    SUSPECT = "suspect"
+    FAULT = "fault"
+    NOT_READY = "not ready"
+    NOT_ENABLED = "not enabled"
+    NOT_TESTABLE = "not testable"
+    NOT_IDENTIFIABLE = "not identifiable"
+    NOT_AVAILABLE = "not available"
+    ESTIMATED = "estimated"
+    CONSISTENT = "consistent"
+    INCONSISTENT = "inconsistent"
+
+    @property
+    def exit_code(self) -> int:
+        """Exit code: 0 where nothing was found, 1 fault (rising, suspect, inconsistent included), 2 no judgement."""
+        return _LOOKS[self].exit_code
+
+    @property
+    def symbol(self) -> str:
+        """Character that is shown before the word, which carries the meaning of the colour without colour."""
+        return _LOOKS[self].symbol
+
+    @property
+    def capitals(self) -> str:
+        """Symbol and word as in a terminal, where the word begins a line in capitals."""
+        return f"{self.symbol} {self.value.upper()}"
+
+    @property
+    def colour(self) -> str:
+        """Colour class: good, watch, bad or open."""
+        return _LOOKS[self].colour
+
+    @property
+    def style(self) -> str:
+        """Style of the word in a terminal."""
+        return COLOURS[self.colour]
+
+    @property
+    def meaning(self) -> str:
+        """Explanation for a reader, in one sentence."""
+        return _LOOKS[self].meaning
+
+    @property
+    def quiet(self) -> bool:
+        """Whether the monitor had its say and found nothing."""
+        return self.exit_code == 0
+
+    @property
+    def alarm(self) -> bool:
+        """Whether the monitor found something: a fault, or a doubt."""
+        return self.exit_code == 1
+
+    @property
+    def judged(self) -> bool:
+        """Whether this is a verdict, not the reason for the lack of one."""
+        return self.exit_code != 2
+
+    @property
+    def doubted(self) -> Status:
+        """Status of the same statement where something contradicts it: that of an estimate is inconsistent."""
+        estimates = (Status.ESTIMATED, Status.CONSISTENT, Status.INCONSISTENT)
+        return Status.INCONSISTENT if self in estimates else Status.SUSPECT
+
+    def document(self) -> dict[str, str]:
+        """Word, symbol and colour, for JSON."""
+        return {"status": self.value, "symbol": self.symbol, "colour": self.colour}
+
+
+class _Looks(NamedTuple):
+    symbol: str
+    colour: str
+    exit_code: int
+    meaning: str
+
+
+_LOOKS: Mapping[Status, _Looks] = {
+    Status.FAULT: _Looks(
+        "✕",
+        "bad",
+        1,
+        "A fault was found: its statistic passed a threshold that fault-free driving hardly ever reaches.",
+    ),
+    Status.RISING: _Looks(
+        "▲", "watch", 1, "The quantity has risen above its baseline, and is not yet beyond the limit of a fault."
+    ),
+    Status.SUSPECT: _Looks("▲", "watch", 1, "Something differs from what is expected, and its cause is not known."),
+    Status.INCONSISTENT: _Looks("▲", "watch", 1, "An estimate that a reference or a redundant signal contradicts."),
+    Status.NOT_AVAILABLE: _Looks("?", "open", 2, "No monitor ran: a signal or a parameter is missing."),
+    Status.NOT_IDENTIFIABLE: _Looks(
+        "?", "open", 2, "The drive did not excite what is to be estimated, so that no value can be given."
+    ),
+    Status.NOT_TESTABLE: _Looks(
+        "?", "open", 2, "The signals that this verdict needs were not good enough in this drive."
+    ),
+    Status.NOT_ENABLED: _Looks(
+        "?", "open", 2, "The conditions under which the monitor can judge never held in this drive."
+    ),
+    Status.NOT_READY: _Looks(
+        "?", "open", 2, "Too little was driven for a verdict; the result is kept, and the next drive continues from it."
+    ),
+    Status.ESTIMATED: _Looks("≈", "open", 0, "An estimate that nothing in the recording confirms or contradicts."),
+    Status.CONSISTENT: _Looks("✓", "good", 0, "An estimate with which a reference or a redundant signal agrees."),
+    Status.HEALTHY: _Looks(
+        "✓", "good", 0, "Everything that this monitor judges is fault-free, with enough driving for a verdict."
+    ),
+}
+
+SEVERITY: tuple[Status, ...] = tuple(_LOOKS)
+"""All statuses, the worst first; what prevents a verdict ranks before an estimate and before healthy."""
+
+
+def worst(statuses: Iterable[Status]) -> Status:
+    """The worst of some statuses, independent of their order; "not available" where there are none.
+
+    Args:
+        statuses: any number of statuses
+    """
+    return min(statuses, key=SEVERITY.index, default=Status.NOT_AVAILABLE)
