@@ -7,7 +7,7 @@ export PYTHONDONTWRITEBYTECODE :=
 # The stamp knows the folder: an environment that was moved with the project no longer works.
 ENVIRONMENT := .venv/.ready-$(shell pwd | cksum | cut -d ' ' -f 1)
 
-.PHONY: help demo test bench study attack mutants lint docs clean
+.PHONY: help demo test bench study attack lint docs clean
 
 help:  ## say what there is
 	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z]+):.*## (.*)/make \1\t\2/' | expand -t 14
@@ -35,14 +35,6 @@ attack: SEED ?= 20261123
 attack: SHARE ?= 1
 attack: $(ENVIRONMENT)  ## open thousands of damaged files, kill what writes, write docs/explanation/reliability.md (an hour)
 	.venv/bin/python -m tests.attack all --count $(COUNT) --seconds $(SECONDS) --seed $(SEED) --share $(SHARE)
-
-# NUMBER of changes, SEED of the draw, PATHS below src that they are drawn from, PROCESSES at a time.
-mutants: NUMBER ?= 60
-mutants: SEED ?= 1
-mutants: PATHS ?= src/tierod
-mutants: PROCESSES ?= 2
-mutants: $(ENVIRONMENT)  ## change the source in one place at a time, and say which changes no test finds (an hour)
-	.venv/bin/python -m scripts.mutants --number $(NUMBER) --seed $(SEED) --processes $(PROCESSES) $(PATHS)
 
 lint: $(ENVIRONMENT)  ## check style and types
 	.venv/bin/ruff check .

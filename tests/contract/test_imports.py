@@ -52,7 +52,6 @@ HEAVY = {
     "pyarrow",
     "rich",
     "rosbags",
-    "textual",
     "typer",
     "websockets",
 }

@@ -1,1 +1,0 @@
-"""Mutation testing: single changes of the source, and whether the tests detect them."""
