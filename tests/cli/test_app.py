@@ -7,11 +7,13 @@ import types
 import warnings
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from tierod import __version__
 from tierod.cli import app, main
 from tierod.core.errors import InputError, KernelWarning
+from tierod.io.readers import read
 
 
 @pytest.fixture
@@ -153,6 +155,34 @@ def test_a_full_disk_behind_stdout_is_reported():
         done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
     assert done.returncode == 3
     assert done.stderr.startswith("tierod: no space left on device")
+
+
+PROGRAM = f"{sys.executable} -P -m tierod"
+
+
+@pytest.mark.parametrize(
+    ("command", "code"),
+    [
+        ("vehicles >&-", 141), ("vehicles >&- 2>&-", 141), ("vehicles <&- >&- 2>&-", 141), ("vehicles --json >&-", 141),
+        ("--version >&-", 141), ("--help >&-", 141), ("vehicles none >&-", 3), ("vehicles none 2>&-", 3),
+        ("vehicles 2>&- >/dev/null", 0), ("vehicles <&- >/dev/null", 0), ("vehicles none 2>/dev/full", 3),
+        ("--version >/dev/full", 3), ("2>&- >&-", 3),
+    ],
+)  # fmt: skip
+def test_closed_streams_end_with_a_code_and_without_a_traceback(tmp_path, command, code):
+    if "full" in command and not Path("/dev/full").is_char_device():
+        pytest.skip("this system has no /dev/full")
+    done = subprocess.run(f"{PROGRAM} {command}", shell=True, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == code
+    assert "Traceback" not in done.stderr
+    assert "defect" not in done.stderr
+
+
+def test_a_file_never_takes_the_place_of_a_closed_output(tmp_path):
+    (tmp_path / "in.csv").write_text("time,yaw_rate [rad/s]\n" + "".join(f"{k / 100},{k}\n" for k in range(50)))
+    command = f"{PROGRAM} convert in.csv -o out.csv >&- 2>&-"
+    assert subprocess.run(command, shell=True, cwd=tmp_path, check=False).returncode == 141
+    assert np.array_equal(read(tmp_path / "out.csv")["yaw_rate"].values, np.arange(50.0))
 
 
 def test_the_entry_point_exits_with_the_code():

@@ -13,6 +13,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Args:
         arguments: arguments without the name of the program; those of the process if not given
     """
+    from tierod.cli.streams import abandon_output, failed_output, open_closed_streams
+
+    open_closed_streams()
     given = list(sys.argv[1:] if arguments is None else arguments)
     if arguments is None:
         # In a process of the command line, and in its workers, no script can have changed a constant of a compiled
@@ -21,7 +24,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if given in (["--version"], ["-V"]):
         from tierod.core.version import __version__
 
-        print(f"tierod {__version__}")
+        try:
+            print(f"tierod {__version__}", flush=True)
+        except OSError as error:
+            abandon_output()
+            return failed_output(error)
         return 0
 
     from tierod.cli.app import run

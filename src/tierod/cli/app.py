@@ -17,6 +17,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, TextIO
 
+from tierod.cli.streams import abandon_output, complain
 from tierod.cli.terminal import spell_what_cannot_be_shown, visible
 from tierod.core.errors import KernelWarning, PluginWarning, TierodError, nearest
 
@@ -47,6 +48,7 @@ _NOT_COMMANDS = {
     "inspect_unit",
     "live_setup",
     "simulate_fleet",
+    "streams",
     "terminal",
 }
 
@@ -82,14 +84,13 @@ def run(arguments: Sequence[str]) -> int:
         sys.stdout.flush()
         return code
     except BrokenPipeError:
-        # The reader has closed our output; stdout is redirected so that the flush at exit raises no further error.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        abandon_output()
         return code
     except (Exception, KeyboardInterrupt) as error:
         if debug:
             raise
         code, sentence = _explain(error)
-        print(f"tierod: {visible(_shortened(sentence))}", file=sys.stderr)
+        complain(visible(_shortened(sentence)))
         return code
 
 

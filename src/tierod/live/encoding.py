@@ -207,8 +207,8 @@ class _Sender:
         raws = {name: self._raws(name, values[there]) for name, values in columns.items()}
         for place, stamp in enumerate(time[there].tolist()):
             try:
-                values = self._rest | {name: column[place] for name, column in raws.items()}
-                data = self._message.encode(values, scaling=False, strict=False)
+                given = self._rest | {name: column[place] for name, column in raws.items()}
+                data = self._message.encode(given, scaling=False, strict=False)
             except (EncodeError, OverflowError, ValueError):
                 self._differences.refused[title] += 1
                 continue
