@@ -182,7 +182,8 @@ def test_a_file_never_takes_the_place_of_a_closed_output(tmp_path):
     (tmp_path / "in.csv").write_text("time,yaw_rate [rad/s]\n" + "".join(f"{k / 100},{k}\n" for k in range(50)))
     command = f"{PROGRAM} convert in.csv -o out.csv >&- 2>&-"
     assert subprocess.run(command, shell=True, cwd=tmp_path, check=False).returncode == 141
-    assert np.array_equal(read(tmp_path / "out.csv")["yaw_rate"].values, np.arange(50.0))
+    (channel,) = read(tmp_path / "out.csv").channels.values()
+    assert np.array_equal(channel.values, np.arange(50.0))
 
 
 def test_the_entry_point_exits_with_the_code():
