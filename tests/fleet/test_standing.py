@@ -11,19 +11,20 @@ from tierod.cli import main
 from tierod.fleet.schema import findings, ledger
 from tierod.web.fleets import Fleets, drives_of, key_of, work_out
 
-MONDAY = dt.datetime(2026, 11, 2, 8, tzinfo=dt.UTC)
+MONDAY = dt.datetime(2026, 6, 1, 8, tzinfo=dt.UTC)
 DAYS = ("Mon", "Tue", "Wed", "Thu", "Fri", "Sat", "Sun")
 
 
-def driven(statuses, vehicle="car-1", judged="", monitor="friction", apart=1.0, **more):
+def driven(statuses, vehicle="car-1", judged="", monitor="friction", apart=1.0, deviation=0.1, **more):
     """One row per drive, a day apart from Monday on; of pairs the second is the friction [N*m]."""
     for number, each in enumerate(statuses):
         status, value = each if isinstance(each, tuple) else (each, None)
-        row = {"vehicle": vehicle, "recording_name": f"/drives/{vehicle}/{DAYS[number]}.parquet", "span": 0,
+        name = DAYS[number] if number < len(DAYS) else number
+        row = {"vehicle": vehicle, "recording_name": f"/drives/{vehicle}/{name}.parquet", "span": 0,
                "start": MONDAY + dt.timedelta(days=apart * number), "monitor": monitor, "judged": judged,
                "role": "sensor" if judged else "", "status": status, "word": status}  # fmt: skip
         if value is not None:
-            row |= {"quantity": "friction torque", "unit": "N*m", "estimate": value, "deviation": 0.1,
+            row |= {"quantity": "friction torque", "unit": "N*m", "estimate": value, "deviation": deviation,
                     "nominal": 2.6, "limit": 7.5}  # fmt: skip
         yield row | more
 
@@ -61,7 +62,7 @@ def test_one_fault_and_one_suspect_drive_are_to_be_confirmed(told):
     assert state in page
     (car,) = document["cars"]
     assert (car["state"], car["summary"]) == ("to confirm", state)
-    shown = "(Wed.parquet, 2026-11-04: fault; Thu.parquet, 2026-11-05: suspect)"
+    shown = "(Wed.parquet, 2026-06-03: fault; Thu.parquet, 2026-06-04: suspect)"
     assert shown in car["reasons"][0]["text"]
     assert shown in terminal
     assert [each["status"] for each in car["reasons"][0]["drives"]] == ["suspect", "fault"]
@@ -94,7 +95,7 @@ def test_the_last_three_judged_drives_decide(told, statuses, state):
 
 def test_a_repaired_car_is_green_and_its_history_is_kept(told, tmp_path):
     _, terminal, document, page, (row,) = told(*driven(["healthy", "fault", "fault", "healthy", "healthy", "healthy"]))
-    history = "healthy in the last 3 judged drives; before that 2 faults, the last in Wed.parquet, 2026-11-04: fault"
+    history = "healthy in the last 3 judged drives; before that 2 faults, the last in Wed.parquet, 2026-06-03: fault"
     assert document["title"] == "No car of 1 needs a look"
     (before,) = document["recovered"]
     assert [each["status"] for each in before["drives"]] == ["fault", "fault"]
@@ -146,3 +147,55 @@ def test_a_car_without_a_verdict_is_not_green(told):
     assert document["status"] == "no verdict on 1 of 2 cars"
     assert terminal.startswith("? NO VERDICT ON 1 OF 2 CARS No car of the 1 with a verdict needs a look; 1 gave none")
     assert "✓" not in page.partition("<main")[2].partition("</h1>")[0]
+
+
+LOW, HIGH = ("healthy", 2.6), ("fault", 6.2)
+
+
+@pytest.mark.parametrize("deviation", [0.02, 0.1, 0.3])
+@pytest.mark.parametrize(
+    ("drives", "level", "since", "before"),
+    [
+        ([LOW, LOW, ("fault", 6.3), ("suspect", 6.1)], 6.2, "2026-06-03", 2.6),
+        ([LOW] * 5 + [HIGH] * 3, 6.2, "2026-06-06", 2.6),
+        ([LOW, HIGH, HIGH, *[LOW] * 3], 2.6, "2026-06-04", 6.2),
+        ([HIGH, HIGH, LOW, LOW], 2.6, "2026-06-03", 6.2),
+        ([HIGH, LOW, LOW, LOW], 2.6, "2026-06-02", 6.2),
+        ([LOW] * 3 + [("healthy", 4.6)] * 3 + [("fault", 8.0)] * 3, 8.0, "2026-06-07", 4.6),
+    ],
+)
+def test_a_level_is_that_after_its_last_step(told, drives, level, since, before, deviation):
+    _, terminal, document, page, (row,) = told(*driven(drives, deviation=deviation))
+    (quantity,) = document["quantities"]
+    assert quantity["levels"]["car-1"][0] == pytest.approx(level, abs=0.12)
+    step = quantity["steps"]["car-1"]
+    assert (step["since"], step["before"]) == (since, pytest.approx(before, abs=0.12))
+    assert row["step"] == step
+    if document["cars"]:
+        assert document["cars"][0]["reasons"][0]["trend"]["step"] == step
+        assert f"since {since} ({before:g}" in terminal
+        assert f"since {since} ({before:g}" in page
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        [2.6 + 0.05 * number for number in range(30)],
+        [2.6] * 15 + [2.6 + 0.1 * number for number in range(15)],
+        [2.6] * 10 + [6.3] + [2.6] * 10,
+        [2.6 + 0.05 * (number % 3) for number in range(20)] + [6.3],
+    ],
+)
+def test_a_slow_ramp_and_a_single_drive_are_no_step(told, values):
+    _, _, document, *_ = told(*driven([("healthy", value) for value in values], apart=3.0))
+    (quantity,) = document["quantities"]
+    assert quantity["steps"] == {}
+    usual = values[-1] if values[-1] < 6.0 else 2.65
+    assert quantity["levels"]["car-1"][0] == pytest.approx(usual, abs=0.15)
+
+
+def test_a_level_beyond_its_limit_after_two_drives_is_left_to_their_verdicts(told):
+    drives = [LOW] * 4 + [("suspect", 8.0), ("suspect", 8.1)]
+    _, _, document, *_ = told(*driven(drives))
+    assert [car["summary"] for car in document["cars"]] == ["to confirm: 2 suspect"]
+    assert document["cars"][0]["reasons"][0]["trend"]["level"][0] == pytest.approx(8.05, abs=0.1)

@@ -73,6 +73,16 @@ def test_kind_size_and_level_are_right(fleet, found):
     assert np.abs(found.level[ramps, 0] - last).max() < 1.5
 
 
+def test_the_levels_of_stepped_cars_step_and_no_others_do(fleet, found):
+    steps = np.array(fleet[0].ageing) == "step"
+    np.testing.assert_array_equal(found.steps.any(axis=1), steps)
+    for car in np.flatnonzero(steps):
+        assert 0.0 <= found.stepped(car) - fleet[0].begin[car] < 14.0
+        day, level, _ = found.band(car)
+        (at,) = np.flatnonzero(np.diff(day) == 0.0)
+        assert level[at + 1] - level[at] == pytest.approx(1.5, abs=0.3)
+
+
 def test_time_left_has_its_interval_in_order(found):
     early, likely, late = found.left.T
     assert (early <= likely).all()

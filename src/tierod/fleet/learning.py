@@ -144,9 +144,12 @@ def _levels(series: Series, effects: np.ndarray) -> tuple[float, float]:
     centre = float(np.median(middle))
     spread = usual_deviation(middle - centre)
     known = series.nominal[np.isfinite(series.nominal)]
-    if len(middle) < MANY and len(known):
-        # Few cars do not show the spread from car to car: at least a tenth of the nominal value is assumed.
-        spread = max(spread, 0.1 * abs(float(np.median(known))))
+    if len(middle) < MANY:
+        # Few cars do not show the spread from car to car: at least a tenth of the nominal value is assumed, and the
+        # spread of the drives, as the median of a car whose level stepped may be neither of its levels.
+        values = _corrected(series.drives, effects)[series.drives.present]
+        nominal = abs(float(np.median(known))) if len(known) else 0.0
+        spread = max(spread, 0.1 * nominal, usual_deviation(values - centre))
     return centre, max(spread, 1e-3 * abs(centre), 1e-9)
 
 

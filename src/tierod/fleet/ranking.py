@@ -10,7 +10,7 @@ from enum import IntEnum
 import numpy as np
 
 from tierod.core.findings import Status
-from tierod.fleet.standing import JUDGED, Drive, Standing, counted
+from tierod.fleet.standing import JUDGED, LAST, Drive, Standing, counted
 from tierod.fleet.trends import Trends
 from tierod.methods.trends.change_evidence import RAMP
 
@@ -147,10 +147,13 @@ def ranked(trends: Sequence[Trends], standing: Iterable[Standing]) -> list[Ranke
 
 
 def beyond(trends: Trends) -> np.ndarray:
-    """Whether the estimated level of each car has reached its limit, (cars,)."""
+    """Whether the estimated level of each car has reached its limit, (cars,).
+
+    The level rests on as many drives as the verdicts: a shorter one is left to these.
+    """
     side = trends.learnt.changes.side
     with np.errstate(invalid="ignore"):
-        return np.asarray(side * trends.level[:, 0] >= side * trends.series.limit)
+        return np.asarray((side * trends.level[:, 0] >= side * trends.series.limit) & (trends.held >= LAST))
 
 
 def _named(trends: Trends) -> np.ndarray:

@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 SHOWN = 20
 """Number of cars shown in the terminal."""
 
+PIPED_WIDTH = 160
+"""Width of the table in columns if the output is no terminal."""
+
 
 def report(
     results: str,
@@ -86,7 +89,7 @@ def _show(found: FleetReport) -> None:
 
     from tierod.fleet import report_words as words
 
-    console = Console(soft_wrap=True)
+    console = Console(soft_wrap=True, width=None if sys.stdout.isatty() else PIPED_WIDTH)
     symbol, _, state = words.verdict(found)
     console.print(f"{symbol} {state.upper()}  {words.headline(found)}", markup=False)
     for remark in found.remarks:

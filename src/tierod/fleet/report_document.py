@@ -67,6 +67,9 @@ def _quantity(trends: Trends) -> dict[str, Any]:
         "between_cars": None if found is None else found.between,
         "cohorts": [] if found is None else [{**dataclasses.asdict(each), "alike": [list(pair) for pair in each.alike]}
                                             for each in found.all],
+        "steps": {
+            name: step(trends, car) for car, name in enumerate(series.vehicles) if math.isfinite(trends.stepped(car))
+        },
         "levels": {
             vehicle: [float(value), float(deviation)]
             for vehicle, (value, deviation) in zip(series.vehicles, trends.level, strict=True)
@@ -122,6 +125,7 @@ def _trend(trends: Trends, car: int) -> dict[str, Any]:
     return {
         **series.watched._asdict(),
         "level": trends.level[car],
+        "step": step(trends, car),
         "slope_per_day": trends.slope[car],
         "nominal": series.nominal[car],
         "limit": series.limit[car],
@@ -139,6 +143,12 @@ def _trend(trends: Trends, car: int) -> dict[str, Any]:
         },
         "cohort": {kind: names[car] for kind, names in series.labels.items()},
     }  # fmt: skip
+
+
+def step(trends: Trends, car: int) -> dict[str, Any] | None:
+    """The last step of a car's level; None if there was none."""
+    since = _day(trends.stepped(car))
+    return None if since is None else {"since": since, "before": float(trends.before[car])}
 
 
 def _day(value: float) -> str | None:

@@ -103,13 +103,14 @@ def _trend_chart(trends: Trends, car: int, place: int) -> Chart:
     known = (("nominal", series.nominal[car]), ("limit", series.limit[car]))
     uprights = [("began", trends.began[car]), ("alarm", trends.alarmed[car])]
     changed = trends.listed[car] or np.isfinite(trends.alarmed[car])
+    shown = [each for each in uprights if changed] + [("step", trends.stepped(car))]
     panel = Panel(
         series.watched.quantity,
         f"days before {date(last)}",
         f"{series.watched.quantity} [{unit}]",
         marks,
         tuple((name, float(level)) for name, level in known if np.isfinite(level)),
-        tuple((name, float(when - last)) for name, when in uprights if changed and np.isfinite(when)),
+        tuple((name, float(when - last)) for name, when in shown if np.isfinite(when)),
     )
     vehicle = series.vehicles[car]
     return Chart(

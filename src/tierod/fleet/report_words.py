@@ -35,10 +35,12 @@ def odds(logarithm: float) -> str:
 
 
 def level(trends: Trends, car: int) -> str:
-    """Current level of a car with its 95 % interval and unit."""
+    """Current level of a car with its 95 % interval and unit, and its last step."""
     value, deviation = trends.level[car]
     half = INTERVAL * deviation
-    return f"{number(value, 3)} ± {number(half, 2)} {written(trends.series.watched.unit)}"
+    stepped = trends.stepped(car)
+    since = f" since {date(stepped)} ({number(trends.before[car], 3)} before)" if math.isfinite(stepped) else ""
+    return f"{number(value, 3)} ± {number(half, 2)} {written(trends.series.watched.unit)}{since}"
 
 
 def left(trends: Trends, car: int) -> str:

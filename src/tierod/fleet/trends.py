@@ -18,6 +18,7 @@ from tierod.methods.trends.drive_smoother import smoothed
 from tierod.methods.trends.drives import Drives
 from tierod.methods.trends.first_drives import FIRST, with_right_first
 from tierod.methods.trends.fleet_alarms import alarm_level, log_e_values, selected, stopped
+from tierod.methods.trends.level_steps import level_steps
 from tierod.methods.trends.time_to_limit import chance_by, time_to_limit
 
 CARS_AT_A_TIME = 2000
@@ -31,6 +32,10 @@ NEIGHBOURS, FAR = 2, 4.0
 """Number of drives on each side, and distance from their median in standard deviations beyond which a drive is an
 outlier.
 """
+
+LEAST_STEP = 0.1
+"""Smallest step of a level, relative to the distance from nominal to limit: the filter follows a smaller one in time,
+and a ramp that takes a year to the limit is never taken for one."""
 
 
 @dataclass(frozen=True)
@@ -58,6 +63,8 @@ class Trends:
         series: series of the drives
         learnt: statistics of the fleet
         cohorts: cohort effects
+        steps: drives with which a new level begins, the first one included if another is early, (cars, drives)
+        before: level before the last step [unit], (cars,); NaN without one
         level, slope: current values at the reference temperature [unit] and [unit/d], (cars, 2): value, standard
             deviation
         chance: probability that the limit is reached within `SOON`, (cars,); NaN without limit
@@ -74,6 +81,8 @@ class Trends:
     series: Series
     learnt: Learnt
     cohorts: Cohorted
+    steps: np.ndarray
+    before: np.ndarray
     level: np.ndarray
     slope: np.ndarray
     chance: np.ndarray
@@ -89,22 +98,42 @@ class Trends:
     size: np.ndarray
 
     def band(self, car: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """(days, smoothed level at the reference temperature, standard deviation) of a car at its drives."""
+        """(days, smoothed level at the reference temperature, standard deviation) of a car at its drives.
+
+        At a step of the level there are two rows with the day of the drive: the level before, and the new one.
+        """
         one = slice(car, car + 1)
         drives = self.series.drives.of(one)
-        mean, covariance = smoothed(filtered(drives, self.learnt.prior.of(one), self.learnt.noise), self.learnt.noise)
+        noise, steps = self.learnt.noise, self.steps[one]
+        mean, covariance = smoothed(filtered(drives, self.learnt.prior.of(one), noise, steps), noise)
         there = drives.present[0]
         row = _level_row(drives.effects[0, :, MILEAGE])[there]
         level = np.einsum("ki,ki->k", row, mean[0, there])
         variance = np.einsum("ki,kij,kj->k", row, covariance[0, there], row)
-        return drives.day[0, there], level, np.sqrt(np.maximum(variance, 0.0))
+        day, deviation = drives.day[0, there], np.sqrt(np.maximum(variance, 0.0))
+        at = np.flatnonzero(steps[0, there][1:]) + 1
+        before, spread = (np.insert(each, at, each[at - 1]) for each in (level, deviation))
+        return np.insert(day, at, day[at]), before, spread
+
+    def stepped(self, car: int) -> float:
+        """Day of the first drive at the present level of a car [d]; NaN if its level never stepped."""
+        steps = np.flatnonzero(self.steps[car])
+        return float(self.series.drives.day[car, steps[-1]]) if len(steps) else math.nan
+
+    @property
+    def held(self) -> np.ndarray:
+        """Number of drives of each car at its present level, (cars,)."""
+        present = self.series.drives.present
+        since = np.cumsum(self.steps[:, ::-1], axis=1)[:, ::-1] - self.steps == 0
+        return np.asarray((present & since).sum(axis=1))
 
 
 class _Levels(NamedTuple):
-    """Current level and slope of the cars with covariance, (cars, 2) and (cars, 2, 2)."""
+    """Current level and slope of the cars with covariance, and level before the last step, (cars, ...)."""
 
     mean: np.ndarray
     covariance: np.ndarray
+    before: np.ndarray
 
 
 class _Change(NamedTuple):
@@ -129,13 +158,18 @@ def trends(series: Series, design: Design) -> Trends:
     """
     known, cars = learnt(series), len(series.vehicles)
     drives = with_right_first(series.drives, known.steady, known.prior.mean[2:])
-    first = _Levels(*_joined(drives, known.prior, lambda part, prior: _levels(part, prior, known)))
+    stepping, steps = _stepping(series.drives, drives, known)
+
+    def levels(chosen: slice, _: Drives, prior: Prior) -> tuple[np.ndarray, ...]:
+        return _levels(stepping.of(chosen), prior, known, steps[chosen])
+
+    first = _Levels(*_joined(drives, known.prior, levels))
     found = cohorted(series, first.mean[:, 0], np.sqrt(first.covariance[:, 0, 0]), known)
     if found.cohorts is not None:
         known = known.with_usual(found.cohorts.usual, found.cohorts.between)
     # The levels again, now with the cohorts in the prior of each car.
-    now = _Levels(*_joined(drives, known.prior, lambda part, prior: _levels(part, prior, known)))
-    change = _Change(*_joined(drives, known.prior, lambda part, prior: _change(part, prior, known, design, cars)))
+    now = _Levels(*_joined(drives, known.prior, levels))
+    change = _Change(*_joined(drives, known.prior, lambda _, part, prior: _change(part, prior, known, design, cars)))
     listed = selected(change.log_e, design.discovery_rate)
     for car in np.flatnonzero(listed | np.isfinite(change.alarmed)):
         _refine(change, int(car), drives, known)
@@ -145,6 +179,8 @@ def trends(series: Series, design: Design) -> Trends:
         series,
         known,
         found,
+        steps,
+        now.before,
         np.stack((now.mean[:, 0], deviation[:, 0]), axis=1),
         np.stack((now.mean[:, 1], deviation[:, 1]), axis=1),
         chance,
@@ -154,11 +190,31 @@ def trends(series: Series, design: Design) -> Trends:
     )
 
 
-def _joined(drives: Drives, prior: Prior, work: Callable[[Drives, Prior], tuple[np.ndarray, ...]]) -> list[np.ndarray]:
-    """Results of a function for all cars, calculated for a few thousand at a time."""
+def _stepping(every: Drives, right: Drives, known: Learnt) -> tuple[Drives, np.ndarray]:
+    """Drives from which levels are estimated, and with which of them a new level begins.
+
+    Of a car whose level steps within its first drives none of these is wrong for being far from the others, and its
+    first level is not that of the usual car: it begins with a step as well.
+    """
+    first = np.cumsum(every.present, axis=1)
+
+    def steps(drives: Drives) -> np.ndarray:
+        variance = known.steady.variance(drives.deviation)
+        return level_steps(drives, variance, known.prior.mean[2:], 3.0 * known.changes.step * LEAST_STEP)
+
+    early = np.asarray((steps(every) & (first <= FIRST)).any(axis=1))
+    estimate = np.where(early[:, None], every.estimate, right.estimate)
+    found = Drives(every.day, estimate, every.deviation, every.regressors)
+    return found, steps(found) | (early[:, None] & every.present & (first == 1))
+
+
+def _joined(
+    drives: Drives, prior: Prior, work: Callable[[slice, Drives, Prior], tuple[np.ndarray, ...]]
+) -> list[np.ndarray]:
+    """Results of a function of some cars, their drives and priors, for all cars, a few thousand at a time."""
     cars = len(drives.day)
     slices = [slice(first, first + CARS_AT_A_TIME) for first in range(0, cars, CARS_AT_A_TIME)]
-    parts = [work(drives.of(each), prior.of(each)) for each in slices]
+    parts = [work(each, drives.of(each), prior.of(each)) for each in slices]
     return [np.concatenate(column) for column in zip(*parts, strict=True)]
 
 
@@ -168,9 +224,9 @@ def _level_row(mileage: np.ndarray) -> np.ndarray:
     return np.stack((one, 0.0 * one, 0.0 * one, mileage), axis=-1)
 
 
-def _levels(drives: Drives, prior: Prior, known: Learnt) -> _Levels:
+def _levels(drives: Drives, prior: Prior, known: Learnt, steps: np.ndarray) -> _Levels:
     """Current level, and slope including the effect of mileage at the car's own rate of mileage."""
-    found = filtered(drives, prior, known.noise)
+    found = filtered(drives, prior, known.noise, steps)
     mean, covariance = found.mean[:, -1], found.covariance[:, -1]
     last = drives.present.shape[1] - 1 - drives.present[:, ::-1].argmax(axis=1)
     line = np.arange(len(last))
@@ -179,7 +235,13 @@ def _levels(drives: Drives, prior: Prior, known: Learnt) -> _Levels:
     rate = np.where(span > 0.0, mileage / np.maximum(span, 1.0), 0.0)
     rows = np.stack((_level_row(mileage), _level_row(rate)), axis=1)
     rows[:, 1, :2] = (0.0, 1.0)
-    return _Levels(np.einsum("cri,ci->cr", rows, mean), np.einsum("cri,cij,csj->crs", rows, covariance, rows))
+    stepped = steps.shape[1] - 1 - steps[:, ::-1].argmax(axis=1)
+    before = np.einsum("ci,ci->c", rows[:, 0], found.mean[line, stepped - 1])
+    return _Levels(
+        np.einsum("cri,ci->cr", rows, mean),
+        np.einsum("cri,cij,csj->crs", rows, covariance, rows),
+        np.where(steps.any(axis=1), before, np.nan),
+    )
 
 
 def _change(drives: Drives, prior: Prior, known: Learnt, design: Design, cars: int) -> _Change:

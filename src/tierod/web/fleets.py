@@ -92,6 +92,8 @@ def _rows(found: FleetReport, ranks: Mapping[str, Mapping[str, Any]]) -> list[di
     """One row per car, cars with a reason first."""
     import pyarrow.compute as pc
 
+    from tierod.fleet.report_document import step
+
     counts = found.findings.group_by("vehicle").aggregate([("start", "max"), ("recording_name", "count_distinct")])
     drives = {
         name: (count, None if last is None else last.isoformat())
@@ -106,7 +108,7 @@ def _rows(found: FleetReport, ranks: Mapping[str, Mapping[str, Any]]) -> list[di
         for place, vehicle in enumerate(first.series.vehicles):
             levels[vehicle] = {
                 "level": first.level[place, 0], "deviation": first.level[place, 1], "limit": first.series.limit[place],
-                "chance": first.chance[place],
+                "step": step(first, place), "chance": first.chance[place],
                 "cohort": {kind: names[place] for kind, names in first.series.labels.items() if names[place]},
             }  # fmt: skip
     before = {each.vehicle: each.history for each in reversed(found.recovered)}
@@ -134,8 +136,10 @@ def _bands(found: FleetReport, worst: Sequence[str]) -> dict[str, dict[str, Any]
         for car, vehicle in enumerate(trends.series.vehicles):
             if vehicle in chosen:
                 day, level, deviation = trends.band(car)
-                own[vehicle] = {"day": np.round(day, 3), "level": level, "deviation": deviation,
-                                "began": trends.began[car], "alarmed": trends.alarmed[car]}  # fmt: skip
+                own[vehicle] = {
+                    "day": np.round(day, 3), "level": level, "deviation": deviation, "began": trends.began[car],
+                    "alarmed": trends.alarmed[car], "stepped": trends.stepped(car),
+                }  # fmt: skip
     return bands
 
 

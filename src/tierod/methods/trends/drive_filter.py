@@ -13,6 +13,9 @@ from tierod.methods.trends.drives import Drives
 LEVEL, SLOPE = 0, 1
 """Indices of level and slope in the state; the coefficients of the regressors follow."""
 
+UNKNOWN = 1e4
+"""Variance of a level after a step, over that of a drive: the drives before the step count a ten-thousandth."""
+
 
 @dataclass(frozen=True)
 class TrendNoise:
@@ -71,6 +74,7 @@ class Filtered:
         weight: of each drive, below 1 where the innovation was clipped, (cars, drives); 0 without a drive
         gain: Kalman gain times the weight, (cars, drives, n)
         gap: time since the drive before [d], (cars, drives); 0 at the first drive and without a drive
+        step: variance added to the level before each drive [unit**2], (cars, drives); 0 where its level does not step
     """
 
     mean: np.ndarray
@@ -80,6 +84,7 @@ class Filtered:
     weight: np.ndarray
     gain: np.ndarray
     gap: np.ndarray
+    step: np.ndarray
 
 
 def observed(drives: Drives) -> np.ndarray:
@@ -116,13 +121,14 @@ def moved(mean: np.ndarray, covariance: np.ndarray, gap: np.ndarray, noise: Tren
     covariance[:, SLOPE, LEVEL] += cross
 
 
-def filtered(drives: Drives, prior: Prior, noise: TrendNoise) -> Filtered:
+def filtered(drives: Drives, prior: Prior, noise: TrendNoise, steps: np.ndarray | None = None) -> Filtered:
     """Level, slope and coefficients of every car after each of its drives.
 
     Args:
         drives: of all cars
         prior: of all, or of each
         noise: of the walks and of the drives
+        steps: drives with which a new level begins, about which the earlier drives say nothing, (cars, drives)
 
     An innovation beyond `noise.clip` standard deviations is limited to them, and the reduction of the covariance is
     scaled by the same factor. Source: C. J. Masreliez, R. D. Martin, 1977, doi 10.1109/TAC.1977.1101538.
@@ -133,6 +139,7 @@ def filtered(drives: Drives, prior: Prior, noise: TrendNoise) -> Filtered:
     covariance = np.broadcast_to(prior.covariance, (cars, order, order)).astype(float).copy()
     rows, present, gap = observed(drives), drives.present, gaps(drives)
     spread = np.where(present, noise.variance(drives.deviation), np.inf)
+    step = np.zeros((cars, count)) if steps is None else np.where(steps & present, UNKNOWN * spread, 0.0)
     found = Filtered(
         np.empty((cars, count, order)),
         np.empty((cars, count, order, order)),
@@ -141,9 +148,11 @@ def filtered(drives: Drives, prior: Prior, noise: TrendNoise) -> Filtered:
         np.zeros((cars, count)),
         np.zeros((cars, count, order)),
         gap,
+        step,
     )
     for k in range(count):
         moved(mean, covariance, gap[:, k], noise)
+        covariance[:, LEVEL, LEVEL] += step[:, k]
         row, there = rows[:, k], present[:, k]
         towards = np.einsum("cij,cj->ci", covariance, row)
         variance = np.einsum("ci,ci->c", towards, row) + spread[:, k]

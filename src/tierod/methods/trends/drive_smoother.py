@@ -24,6 +24,7 @@ def smoothed(found: Filtered, noise: TrendNoise) -> tuple[np.ndarray, np.ndarray
         gap = found.gap[:, k + 1]
         ahead, spread = found.mean[:, k].copy(), found.covariance[:, k].copy()
         moved(ahead, spread, gap, noise)
+        spread[:, LEVEL, LEVEL] += found.step[:, k + 1]
         cross = found.covariance[:, k].copy()  # of the state now with the state ahead, P F'
         cross[:, :, LEVEL] += gap[:, None] * cross[:, :, SLOPE]
         back = np.swapaxes(np.linalg.solve(_regular(spread), np.swapaxes(cross, 1, 2)), 1, 2)

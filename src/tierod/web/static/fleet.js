@@ -57,7 +57,7 @@ function Cars({ address, name, fleet }) {
       { title: "vehicle", sort: "vehicle", show: (r) => html`<a href=${link("vehicle", { results: name, car: r.vehicle })}>${r.vehicle}</a>` },
       { title: "state", sort: "state", show: (r) => (r.state ? html`<${Badge} status=${r.state} text=${r.summary} />` : html`<span class="small">no remark</span>`) },
       { title: "why", text: true, key: "why" },
-      { title: `level (95 % interval) [${unit}]`, n: true, sort: "level", show: (r) => (r.level === undefined || r.level === null ? "–" : spread(factor * r.level, factor * r.deviation)) },
+      { title: `level (95 % interval) [${unit}]`, n: true, sort: "level", show: (r) => (r.level === undefined || r.level === null ? "–" : html`${spread(factor * r.level, factor * r.deviation)}${r.step && html`<span class="small"> since ${r.step.since} (${figure(factor * r.step.before, 3)} before)</span>`}`) },
       { title: "limit in 90 d", n: true, sort: "chance", show: (r) => (r.chance === undefined || r.chance === null ? "–" : r.chance < 1e-3 ? "< 0.1 %" : `${figure(100 * r.chance, 2)} %`) },
       { title: "drives", n: true, key: "drives", sort: "drives" },
       { title: "last", n: true, sort: "last", show: (r) => (r.last || "–").slice(0, 10) },

@@ -44,7 +44,7 @@ function Trend({ quantity, drives, band, car }) {
   if (!own.length) return null;
   const last = own[own.length - 1];
   const levels = [["nominal", last.nominal], ["limit", last.limit]].filter(([, v]) => v !== null && v !== undefined).map(([label, v]) => ({ label, value: factor * v }));
-  const moments = band && Number.isFinite(band.alarmed) ? [{ time: band.alarmed * 86400, label: "alarm" }] : [];
+  const moments = band ? [["step", band.stepped], ["alarm", band.alarmed]].filter(([, day]) => Number.isFinite(day)).map(([label, day]) => ({ time: day * 86400, label })) : [];
   const open = (at) => { const d = own[at]; if (d && d.file) go("recording", { file: d.file }); };
   return stack`<section class="card"><h2>${sentence(quantity.quantity).replace(/\.$/, "")} <span class="small">[${unit}], ${quantity.monitor}</span></h2>
     <${TrendChart} ...${chart} levels=${levels} moments=${moments} unit=${unit} label=${`${quantity.quantity} of ${car} over ${own.length} drives`} onPick=${own.some((d) => d.file) ? open : undefined} />
