@@ -216,6 +216,7 @@ class FrictionSession(BlockSession):
         known = finding.estimate is not None
         if not known:
             finding = _with_presence(finding, self._signals.presence())
+        finding = dataclasses.replace(finding, warnings=(*finding.warnings, *self._gains.notices()))
         remarks = {"consistency": self._consistency_remark, "estimate": "" if known else WITHHELD}
         return Conclusion(
             finding,

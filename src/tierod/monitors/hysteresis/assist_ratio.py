@@ -54,7 +54,7 @@ def torque_defects(
     if 1.0 / limits.ratio < ratio < limits.ratio:
         return ()
     sentence = (
-        f"driver_torque or motor_torque has a wrong gain: the motor gives {ratio:.2f} times what the assist of this "
-        "car type gives at rest"
+        "driver_torque or motor_torque has a wrong gain, or the assist map of the vehicle file is that of another car: "
+        f"the motor gives {ratio:.2f} times what the map gives at rest"
     )
     return (Defect(BOTH, sentence),)
