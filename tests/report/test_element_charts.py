@@ -43,13 +43,13 @@ def test_every_element_has_a_row_of_its_states():
     assert heat["y"] == ["Yaw rate", "Drive left"]
     assert heat["z"][0][40] == 1.0
     assert heat["text"][0][40] == "fault"
-    assert heat["text"][0][10] == "not testable now"
+    assert heat["text"][0][10] == "not testable"
     assert (heat["z"][0][-1], heat["text"][0][-1]) == (None, "not judged")
-    assert heat["text"][1][0] == "fault-free"
+    assert heat["text"][1][0] == "healthy"
     assert [each["name"] for each in figure.data[1:]] == [
-        "fault-free",
-        "not testable now",
-        "one of several that may be at fault",
+        "healthy",
+        "not testable",
+        "suspect",
         "fault",
     ]
 

@@ -10,6 +10,7 @@ import numpy as np
 from tierod.core.decimation import merged
 from tierod.core.findings import Diagnosis, Element, Episode
 from tierod.core.shown import shown
+from tierod.core.statuses import Status
 from tierod.report.charts.figure import (
     AMBER,
     BLUE,
@@ -34,12 +35,12 @@ WASH = 0.1
 """Opacity of the shading of fault episodes."""
 _POINTS = 1000
 _HEATS = (
-    (0.0, "fault-free", "var(--state-good)"),
-    (0.25, "not testable now", "var(--state-open)"),
-    (0.5, "one of several that may be at fault", "var(--state-doubt)"),
-    (1.0, "fault", RED),
+    (0.0, Status.HEALTHY, "var(--state-good)"),
+    (0.25, Status.NOT_TESTABLE, "var(--state-open)"),
+    (0.5, Status.SUSPECT, "var(--state-doubt)"),
+    (1.0, Status.FAULT, RED),
 )
-"""Values of a state, their meanings and colours; blank where nothing was judged."""
+"""Values of a state, their statuses and colours; blank where nothing was judged."""
 OTHERWISE = "not judged"
 
 
@@ -51,7 +52,7 @@ def state_figure(diagnosis: Diagnosis) -> Figure | None:
     per_second, clock = time_scale(span(diagnosis)[1] - span(diagnosis)[0])
     traces = [merged(diagnosis.traces[STATE + name], _POINTS) for name in names]
     worst = [np.asarray(trace.upper, float) for trace in traces]
-    meanings = {value: meaning for value, meaning, _ in _HEATS}
+    meanings = {value: str(status) for value, status, _ in _HEATS}
     text = [[meanings.get(value, OTHERWISE) for value in row.tolist()] for row in worst]
     height = 26 * len(names) + 120
     heat = {
@@ -81,10 +82,10 @@ def state_figure(diagnosis: Diagnosis) -> Figure | None:
             "mode": "markers",
             "x": [None],
             "y": [None],
-            "name": meaning,
+            "name": str(status),
             "marker": {"symbol": "square", "size": 12, "color": colour},
         }
-        for _, meaning, colour in _HEATS
+        for _, status, colour in _HEATS
     ]
     faulty = [words(each.name).lower() for each in diagnosis.elements if each.episodes]
     return Figure(
