@@ -269,6 +269,7 @@ def test_the_command_line_drives_a_unit_and_writes_its_plant_file(folder, tmp_pa
     shown = capsys.readouterr()
     assert "measured channels" in shown.out
     assert "takes no road.bank_angle" in shown.err
+    assert f"{folder / 'trolley.fmu'} runs its own native code on this computer" in shown.err
     assert "leaves its path" not in shown.err
 
 

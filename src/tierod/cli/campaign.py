@@ -52,11 +52,14 @@ def campaign(
         _list(shipped())
         return 0
     from tierod.experiments.doors import cores
+    from tierod.proving_ground.scenarios.plants import native_code
 
     chosen = load(file)
     if toml:
         say(chosen.document.text, end="")
         return 0
+    for caution in native_code(cell.scenario for cell in chosen.plan.cells):
+        print_remark(caution)
     processes = workers or cores()
     if dry_run:
         return _dry(chosen, output, processes, as_json)

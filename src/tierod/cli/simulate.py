@@ -46,12 +46,15 @@ def simulate(
     from tierod.cli.terminal import messages, print_json, print_remark, progress
     from tierod.io.writers import require_writable, write
     from tierod.proving_ground.scenarios import load
+    from tierod.proving_ground.scenarios.plants import native_code
 
     whole = load(scenario)
     chosen = whole.with_run(seconds, seed)
     require_writable(output)
     if plant is not None:
         chosen = _with_plant(chosen, plant)
+    for caution in native_code([chosen]):
+        print_remark(caution)
     for fault in (each for each in whole.faults if each not in chosen.faults):
         print_remark(f"left out, since it begins after the end of the run: {fault.label}")
     began = time.perf_counter()

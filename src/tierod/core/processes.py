@@ -1,9 +1,10 @@
-"""Processes of this machine, and the end of this one."""
+"""Processes of this machine, child interpreters, and the end of this one."""
 
 from __future__ import annotations
 
 import os
 import signal
+import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -22,6 +23,31 @@ def runs(process: int) -> bool:
     except OSError:  # no permission to signal it: it belongs to another user
         return True
     return True
+
+
+def interpreter(*words: str) -> tuple[str, ...]:
+    """Command line of a child interpreter.
+
+    Args:
+        words: what it runs, such as "-m", module and arguments
+    """
+    # Without -P it would import from the working folder, which may hold the files of others.
+    return (sys.executable, "-P", *words)
+
+
+@contextmanager
+def safe_path() -> Iterator[None]:
+    """Keep interpreters that `multiprocessing` starts meanwhile from importing from the working folder."""
+    name = "PYTHONSAFEPATH"
+    before = os.environ.get(name)
+    os.environ[name] = "1"
+    try:
+        yield
+    finally:
+        if before is None:
+            os.environ.pop(name, None)
+        else:
+            os.environ[name] = before
 
 
 @contextmanager

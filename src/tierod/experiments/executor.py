@@ -22,6 +22,7 @@ from multiprocessing.process import BaseProcess
 from typing import Any, Protocol, TypeVar
 
 from tierod.core.errors import CompileError, KernelWarning, MissingExtra, OutputError, ParameterError, TierodError
+from tierod.core.processes import safe_path
 from tierod.core.threads import THREADS
 
 Given = TypeVar("Given")
@@ -148,7 +149,7 @@ class Executor:
         ours, theirs = self.context.Pipe()
         # The work is an argument, so that the new process imports its module before it reports that it has started.
         process = self.context.Process(target=_serve, args=(theirs, work), daemon=True)
-        with _one_thread():
+        with _one_thread(), safe_path():
             process.start()
         theirs.close()
         self.processes[ours] = process

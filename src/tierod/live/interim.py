@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import subprocess
-import sys
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import IO
 
+from tierod.core.processes import interpreter
 from tierod.live.events import Hub
 
 WRITTEN = (0, 1, 2)
@@ -45,7 +45,7 @@ class Interim:
         page = self.log.with_name(f"{self.log.stem}-{int(self.time)}s.html")
         # Closed after the process has ended, in a later call.
         self._page, self._errors = page, tempfile.TemporaryFile()  # noqa: SIM115
-        command = [sys.executable, "-m", "tierod", "diagnose", str(self.log), *self.words, "-o", str(page)]
+        command = interpreter("-m", "tierod", "diagnose", str(self.log), *self.words, "-o", str(page))
         self._process = subprocess.Popen(
             command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=self._errors
         )

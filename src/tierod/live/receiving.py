@@ -15,6 +15,7 @@ from queue import SimpleQueue
 from typing import Any
 
 from tierod.core.errors import InputError, ParameterError, TierodError
+from tierod.core.processes import interpreter
 from tierod.live.buses import Address, Inbox, Receiver
 from tierod.live.frame import Frame, Notice
 
@@ -43,7 +44,7 @@ class ProcessReceiver:
         reading, writing = os.pipe()
         said = {"number": number, **vars(address), "options": dict(address.options)}
         self._process = subprocess.Popen(
-            [sys.executable, "-m", "tierod.live.receiving", str(writing), json.dumps(said)],
+            interpreter("-m", "tierod.live.receiving", str(writing), json.dumps(said)),
             pass_fds=(writing,),
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,

@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any
 
 from tierod.core.errors import OutputError, ParameterError
+from tierod.core.processes import safe_path
 from tierod.experiments.executor import Failure
 from tierod.web.errors import Absent, Busy
 from tierod.web.site import Limits
@@ -179,7 +180,8 @@ class Jobs:
     def _process(self) -> tuple[BaseProcess, Connection]:
         ours, theirs = self._context.Pipe()
         process = self._context.Process(target=serve, args=(theirs, self.limits.job_memory), daemon=True)
-        process.start()
+        with safe_path():
+            process.start()
         theirs.close()
         return process, ours
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import asyncio
 import json
-import sys
 from collections import deque
 from collections.abc import Sequence
+
+from tierod.core.processes import interpreter
 
 KEPT = 3000
 """Number of past lines that a new page receives: the last minutes."""
@@ -69,7 +70,7 @@ class Relay:
     async def _follow(self) -> None:
         pipe = asyncio.subprocess.PIPE
         self._process = await asyncio.create_subprocess_exec(
-            sys.executable, *self._command, stdout=pipe, stderr=pipe, limit=1 << 22
+            *interpreter(*self._command), stdout=pipe, stderr=pipe, limit=1 << 22
         )
         assert self._process.stdout is not None
         assert self._process.stderr is not None

@@ -9,7 +9,6 @@ import os
 import platform
 import shutil
 import subprocess
-import sys
 import tempfile
 import warnings
 from functools import cache
@@ -20,6 +19,7 @@ from typing import Annotated
 from tierod.core.errors import CompileError, KernelWarning, OutputError
 from tierod.core.graph.kernel_cache import KernelCache, NoCache
 from tierod.core.graph.shared_library import loaded
+from tierod.core.processes import interpreter
 
 FLAGS = ("-std=c99", "-O3", "-fPIC", "-shared", "-fno-math-errno", "-fno-trapping-math", "-ffp-contract=off")
 """Never -ffast-math: it breaks NaN and, once loaded, flushes denormals in the whole process."""
@@ -66,7 +66,7 @@ def compiler() -> tuple[str, ...] | None:
         if path := shutil.which(name):
             return (path,)
     if find_spec("ziglang"):
-        return (sys.executable, "-m", "ziglang", "cc")
+        return interpreter("-m", "ziglang", "cc")
     return None
 
 

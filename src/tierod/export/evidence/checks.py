@@ -149,6 +149,7 @@ def misra(export: Checked, folder: Path) -> Table:
     counted: Counter[str] = Counter()
     for name in export.parts:
         dumped = ran(["cppcheck", "--dump", "--std=c99", "--quiet", "-I.", name], folder)
+        # Without -P, since the addon imports a module that lies beside it; the working folder is not searched.
         judged = ran([sys.executable, str(addon), f"{name}.dump"], folder)
         for left in ("dump", "ctu-info"):
             (folder / f"{name}.{left}").unlink(missing_ok=True)

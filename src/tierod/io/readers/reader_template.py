@@ -9,13 +9,13 @@ import os
 import signal
 import socket
 import subprocess
-import sys
 import threading
 import time
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, BinaryIO
 
+from tierod.core.processes import interpreter
 from tierod.core.threads import THREADS
 from tierod.io.readers import child
 
@@ -57,7 +57,7 @@ class Template:
         threads = dict.fromkeys((*THREADS, "NUMEXPR_MAX_THREADS"), "1")
         with other:
             self._process = subprocess.Popen(
-                [sys.executable, "-P", str(child.__file__), script],
+                interpreter(str(child.__file__), script),
                 stdin=other.fileno(),
                 stdout=subprocess.DEVNULL,
                 stderr=subprocess.DEVNULL,

@@ -8,7 +8,6 @@ import pickle
 import select
 import shutil
 import subprocess
-import sys
 import tempfile
 import time
 from collections.abc import Mapping
@@ -18,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from tierod.core.errors import InputError
+from tierod.core.processes import interpreter
 from tierod.proving_ground.foreign.host import JOB, OUTPUTS, PROGRESS, SAMPLES, shared
 from tierod.proving_ground.parts import Plant
 
@@ -67,7 +67,7 @@ class Coupled:
             raise
 
     def _start(self) -> None:
-        command = [sys.executable, "-m", "tierod.proving_ground.foreign.host", str(self.folder)]
+        command = interpreter("-m", "tierod.proving_ground.foreign.host", str(self.folder))
         self._process = subprocess.Popen(
             command,
             stdin=subprocess.PIPE,

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
 
 from tierod.core.errors import ParameterError
 from tierod.core.toml import Document
-from tierod.proving_ground.foreign import car_of, remarks, wiring_of
+from tierod.proving_ground.foreign import ForeignCar, car_of, remarks, wiring_of
 from tierod.proving_ground.parts import Plant
 from tierod.proving_ground.scenarios.scenario import Scenario, require_fault_free
 
@@ -29,6 +30,19 @@ def plant_car(document: Document, own: Plant) -> Plant:
         return car_of(unit, wiring, own)
     except ParameterError as error:
         raise document.error(("outputs",), str(error)) from None
+
+
+def native_code(scenarios: Iterable[Scenario]) -> tuple[str, ...]:
+    """A caution for each unit that computes a car of these scenarios; none where all cars are of tierod's own model.
+
+    Args:
+        scenarios: scenarios that are going to run
+    """
+    paths = dict.fromkeys(each.car.path for each in scenarios if isinstance(each.car, ForeignCar))
+    return tuple(
+        f"{path} runs its own native code on this computer, with all your rights; run only units that you trust"
+        for path in paths
+    )
 
 
 def with_plant(scenario: Scenario, document: Document) -> tuple[Scenario, list[str]]:

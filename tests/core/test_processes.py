@@ -1,0 +1,58 @@
+"""Child interpreters import nothing from the working folder, whatever files lie there."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import tierod
+from tierod.core.processes import interpreter
+
+PLANTED = ("tierod", "numpy", "json", "multiprocessing", "encodings", "typing", "can", "pyarrow", "fmpy", "ziglang")
+
+
+@pytest.fixture
+def planted(tmp_path):
+    """A folder of files that have the names of modules and leave a trace when they are imported."""
+    for name in PLANTED:
+        (tmp_path / f"{name}.py").write_text(f"open('imported', 'a').write('{name} ')\n")
+    return tmp_path
+
+
+def ran(words, folder):
+    done = subprocess.run(words, cwd=folder, capture_output=True, text=True, timeout=120, check=False)
+    assert not (folder / "imported").exists(), (folder / "imported").read_text()
+    return done
+
+
+def test_a_child_interpreter_finds_the_package(planted):
+    done = ran([*interpreter("-m", "tierod"), "--version"], planted)
+    assert done.stdout == f"tierod {tierod.__version__}\n"
+
+
+POOL = """
+from tierod.experiments.executor import Executor
+with Executor(1) as pool:
+    print(list(pool.run(abs, [-3])))
+"""
+
+
+def test_workers_of_a_pool_do_not_import_from_the_working_folder(planted):
+    done = ran([sys.executable, "-P", "-c", POOL], planted)
+    assert done.stdout == "[(0, 3)]\n", done.stderr
+
+
+@pytest.mark.slow
+def test_the_receiver_of_a_bus_does_not_import_from_the_working_folder(planted):
+    pytest.importorskip("can")
+    where = ["--interface", "udp_multicast", "--channel", "239.74.163.9", "--vehicle", "rav4", "--seconds", "1"]
+    done = ran([*interpreter("-m", "tierod", "live"), *where, "--json"], planted)
+    assert done.returncode in (0, 2, 3), done.stderr
+
+
+def test_every_command_line_of_an_interpreter_is_made_in_one_place():
+    root = Path(tierod.__file__).parent
+    naming = {str(path.relative_to(root)) for path in root.rglob("*.py") if "sys.executable" in path.read_text("utf-8")}
+    # The addon of cppcheck is a script: the folder of a script is searched in place of the working folder.
+    assert naming == {"core/processes.py", "export/evidence/checks.py"}
