@@ -2,6 +2,7 @@
 
 import datetime as dt
 import json
+import re
 
 import pyarrow as pa
 import pyarrow.parquet as pq
@@ -173,8 +174,10 @@ def test_a_level_is_that_after_its_last_step(told, drives, level, since, before,
     assert row["step"] == step
     if document["cars"]:
         assert document["cars"][0]["reasons"][0]["trend"]["step"] == step
-        assert f"since {since} ({before:g}" in terminal
-        assert f"since {since} ({before:g}" in page
+        said = re.search(r"level ([\d.]+) N·m since ([-\d]+), ([\d.]+) N·m before", terminal)
+        assert said[0] in page
+        assert said[2] == since
+        assert (float(said[1]), float(said[3])) == pytest.approx((level, before), abs=0.12)
 
 
 @pytest.mark.parametrize(
@@ -192,6 +195,24 @@ def test_a_slow_ramp_and_a_single_drive_are_no_step(told, values):
     assert quantity["steps"] == {}
     usual = values[-1] if values[-1] < 6.0 else 2.65
     assert quantity["levels"]["car-1"][0] == pytest.approx(usual, abs=0.15)
+
+
+def test_a_last_drive_that_is_far_off_is_no_part_of_the_level_until_another_agrees(told):
+    drives = [LOW] * 4 + [("fault", 8.1)]
+    _, terminal, document, *_ = told(*driven(drives))
+    trend = document["cars"][0]["reasons"][0]["trend"]
+    assert (trend["step"], trend["unconfirmed"]) == (None, 8.1)
+    assert trend["level"][0] == pytest.approx(2.6, abs=0.05)
+    assert "level 2.6 N·m before the last drive, which gave 8.1 N·m" in terminal
+
+
+def test_a_change_that_was_repaired_is_over(told):
+    drives = [LOW] * 12 + [HIGH] * 6
+    _, _, document, *_ = told(*driven(drives, apart=3.0), *driven([*drives, *[LOW] * 4], "car-2", apart=3.0))
+    (car,) = document["cars"]
+    assert (car["vehicle"], car["summary"]) == ("car-1", "fault")
+    assert any("shifted by +3.6" in each["text"] for each in car["reasons"])
+    assert [each["vehicle"] for each in document["recovered"]] == ["car-2"]
 
 
 def test_a_level_beyond_its_limit_after_two_drives_is_left_to_their_verdicts(told):

@@ -9,7 +9,7 @@ from enum import IntEnum
 
 import numpy as np
 
-from tierod.core.findings import Status
+from tierod.core.statuses import Status, worst
 from tierod.fleet.standing import JUDGED, LAST, Drive, Standing, counted
 from tierod.fleet.trends import Trends
 from tierod.methods.trends.change_evidence import RAMP
@@ -99,7 +99,7 @@ class Ranked:
         drives: dict[object, Status] = {}
         for each in (drive for reason in self.reasons for drive in reason.to_confirm):
             key = each.name or each.row
-            drives[key] = min(drives.get(key, each.status), each.status, key=JUDGED.index)
+            drives[key] = worst((drives.get(key, each.status), each.status))
         return tuple(drives.values())
 
     @property
@@ -159,7 +159,8 @@ def beyond(trends: Trends) -> np.ndarray:
 def _named(trends: Trends) -> np.ndarray:
     with np.errstate(invalid="ignore"):
         near = trends.chance >= POSSIBLE
-    return np.asarray(trends.listed | np.isfinite(trends.alarmed) | near | beyond(trends))
+    changed = [trends.changed(car) for car in range(len(trends.listed))]
+    return np.asarray(np.array(changed, bool) | near | beyond(trends))
 
 
 def _of_standing(each: Standing, trend: tuple[Trends, int] | None) -> Reason:
@@ -169,20 +170,33 @@ def _of_standing(each: Standing, trend: tuple[Trends, int] | None) -> Reason:
         listed = "; ".join(drive.text for drive in each.drives)
         text = (
             f"{each.subject}: to confirm: {counted(drive.status for drive in each.drives)} in the last {each.of} "
-            f"judged drives ({listed})"
+            f"judged drives ({listed}){_level_text(trend)}"
         )
         inspect = "these drives with 'tierod diagnose'" + (f": {each.action}" if each.action else "")
         return Reason(Urgency.CONFIRM, text, inspect, trend, rows, each.drives, weight)
     kind = f" ({each.kind})" if each.kind else ""
-    text = f"{each.subject}: fault{kind} in {each.faults} of the last {each.of} judged drives"
+    text = f"{each.subject}: fault{kind} in {each.faults} of the last {each.of} judged drives{_level_text(trend)}"
     part = f"{each.judged.replace('_', ' ')}, its plug and its wiring" if each.judged else ""
     inspect = each.action or part or "the parts that the reports of these drives name"
     return Reason(Urgency.FAULT, text, inspect, trend, rows, (), weight)
 
 
+def _level_text(trend: tuple[Trends, int] | None) -> str:
+    """Level of a car whose level stepped or may have stepped, as the end of a sentence; "" for any other."""
+    if trend is None:
+        return ""
+    trends, car = trend
+    unit = trends.series.watched.unit.replace("*", "·")
+    if math.isfinite(last := trends.unconfirmed[car]):
+        return f"; level {trends.level[car, 0]:.3g} {unit} before the last drive, which gave {last:.3g} {unit}"
+    if math.isfinite(day := trends.stepped(car)):
+        return f"; level {trends.level[car, 0]:.3g} {unit} since {date(day)}, {trends.before[car]:.3g} {unit} before"
+    return ""
+
+
 def _of_trend(trends: Trends, car: int) -> Reason:
     alarmed, chance = math.isfinite(trends.alarmed[car]), float(trends.chance[car])
-    changed = alarmed or bool(trends.listed[car])
+    changed = trends.changed(car)
     if bool(beyond(trends)[car]):
         urgency = Urgency.FAULT
     elif changed and chance >= SURE:
@@ -207,7 +221,7 @@ def _change_text(trends: Trends, car: int) -> str:
         what = f"changes by {100.0 * size[0]:+.2g} ± {196.0 * size[1]:.1g} {unit} per 100 days"
     else:
         what = f"shifted by {size[0]:+.2g} ± {1.96 * size[1]:.1g} {unit}"
-    return f"{trends.series.watched.quantity} {what} since {date(trends.began[car])}"
+    return f"{trends.series.watched.quantity} {what} since {date(trends.onset(car))}"
 
 
 def _near_text(trends: Trends, car: int) -> str:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from tierod.core.errors import InputError, ParameterError
 from tierod.core.screen import printable
+from tierod.core.statuses import COLOURS
 from tierod.fleet.cohorts import NOMINAL, expected_of, write_prior
 from tierod.fleet.places import LOCAL, protocol_of
 
@@ -86,12 +87,13 @@ def _show(found: FleetReport) -> None:
     from rich.console import Console
     from rich.markup import escape
     from rich.table import Table
+    from rich.text import Text
 
     from tierod.fleet import report_words as words
 
     console = Console(soft_wrap=True, width=None if sys.stdout.isatty() else PIPED_WIDTH)
-    symbol, _, state = words.verdict(found)
-    console.print(f"{symbol} {state.upper()}  {words.headline(found)}", markup=False)
+    symbol, colour, state = words.verdict(found)
+    console.print(Text.assemble((f"{symbol} {state.upper()}", COLOURS[colour]), f"  {words.headline(found)}"))
     for remark in found.remarks:
         console.print(f"to know: {remark}", markup=False)
     for each in found.trends:

@@ -121,11 +121,12 @@ def _reason(report: FleetReport, reason: Reason) -> dict[str, Any]:
 
 def _trend(trends: Trends, car: int) -> dict[str, Any]:
     series = trends.series
-    changed = bool(trends.listed[car]) or math.isfinite(trends.alarmed[car])
+    changed = trends.changed(car)
     return {
         **series.watched._asdict(),
         "level": trends.level[car],
         "step": step(trends, car),
+        "unconfirmed": trends.unconfirmed[car],
         "slope_per_day": trends.slope[car],
         "nominal": series.nominal[car],
         "limit": series.limit[car],

@@ -77,11 +77,10 @@ def _card(report: FleetReport, car: Ranked, place: int) -> Iterator[Item]:
     if found is not None:
         trends, number_of = found
         # Only figures that are in no column of the list.
-        labels = words.labels(*found)
-        lines.append(
-            f"Change began {words.since(*found)}; chance of the limit within 90 days {words.shown_chance(*found)}"
-            + (f"; {labels}." if labels != "–" else ".")
-        )
+        facts = [f"Change began {words.since(*found)}"] if trends.changed(number_of) else []
+        facts.append(f"{'c' if facts else 'C'}hance of the limit within 90 days {words.shown_chance(*found)}")
+        facts += [labels] if (labels := words.labels(*found)) != "–" else []
+        lines.append(f"{'; '.join(facts)}.")
         yield Heading(f"{place + 1}. {car.vehicle}: {car.state}", tuple(lines))
         yield _trend_chart(trends, number_of, place)
     else:
@@ -101,22 +100,23 @@ def _trend_chart(trends: Trends, car: int, place: int) -> Chart:
         Points("drives", _rounded(series.drives.day[car, there] - last), series.drives.estimate[car, there]),
     )
     known = (("nominal", series.nominal[car]), ("limit", series.limit[car]))
-    uprights = [("began", trends.began[car]), ("alarm", trends.alarmed[car])]
-    changed = trends.listed[car] or np.isfinite(trends.alarmed[car])
-    shown = [each for each in uprights if changed] + [("step", trends.stepped(car))]
+    shown = {"step": trends.stepped(car)}
+    if trends.listed[car] or np.isfinite(trends.alarmed[car]):
+        shown |= {"alarm": trends.alarmed[car]}
+        shown |= {"began": trends.began[car]} if trends.onset(car) != shown["step"] else {}
     panel = Panel(
         series.watched.quantity,
         f"days before {date(last)}",
         f"{series.watched.quantity} [{unit}]",
         marks,
         tuple((name, float(level)) for name, level in known if np.isfinite(level)),
-        tuple((name, float(when - last)) for name, when in shown if np.isfinite(when)),
+        tuple((name, float(when - last)) for name, when in shown.items() if np.isfinite(when)),
     )
     vehicle = series.vehicles[car]
     return Chart(
         f"trend-{place + 1}",
         f"{series.watched.title}: {vehicle}",
-        "Drives as measured; the level is estimated from all of them, at 15 °C.",
+        "Drives as measured; the level is estimated from those since its last step, at 15 °C.",
         f"{series.watched.quantity} of {vehicle} over {along[-1] - along[0]:.0f} days, with its level and limit",
         (panel,),
     )
@@ -127,7 +127,7 @@ def _rounded(values: np.ndarray) -> np.ndarray:
 
 
 def _drives(report: FleetReport, car: Ranked) -> Table:
-    rows = [row for reason in car.reasons for row in reason.rows][:8]
+    rows = list(dict.fromkeys(row for reason in car.reasons for row in reason.rows))[:8]
     part = report.findings.select(_OF_DRIVES)
     cells = []
     for row in part.take(rows).to_pylist():

@@ -35,12 +35,10 @@ def odds(logarithm: float) -> str:
 
 
 def level(trends: Trends, car: int) -> str:
-    """Current level of a car with its 95 % interval and unit, and its last step."""
+    """Current level of a car with its 95 % interval and unit."""
     value, deviation = trends.level[car]
     half = INTERVAL * deviation
-    stepped = trends.stepped(car)
-    since = f" since {date(stepped)} ({number(trends.before[car], 3)} before)" if math.isfinite(stepped) else ""
-    return f"{number(value, 3)} ± {number(half, 2)} {written(trends.series.watched.unit)}{since}"
+    return f"{number(value, 3)} ± {number(half, 2)} {written(trends.series.watched.unit)}"
 
 
 def left(trends: Trends, car: int) -> str:
@@ -70,8 +68,8 @@ def cohort(trends: Trends, car: int) -> str:
 
 
 def since(trends: Trends, car: int) -> str:
-    """Onset of the change, as an interval."""
-    return f"{date(trends.began[car])} ({date(trends.earliest[car])} to {date(trends.latest[car])})"
+    """Onset of the change, with its interval."""
+    return f"{date(trends.onset(car))} ({date(trends.earliest[car])} to {date(trends.latest[car])})"
 
 
 def headline(report: FleetReport) -> str:
@@ -129,7 +127,7 @@ def what_to_do(report: FleetReport) -> tuple[str, ...]:
 def shown_chance(trends: Trends, car: int) -> str:
     """Probability that the limit is reached within 90 days; a dash without a limit."""
     chance = float(trends.chance[car])
-    return share(chance) if math.isfinite(chance) else "–"
+    return "–" if not math.isfinite(chance) else "below 0.1 %" if chance < 1e-3 else share(chance)
 
 
 def labels(trends: Trends, car: int) -> str:

@@ -18,7 +18,7 @@ from tierod.methods.trends.drive_smoother import smoothed
 from tierod.methods.trends.drives import Drives
 from tierod.methods.trends.first_drives import FIRST, with_right_first
 from tierod.methods.trends.fleet_alarms import alarm_level, log_e_values, selected, stopped
-from tierod.methods.trends.level_steps import level_steps
+from tierod.methods.trends.level_steps import JUMP, level_steps
 from tierod.methods.trends.time_to_limit import chance_by, time_to_limit
 
 CARS_AT_A_TIME = 2000
@@ -65,6 +65,8 @@ class Trends:
         cohorts: cohort effects
         steps: drives with which a new level begins, the first one included if another is early, (cars, drives)
         before: level before the last step [unit], (cars,); NaN without one
+        unconfirmed: last estimate of each car where it is far from the level, and no part of it until another drive
+            agrees [unit], (cars,); NaN where there is none
         level, slope: current values at the reference temperature [unit] and [unit/d], (cars, 2): value, standard
             deviation
         chance: probability that the limit is reached within `SOON`, (cars,); NaN without limit
@@ -83,6 +85,7 @@ class Trends:
     cohorts: Cohorted
     steps: np.ndarray
     before: np.ndarray
+    unconfirmed: np.ndarray
     level: np.ndarray
     slope: np.ndarray
     chance: np.ndarray
@@ -104,6 +107,8 @@ class Trends:
         """
         one = slice(car, car + 1)
         drives = self.series.drives.of(one)
+        if math.isfinite(self.unconfirmed[car]):
+            drives = _without_last(drives)
         noise, steps = self.learnt.noise, self.steps[one]
         mean, covariance = smoothed(filtered(drives, self.learnt.prior.of(one), noise, steps), noise)
         there = drives.present[0]
@@ -120,6 +125,23 @@ class Trends:
         steps = np.flatnonzero(self.steps[car])
         return float(self.series.drives.day[car, steps[-1]]) if len(steps) else math.nan
 
+    def ended(self, car: int) -> bool:
+        """Whether the level of a car has stepped back to that before its change."""
+        if not self.stepped(car) > self.began[car]:
+            return False
+        day, level, _ = self.band(car)
+        before = level[max(int(np.searchsorted(day, self.began[car], side="right")) - 1, 0)]
+        return bool(self.learnt.changes.side * (self.level[car, 0] - before) < _least_step(self.learnt))
+
+    def changed(self, car: int) -> bool:
+        """Whether a change of a car was found that has not ended."""
+        return bool(self.listed[car] or math.isfinite(self.alarmed[car])) and not self.ended(car)
+
+    def onset(self, car: int) -> float:
+        """Day on which the change of a car began [d]: that of its step, where the level stepped at that time."""
+        stepped = self.stepped(car)
+        return stepped if self.earliest[car] <= stepped <= self.latest[car] else float(self.began[car])
+
     @property
     def held(self) -> np.ndarray:
         """Number of drives of each car at its present level, (cars,)."""
@@ -129,11 +151,12 @@ class Trends:
 
 
 class _Levels(NamedTuple):
-    """Current level and slope of the cars with covariance, and level before the last step, (cars, ...)."""
+    """Current level and slope of the cars with covariance, level before the last step, and a last drive far off."""
 
     mean: np.ndarray
     covariance: np.ndarray
     before: np.ndarray
+    unconfirmed: np.ndarray
 
 
 class _Change(NamedTuple):
@@ -164,7 +187,11 @@ def trends(series: Series, design: Design) -> Trends:
         return _levels(stepping.of(chosen), prior, known, steps[chosen])
 
     first = _Levels(*_joined(drives, known.prior, levels))
-    found = cohorted(series, first.mean[:, 0], np.sqrt(first.covariance[:, 0, 0]), known)
+    usual = first.mean[:, 0]
+    # A car that stepped is compared with its cohort by that of both levels which is the more usual one.
+    with np.errstate(invalid="ignore"):
+        nearer = np.abs(first.before - known.prior.mean[0]) < np.abs(usual - known.prior.mean[0])
+    found = cohorted(series, np.where(nearer, first.before, usual), np.sqrt(first.covariance[:, 0, 0]), known)
     if found.cohorts is not None:
         known = known.with_usual(found.cohorts.usual, found.cohorts.between)
     # The levels again, now with the cohorts in the prior of each car.
@@ -181,6 +208,7 @@ def trends(series: Series, design: Design) -> Trends:
         found,
         steps,
         now.before,
+        now.unconfirmed,
         np.stack((now.mean[:, 0], deviation[:, 0]), axis=1),
         np.stack((now.mean[:, 1], deviation[:, 1]), axis=1),
         chance,
@@ -194,18 +222,36 @@ def _stepping(every: Drives, right: Drives, known: Learnt) -> tuple[Drives, np.n
     """Drives from which levels are estimated, and with which of them a new level begins.
 
     Of a car whose level steps within its first drives none of these is wrong for being far from the others, and its
-    first level is not that of the usual car: it begins with a step as well.
+    first level is not that of the usual car: it begins with a step as well. The last drive may be the first of a step.
     """
     first = np.cumsum(every.present, axis=1)
 
     def steps(drives: Drives) -> np.ndarray:
         variance = known.steady.variance(drives.deviation)
-        return level_steps(drives, variance, known.prior.mean[2:], 3.0 * known.changes.step * LEAST_STEP)
+        return level_steps(drives, variance, known.prior.mean[2:], _least_step(known))
 
     early = np.asarray((steps(every) & (first <= FIRST)).any(axis=1))
-    estimate = np.where(early[:, None], every.estimate, right.estimate)
+    kept = early[:, None] | (np.arange(first.shape[1]) == _last(every)[:, None])
+    estimate = np.where(kept, every.estimate, right.estimate)
     found = Drives(every.day, estimate, every.deviation, every.regressors)
     return found, steps(found) | (early[:, None] & every.present & (first == 1))
+
+
+def _least_step(known: Learnt) -> float:
+    # The step of `known.changes` is a third of the distance to the limit.
+    return 3.0 * known.changes.step * LEAST_STEP
+
+
+def _last(drives: Drives) -> np.ndarray:
+    """Index of the last drive of each car, (cars,)."""
+    return np.asarray(drives.present.shape[1] - 1 - drives.present[:, ::-1].argmax(axis=1))
+
+
+def _without_last(drives: Drives, cars: np.ndarray | None = None) -> Drives:
+    """The drives without the last one of some cars, given as a mask; of all if not given."""
+    estimate, chosen = drives.estimate.copy(), np.arange(len(drives.day)) if cars is None else np.flatnonzero(cars)
+    estimate[chosen, _last(drives)[chosen]] = np.nan
+    return Drives(drives.day, estimate, drives.deviation, drives.regressors)
 
 
 def _joined(
@@ -226,10 +272,16 @@ def _level_row(mileage: np.ndarray) -> np.ndarray:
 
 def _levels(drives: Drives, prior: Prior, known: Learnt, steps: np.ndarray) -> _Levels:
     """Current level, and slope including the effect of mileage at the car's own rate of mileage."""
-    found = filtered(drives, prior, known.noise, steps)
+    found, last = filtered(drives, prior, known.noise, steps), _last(drives)
+    line, innovation = np.arange(len(last)), found.innovation
+    off = np.abs(innovation[line, last])
+    far = (off > JUMP * np.sqrt(found.variance[line, last])) & (off > _least_step(known)) & ~steps[line, last]
+    far &= drives.present.sum(axis=1) > 1
+    unconfirmed = np.where(far, drives.estimate[line, last], np.nan)
+    if far.any():
+        drives = _without_last(drives, far)
+        found, last = filtered(drives, prior, known.noise, steps), _last(drives)
     mean, covariance = found.mean[:, -1], found.covariance[:, -1]
-    last = drives.present.shape[1] - 1 - drives.present[:, ::-1].argmax(axis=1)
-    line = np.arange(len(last))
     mileage = drives.effects[line, last, MILEAGE]
     span = np.nanmax(drives.day, axis=1) - np.nanmin(drives.day, axis=1)
     rate = np.where(span > 0.0, mileage / np.maximum(span, 1.0), 0.0)
@@ -241,6 +293,7 @@ def _levels(drives: Drives, prior: Prior, known: Learnt, steps: np.ndarray) -> _
         np.einsum("cri,ci->cr", rows, mean),
         np.einsum("cri,cij,csj->crs", rows, covariance, rows),
         np.where(steps.any(axis=1), before, np.nan),
+        unconfirmed,
     )
 
 

@@ -14,7 +14,7 @@ LEVEL, SLOPE = 0, 1
 """Indices of level and slope in the state; the coefficients of the regressors follow."""
 
 UNKNOWN = 1e4
-"""Variance of a level after a step, over that of a drive: the drives before the step count a ten-thousandth."""
+"""Variance of a level after a step, over the square of the step: the new level is that of the drives after it."""
 
 
 @dataclass(frozen=True)
@@ -139,7 +139,6 @@ def filtered(drives: Drives, prior: Prior, noise: TrendNoise, steps: np.ndarray 
     covariance = np.broadcast_to(prior.covariance, (cars, order, order)).astype(float).copy()
     rows, present, gap = observed(drives), drives.present, gaps(drives)
     spread = np.where(present, noise.variance(drives.deviation), np.inf)
-    step = np.zeros((cars, count)) if steps is None else np.where(steps & present, UNKNOWN * spread, 0.0)
     found = Filtered(
         np.empty((cars, count, order)),
         np.empty((cars, count, order, order)),
@@ -148,15 +147,17 @@ def filtered(drives: Drives, prior: Prior, noise: TrendNoise, steps: np.ndarray 
         np.zeros((cars, count)),
         np.zeros((cars, count, order)),
         gap,
-        step,
+        np.zeros((cars, count)),
     )
     for k in range(count):
         moved(mean, covariance, gap[:, k], noise)
-        covariance[:, LEVEL, LEVEL] += step[:, k]
         row, there = rows[:, k], present[:, k]
+        innovation = np.where(there, drives.estimate[:, k] - np.einsum("ci,ci->c", mean, row), 0.0)
+        if steps is not None:
+            found.step[:, k] = np.where(steps[:, k], UNKNOWN * innovation**2, 0.0)
+            covariance[:, LEVEL, LEVEL] += found.step[:, k]
         towards = np.einsum("cij,cj->ci", covariance, row)
         variance = np.einsum("ci,ci->c", towards, row) + spread[:, k]
-        innovation = np.where(there, drives.estimate[:, k] - np.einsum("ci,ci->c", mean, row), 0.0)
         weight = 1.0 / np.maximum(1.0, np.abs(innovation) / (noise.clip * np.sqrt(variance)))
         gain = towards * (weight / variance)[:, None]
         mean += gain * innovation[:, None]

@@ -105,10 +105,10 @@ def _mixture(square: np.ndarray, variance: np.ndarray, share: float) -> np.ndarr
     chances = ((1.0 - share) ** 2, 2.0 * share * (1.0 - share), share**2)
     wider = (1.0, 0.5 * (1.0 + WRONG**2), WRONG**2)
     parts = [
-        chance / np.sqrt(wide) * np.exp(-0.5 * square / (wide * variance))
+        np.log(chance / np.sqrt(wide)) - 0.5 * square / (wide * variance)
         for chance, wide in zip(chances, wider, strict=True)
     ]
-    return np.asarray(np.log(sum(parts)) - 0.5 * np.log(variance))
+    return np.asarray(np.logaddexp.reduce(parts) - 0.5 * np.log(variance))
 
 
 def _pairs(drives: Drives) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
