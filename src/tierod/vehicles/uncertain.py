@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Iterable, Iterator, Mapping
+from typing import Annotated
 
 from tierod.vehicles.catalogue import QUANTITIES
 from tierod.vehicles.classes import class_of, typical_spread
@@ -101,6 +102,23 @@ def _moved(each: Parameter, by: float) -> float:
         exponent = by * math.sqrt(math.log1p((spread / each.value) ** 2))
         return min(max(each.value * math.exp(exponent), low), high)
     return min(max(each.value + by * spread, low), high)
+
+
+GAIN_DEVIATION = "torque_gain_deviation"
+"""Parameter with the relative standard deviation of the gain that driver_torque and motor_torque share."""
+
+ASSUMED_GAIN_DEVIATION: Annotated[float, ""] = 0.08
+"""The same for a vehicle file without it: two torques of 10 % each, the motor with the larger share."""
+
+
+def torque_gain_deviation(vehicle: Vehicle) -> float:
+    """Relative standard deviation of the gain of the torque sensors, of the vehicle file or assumed [-].
+
+    Args:
+        vehicle: whose torques are measured
+    """
+    known = vehicle.parameters.get(GAIN_DEVIATION)
+    return ASSUMED_GAIN_DEVIATION if known is None else known.value
 
 
 class WatchedParameters(Mapping[str, Parameter]):

@@ -67,12 +67,15 @@ class Contradiction(NamedTuple):
         gain: gain of the single signal, where it explains the contradiction; else 1
         delay: delay of the single signal, where it explains the contradiction; else 0
         creeps: "gain" or "zero" where a slow change of it during the drive explains the contradiction; else empty
+        explained: whether a change of the named signals explains the contradiction; else it only follows them most, as
+            it also follows sound signals where the wrong one is smoothed or held
     """
 
     names: tuple[str, ...]
     gain: Annotated[float, ""] = 1.0
     delay: Annotated[float, "s"] = 0.0
     creeps: str = ""
+    explained: bool = True
 
 
 class ContradictionOverDrive:
@@ -120,7 +123,9 @@ class ContradictionOverDrive:
         if held:
             return Contradiction((held,))
         if best > EXPLAINED * apart:
-            return _creeping(clean) or Contradiction(() if fits else _following(whole))
+            return _creeping(clean) or (
+                Contradiction(()) if fits else Contradiction(_following(whole), explained=False)
+            )
         limit = min(NEARLY * best, EXPLAINED * apart)
         left = {name: min(gains[at][0], delays[at][0]) for at, name in enumerate(SIGNALS)}
         names = tuple(name for name, value in left.items() if value <= limit)
@@ -222,5 +227,14 @@ def described(found: Contradiction) -> str:
     if found.delay > 0.0:
         return f"{name} is late: the signals agree when it is shifted {1e3 * found.delay:.0f} ms earlier"
     if found.gain != 1.0:
-        return f"the signals agree when {name} is divided by {found.gain:.3g}: its gain may be wrong"
+        others = " and ".join(each for each in SIGNALS if each != name)
+        return (
+            f"the signals agree when {name} is divided by {found.gain:.3g}: its gain may be wrong, or that of {others} "
+            "together"
+        )
+    if not found.explained:
+        return (
+            f"{', '.join(SIGNALS[:-1])} and {SIGNALS[-1]} contradict each other, most likely by an error of "
+            f"{' or '.join(found.names)}"
+        )
     return f"{' or '.join(found.names)} contradicts the other signals of the torsion bar"

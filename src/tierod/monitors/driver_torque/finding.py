@@ -9,6 +9,7 @@ from tierod.monitors.driver_torque.decisions import DOUBTED, MOTOR_INERTIA_SPREA
 from tierod.monitors.driver_torque.drive import Drive
 from tierod.monitors.driver_torque.misfits import distances, is_late, is_zeroed, misfits, suspected
 from tierod.vehicles import Vehicle
+from tierod.vehicles.uncertain import GAIN_DEVIATION, torque_gain_deviation
 
 LEAST_READY = 5.0
 """Least time with a known torque for a finding [s]; some seconds of every state."""
@@ -55,15 +56,21 @@ def judge(drive: Drive, vehicle: Vehicle, name: str, rules: FitRules, remarks: t
             decided_by=decided_by,
         )  # fmt: skip
     evidence |= _value(drive)
-    estimate = None  # without a deviation there is no interval
+    estimate, gain = None, torque_gain_deviation(vehicle)  # without a deviation there is no interval
     if drive.hand_deviation > 0.0:
-        estimate = Estimate("torque of the driver's hands, rms", drive.hand_rms, drive.hand_deviation, "N*m")
+        part = gain * drive.hand_rms
+        whole = math.hypot(drive.hand_deviation, part)
+        estimate = Estimate(
+            "torque of the driver's hands, rms", drive.hand_rms, whole, "N*m", assumed={GAIN_DEVIATION: part}
+        )
     notices = _notices(drive, vehicle, rules)
     action = "correct the vehicle file before the disturbance torque is used" if notices else "none"
     notices += (*remarks, *_doubts(drive))
     notices += _unchecked(drive)
     status = Status.ESTIMATED if drive.contradiction is None else Status.CONSISTENT
-    return Finding(name, status, _headline(drive), None, estimate, evidence, action=action, warnings=notices)
+    return Finding(
+        name, status, _headline(drive, estimate, gain), None, estimate, evidence, action=action, warnings=notices
+    )
 
 
 def _notices(drive: Drive, vehicle: Vehicle, rules: FitRules) -> tuple[str, ...]:
@@ -98,13 +105,14 @@ def _unchecked(drive: Drive) -> tuple[str, ...]:
     return (UNCHECKED,) if drive.motor else (*(drive.doubts or (UNSIGNED,)), UNCHECKED)
 
 
-def _headline(drive: Drive) -> str:
+def _headline(drive: Drive, estimate: Estimate | None, gain: float) -> str:
     share = drive.on / drive.ready if drive.ready > 0.0 else 0.0
     longest = max((each.duration for each in drive.stretches), default=0.0)
     unsure = f", {drive.uncertain / drive.ready:.0%} uncertain" if drive.uncertain > 0.005 * drive.ready else ""
     off = f"off for {longest:.1f} s at the longest" if longest > 0.0 else "never off"
-    known_to = f" ± {drive.hand_deviation:.2f}" if drive.hand_deviation > 0.0 else ""
-    torque = f"they give {drive.hand_rms:.2f}{known_to} N·m rms, {abs(drive.peak):.1f} N·m at most"
+    known_to = "" if estimate is None else f" ± {estimate.standard_deviation:.2f}"
+    included = "" if estimate is None else f" (torque gain ± {100.0 * gain:.2g} % included)"
+    torque = f"they give {drive.hand_rms:.2f}{known_to} N·m rms{included}, {abs(drive.peak):.1f} N·m at most"
     return f"Hands on the wheel {share:.0%} of the time, {off}{unsure}; {torque}."
 
 

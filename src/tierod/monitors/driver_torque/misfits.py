@@ -8,6 +8,7 @@ from tierod.monitors.driver_torque import guessed_ratio
 from tierod.monitors.driver_torque.contradicting import described
 from tierod.monitors.driver_torque.decisions import (
     COLUMN,
+    DOUBTED,
     INERTIA_SPREAD,
     INNOVATIONS,
     LAG_SPREAD,
@@ -41,7 +42,12 @@ def misfits(drive: Drive, vehicle: Vehicle, rules: FitRules) -> list[str]:
     wrong = _of_the_column(drive, vehicle, rules)
     # A slow change of a gain or zero appears as a wrong stiffness, an offset or a delay, whichever fits best.
     found = drive.contradiction
-    return [described(found)] if wrong and found is not None and found.creeps else wrong
+    if wrong and found is not None and found.creeps:
+        return [described(found)]
+    # Signals that contradict each other make large innovations suspicious that alone would only be remarked on.
+    if not wrong and found is not None and found.names and drive.nis > 0.0 and misfit(drive.nis) > DOUBTED:
+        return [_surprising(drive)]
+    return wrong
 
 
 def _of_the_column(drive: Drive, vehicle: Vehicle, rules: FitRules) -> list[str]:
@@ -55,12 +61,16 @@ def _of_the_column(drive: Drive, vehicle: Vehicle, rules: FitRules) -> list[str]
         wrong.append(f"steering_wheel_inertia is {inertia:.3g} kg·m², but the motion without hands shows {there:.3g}")
     wrong += _misshapen(drive, vehicle, rules)
     if rules.misfit(drive.nis) and (drive.geometry is None or not wrong):
-        wrong.append(
-            f"{UNNAMED} are {math.sqrt(drive.nis):.0f} times as large as the observer expects; a signal may be late, "
-            "have an offset or the wrong sign, or motor_inertia, gear_stiffness or the noise of the sensors may be "
-            "wrong"
-        )
+        wrong.append(_surprising(drive))
     return wrong
+
+
+def _surprising(drive: Drive) -> str:
+    """Sentence on innovations that are too large."""
+    return (
+        f"{UNNAMED} are {math.sqrt(drive.nis):.2g} times as large as the observer expects; a signal may be late, have "
+        "an offset or the wrong sign, or motor_inertia, gear_stiffness or the noise of the sensors may be wrong"
+    )
 
 
 def suspected(drive: Drive, wrong: list[str]) -> tuple[str, ...]:

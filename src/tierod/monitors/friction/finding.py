@@ -11,8 +11,9 @@ from tierod.core.statement import STATUSES
 from tierod.monitors.friction.decisions import ABSOLUTE, BASELINE
 from tierod.monitors.friction.notices import FrictionRun, notices
 from tierod.monitors.friction.obstacles import obstacles
-from tierod.monitors.friction.verdict import BY_LIMIT, GAIN_DEVIATION
+from tierod.monitors.friction.verdict import BY_LIMIT
 from tierod.monitors.harness.verdict import withheld
+from tierod.vehicles.uncertain import GAIN_DEVIATION
 
 SUBJECT = "Friction of the steering"
 

@@ -24,14 +24,12 @@ from tierod.monitors.friction.judged import (
 )
 from tierod.monitors.friction.verdict_tuning import AlarmTuning
 from tierod.vehicles import Vehicle
+from tierod.vehicles.uncertain import torque_gain_deviation
 
 HEALTHY = code_of(Status.HEALTHY)
 
 BY_BASELINE, BY_LIMIT = 1.0, 2.0
 """Kinds of a friction statement: above the car's own baseline, or above a limit of the vehicle file alone."""
-
-GAIN_DEVIATION = "torque_gain_deviation"
-"""Parameter of a vehicle file that replaces `AlarmTuning.gain_deviation`."""
 
 REACH = 2.0
 """Standard deviations within which friction may be that of a fault-free car, and its level is learnt [-]: the ends of a
@@ -121,8 +119,7 @@ class FrictionVerdict:
             ParameterError: the vehicle file lacks a limit; the message names it
         """
         limits = vehicle.parameters_for(FrictionLimits) if vehicle.calibrated else None
-        known = vehicle.parameters.get(GAIN_DEVIATION)
-        tuning = AlarmTuning() if known is None else AlarmTuning(gain_deviation=known.value)
+        tuning = AlarmTuning(gain_deviation=torque_gain_deviation(vehicle))
         guessed = 0.0 if limits is None else vehicle.parameters["rising_friction"].standard_deviation or 0.0
         return cls(limits, tuning, sample_time, learnt_level, learnt_deviation, guessed)
 
