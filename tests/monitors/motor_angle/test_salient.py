@@ -1,6 +1,7 @@
 """Motors with different inductances along and across the flux, and loads that step within one sample."""
 
 import math
+import re
 from dataclasses import replace
 from functools import lru_cache
 
@@ -8,7 +9,7 @@ import numpy as np
 import pytest
 
 from exact_vehicle import diagnose
-from monitors.motor_angle.monitored import COLUMN, recording, vehicle_with
+from monitors.motor_angle.monitored import COLUMN, FAULT_FREE, recording, vehicle_with
 from tierod.core.findings import Status
 from tierod.core.graph import scan
 from tierod.papers.motor_angle.fault_drives import RATE
@@ -16,6 +17,7 @@ from tierod.papers.motor_angle.fault_kinds import offset
 from tierod.papers.motor_angle.salient_drives import (
     RIGHT,
     Assumed,
+    fast_drive,
     found_on_salient,
     salient_drive,
     salient_monitor,
@@ -123,4 +125,44 @@ def test_a_saliency_that_the_file_does_not_know_is_named_and_is_no_fault(ratio):
     found = diagnose(recording(driven(ratio, 5, 12.0).samples), vehicle, "motor-angle").findings[0]
     assert found.status is Status.NOT_TESTABLE
     assert "those along and across the flux may differ" in found.cause
+    assert f"across the flux is {ratio:.1f}" in found.cause
     assert float(found.action.split("motor_saliency = ")[1].split()[0]) == pytest.approx(ratio, rel=0.05)
+
+
+def with_inductances(along, ratio=None):
+    vehicle = vehicle_with(motor_inductance=along)
+    if ratio is None:
+        return vehicle
+    saliency = replace(vehicle.parameters["motor_inductance"], name="motor_saliency", value=ratio, unit="")
+    return replace(vehicle, parameters={**vehicle.parameters, "motor_saliency": saliency})
+
+
+@pytest.mark.parametrize("ratio", [2.0, pytest.param(3.0, marks=pytest.mark.slow)])
+def test_field_weakening_with_the_inductance_across_the_flux_alone_names_the_one_along_it(ratio):
+    across = ratio * salient_monitor(ratio).observer.parameters.motor_inductance
+    drive = recording(fast_drive(ratio, 52, 9.0).samples)
+    found = diagnose(drive, with_inductances(across), "motor-angle").findings[0]
+    assert found.status is Status.NOT_TESTABLE
+    assert f"the inductance along the flux is {1.0 / ratio:.1f}" in found.cause
+    assert "1.00 times" not in found.headline
+    given = re.fullmatch(r"give motor_inductance = (\S+) H .* motor_saliency = (\S+) .*", found.action)
+    followed = with_inductances(*map(float, given.groups()))
+    assert diagnose(drive, followed, "motor-angle").findings[0].status is Status.HEALTHY
+
+
+def test_one_inductance_between_both_is_named_for_each_axis():
+    p = salient_monitor(3.0).observer.parameters
+    vehicle = with_inductances(2.0 * p.motor_inductance)
+    found = diagnose(recording(driven(3.0, 5, 12.0).samples), vehicle, "motor-angle").findings[0]
+    assert found.status is Status.NOT_TESTABLE
+    assert "the inductances along and across the flux are 0.5" in found.cause
+    assert " and 1.5" in found.cause
+
+
+def test_a_contradiction_names_no_parameter_that_fits():
+    samples = FAULT_FREE().samples.copy()
+    samples[45_000:, COLUMN["motor_current_beta"]] *= -1.0
+    found = diagnose(recording(samples), "motor-bench", "motor-angle").findings[0]
+    assert found.status is Status.FAULT
+    assert "contradict the model of the motor" in found.cause
+    assert "1.00 times" not in found.headline

@@ -121,7 +121,9 @@ def test_a_zero_that_leaps_beside_a_slow_motor_accuses_no_currents(tmp_path):
     samples = drive(3, 8.0, leap, slow / RATE).samples.copy()
     late = np.arange(len(samples)) >= slow
     true = 4.0 * (samples[:, COLUMN["motor_angle_mechanical"]] - np.where(late, leap.offset(np.zeros(1)), 0.0))
-    assert "zero of the angle sensor jumped while the motor was slow" in finding(samples).action
+    jumped = finding(samples)
+    assert "by a step of +12.0° electrical" in jumped.headline
+    assert jumped.since == pytest.approx(slow / RATE, abs=0.1)
     samples[:, COLUMN["resolver_sine"]], samples[:, COLUMN["resolver_cosine"]] = np.sin(true), np.cos(true)
     diagnosis = diagnosed(samples, memory=tmp_path / "memory.json")
     assert "sine and cosine" in diagnosis.findings[0].cause

@@ -149,8 +149,15 @@ CODES = {code: [each.name for each in ALARMS if each.code == code] for code in {
 """Alarms behind each trouble code."""
 
 
+class Spell(NamedTuple):
+    """Activity of an alarm over a drive: number of samples, and time of the last one [s]."""
+
+    samples: int
+    last: float
+
+
 class AlarmCourses:
-    """Collector of first alarm times and of the courses of trouble codes over the pieces of a recording.
+    """Collector of first times and activity of alarms, and of the courses of trouble codes, over all pieces.
 
     Args:
         rate: sampling rate [Hz]
@@ -159,6 +166,7 @@ class AlarmCourses:
     def __init__(self, rate: float):
         self._kept = round(KEPT * rate)
         self.starts: dict[str, float] = {}
+        self.spells: dict[str, Spell] = {}
         self.course: list[StatusChange] = []
         self.codes: dict[str, list[StatusChange]] = {name: [] for name in CODES}
         self._since = dict.fromkeys((*CODES, ""), self._kept + 1)
@@ -173,8 +181,12 @@ class AlarmCourses:
         for code, names in CODES.items():
             flags = [result[f"alarms.{name}"] > 0.5 for name in names]
             for name, each in zip(names, flags, strict=True):
-                if name not in self.starts and each.any():
-                    self.starts[name] = float(time[np.argmax(each)])
+                if not each.any():
+                    continue
+                self.starts.setdefault(name, float(time[np.argmax(each)]))
+                last = float(time[len(each) - 1 - int(np.argmax(each[::-1]))])
+                before = self.spells.get(name, Spell(0, last))
+                self.spells[name] = Spell(before.samples + int(np.count_nonzero(each)), last)
             self._follow(self.codes[code], code, time, np.any(flags, axis=0), otherwise)
 
     def of_code(self, name: str, mute: bool = False) -> tuple[StatusChange, ...]:

@@ -9,6 +9,7 @@ from tierod.methods.detectors.control_charts import Cusum
 from tierod.methods.detectors.rule_design import RuleDesign, RunLengthLine
 from tierod.methods.detectors.stopping_rules import CusumRule
 from tierod.monitors.harness.decision import Decision, Demonstrated, OwnRule
+from tierod.monitors.motor_angle.causes import FIVE_DEGREES
 from tierod.monitors.motor_angle.comparison import (
     ANGLE_DRIFT,
     ANGLE_THRESHOLD,
@@ -17,7 +18,6 @@ from tierod.monitors.motor_angle.comparison import (
     SPEED_THRESHOLD,
 )
 from tierod.monitors.motor_angle.electrical import ElectricalChecks
-from tierod.monitors.motor_angle.finding import FIVE_DEGREES
 from tierod.monitors.motor_angle.monitor import MODEL_DRIFT, MODEL_THRESHOLD
 from tierod.monitors.motor_angle.plausibility import AnglePlausibility
 from tierod.monitors.motor_angle.second_tests import NotFollowing, Stuck

@@ -8,8 +8,8 @@ from typing import TypeVar
 from tierod.core.errors import ParameterError
 from tierod.monitors.harness.baseline import Baseline
 from tierod.monitors.harness.session import Monitor, Variant
+from tierod.monitors.motor_angle.causes import LEAST_KNOWN
 from tierod.monitors.motor_angle.decisions import DECISIONS
-from tierod.monitors.motor_angle.finding import LEAST_KNOWN
 from tierod.monitors.motor_angle.monitor import MotorAngleMonitor
 from tierod.monitors.motor_angle.plausibility import AnglePlausibility, Superposition, VariableGain
 from tierod.monitors.motor_angle.session import MotorAngleSession

@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from tierod.core.graph import Result
 from tierod.models.stator_frame_motor import CommandedMotorParameters
-from tierod.monitors.motor_angle.alarms import AlarmCourses
-from tierod.monitors.motor_angle.misread import misread
+from tierod.monitors.motor_angle.alarms import AlarmCourses, Spell
+from tierod.monitors.motor_angle.misread import CLEAN, LEAST_WINDOWS, Departure, misread
 from tierod.monitors.motor_angle.monitor import MotorAngleMonitor
+from tierod.monitors.motor_angle.residual_shape import ResidualCourse, Shape
 from tierod.monitors.motor_angle.signals import MEASURED, VARIANTS
 from tierod.monitors.motor_angle.voltage_balance import InducedVoltage, VoltageBalance
 from tierod.monitors.motor_angle.which_angle import NOT_MOTOR
@@ -26,6 +27,10 @@ three."""
 
 KNEE_REACHED = 0.95
 """Share of the range in which the knee is learnt, from which the true knee may lie outside."""
+
+
+COMPARED = ("angle", "speed")
+"""Alarms of the comparison of the sensor with the observer."""
 
 
 class InverterLoss(NamedTuple):
@@ -62,17 +67,23 @@ class Drive(NamedTuple):
     Args:
         seconds, known: duration of the drive, and time with a known angle
         counted: number of residuals that counted
-        offset, offset_deviation: mean and standard deviation of the electrical residual: while its CUSUM alarmed, or
-            over all that counted
+        offset, offset_deviation: mean and standard deviation of all electrical residuals that counted
         rms: root mean square of all residuals that counted
         windows, slope, agreement: number of windows, increment of the sensor over the observer's, their correlation
         nis, surprised: mean NIS, and share of surprising samples since `model` alarmed
         resistance, flux: estimates over the values of the vehicle file
         suspect: code of the angle that the plausibility test suspects
         starts: first times of alarms
+        spells: number of samples and last time of each alarm
+        until: end of the drive [s]
+        onset, settled, end: begin of the error behind the alarm of `angle` or `speed`, whether the sensor agreed
+            before, and end
+        shape: error of the sensor from then to the end of the alarm; None without such an alarm
+        rms_since_model: root mean square of the residuals since the last alarm of `model`; NaN with too few of them
         voltages: source of the observer's voltages
         lost: voltage loss of the inverter; None where the voltages were measured
         misread: cause and action, where the whole recording is consistent after another reading
+        departure: parameters of the motor that differ from the vehicle file since `model` alarmed, in words
         contradicting: share of the induced voltage that contradicts its rotation since `model` alarmed; else NaN
         mismatch: largest mismatch of the three angles during its alarm, at the pinion
         untwisted: whether the three angles were not compared for lack of the driver's torque
@@ -93,10 +104,18 @@ class Drive(NamedTuple):
     flux: float
     suspect: float
     starts: dict[str, float]
+    spells: dict[str, Spell]
+    until: Annotated[float, "s"]
+    onset: Annotated[float, "s"] = math.nan
+    settled: bool = False
+    end: Annotated[float, "s"] = math.nan
+    shape: Shape | None = None
+    rms_since_model: Annotated[float, "rad"] = math.nan
     voltages: str = MEASURED
     lost: InverterLoss | None = None
     misread: tuple[str, str] | None = None
     contradicting: float = math.nan
+    departure: str = ""
     mismatch: Annotated[float, "rad"] = 0.0
     untwisted: bool = False
 
@@ -120,10 +139,12 @@ class DriveFigures:
         across = p.inductance_across
         apart = p.motor_inductance - across
         self._balance = VoltageBalance(p.motor_pole_pairs, p.sample_time, apart / (p.motor_inductance + across))
+        self._contradicting = VoltageBalance(p.motor_pole_pairs, p.sample_time, apart / (p.motor_inductance + across))
         self._induced = InducedVoltage(p.motor_resistance, across, p.motor_flux, p.sample_time, apart)
         self.seen = self.known = self.since_model = self.surprised = 0
         self.nis = self.mismatch = 0.0
-        self.residuals, self.alarmed = np.zeros(3), np.zeros(3)  # count, sum and sum of squares
+        self.residuals = np.zeros(3)  # count, sum and sum of squares
+        self._course, self._until = ResidualCourse(p.motor_pole_pairs), 0.0
         self.gains = np.zeros(4)  # windows, and products of the gains: both, the observer's, the sensor's
         self.suspected = np.zeros(round(NOT_MOTOR) + 1, dtype=int)
         self.resistance = self.flux = np.nan
@@ -141,7 +162,9 @@ class DriveFigures:
         self.seen += len(residual)
         self.known += int(known.sum())
         self.residuals += _powers(residual[counts])
-        self.alarmed += _powers(residual[counts & (result["alarms.angle"] > 0.5)])
+        angle, total = (result[f"{name}"][counts] for name in ("estimate.motor_angle", "compared.angle_sum"))
+        self._course.add(time[counts], residual[counts], angle, total)
+        self._until = float(time[-1])
         sensor, observer = (result[f"compared.{name}_gain"][complete] for name in ("sensor", "observer"))
         self.gains += (len(sensor), sensor @ observer, observer @ observer, sensor @ sensor)
         self.nis += float(nis.sum())
@@ -169,12 +192,14 @@ class DriveFigures:
         voltage = result["voltage.alpha"] + 1j * result["voltage.beta"]
         alarmed = np.maximum.accumulate(result["alarms.model"] > 0.5) | (self.since_model > 0)
         self._induced.add(_complex(current)[alarmed], voltage[alarmed])
-        self._balance.add(_complex(current), voltage, signals["motor_angle_mechanical"], _complex(taken))
+        columns = (_complex(current), voltage, signals["motor_angle_mechanical"], _complex(taken))
+        self._balance.add(*columns)
+        self._contradicting.add(*(each[alarmed] for each in columns))
 
     def drive(self) -> Drive:
         """The results so far."""
         monitor, rate = self._monitor, self._rate
-        count, total, squares = self.alarmed if self.alarmed[0] else self.residuals
+        count, total, squares = self.residuals
         mean = float(total) / max(count, 1.0)
         windows, together, observed, sensed = self.gains.tolist()
         energy = (observed * sensed) ** 0.5
@@ -182,6 +207,15 @@ class DriveFigures:
         if isinstance(parameters, CommandedMotorParameters):
             widest = monitor.observer.tuning.widest_knee
             lost = InverterLoss(*self.inverter, parameters.inverter_knee_current, widest)
+        courses = self.courses
+        declared = min((courses.starts[name] for name in COMPARED if name in courses.starts), default=None)
+        onset, settled, end, shape = math.nan, False, math.nan, None
+        if declared is not None:
+            onset, settled = self._course.onset(declared)
+            last = max(courses.spells[name].last for name in COMPARED if name in courses.spells)
+            end = self._course.end(last)
+            shape = self._course.shape(declared, end)
+        model = courses.spells.get("model")
         return Drive(
             seconds=self.seen / rate,
             known=self.known / rate,
@@ -198,13 +232,28 @@ class DriveFigures:
             flux=self.flux / parameters.motor_flux,
             suspect=float(np.argmax(self.suspected[1:]) + 1) if self.suspected[1:].any() else 0.0,
             starts=dict(self.courses.starts),
+            spells=dict(self.courses.spells),
+            until=self._until,
             voltages=monitor.voltages.source,
             lost=lost,
             misread=misread(self._balance, parameters, monitor.observer.tuning.current_noise),
             contradicting=self._induced.share(),
+            departure=self._departure(),
             mismatch=self.mismatch,
+            onset=onset,
+            settled=settled,
+            end=end,
+            shape=shape,
+            rms_since_model=math.nan if model is None else self._course.root_mean_square(model.last),
             untwisted=monitor.plausibility is not None and self.pinion and not self.torque,
         )
+
+    def _departure(self) -> str:
+        """The parameters of the motor that currents and voltages fit since `model` alarmed, in words."""
+        axes, observer = self._contradicting.axes(), self._monitor.observer
+        if axes is None or axes.windows < LEAST_WINDOWS or axes.unexplained > CLEAN:
+            return ""
+        return Departure.of(axes, observer.parameters, observer.tuning.current_noise).in_words()
 
 
 def _complex(vector: StatorVector[NDArray[np.float64]]) -> NDArray[np.complex128]:

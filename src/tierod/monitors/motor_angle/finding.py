@@ -7,14 +7,11 @@ from dataclasses import replace
 
 from tierod.core.findings import Estimate, Finding, Status
 from tierod.monitors.motor_angle.alarms import ALARMS, BY_NAME
-from tierod.monitors.motor_angle.drive import Drive, InverterLoss
-from tierod.monitors.motor_angle.signals import IN_WORDS, MEASURED
-from tierod.monitors.motor_angle.voltage_balance import FITS
-from tierod.monitors.motor_angle.which_angle import MOTOR, NOT_MOTOR, PINION, WHEEL
+from tierod.monitors.motor_angle.causes import FIVE_DEGREES, LEAST_KNOWN, UNSETTLED, cause_of, onset_of, root_of
+from tierod.monitors.motor_angle.drive import COMPARED, Drive, InverterLoss
+from tierod.monitors.motor_angle.residual_shape import DRIFT, GAIN, RIPPLE, SCATTER, Shape
+from tierod.monitors.motor_angle.signals import IN_WORDS
 from tierod.vehicles import Vehicle
-
-LEAST_KNOWN = 1.0
-"""Least time with a turning motor for a healthy sensor [s]."""
 
 LEAST_WINDOWS = 30
 """Least number of 10 ms windows for the scale of the angle."""
@@ -26,59 +23,18 @@ not a fault."""
 SCALE_MARGIN = 0.1
 """Relative tolerance within which a scale is attributed to a number of pole pairs, which are whole numbers."""
 
-FIVE_DEGREES = math.radians(5.0)
-
-TOGETHER = 1.0
-"""Time within which alarms have one root cause [s]."""
-
-DISTURBING = ("stuck", "backwards", "electrical.resolver_mismatch", "electrical.angle_gradient", "not_following")
-"""Sensor faults that disturb the observer: the drive stalls, as with swapped currents, or the angle leaps while the
-motor is slow and its increments count."""
-
-PASSING = 0.05
-"""Share of surprising innovations since `model` alarmed, below which the motor's model was valid again at once."""
-
-ONCE = (
-    "currents, voltages and the changes of the angle contradicted each other for a moment, and agree again",
-    "check whether the zero of the angle sensor jumped while the motor was slow; then the motor's flux and resistance",
-)
-"""Cause and action of `model` where the contradiction has passed."""
-
-SENSOR_ALONE = (
-    "the motor's angle contradicts currents and voltages, which fit each other",
-    "check the sensor and its line: sign, noise, and the unit of motor_angle_mechanical in the channel map",
-)
-"""Cause and action of `model` where the induced voltage rotates as its magnitude requires."""
-
-UNSETTLED = (
-    "the angle sensor differs from the angle that currents and voltages give, and these contradict each other too: "
-    "either may be wrong",
-    "check sign, gain and phases of currents and voltages, and the sensor's magnet and its zero",
-)
-"""Cause and action of `angle` and `speed` where the induced voltage rotates otherwise than its magnitude requires."""
-
-CONFIRMED = (
-    "the motor's angle stays away from target_motor_angle_mechanical, though currents and voltages confirm the "
-    "sensor: the target is not the one that the motor follows, or the motor cannot follow it",
-    "check sign and scale of the target in the channel map, and its time stamps; then the control and the load of the "
-    "motor",
-)
-"""Cause and action of `not_following` where the sensor turns as the currents indicate."""
-
 UNTWISTED = (
     "the angles of motor, steering wheel and pinion are not compared: without driver_torque the twist of the torsion "
     "bar between them is unknown"
 )
 
-MOST_TORQUE = 10.0
-"""Upper bound of a plausible driver's torque [N m]; power steering keeps it below 5."""
+DIFFERENCE = "difference of the motor's angle sensor from the angle that its currents give, electrical"
 
-SUSPECTS = {
-    MOTOR: "the motor's angle",
-    WHEEL: "the steering wheel's angle",
-    PINION: "the pinion's angle",
-    NOT_MOTOR: "the steering wheel's angle or the pinion's, not the motor's,",
-}
+LATE = 0.5
+"""Time from onset to declaration from which both are named [s]."""
+
+ENDED = 1.0
+"""Time without the alarm at the end of the drive from which it has ended [s]."""
 
 KNEE_APART, KNEE_SIGMAS = 1.4, 4.0
 """Factor and number of standard deviations beyond which the knee differs from that of the vehicle file."""
@@ -121,7 +77,7 @@ def _judged(drive: Drive, vehicle: Vehicle) -> Finding:
     estimate = None
     if drive.counted:
         estimate = Estimate(
-            "difference of the motor's angle sensor from the angle that its currents give, electrical",
+            DIFFERENCE,
             drive.offset,
             drive.offset_deviation,
             "rad",
@@ -145,49 +101,22 @@ def _judged(drive: Drive, vehicle: Vehicle) -> Finding:
     return Finding(drive.monitor, Status.HEALTHY, headline, None, estimate, evidence, action="none")
 
 
-def root_of(drive: Drive) -> str | None:
-    """The alarm from which the others follow; None without any.
-
-    A contradiction of currents and voltages persists, whereas a sensor that stalls the drive, or leaps, disturbs the
-    observer only once.
-    """
-    if not drive.starts:
-        return None
-    first = min(drive.starts.values())
-    together = [each.name for each in ALARMS if drive.starts.get(each.name, math.inf) <= first + TOGETHER]
-    disturbing = [name for name in together if name in DISTURBING]
-    if together[0] == "model" and disturbing and drive.surprised < 0.5:
-        return disturbing[0]
-    return together[0]
-
-
 def _fault(drive: Drive, vehicle: Vehicle, estimate: Estimate | None, evidence: dict[str, float]) -> Finding:
     root = root_of(drive)
     assert root is not None
-    cause, action = _cause_of(root, drive)
-    if root == "plausibility":
-        cause += f"; {SUSPECTS.get(drive.suspect, 'which of them is wrong')}" + (
-            " is the wrong one" if drive.suspect else " cannot be decided"
-        )
-        cause += _or_torque(drive, vehicle)
-    if root == "model" and math.isfinite(drive.resistance * drive.flux) and cause == BY_NAME[root].cause:
-        cause += (
-            f"; they fit {drive.resistance:.2f} times the resistance and {drive.flux:.2f} times the flux of the "
-            "vehicle file"
-        )
-    # The difference from the observer is the magnitude of the fault only where it decided.
+    cause, action = cause_of(root, drive, vehicle)
     unsettled = (cause, action) == UNSETTLED
-    decided = root == "angle" and not unsettled
-    magnitude = estimate if decided else None
-    by = f" by {math.degrees(drive.offset):+.1f}° electrical" if decided else ""
-    since = drive.starts[root]
-    headline = f"{cause[0].upper()}{cause[1:]}{by}, since {since:.2f} s."
+    # The difference from the observer is the magnitude of the fault only where it decided.
+    shape = drive.shape if root in COMPARED and not unsettled else None
+    by = "" if shape is None else f" {shape.in_words(drive.settled)}"
+    since, when = _when(root, drive)
+    headline = f"{cause[0].upper()}{cause[1:]}{by}, {when}."
     return Finding(
         drive.monitor,
         Status.SUSPECT if unsettled else Status.FAULT,
         headline,
         since,
-        magnitude,
+        None if shape is None else _magnitude(shape),
         evidence,
         cause,
         action,
@@ -195,28 +124,30 @@ def _fault(drive: Drive, vehicle: Vehicle, estimate: Estimate | None, evidence: 
     )
 
 
-def _cause_of(root: str, drive: Drive) -> tuple[str, str]:
-    """Cause and action of the root alarm."""
-    if root == "model" and drive.surprised < PASSING:
-        return ONCE
-    if root == "model" and drive.voltages == MEASURED and drive.contradicting < FITS:
-        return SENSOR_ALONE
-    if root in ("angle", "speed") and drive.voltages == MEASURED and drive.contradicting > FITS:
-        return UNSETTLED
-    confirmed = drive.known >= LEAST_KNOWN and drive.rms < FIVE_DEGREES
-    if root == "not_following" and confirmed and set(drive.starts) <= {root, "plausibility"}:
-        return CONFIRMED
-    return BY_NAME[root].cause, BY_NAME[root].action
+def _magnitude(shape: Shape) -> Estimate:
+    """Magnitude of a sensor's error, with a standard deviation from what its shape leaves."""
+    quantity = {
+        DRIFT: f"drift of {DIFFERENCE}",
+        GAIN: "turn of the motor's angle sensor over that which its currents give",
+        RIPPLE: f"amplitude of the ripple of {DIFFERENCE}",
+        SCATTER: f"root mean square of {DIFFERENCE}",
+    }.get(shape.kind, DIFFERENCE)
+    unit = {DRIFT: "rad/s", GAIN: ""}.get(shape.kind, "rad")
+    limit = {"smallest offset worth an alarm": FIVE_DEGREES} if unit == "rad" else {}
+    return Estimate(quantity, shape.size, shape.deviation, unit, limit)
 
 
-def _or_torque(drive: Drive, vehicle: Vehicle) -> str:
-    """The driver's torque as an alternative cause: it gives the twist of the bar between wheel and pinion."""
-    if drive.suspect not in (NOT_MOTOR, 0.0) or not drive.mismatch > 0.0:
-        return ""
-    torque = drive.mismatch * vehicle["torsion_bar_stiffness"] / vehicle["superposition_input_ratio"]
-    if torque > MOST_TORQUE:
-        return ""
-    return f", or driver_torque is off by up to {torque:.1f} N·m, so that the twist of the torsion bar is wrong"
+def _when(root: str, drive: Drive) -> tuple[float, str]:
+    """Onset of the root alarm [s], and onset, declaration and end in words."""
+    declared = drive.starts[root]
+    onset, seen = onset_of(root, drive)
+    last = drive.end if root in COMPARED else drive.spells[root].last
+    begin = f"{onset:.2f} s{'' if seen else ' at the latest'}"
+    late = f", declared at {declared:.2f} s" if declared - onset > LATE else ""
+    # A sensor that stalls the drive, or leaps, is no longer seen by its own test.
+    if drive.until - max(each.last for each in drive.spells.values()) < ENDED:
+        return onset, f"since {begin}{late}"
+    return onset, f"at {begin}" if last - onset < 0.01 else f"from {begin} to {last:.2f} s{late}"
 
 
 def _wrong_scale(drive: Drive, pole_pairs: float) -> tuple[str, str] | None:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from math import nan
+from typing import NamedTuple
 
 from tierod.models.stator_frame_motor import SampledMotorParameters
-from tierod.monitors.motor_angle.voltage_balance import AXES_SWAPPED, Balance, VoltageBalance
+from tierod.monitors.motor_angle.voltage_balance import AS_RECORDED, AXES_SWAPPED, AxisBalance, Balance, VoltageBalance
 
 LEAST_WINDOWS = 100
 """Least number of windows, half a second of driving."""
@@ -13,6 +15,10 @@ LEAST_WINDOWS = 100
 CLEAN = 0.1
 """Largest unexplained share of the voltage for a valid reading; fault-free recordings leave 0.01 to 0.05, and one that
 changed during the drive, as with a fault, 0.2 and more."""
+
+EXPLAINS = 0.8
+"""Residual over that with the inductances of the vehicle file from which other ones explain a contradiction; a
+saliency of 1.5 that the file lacks leaves 0.1 to 0.7, a fault of the sensor 0.94 and more."""
 
 WARMTH = 1.5
 """Factor of a resistance's change with temperature; a winding from -40 to 120 degrees has 0.76 to 1.4 of its resistance
@@ -32,7 +38,7 @@ wrong by half turns it by some 0.05, and a sensor whose angle leaps by more is i
 
 LEAST_CHANGE = 5.0
 """Least change of the current over a window for the inductance, over the noise of the current; noise of both ends makes
-the inductance too small by 2 / 5^2 = 8 %, less than `ALIKE` allows."""
+the inductance too small by 2 / 5^2 = 8 %, less than `ALIKE` allows. Those of each axis are freed from this error."""
 
 
 def misread(collected: VoltageBalance, p: SampledMotorParameters, current_noise: float) -> tuple[str, str] | None:
@@ -44,9 +50,12 @@ def misread(collected: VoltageBalance, p: SampledMotorParameters, current_noise:
         current_noise: standard deviation [A]
     """
     balance = collected.best()
-    if balance is None or balance.windows < LEAST_WINDOWS:
+    if balance is None or balance.windows < LEAST_WINDOWS or balance.turn < LEAST_TURN:
         return None
-    if balance.unexplained > CLEAN or balance.turn < LEAST_TURN:
+    axes = balance.reading == AS_RECORDED and other_inductances(collected, p, current_noise)
+    if axes:
+        return axes
+    if balance.unexplained > CLEAN:
         return None
     if not all(_agrees(half, balance) for half in collected.halves(balance.reading)):
         return None
@@ -122,10 +131,8 @@ def _scale(balance: Balance, p: SampledMotorParameters) -> tuple[str, str] | Non
                 "correct factor and unit of the voltages in the channel map",
             )
     # A wrong scale of the currents changes resistance and inductance by the same factor.
-    alone = _near(resistance, 1.0, WARMTH) and abs(math.log(resistance)) < abs(math.log(resistance / inductance))
-    if p.motor_saliency is None and alone and _near(flux, 1.0) and not _near(inductance, 1.0):
-        return _other_inductance(inductance)
-    if _near(flux, 1.0) and not _near(inductance, 1.0) and _near(resistance, inductance, WARMTH):
+    alone = abs(math.log(resistance)) < abs(math.log(resistance / inductance))
+    if _near(flux, 1.0) and not _near(inductance, 1.0) and _near(resistance, inductance, WARMTH) and not alone:
         return (
             f"resistance and inductance are both {inductance:.2g} times those of the vehicle file, the flux is not: "
             f"the recorded currents are {1.0 / inductance:.2g} times the true ones",
@@ -134,14 +141,91 @@ def _scale(balance: Balance, p: SampledMotorParameters) -> tuple[str, str] | Non
     return None
 
 
-def _other_inductance(ratio: float) -> tuple[str, str]:
-    """Cause and action where only the inductance differs; currents across the flux show only the one across it."""
-    return (
-        f"the inductance is {ratio:.2f} times that of the vehicle file, resistance and flux are those of the file: it "
-        "gives one inductance, but those along and across the flux may differ",
-        f"with interior magnets give motor_saliency = {ratio:.2f} (L_q over L_d) beside the motor_inductance along the "
-        f"flux; with surface magnets multiply motor_inductance by {ratio:.2f}",
+class Departure(NamedTuple):
+    """Parameters of a motor over those of the vehicle file; NaN where the recording does not determine them."""
+
+    resistance: float
+    flux: float
+    along: float
+    across: float
+
+    @classmethod
+    def of(cls, axes: AxisBalance, p: SampledMotorParameters, current_noise: float) -> Departure:
+        """The departure of a balance from the parameters of the vehicle file; noise of the current in [A]."""
+        pairs = ((axes.along, axes.change_along), (axes.across, axes.change_across))
+        nominal = (p.motor_inductance, p.inductance_across)
+        along, across = (
+            # Noise at both ends of a window adds to the change, and is no change of the flux.
+            value / of / (1.0 - 2.0 * (current_noise / change) ** 2) if change > LEAST_CHANGE * current_noise else nan
+            for (value, change), of in zip(pairs, nominal, strict=True)
+        )
+        return cls(axes.resistance / p.motor_resistance, axes.flux / p.motor_flux, along, across)
+
+    def in_words(self) -> str:
+        """The parameters that differ from the vehicle file by more than temperature explains; "" without any."""
+        limits = {"resistance": WARMTH, "flux": ALIKE, "along": ALIKE, "across": ALIKE}
+        named = {"along": "inductance along the flux", "across": "inductance across the flux"}
+        apart = [
+            f"{value:.2f} times the {named.get(name, name)}"
+            for name, value in self._asdict().items()
+            if not math.isnan(value) and not _near(value, 1.0, limits[name])
+        ]
+        return " and ".join(apart)
+
+
+def other_inductances(
+    collected: VoltageBalance, p: SampledMotorParameters, current_noise: float
+) -> tuple[str, str] | None:
+    """Cause and action where only inductances differ from the vehicle file; None otherwise. Arguments as of `misread`.
+
+    A wrong scale of the currents changes the resistance by the same factor, and is no other inductance.
+    """
+    shares = ((0.0, 1.0), (0.0, 0.5), (0.5, 1.0))
+    found = [axes for share in shares if (axes := collected.axes(share)) is not None]
+    if len(found) < len(shares) or found[0].unexplained > CLEAN or min(found[0].along, found[0].across) <= 0.0:
+        return None
+    assumed = collected.axes(known=(p.motor_inductance, p.inductance_across))
+    if assumed is None or found[0].unexplained > EXPLAINS * assumed.unexplained:
+        return None
+    whole, *halves = (Departure.of(axes, p, current_noise) for axes in found)
+    if not _near(whole.resistance, 1.0, WARMTH) or not _near(whole.flux, 1.0):
+        return None
+    wrong = {
+        name: value
+        for name, value in (("along", whole.along), ("across", whole.across))
+        if not math.isnan(value) and not _near(value, 1.0) and not _near(value, whole.resistance)
+    }
+    both = [(getattr(half, name), value) for half in halves for name, value in wrong.items()]
+    if not wrong or not all(math.isnan(one) or _near(one, all_) for one, all_ in both):
+        return None
+    return _other_inductance(wrong, whole, p)
+
+
+def _other_inductance(wrong: dict[str, float], whole: Departure, p: SampledMotorParameters) -> tuple[str, str]:
+    """Cause and action for wrong inductances over those of the vehicle file, by axis."""
+    are = "inductances {} the flux are" if len(wrong) > 1 else "inductance {} the flux is"
+    factors = " and ".join(f"{value:.2f}" for value in wrong.values())
+    cause = (
+        f"the {are.format(' and '.join(wrong))} {factors} times that of the vehicle file, resistance and flux are "
+        "those of the file"
     )
+    if p.motor_saliency is None:
+        cause += ": it gives one inductance, but those along and across the flux may differ"
+    if not math.isnan(whole.along) and not math.isnan(whole.across):
+        along, across = whole.along * p.motor_inductance, whole.across * p.inductance_across
+        return (
+            cause,
+            f"give motor_inductance = {along:.3g} H (along the flux) and motor_saliency = {across / along:.2f} (L_q "
+            "over L_d) in the vehicle file",
+        )
+    if "across" in wrong and p.motor_saliency is None:
+        ratio = wrong["across"]
+        return (
+            cause,
+            f"with interior magnets give motor_saliency = {ratio:.2f} (L_q over L_d) beside the motor_inductance along "
+            f"the flux; with surface magnets multiply motor_inductance by {ratio:.2f}",
+        )
+    return cause, "correct motor_inductance and motor_saliency in the vehicle file: 'tierod identify motor' finds both"
 
 
 def _near(value: float, other: float, factor: float = ALIKE) -> bool:

@@ -11,8 +11,9 @@ from tierod.core.findings import Status
 from tierod.core.graph import Result, scan
 from tierod.core.recording import Aligned
 from tierod.monitors.harness.session import BlockSession, Conclusion
+from tierod.monitors.motor_angle.causes import DISTURBING, PASSING, root_of
 from tierod.monitors.motor_angle.drive import DriveFigures
-from tierod.monitors.motor_angle.finding import DISTURBING, judge, root_of
+from tierod.monitors.motor_angle.finding import judge
 from tierod.monitors.motor_angle.monitor import MotorAngleMonitor
 from tierod.monitors.motor_angle.signals import DUTY_CYCLES, SIGNALS
 from tierod.vehicles import Vehicle
@@ -142,7 +143,8 @@ class MotorAngleSession(BlockSession):
         if finding.status is Status.NOT_TESTABLE:
             return Conclusion(finding)
         root = root_of(drive)
-        mute = "motor-angle-stuck" if root == "model" else "motor-currents" if root in DISTURBING else ""
+        disturbed = root in DISTURBING or (root == "angle" and "model" in drive.starts and drive.surprised < PASSING)
+        mute = "motor-angle-stuck" if root == "model" else "motor-currents" if disturbed else ""
         codes = {name: courses.of_code(name, mute=name == mute) for name in courses.codes}
         return Conclusion(finding, course=tuple(courses.course), code_courses=codes)
 

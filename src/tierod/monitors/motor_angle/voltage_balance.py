@@ -90,6 +90,28 @@ class Balance:
     turn: float
 
 
+@dataclass(frozen=True)
+class AxisBalance:
+    """Least-squares fit of the voltage with free inductances of both axes, whatever the vehicle file says.
+
+    Args:
+        resistance, flux: resistance [ohm] and flux of the magnets [V s]
+        along, across: inductances along and across the flux [H]
+        change_along, change_across: change of each current over a window, root mean square [A]
+        unexplained: root mean square of the residual, as a share of the voltage's
+        windows: number of windows
+    """
+
+    resistance: float
+    flux: float
+    along: float
+    across: float
+    change_along: float
+    change_across: float
+    unexplained: float
+    windows: int
+
+
 class VoltageBalance:
     """Sums for u = R i + L di/dt + d(psi e^(j theta))/dt over windows that begin and end with a reading of the angle.
 
@@ -161,17 +183,62 @@ class VoltageBalance:
             reading: reading of currents and angle
             share: first and last share of the windows that count
         """
-        at = np.cumsum(self._windows) / max(sum(self._windows), 1)
-        counted = np.flatnonzero((at > share[0]) & (at <= share[1] + 1e-9))
-        if not len(counted):
+        gram, windows = self._sums(share)
+        if not windows:
             return None
-        gram = np.sum([self._parts[k] for k in counted], axis=0)
-        windows = sum(self._windows[k] for k in counted)
         balance = self._fitted(gram, reading, windows, 0.0)
         # Saliency depends on the flux direction, which a first fit without it gives.
         if balance is None or not self._apart:
             return balance
         return self._fitted(gram, reading, windows, balance.flux_direction)
+
+    def axes(
+        self, share: tuple[float, float] = (0.0, 1.0), known: tuple[float, float] | None = None
+    ) -> AxisBalance | None:
+        """The balance of the recording as it is with free inductances; None where the windows do not determine it.
+
+        Args:
+            share: first and last share of the windows that count
+            known: inductances along and across the flux that are not free [H]
+        """
+        balance = self.over(AS_RECORDED, share)
+        gram, windows = self._sums(share)
+        if balance is None:
+            return None
+        zero, found = balance.flux_direction, None
+        # The direction of the flux is that of a fit with the file's saliency at first.
+        for _ in range(3):
+            columns = self._axes_columns(zero, signs=gram[_SIGNS, _SIGNS].real > 0.0)
+            target = np.zeros(_VOLTAGE + 1, complex)
+            target[_VOLTAGE] = 1.0
+            free = columns
+            if known is not None:
+                target, free = target - np.array(known) @ columns[:2], columns[2:]
+            normal, right = (np.conj(free) @ gram @ free.T).real, (np.conj(free) @ gram @ target).real
+            power = float((np.conj(target) @ gram @ target).real)
+            found = solved(normal, right, power, windows, worst=1e6)
+            if found is None:
+                return None
+            along, across, resistance, *flux = ((*(known or ()), *found.values.tolist()))[:5]
+            zero = math.atan2(flux[1], flux[0])
+        assert found is not None
+        changes = [math.sqrt(float((np.conj(each) @ gram @ each).real) / windows) for each in columns[:2]]
+        unexplained = math.sqrt(found.left / gram[_VOLTAGE, _VOLTAGE].real)
+        return AxisBalance(resistance, math.hypot(*flux), along, across, changes[0], changes[1], unexplained, windows)
+
+    def _axes_columns(self, zero: float, signs: bool) -> np.ndarray:
+        """Weights of the rows: one line each for the inductances along and across, R, flux along and across, signs."""
+        columns = self._columns(AS_RECORDED, zero, signs)
+        facing, mean = np.zeros((2, _VOLTAGE + 1), complex)
+        facing[_SALIENT], mean[_GAIN] = 0.5 * np.exp(2j * zero), 0.5
+        return np.vstack([mean + facing, mean - facing, columns[0], columns[2:]])
+
+    def _sums(self, share: tuple[float, float]) -> tuple[np.ndarray, int]:
+        """Sums over a share of the windows, and their number."""
+        at = np.cumsum(self._windows) / max(sum(self._windows), 1)
+        counted = np.flatnonzero((at > share[0]) & (at <= share[1] + 1e-9))
+        gram = np.sum([self._parts[k] for k in counted], axis=0) if len(counted) else np.zeros((0, 0))
+        return gram, sum(self._windows[k] for k in counted)
 
     def _fitted(self, gram: np.ndarray, reading: Reading, windows: int, zero: float) -> Balance | None:
         """The balance with the saliency of a flux in this direction, electrical [rad]."""

@@ -1,0 +1,154 @@
+"""Shape of a sensor's error over a drive: offset, drift, gain, ripple over the turn of the shaft, or scatter."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, NamedTuple
+
+import numpy as np
+
+MOST_SAMPLES = 100_000
+"""Largest number of stored residuals, some minutes of turning; beyond, every second one is kept."""
+
+LEAST_SAMPLES = 20
+"""Least number of residuals for a shape."""
+
+QUIET: Annotated[float, "rad"] = 0.03
+"""Scatter up to which an error is an offset; five times that of a fault-free sensor."""
+
+BETTER = 0.5
+"""Share of the variance about an offset that another shape must leave at most."""
+
+ORDERS = range(1, 17)
+"""Periods of a ripple per turn of the shaft that are tried; four per pole pair of a usual motor."""
+
+OFFSET, DRIFT, GAIN, RIPPLE, SCATTER = "offset", "drift", "gain", "ripple", "scatter"
+
+
+class Shape(NamedTuple):
+    """An error of the sensor.
+
+    Args:
+        kind: one of OFFSET, DRIFT, GAIN, RIPPLE, SCATTER
+        size: offset, amplitude or root mean square, electrical [rad]; drift, electrical [rad/s]; gain of the sensor
+        deviation: standard deviation of the size, in its unit
+        left: root mean square of what the shape leaves, electrical [rad]
+        mean: mean error, electrical [rad]
+        order: periods of a ripple per turn of the shaft
+        zero: time at which a drift was zero [s]
+    """
+
+    kind: str
+    size: float
+    deviation: float
+    left: float
+    mean: float = 0.0
+    order: int = 0
+    zero: float = math.nan
+
+    def in_words(self, step: bool) -> str:
+        """The error as the end of a sentence: "differs ... by"; `step` where it began at once."""
+        if self.kind == OFFSET:
+            return f"by {'a step of ' if step else ''}{math.degrees(self.size):+.1f}° electrical"
+        if self.kind == DRIFT:
+            return f"by a drift of {math.degrees(self.size):+.1f}°/s electrical"
+        if self.kind == GAIN:
+            return f"by a gain of {self.size:.3f}, so that its error grows with the angle"
+        if self.kind == RIPPLE:
+            about = f", about a mean of {math.degrees(self.mean):+.1f}°" if abs(self.mean) > QUIET else ""
+            return (
+                f"by a ripple of {math.degrees(self.size):.1f}° electrical, {self.order} per turn of the shaft{about}"
+            )
+        return f"by {math.degrees(self.size):.1f}° electrical rms"
+
+
+class ResidualCourse:
+    """Residuals that counted over a drive, with bounded memory; what is kept does not depend on the pieces.
+
+    Args:
+        pole_pairs: electrical turns per turn of the shaft
+    """
+
+    def __init__(self, pole_pairs: float):
+        self._pole_pairs, self._stride, self._seen = pole_pairs, 1, 0
+        self._kept = np.zeros((0, 4))
+
+    def add(self, time: np.ndarray, residual: np.ndarray, angle: np.ndarray, total: np.ndarray) -> None:
+        """Add the next residuals.
+
+        Args:
+            time: [s], (n,)
+            residual: sensor less observer, electrical [rad], (n,)
+            angle: of the observer, mechanical [rad], (n,)
+            total: cumulative sum of the decision [rad], (n,)
+        """
+        rows = np.column_stack([time, residual, angle, total])
+        self._kept = np.vstack([self._kept, rows[-self._seen % self._stride :: self._stride]])
+        self._seen += len(rows)
+        while len(self._kept) > MOST_SAMPLES:
+            self._kept, self._stride = self._kept[::2], 2 * self._stride
+
+    def onset(self, declared: float) -> tuple[float, bool]:
+        """When the error of an alarm began [s], and whether fault-free residuals came before.
+
+        Args:
+            declared: time of the alarm [s]
+        """
+        before = self._kept[self._kept[:, 0] <= declared]
+        # The sum leaves zero where the change happened (E. S. Page, Biometrika 41 (1954) 100).
+        quiet = np.flatnonzero(before[:, 3] <= 0.0)
+        if not len(before) or not len(quiet):
+            return declared if not len(before) else float(before[0, 0]), False
+        following = before[int(quiet[-1]) + 1 :]
+        settled = int(np.count_nonzero(np.abs(before[quiet, 1]) < QUIET)) >= LEAST_SAMPLES
+        return float(following[0, 0]) if len(following) else declared, settled
+
+    def end(self, last: float) -> float:
+        """When the error of an alarm ended [s]: the last time at which its sum grew, before its last sample [s]."""
+        before = self._kept[self._kept[:, 0] <= last]
+        grew = np.flatnonzero((np.diff(before[:, 3], prepend=0.0) >= 0.0) & (before[:, 3] > 0.0))
+        return float(before[grew[-1], 0]) if len(grew) else last
+
+    def root_mean_square(self, since: float) -> float:
+        """Of the residuals from a time [s] on; NaN with fewer than a thousand, a second of turning."""
+        after = self._kept[self._kept[:, 0] > since, 1]
+        return float(np.sqrt(np.mean(after**2))) if len(after) * self._stride >= 1000 else math.nan
+
+    def shape(self, since: float, until: float) -> Shape | None:
+        """The shape that explains the residuals between two times [s] best; None with too few of them."""
+        time, residual, angle, _ = self._kept[(self._kept[:, 0] >= since) & (self._kept[:, 0] <= until)].T
+        if len(time) < LEAST_SAMPLES:
+            return None
+        mean = math.atan2(float(np.mean(np.sin(residual))), float(np.mean(np.cos(residual))))
+        left = float(np.sqrt(np.mean((np.remainder(residual - mean + np.pi, 2.0 * np.pi) - np.pi) ** 2)))
+        if left < QUIET:
+            return Shape(OFFSET, mean, left, left, mean)
+        error = np.unwrap(residual)
+        fits = [self._line(DRIFT, error, time), self._line(GAIN, error, angle)]
+        # Over less than a period a ripple cannot be told from a gain.
+        fits += [_ripple(error, angle, order) for order in ORDERS if order * np.ptp(angle) > 2.0 * math.pi]
+        best = min(fits, key=lambda each: each.left)
+        if best.left < math.sqrt(BETTER) * left:
+            return best
+        size = math.sqrt(float(np.mean(residual**2)))
+        return (
+            Shape(OFFSET, mean, left, left, mean) if left < 0.5 * abs(mean) else Shape(SCATTER, size, left, left, mean)
+        )
+
+    def _line(self, kind: str, error: np.ndarray, along: np.ndarray) -> Shape:
+        """A drift along the time, or a gain along the angle."""
+        away = along - along.mean()
+        slope = float(away @ error) / max(float(away @ away), 1e-12)
+        mean = float(error.mean())
+        left = math.sqrt(float(np.mean((error - mean - slope * away) ** 2)))
+        deviation = left / max(float(np.std(along)), 1e-9)
+        if kind == GAIN:
+            return Shape(kind, 1.0 + slope / self._pole_pairs, deviation / self._pole_pairs, left, mean)
+        return Shape(kind, slope, deviation, left, mean, zero=float(along.mean()) - mean / slope if slope else math.nan)
+
+
+def _ripple(error: np.ndarray, angle: np.ndarray, order: int) -> Shape:
+    columns = np.column_stack([np.ones(len(error)), np.cos(order * angle), np.sin(order * angle)])
+    found, *_ = np.linalg.lstsq(columns, error, rcond=None)
+    left = math.sqrt(float(np.mean((error - columns @ found) ** 2)))
+    return Shape(RIPPLE, math.hypot(float(found[1]), float(found[2])), left, left, float(found[0]), order)

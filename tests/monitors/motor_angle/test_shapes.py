@@ -1,0 +1,88 @@
+"""What a finding says of an error that lasts: its shape and size, when it began, was declared, and ended."""
+
+import math
+
+import numpy as np
+import pytest
+
+from exact_vehicle import diagnose
+from monitors.motor_angle.monitored import COLUMN, FAULT_FREE, changed, recording
+from tierod.core.findings import Status
+from tierod.diagnosis.fault_memory import FaultMemory
+from tierod.papers.motor_angle.fault_drives import RATE, drive
+from tierod.papers.motor_angle.fault_kinds import DEGREE, offset
+
+ANGLE = FAULT_FREE().samples[:, COLUMN["motor_angle_mechanical"]]
+TIME = np.arange(len(ANGLE)) / RATE
+BEGIN = 6.2
+LATE = TIME >= BEGIN
+
+
+def finding(error, **more):
+    """Of a fault-free drive whose sensor has an error [rad] outside the control loop."""
+    return diagnose(recording(changed(motor_angle_mechanical=ANGLE + error)), "motor-bench", "motor-angle", **more)
+
+
+@pytest.mark.parametrize("begin", [0.0, BEGIN])
+@pytest.mark.parametrize(("amplitude", "order"), [(6.0, 1), (6.0, 2), (10.0, 4)])
+def test_a_ripple_has_its_amplitude_and_its_order(amplitude, order, begin):
+    error = amplitude * DEGREE * np.sin(order * ANGLE + 0.4) * (begin <= TIME)
+    (found,) = finding(error).findings
+    assert found.status is Status.FAULT
+    assert "by a ripple of " in found.headline
+    assert f"° electrical, {order} per turn of the shaft" in found.headline
+    assert found.estimate.quantity.startswith("amplitude of the ripple")
+    assert math.degrees(found.estimate.value) == pytest.approx(amplitude, abs=0.3)
+
+
+@pytest.mark.parametrize("degrees", [5.0, -20.0, 90.0, -90.0, 180.0])
+def test_a_slip_is_a_step_of_its_size(degrees):
+    (found,) = finding(degrees * DEGREE * LATE).findings
+    assert found.since == pytest.approx(BEGIN, abs=0.01)
+    assert "by a step of " in found.headline
+    assert abs(math.degrees(found.estimate.value)) == pytest.approx(abs(degrees), abs=0.3)
+    assert abs(degrees) == 180.0 or found.estimate.value * degrees > 0.0
+
+
+@pytest.mark.parametrize("rate", [10.0, -40.0])
+def test_a_drift_has_its_rate_and_its_begin(rate):
+    (found,) = finding(rate * DEGREE * (TIME - BEGIN) * LATE).findings
+    assert f"by a drift of {rate:+.1f}°/s electrical" in found.headline
+    assert found.since == pytest.approx(BEGIN, abs=0.03)
+    assert found.evidence["angle_alarm_from_s"] > BEGIN + 0.1
+
+
+def test_a_gain_is_one():
+    away = (ANGLE - ANGLE[np.argmax(LATE)]) * LATE
+    (found,) = finding(0.02 * away).findings
+    assert "by a gain of 1.020, so that its error grows with the angle" in found.headline
+
+
+def test_an_error_that_ended_has_an_end():
+    (found,) = finding(20.0 * DEGREE * (LATE & (TIME < BEGIN + 0.5))).findings
+    assert found.status is Status.FAULT
+    assert "by a step of +20.0° electrical, from 6.20 s to 6.7" in found.headline
+
+
+def test_an_error_from_the_start_is_dated_with_the_first_comparison():
+    (found,) = finding(8.0 * DEGREE).findings
+    assert found.headline.endswith("by +8.0° electrical, since 5.02 s at the latest.")
+
+
+@pytest.mark.parametrize("degrees", [5.0, -5.0])
+def test_an_offset_that_disturbed_the_observer_is_lasting(degrees, tmp_path):
+    """It jumped beside a slow motor, before the sensor is compared: only currents and voltages agree again."""
+    samples, path = drive(42, 9.0, offset(degrees), 2.0).samples, tmp_path / "memory.json"
+    (found,) = diagnose(recording(samples), "motor-bench", "motor-angle", memory=path).findings
+    assert found.evidence["model_alarm_from_s"] < found.evidence["angle_alarm_from_s"]
+    assert "for a moment" not in found.headline
+    assert f"by {degrees:+.1f}° electrical, since 2.00 s, declared at 5.04 s" in found.headline
+    raised = {name for name, each in FaultMemory.opened(path, "motor-bench").entries.items() if each.status & 0x08}
+    assert raised == {"motor-angle-offset"}
+
+
+def test_a_contradiction_after_which_the_motor_stands_is_not_said_to_be_over():
+    samples = drive(42, 9.0, offset(5.0), 2.0).samples[:50_000]
+    (found,) = diagnose(recording(samples), "motor-bench", "motor-angle").findings
+    assert "agree again" not in found.cause
+    assert "too little since then to show whether the zero of the sensor has moved" in found.cause
