@@ -58,7 +58,7 @@ def test_one_fault_and_one_suspect_drive_are_to_be_confirmed(told):
     drives = [("healthy", 2.6), ("healthy", 2.6), ("fault", 6.3), ("suspect", 6.1)]
     code, terminal, document, page, (row,) = told(*driven(drives))
     state = "to confirm: 1 fault, 1 suspect"
-    assert (code, document["status"]) == (1, state)
+    assert (code, document["status"], document["symbol"], document["colour"]) == (1, state, "▲", "watch")
     assert document["title"] == "1 of 1 car to look at: 1 to confirm (1 fault, 1 suspect)"
     assert state in page
     (car,) = document["cars"]
@@ -144,10 +144,11 @@ def test_drives_whose_order_is_unknown_hide_no_fault(told):
 
 
 def test_a_car_without_a_verdict_is_not_green(told):
-    _, terminal, document, page, _ = told(*driven(["not enabled"]), *driven(["healthy"], "car-2"))
+    _, terminal, document, page, web = told(*driven(["not enabled"]), *driven(["healthy"], "car-2"))
     assert document["status"] == "no verdict on 1 of 2 cars"
     assert terminal.startswith("? NO VERDICT ON 1 OF 2 CARS No car of the 1 with a verdict needs a look; 1 gave none")
     assert "✓" not in page.partition("<main")[2].partition("</h1>")[0]
+    assert [row["summary"] for row in web] == ["no verdict", ""]
 
 
 LOW, HIGH = ("healthy", 2.6), ("fault", 6.2)

@@ -36,7 +36,7 @@ def document(report: FleetReport) -> dict[str, Any]:
         "command": report.command,
         "results": report.name,
         "design": dataclasses.asdict(report.design),
-        "status": words.verdict(report)[2],
+        **dict(zip(("symbol", "colour", "status"), words.verdict(report), strict=True)),
         "title": words.headline(report),
         "vehicles": report.vehicles,
         "vehicles_with_verdict": report.judged,

@@ -90,9 +90,11 @@ def _content(found: FleetReport) -> dict[str, Any]:
 
 def _rows(found: FleetReport, ranks: Mapping[str, Mapping[str, Any]]) -> list[dict[str, Any]]:
     """One row per car, cars with a reason first."""
+    import pyarrow as pa
     import pyarrow.compute as pc
 
     from tierod.fleet.report_document import step
+    from tierod.fleet.standing import JUDGED
 
     counts = found.findings.group_by("vehicle").aggregate([("start", "max"), ("recording_name", "count_distinct")])
     drives = {
@@ -111,6 +113,8 @@ def _rows(found: FleetReport, ranks: Mapping[str, Mapping[str, Any]]) -> list[di
                 "step": step(first, place), "chance": first.chance[place],
                 "cohort": {kind: names[place] for kind, names in first.series.labels.items() if names[place]},
             }  # fmt: skip
+    verdicts = pc.is_in(found.findings["status"], pa.array([str(each) for each in JUDGED]))
+    judged = set(found.findings["vehicle"].filter(verdicts).to_pylist())
     before = {each.vehicle: each.history for each in reversed(found.recovered)}
     order = list(ranks) + sorted(set(pc.unique(found.findings["vehicle"]).to_pylist()) - set(ranks) - {None})
     rows = []
@@ -119,7 +123,7 @@ def _rows(found: FleetReport, ranks: Mapping[str, Mapping[str, Any]]) -> list[di
         count, last = drives.get(vehicle, (0, None))
         rows.append({
             "rank": place + 1, "vehicle": vehicle, "state": car["state"] if car else "",
-            "summary": car["summary"] if car else "",
+            "summary": car["summary"] if car else "" if vehicle in judged else "no verdict",
             "why": car["reasons"][0]["text"] if car else before.get(vehicle, ""),
             "inspect": car["reasons"][0]["inspect"] if car else "",
             "drives": count, "last": last, **levels.get(vehicle, {}),
@@ -136,6 +140,8 @@ def _bands(found: FleetReport, worst: Sequence[str]) -> dict[str, dict[str, Any]
         for car, vehicle in enumerate(trends.series.vehicles):
             if vehicle in chosen:
                 day, level, deviation = trends.band(car)
+                # A chart has one value at a time: the level before a step ends just before it.
+                day = day - 1e-3 * np.append(np.diff(day) == 0.0, False)
                 own[vehicle] = {
                     "day": np.round(day, 3), "level": level, "deviation": deviation, "began": trends.began[car],
                     "alarmed": trends.alarmed[car], "stepped": trends.stepped(car),

@@ -35,7 +35,7 @@ export function Fleet({ address, site }) {
 function Ledger({ fleet }) {
   const all = Object.entries(fleet.recordings), total = all.reduce((sum, [, count]) => sum + count, 0) || 1;
   const look = { judged: "good", skipped: "watch", failed: "bad" };
-  return stack`<section class="card"><h2>${fleet.title}</h2><p class="small">${fleet.vehicles} ${fleet.vehicles === 1 ? "car" : "cars"}, ${total} ${total === 1 ? "recording" : "recordings"}</p>
+  return stack`<section class="card"><h2><span class=${`badge ${fleet.colour}`}><span aria-hidden="true">${fleet.symbol} </span>${fleet.status}</span> ${fleet.title}</h2><p class="small">${fleet.vehicles} ${fleet.vehicles === 1 ? "car" : "cars"}, ${total} ${total === 1 ? "recording" : "recordings"}</p>
     <div class="map" role="img" aria-label=${`Recordings: ${all.map(([o, c]) => `${c} ${o}`).join(", ")}`}>${all.map(([outcome, count]) => html`<span class=${look[outcome] || "open"} title=${`${count} ${outcome}`} style=${{ width: `${(100 * count) / total}%` }}>${count} ${outcome}</span>`)}</div>
     ${fleet.not_judged.length > 0 && html`<details><summary>Why recordings were not judged (${fleet.not_judged.length} reasons)</summary><${Table} dense caption="Recordings that were not judged" rows=${fleet.not_judged} columns=${[{ title: "outcome", show: (r) => html`<span class=${`badge ${look[r.outcome] || "open"}`}>${r.outcome}</span>` }, { title: "recordings", n: true, key: "count" }, { title: "reason", text: true, show: (r) => sentence(r.reason) }, { title: "such as", text: true, show: (r) => r.examples.join(", ") }]} /></details>`}
     ${fleet.remarks.map((r) => html`<p class="note">${sentence(r)}</p>`)}</section>`;
@@ -55,9 +55,9 @@ function Cars({ address, name, fleet }) {
     ${found.data && html`<${Table} caption="Cars" sort=${sort} onSort=${(s) => set({ sort: s, at: "" })} rows=${found.data.rows.map((r) => ({ ...r, key: r.vehicle }))} columns=${[
       { title: "rank", n: true, key: "rank", sort: "rank" },
       { title: "vehicle", sort: "vehicle", show: (r) => html`<a href=${link("vehicle", { results: name, car: r.vehicle })}>${r.vehicle}</a>` },
-      { title: "state", sort: "state", show: (r) => (r.state ? html`<${Badge} status=${r.state} text=${r.summary} />` : html`<span class="small">no remark</span>`) },
+      { title: "state", sort: "state", show: (r) => (r.state ? html`<${Badge} status=${r.state} text=${r.summary} />` : html`<span class="small">${r.summary || "no remark"}</span>`) },
       { title: "why", text: true, key: "why" },
-      { title: `level (95 % interval) [${unit}]`, n: true, sort: "level", show: (r) => (r.level === undefined || r.level === null ? "–" : html`${spread(factor * r.level, factor * r.deviation)}${r.step && html`<span class="small"> since ${r.step.since} (${figure(factor * r.step.before, 3)} before)</span>`}`) },
+      { title: `level (95 % interval) [${unit}]`, n: true, sort: "level", show: (r) => (r.level === undefined || r.level === null ? "–" : html`<span title=${r.step ? `since ${r.step.since}, ${figure(factor * r.step.before, 3)} ${unit} before` : ""}>${spread(factor * r.level, factor * r.deviation)}</span>`) },
       { title: "limit in 90 d", n: true, sort: "chance", show: (r) => (r.chance === undefined || r.chance === null ? "–" : r.chance < 1e-3 ? "< 0.1 %" : `${figure(100 * r.chance, 2)} %`) },
       { title: "drives", n: true, key: "drives", sort: "drives" },
       { title: "last", n: true, sort: "last", show: (r) => (r.last || "–").slice(0, 10) },
