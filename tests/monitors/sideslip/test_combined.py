@@ -18,6 +18,7 @@ from tierod.monitors.sideslip.combined_estimate import CombinedSample
 from tierod.monitors.sideslip.combined_identifiability import identifiability
 from tierod.monitors.sideslip.combined_tuning import CombinedTuning, Wandering
 from tierod.monitors.sideslip.decisions import limit_rule
+from tierod.monitors.sideslip.grip_limit import GripLimit
 from tierod.proving_ground import Sensor, SensorSet, run
 from tierod.proving_ground.cars import catalogue
 from tierod.proving_ground.courses.open_loop import RandomSteer
@@ -117,7 +118,8 @@ def test_without_a_forward_speed_the_last_estimate_is_held_and_its_variance_grow
 
 def test_nothing_is_announced_while_held(drive):
     samples, _ = drive
-    easily = dataclasses.replace(estimator(), limit_share=1e-6, limit_rule=limit_rule(1e-9))
+    nothing = GripLimit(slowest=1e-9, acceleration=1e-9, force=-10.0, tight=1e9)
+    easily = dataclasses.replace(estimator(), limit_share=1e-6, limit_rule=limit_rule(1e-9), limit=nothing)
     result = scan(easily, gone(samples, 1500, 1600, vehicle_speed=0.0))
     assert (result["limit_ahead"][1400:1500] == 1.0).all()
     assert not result["limit_ahead"][1500:1600].any()

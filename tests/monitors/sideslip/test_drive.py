@@ -1,11 +1,11 @@
-"""Which signal has the wrong sign, and which sideslip is the largest, from made-up turns."""
+"""Which signal has the wrong sign, from made-up turns."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from tierod.monitors.sideslip.drive import TOGETHER, EstimateFigures, SignsOverDrive
+from tierod.monitors.sideslip.drive import TOGETHER, SignsOverDrive
 
 
 def found(turned=(), missing=(), speed=15.0):
@@ -35,13 +35,3 @@ def test_of_two_signals_neither_can_be_cleared():
 
 def test_a_car_that_stands_shows_nothing():
     assert found(turned=["yaw rate"], speed=1.0) == ()
-
-
-def test_the_largest_angle_is_the_one_that_is_surely_so_large_in_whatever_pieces():
-    angle, deviation = np.array([0.0, 0.02, -0.037, 0.01]), np.array([0.003, 0.003, 0.038, 0.003])
-    figures = EstimateFigures()
-    for part in (slice(0, 1), slice(1, 2), slice(2, 4)):
-        result = {"statement.magnitude": angle[part], "statement.deviation": deviation[part]}
-        missing = np.full(len(angle[part]), np.nan)
-        figures.add(np.ones(len(missing), bool), result, missing, missing, missing, missing)
-    assert (figures.peak, figures.peak_deviation) == (0.02, 0.003)

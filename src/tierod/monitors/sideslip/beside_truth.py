@@ -13,7 +13,8 @@ from tierod.core.graph import Result, scan, trace
 from tierod.core.recording import Recording
 from tierod.monitors.sideslip.combined import CombinedSideslip
 from tierod.monitors.sideslip.combined_tuning import CombinedTuning
-from tierod.monitors.sideslip.drive import BAND, TRUTHS
+from tierod.monitors.sideslip.drive import TRUTHS
+from tierod.monitors.sideslip.grip_limit import BAND
 from tierod.monitors.sideslip.monitor import SideslipMonitor
 from tierod.vehicles import Vehicle
 

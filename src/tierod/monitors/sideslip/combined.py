@@ -25,6 +25,7 @@ from tierod.monitors.sideslip.combined_estimate import CombinedEstimate, Combine
 from tierod.monitors.sideslip.combined_filter import GATE, combined_filter, held_growth
 from tierod.monitors.sideslip.combined_tuning import CombinedTuning, per_sample, tuning_of
 from tierod.monitors.sideslip.decisions import limit_rule
+from tierod.monitors.sideslip.grip_limit import GripLimit
 from tierod.monitors.sideslip.noise_scale import NoiseScale, ScaleState
 from tierod.physics.gravity import GRAVITY
 from tierod.vehicles.vehicle import Vehicle
@@ -104,8 +105,9 @@ class SteeringAngle(NamedTuple):
 class CombinedSideslip:
     """Sideslip from yaw rate, lateral acceleration and steering, with estimated stiffness, friction, bank and wind.
 
-    Extended Kalman filter in velocity form, valid from walking pace to the limit of grip. Below `slowest`, in reverse
-    and without speed it holds its last estimate, whose variance grows up to the initial one. `of_vehicle` builds it.
+    Extended Kalman filter in velocity form, valid from walking pace to the limit of grip. Below `slowest` and without
+    speed it holds its last estimate, whose variance grows up to the initial one; after reversing it begins anew.
+    `of_vehicle` builds it.
 
     Args:
         filter: Kalman filter of `tierod.models.lateral_motion`; its gate reduces the weight of outlying readings
@@ -118,6 +120,7 @@ class CombinedSideslip:
         ratio_error, slip_error, constant_error: see `CombinedTuning`
         free_rate: variance per sample of the road wheels' rate while the actuator's torque is unknown
         slowest: speed below which the last estimate is held
+        limit: what shows that the front axle nears its largest force, beside its slip
         limit_share: share of the greatest front force from which the limit of grip is announced
         limit_rule: standard deviations by which the share must exceed it
         most_misfit: mean squared innovation over its variance above which the filter is lost and restarts
@@ -139,6 +142,7 @@ class CombinedSideslip:
     slowest: Annotated[float, "m/s", POSITIVE] = 0.5
     limit_share: Annotated[float, "", POSITIVE] = 0.7
     limit_rule: HeldThreshold = field(default_factory=lambda: HeldThreshold(1.0, 1, "upper"))
+    limit: GripLimit = field(default_factory=GripLimit)
     most_misfit: Annotated[float, "", POSITIVE] = 4.0
 
     Sample = CombinedSample
@@ -194,6 +198,7 @@ class CombinedSideslip:
             slowest=tuning.slowest,
             limit_share=tuning.limit_share,
             limit_rule=limit_rule(tuning.limit_certainty),
+            limit=tuning.limit,
             most_misfit=tuning.most_misfit,
         )
 
@@ -240,7 +245,9 @@ class CombinedSideslip:
         misfit = self._smoothed(state.misfit, per_reading, PATIENCE)
         skids = absolute(belief.mean.lateral_speed) > MOST_SIDESLIP * maximum(inputs.vehicle_speed, SLOW)
         lost = either(misfit > self.most_misfit, both(self._adapts(state), skids))
-        belief = select(lost, self.filter.init(), belief._replace(mean=self._kept(belief.mean, lateral)))
+        # A car with unsigned speeds is known to reverse only after some turning, which has taught the filter errors.
+        anew = either(lost, both(present(sample.vehicle_speed), sample.vehicle_speed < -self.slowest))
+        belief = select(anew, self.filter.init(), belief._replace(mean=self._kept(belief.mean, lateral)))
         known = both(running, present(sample.road_wheel_angle))
         after = CombinedState(
             belief,
@@ -248,8 +255,8 @@ class CombinedSideslip:
             where(known, sample.road_wheel_angle, state.road_wheel_angle),
             angle_gate,
             lateral,
-            where(lost, 1.0, misfit),
-            *(self._fresh(now, lost) for now in self._scales(state, estimate, running)),
+            where(anew, 1.0, misfit),
+            *(self._fresh(now, anew) for now in self._scales(state, estimate, running)),
         )
         return after, self._estimate(after, inputs, estimate, running, lost)
 
@@ -293,7 +300,10 @@ class CombinedSideslip:
         unseen = self.constant_error * self.constant_error + missing * missing
         fields["sideslip_angle_deviation"] = sqrt(known * known + unseen)
         distance = fields.pop("limit_distance")
-        _, near = self.limit_rule.step(self.limit_rule.init(), distance, running)
+        steer = after.belief.mean.road_wheel_angle if self.filter.model.steering else seen.road_wheel_angle
+        usual = self.filter.parameters.car.tyre_friction * GRAVITY
+        forced = both(running, self.limit.shown(fields, after.vehicle_speed, steer, usual))
+        _, near = self.limit_rule.step(self.limit_rule.init(), distance, forced)
         return CombinedEstimate(
             **fields,
             limit_ahead=near.alarm,

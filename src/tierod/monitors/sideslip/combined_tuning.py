@@ -8,6 +8,7 @@ from typing import Annotated
 
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.models.lateral_parameters import OF_STEERING, UNKNOWNS
+from tierod.monitors.sideslip.grip_limit import GripLimit
 from tierod.monitors.sideslip.monitor import BY_WIRE
 from tierod.physics.lag import gauss_markov_noise
 from tierod.vehicles.uncertain import held_deviation
@@ -87,6 +88,7 @@ class CombinedTuning:
         slowest: speed below which the last estimate is held
         limit_share: share of the greatest front force from which the limit of grip is announced
         limit_certainty: standard deviations by which the share must exceed it
+        limit: what shows that the front axle nears its largest force, beside its slip
         most_misfit: mean squared innovation over its variance, per reading, above which the filter restarts; a correct
             model has 1, one as wrong as those of real cars 2
     """
@@ -112,6 +114,7 @@ class CombinedTuning:
     slowest: Annotated[float, "m/s", POSITIVE] = 0.5
     limit_share: Annotated[float, "", POSITIVE] = 0.7
     limit_certainty: Annotated[float, "", POSITIVE] = 1.0
+    limit: GripLimit = field(default_factory=GripLimit)
     most_misfit: Annotated[float, "", POSITIVE] = 4.0
 
     def followed(self, steering: bool) -> dict[str, Wandering]:

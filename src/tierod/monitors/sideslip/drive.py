@@ -5,13 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from itertools import combinations
+from typing import Annotated
 
 import numpy as np
 
 from tierod.core.graph import Result
 from tierod.models.single_track import SingleTrack
 from tierod.monitors.harness.related_signals import odd_ones_out
+from tierod.monitors.sideslip.grip_limit import BAND
 from tierod.monitors.sideslip.motion_over_drive import MotionOverDrive
+from tierod.monitors.sideslip.motions import FiguresOverMotions
 from tierod.monitors.sideslip.observables import ObservablesOverDrive
 from tierod.monitors.sideslip.own_motion import OwnMotionOverDrive
 from tierod.monitors.sideslip.sensors_over_drive import SensorsOverDrive
@@ -19,11 +22,9 @@ from tierod.monitors.sideslip.sensors_over_drive import SensorsOverDrive
 TRUTHS = ("sideslip_angle", "truth_sideslip_angle")
 """Channels with a reference for the estimate: from an optical sensor, or from a simulation."""
 
-BAND = 1.96
-"""Standard deviations that contain 95 % of a Gaussian error."""
-
-KNOWN = 0.05
-"""Largest standard deviation of an angle that may become the peak [rad]; before it settles the estimate has more."""
+WALKING: Annotated[float, "m/s"] = 2.0
+"""Speed up to which no sideslip and no limit of grip enter the headline: there the geometry of the turn makes the
+sideslip, and the slip of a tyre, over a rolling speed near zero, says nothing of its force."""
 
 TOGETHER = ("steering angle", "yaw rate", "lateral acceleration", "steering torque")
 """Signals with the same sign in a steady turn."""
@@ -48,14 +49,14 @@ class SideslipDrive:
     """
 
     def __init__(self, parameters: SingleTrack.Parameters, ratio: float, rate: float):
-        self.figures, self.signs = EstimateFigures(), SignsOverDrive()
+        self.figures, self.signs, self.motions = EstimateFigures(), SignsOverDrive(), FiguresOverMotions()
         self.sensors, self.motion = SensorsOverDrive(parameters, rate), MotionOverDrive(parameters, rate)
         self.observables, self.own_motion = ObservablesOverDrive(rate), OwnMotionOverDrive(rate)
         self.rate, self._ratio = rate, ratio
 
     @property
     def seconds(self) -> float:
-        """Time for which the sideslip was estimated [s]."""
+        """Time for which the sideslip was estimated, above walking pace [s]."""
         return self.figures.samples / self.rate
 
     def add(
@@ -86,6 +87,8 @@ class SideslipDrive:
     def evidence(self) -> dict[str, float]:
         """Estimated time, and the correlations between signals where a sign is wrong."""
         found = {"enabled_s": self.seconds, "enabled_share": self.figures.samples / max(self.figures.seen, 1)}
+        if self.motions.largest.speed:
+            found["largest_sideslip_by_geometry_rad"] = self.motions.largest.geometry
         if self.signs.turned():
             agreements = self.signs.agreements().items()
             found |= {f"agreement of {one} and {other}": value for (one, other), value in agreements}
@@ -97,10 +100,9 @@ class EstimateFigures:
 
     def __init__(self) -> None:
         self.seen = self.samples = self.compared = self.covered = self.angles = self.torques = 0
-        self.peak = self.peak_deviation = self.deviation = self.fastest = 0.0
+        self.deviation = self.fastest = 0.0
         self.squared_error = self.absolute_error = 0.0
         self._last_truth = math.nan
-        self._certain = -math.inf
 
     def add(
         self,
@@ -123,28 +125,21 @@ class EstimateFigures:
         """
         sideslip, deviation = result["statement.magnitude"], result["statement.deviation"]
         self.seen += len(running)
-        self.samples += int(running.sum())
+        judged = running & (speed > WALKING)
+        self.samples += int(judged.sum())
         self.angles += int(np.isfinite(angle).sum())
         self.torques += int(np.isfinite(torque).sum())
         self.fastest = max(self.fastest, float(np.nanmax(speed, initial=0.0)))
-        self.deviation += float(np.sum(deviation[running]))
+        self.deviation += float(np.sum(deviation[judged]))
         # A truth that is slower than the grid is held: repeated values are stale and must not count again.
         fresh = np.diff(truth, prepend=self._last_truth) != 0.0
         self._last_truth = float(truth[-1]) if len(truth) else self._last_truth
-        judged = running & np.isfinite(truth) & fresh
-        error, band = (sideslip - truth)[judged], BAND * deviation[judged]
+        known = running & np.isfinite(truth) & fresh
+        error, band = (sideslip - truth)[known], BAND * deviation[known]
         self.compared += len(error)
         self.covered += int(np.sum(np.abs(error) <= band))
         self.squared_error += float(error @ error)
         self.absolute_error += float(np.abs(error).sum())
-        known = running & (deviation < KNOWN)
-        if known.any():
-            # The peak is the largest lower bound: the largest value itself is often the least certain one.
-            certain = np.where(known, np.abs(sideslip) - BAND * deviation, -math.inf)
-            at = int(np.argmax(certain))
-            if certain[at] > self._certain:
-                self._certain = float(certain[at])
-                self.peak, self.peak_deviation = float(sideslip[at]), float(deviation[at])
 
     def beside_truth(self) -> dict[str, float]:
         """Evidence: errors against the truth where there is one, and the mean standard deviation."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Annotated
 
 from tierod.core.findings import Estimate, Finding, Status
 from tierod.methods.detectors import Detector
@@ -21,7 +22,8 @@ from tierod.monitors.sideslip.decisions import (
     USUAL_MISFIT,
     USUAL_OFFSET,
 )
-from tierod.monitors.sideslip.drive import SideslipDrive
+from tierod.monitors.sideslip.drive import WALKING, SideslipDrive
+from tierod.monitors.sideslip.motions import Largest
 
 LEAST_ENABLED = 5.0
 """Least estimated time for a statement [s]; a few time constants of the slowest observer."""
@@ -29,19 +31,29 @@ LEAST_ENABLED = 5.0
 OFFSET = "yaw_rate_offset_rad_per_s"
 """Name of the yaw rate offset in the evidence, present only where there is one."""
 
+LARGE_GEOMETRY: Annotated[float, "rad"] = math.radians(2.0)
+"""Sideslip angle of a turn without slip from which the headline says so; tyres alone make 2 degrees in hard bends."""
+
 LEAST_COMPARED = 5.0
 """Least time with a recorded truth for a judgement of the band [s]."""
 
 
-def obstacle(drive: SideslipDrive, needs_torque: bool, torque_known: bool) -> Obstacle | None:
+def obstacle(drive: SideslipDrive, needs_torque: bool, torque_known: bool, mirrored: bool = False) -> Obstacle | None:
     """Why no statement is possible; None where one is.
 
     Args:
         drive: statistics of the drive
         needs_torque: whether the estimator cannot run without the torque of the steering
         torque_known: whether the vehicle file converts the motor's torque into it
+        mirrored: whether every turn mirrors the steering angle
     """
     figures = drive.figures
+    if mirrored:
+        cause = "every turn mirrors the steering angle: the car reversed all the time, or the yaw rate has a wrong sign"
+        action = (
+            "record turns forward as well; if the car drove forward, set the sign of the yaw rate in the channel map"
+        )
+        return Obstacle(Status.NOT_TESTABLE, cause, action)
     if turned := drive.signs.turned():
         names = " or ".join(turned)
         cause = f"the sign of {names} contradicts the other signals of a turning car"
@@ -60,6 +72,12 @@ def obstacle(drive: SideslipDrive, needs_torque: bool, torque_known: bool) -> Ob
             "choose a variant that needs no torque (--variant combined), or add what is missing",
         )
     if drive.seconds < LEAST_ENABLED:
+        if 0.0 < figures.fastest <= WALKING:
+            cause = (
+                f"the car drove at walking pace throughout (fastest {figures.fastest:.1f} m/s), where the geometry of "
+                "the turn alone makes the sideslip"
+            )
+            return Obstacle(Status.NOT_ENABLED, cause, f"record a drive above {WALKING:g} m/s")
         cause = (
             f"it could be estimated for {drive.seconds:.1f} s only, {LEAST_ENABLED:g} s are needed; the car stood, "
             f"rolled backwards, or speed or angle were missing (fastest {figures.fastest:.1f} m/s)"
@@ -79,8 +97,9 @@ def judge(drive: SideslipDrive, name: str, misfit_rule: Detector, nis: float) ->
     """
     figures = drive.figures
     evidence = {**drive.evidence(), **figures.beside_truth(), "nis_mean": nis}
-    estimate = Estimate("largest sideslip angle at the centre of gravity", figures.peak, figures.peak_deviation, "rad")
-    largest = f"{_signed(math.degrees(figures.peak), 2)} ± {math.degrees(figures.peak_deviation):.2f} degrees"
+    peak = drive.motions.largest
+    estimate = Estimate("largest sideslip angle at the centre of gravity", peak.value, peak.deviation, "rad")
+    largest = f"{_signed(math.degrees(peak.value), 2)} ± {math.degrees(peak.deviation):.2f} degrees"
     if alarms_at(misfit_rule, math.log(max(nis, 1e-12)) / USUAL_MISFIT):
         cause = f"the innovations are {math.sqrt(nis):.1f} times as large as the estimator expects"
         headline = f"Sideslip angle up to {largest}, but the parameters do not fit this car: {cause}."
@@ -88,12 +107,20 @@ def judge(drive: SideslipDrive, name: str, misfit_rule: Detector, nis: float) ->
         action = f"give a vehicle file that fits this car: mass, stiffness and noise of the sensors{steering}"
         found = Finding(name, Status.NOT_IDENTIFIABLE, headline, None, estimate, evidence, cause, action)
     else:
-        headline = f"Sideslip angle up to {largest}, estimated for {drive.seconds:.0f} s."
+        headline = f"Sideslip angle up to {largest}, estimated for {drive.seconds:.0f} s.{_geometry(peak)}"
         compared = figures.compared >= LEAST_COMPARED * drive.rate
         status = Status.CONSISTENT if compared else Status.ESTIMATED
         found = Finding(name, status, headline, None, estimate, evidence, action="none")
         found = _beside_truth(found, figures.compared / drive.rate)
     return _contradicted(_with_offset(found, drive), drive)
+
+
+def _geometry(peak: Largest) -> str:
+    """Sentence on an angle that is mostly the geometry of a tight turn; empty for one that the tyres make."""
+    tyres = abs(peak.value - peak.geometry)
+    if abs(peak.geometry) < LARGE_GEOMETRY or tyres > 0.5 * abs(peak.geometry):
+        return ""
+    return f" Most of it is the geometry of a tight turn at {3.6 * peak.speed:.0f} km/h."
 
 
 def confirmed(finding: Finding, drive: SideslipDrive) -> bool:

@@ -11,7 +11,7 @@ import numpy as np
 from tierod.core.recording import Recording
 from tierod.monitors.sideslip.beside_truth import beside_truth
 from tierod.monitors.sideslip.calibration import FARTHEST, TYRES, judged, prior, weighted
-from tierod.monitors.sideslip.drive import BAND
+from tierod.monitors.sideslip.grip_limit import BAND
 from tierod.vehicles import Vehicle
 from tierod.vehicles.catalogue import QUANTITIES
 from tierod.vehicles.vehicle import Parameter

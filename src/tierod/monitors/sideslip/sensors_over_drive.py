@@ -21,6 +21,9 @@ class SensorLimits:
     Args:
         standing: speed below which the car stands
         still: spread of the yaw rate up to which it really stands
+        unseen: speed up to which sensors of wheel speeds may read zero; they end at 0.3 to 0.8 m/s
+        crept: yaw rate by creeping at that speed with the present steering angle, up to which a standing car counts;
+            half the smallest offset that is named
         standing_time: least time at standstill for the offset
         rolling: speed above which offset and units are tested while rolling
         rolling_time: least time of such driving
@@ -34,6 +37,8 @@ class SensorLimits:
 
     standing: Annotated[float, "m/s"] = 0.1
     still: Annotated[float, "rad/s"] = 0.02
+    unseen: Annotated[float, "m/s"] = 0.5
+    crept: Annotated[float, "rad/s"] = 0.008
     standing_time: Annotated[float, "s"] = 1.0
     rolling: Annotated[float, "m/s"] = 5.0
     rolling_time: Annotated[float, "s"] = 10.0
@@ -77,7 +82,9 @@ class SensorsOverDrive:
         known = np.isfinite(speed) & np.isfinite(yaw_rate)
         self._readings += int(np.sum(known))
         self._beyond += int(np.sum(np.abs(yaw_rate[known]) > self.limits.largest))
-        still = yaw_rate[known & (np.abs(speed) < self.limits.standing)]
+        # Below the resolution of its speed a car creeps unseen, and turns if its wheels are turned.
+        creeps = self.limits.unseen * np.abs(np.tan(angle)) / (self._car.front_distance + self._car.rear_distance)
+        still = yaw_rate[known & (np.abs(speed) < self.limits.standing) & ~(creeps > self.limits.crept)]
         self._standing += (len(still), still.sum(), still @ still)
         rolling = known & (speed > self.limits.rolling) & np.isfinite(acceleration)
         v, r, a = speed[rolling], yaw_rate[rolling], acceleration[rolling]

@@ -12,6 +12,7 @@ from tierod.core.findings import Defect, Finding, Status
 from tierod.core.graph import Result
 from tierod.core.recording import Aligned
 from tierod.core.statement import code_of
+from tierod.io.reversing import Reversing, reversed_in_words
 from tierod.methods.analysis.consistency import ConsistencyAccumulator
 from tierod.models.single_track import SingleTrack
 from tierod.monitors.harness.session import BlockSession, Conclusion
@@ -20,10 +21,12 @@ from tierod.monitors.sideslip.combined import CombinedSideslip
 from tierod.monitors.sideslip.combined_identifiability import WORDS, identifiability
 from tierod.monitors.sideslip.consistency import Consistency, Wrong, consistency_of
 from tierod.monitors.sideslip.decisions import LEAST_COVERAGE, MOST_RESTARTS, misfit_rule
-from tierod.monitors.sideslip.drive import TRUTHS, SideslipDrive, truth_in
+from tierod.monitors.sideslip.drive import TRUTHS, WALKING, SideslipDrive, truth_in
 from tierod.monitors.sideslip.expected import Tolerances
 from tierod.monitors.sideslip.finding import OFFSET, confirmed, distances, judge, obstacle
+from tierod.monitors.sideslip.grip_limit import BAND
 from tierod.monitors.sideslip.monitor import SideslipMonitor
+from tierod.monitors.sideslip.motions import Samples
 from tierod.monitors.sideslip.observables import WHEELS
 from tierod.vehicles import Vehicle
 
@@ -77,12 +80,31 @@ class SideslipSession(BlockSession):
         self.name, self._needs_torque, self._torque_known = name, needs_torque, block.actuator is not None
         self.drive = SideslipDrive(vehicle.parameters_for(SingleTrack.Parameters), block.ratio.steering_ratio, rate)
         self._consistency, self._vehicle = ConsistencyAccumulator(), vehicle
+        self._rear_distance, self._ratio = vehicle["rear_distance"], block.ratio.steering_ratio
+        self._reversing = Reversing(rate, self._ratio, vehicle["front_distance"] + self._rear_distance)
+        self._reverses = np.zeros(0, bool)
+        self._piece: tuple[np.ndarray, Mapping[str, np.ndarray], np.ndarray] | None = None
         self.misfit_rule, self.least_coverage, self.tolerances = misfit_rule(), LEAST_COVERAGE, Tolerances()
+
+    def prepared(self, aligned: Aligned) -> Aligned:
+        """Next piece, with a negative speed where the car is known to reverse although its speeds have no sign."""
+        seen = aligned.columns
+        wheel = seen["road_wheel_angle"] / self._ratio
+        angle = np.where(np.isfinite(wheel), wheel, seen["steering_wheel_angle"])
+        left, right = (seen[f"wheel_speed_rear_{side}"] for side in ("left", "right"))
+        reverses = self._reversing.add(aligned.time, seen["yaw_rate"], angle, seen["vehicle_speed"], right - left)
+        self._reverses = reverses
+        if not reverses.any():
+            return aligned
+        values = aligned.values.copy()
+        values[reverses, aligned.names.index("vehicle_speed")] *= -1.0
+        return Aligned(aligned.time, values, aligned.names)
 
     def taken(self, aligned: Aligned, result: Result) -> Mapping[str, np.ndarray]:
         """Collect the estimator's outputs of a piece, and return the traces over it, (n,) each."""
         shown = dict(super().taken(aligned, result))
         shown["true_sideslip_angle"] = truth_in(aligned.columns)
+        self._piece = aligned.time, aligned.columns, shown["sideslip_angle_standard_deviation"]
         held = shown["held"] > 0.5
         spreads = [name for name in shown if name.endswith("_standard_deviation")]
         return shown | {name: np.where(held, np.nan, shown[name]) for name in spreads}
@@ -95,13 +117,18 @@ class SideslipSession(BlockSession):
 
     def conclude(self) -> Conclusion:
         """The finding, with the consistency of the innovations."""
-        if reason := obstacle(self.drive, self._needs_torque, self._torque_known):
-            finding = withheld(self.name, "Sideslip angle", [reason], self.drive.evidence())
+        reversals = self._reversing.found
+        reversed_ = (reversed_in_words(reversals),) if reversals else ()
+        mirrored = bool(reversals) and not self._reversing.turned_forward
+        if reason := obstacle(self.drive, self._needs_torque, self._torque_known, mirrored):
+            finding = withheld(self.name, "Sideslip angle", [reason], self.drive.evidence(), reversed_)
             return Conclusion(finding, withheld=tuple(self.traces))
         found = self._consistency.result()
         finding = judge(self.drive, self.name, self.misfit_rule, found.nis)
+        finding = replace(finding, warnings=(*reversed_, *finding.warnings))
         if self.moved:
             return Conclusion(finding)
+        peak = self.drive.motions.largest
         offset = finding.evidence.get(OFFSET, 0.0)
         consistency = consistency_of(self.drive.observables, self._vehicle, self.tolerances, offset)
         finding = replace(finding, evidence={**finding.evidence, **consistency.evidence(), **self._share()})
@@ -112,6 +139,7 @@ class SideslipSession(BlockSession):
             withheld=(*TRUTHS[1:], *hidden),
             distances=distances(finding),
             defects=defects,
+            parameter_variance=max(peak.deviation**2 - peak.own**2, 0.0),
         )
 
     def _contradicting(self, consistency: Consistency, finding: Finding) -> tuple[tuple[Defect, ...], tuple[str, ...]]:
@@ -131,8 +159,33 @@ class SideslipSession(BlockSession):
         return {"estimated_motion_share": found.value, "estimated_motion_share_deviation": found.deviation}
 
     def observe(self, traces: Mapping[str, np.ndarray]) -> None:
-        """Collect the standard deviations of the last piece, which include the spread of the parameters."""
-        self.drive.own_motion.deviations(traces["sideslip_angle_standard_deviation"])
+        """Collect what the headline shows of the last piece, with bands that include the spread of the parameters."""
+        value, deviation = traces["sideslip_angle"], traces["sideslip_angle_standard_deviation"]
+        self.drive.own_motion.deviations(deviation)
+        assert self._piece is not None
+        (time, signals, own), self._piece = self._piece, None
+        speed, yaw_rate = signals["vehicle_speed"], signals["yaw_rate"]
+        none = np.zeros(len(time))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            geometry = np.arctan(self._rear_distance * yaw_rate / speed)
+        self.drive.motions.add(
+            Samples(
+                time,
+                speed,
+                self._reverses,
+                (traces["held"] < 0.5) & (speed > WALKING) & np.isfinite(yaw_rate),
+                value,
+                deviation,
+                own,
+                geometry,
+                self._ahead(traces),
+                traces.get("front_friction_used", none),
+            )
+        )
+
+    def _ahead(self, traces: Mapping[str, np.ndarray]) -> np.ndarray:
+        """Whether the limit of grip is announced in each sample of a piece, (n,); never by the paper's observers."""
+        return np.zeros(len(traces["held"]), bool)
 
 
 class CombinedSession(SideslipSession):
@@ -156,18 +209,18 @@ class CombinedSession(SideslipSession):
     ):
         super().__init__(estimator, vehicle, rate, name, more)
         self._estimator, self.most_restarts = estimator, MOST_RESTARTS
-        self._restarts, self._ahead, self._used = 0, 0, 0.0
-        self._first_ahead: float | None = None
+        self._restarts = 0
 
     def collect(self, time: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
-        """Collect also restarts of the filter, and the time at which the limit of grip was announced."""
+        """Collect also restarts of the filter."""
         super().collect(time, signals, result)
-        ahead = result["estimate.limit_ahead"] > 0.5
         self._restarts += int(np.sum(result["estimate.restarted"] > 0.5))
-        self._ahead += int(np.sum(ahead))
-        self._used = max(self._used, float(np.max(result["estimate.front_friction_used"], initial=0.0)))
-        if self._first_ahead is None and ahead.any():
-            self._first_ahead = float(time[np.argmax(ahead)])
+
+    def _ahead(self, traces: Mapping[str, np.ndarray]) -> np.ndarray:
+        """Whether the limit of grip is announced, by bands with the parameters' spread, in each sample, (n,)."""
+        used, deviation = traces["front_friction_used"], traces["front_friction_used_standard_deviation"]
+        # Where the estimate is held there is no deviation, and no announcement.
+        return (traces["limit_ahead"] > 0.5) & (used - BAND * deviation > self._estimator.limit.force)
 
     def conclude(self) -> Conclusion:
         """The finding, with shares of identified unknowns, the limit of grip, and restarts."""
@@ -179,13 +232,14 @@ class CombinedSession(SideslipSession):
         evidence = dict(finding.evidence) | {
             f"{WORDS[name]}, identified share": share for name, share in shown.shares.items()
         }
+        announced = self.drive.motions.announced
         evidence |= {
-            "largest_front_friction_used": self._used,
-            "limit_announced_s": self._ahead / self.drive.rate,
+            "largest_front_friction_used": announced.used,
+            "limit_announced_s": announced.samples / self.drive.rate,
             "restarts": float(self._restarts),
         }
-        if self._first_ahead is not None:
-            evidence["limit_first_announced_at_s"] = self._first_ahead
+        if announced.samples:
+            evidence["limit_first_announced_at_s"] = announced.first
         finding = self._judged(replace(finding, evidence=evidence))
         return replace(conclusion, finding=finding, remarks={"estimate": str(shown)})
 
@@ -207,7 +261,8 @@ class CombinedSession(SideslipSession):
                 "their time stamps; if they are right, give a vehicle file that fits this car: mass, stiffness, "
                 "friction and noise of the sensors",
             )
-        if self._first_ahead is None:
+        if not self.drive.motions.announced.samples:
             return finding
-        announced = f"The front axle came close to its largest force, announced from {self._first_ahead:.1f} s on"
+        first = self.drive.motions.announced.first
+        announced = f"The front axle came close to its largest force, announced from {first:.1f} s on"
         return replace(finding, headline=f"{finding.headline} {announced}.")

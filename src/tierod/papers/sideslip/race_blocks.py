@@ -17,7 +17,7 @@ from tierod.core.recording import Recording
 from tierod.experiments.effort import Effort
 from tierod.monitors.sideslip.beside_truth import BesideTruth, ErrorFigures, beside_truth
 from tierod.monitors.sideslip.calibration import TYRES
-from tierod.monitors.sideslip.drive import BAND
+from tierod.monitors.sideslip.grip_limit import BAND
 from tierod.monitors.sideslip.noise_calibration import calibrated_with_noises, with_noises
 from tierod.papers.real_data import NO_DATA
 from tierod.papers.sideslip import race_laps

@@ -46,7 +46,8 @@ def test_a_guessed_distance_gives_a_band_that_holds_the_truth_and_is_named(slow_
     assert found.parameter_effects[0].share > 0.9
     assert "rear_distance ±0.3 m shifts it by ±3" in finding.headline
     exact = diagnose(bare, guessed(load("revsted-car"), rear_distance=(1.2, 0.3)), "sideslip", spread=False)
-    assert exact.findings[0].estimate.value == estimate.value
+    # Each headline takes the sample that is surely so large, with its own band.
+    assert exact.findings[0].estimate.value == pytest.approx(estimate.value, rel=0.01)
     assert exact.findings[0].estimate.standard_deviation < 0.1 * estimate.standard_deviation
     assert "assumed to be exact" in exact.remarks["parameters"]
 

@@ -25,14 +25,17 @@ class Effects(NamedTuple):
     each: tuple[ParameterEffect, ...]
 
 
-def effects(outcome: Outcome, estimate: Estimate | None, vehicle: Vehicle) -> Effects:
+def effects(outcome: Outcome, estimate: Estimate | None, vehicle: Vehicle, included: float | None = None) -> Effects:
     """Effects of the parameters on an estimate, or on the result over time if there is no estimate.
 
     Args:
         outcome: results of the perturbed vehicles
         estimate: estimate for the unperturbed vehicle; None if nothing is estimated
         vehicle: vehicle with the standard deviations of its parameters
+        included: variance by the parameters that the estimate's deviation has already [unit squared]; None without it
     """
+    if estimate is not None and included is not None:
+        return _shared(outcome, estimate, vehicle, included)
     found = {} if estimate is None else _of_estimate(outcome, estimate)
     if estimate is None or not found:
         size = math.sqrt(sum(each * each for each in outcome.moves.values()))
@@ -49,6 +52,17 @@ def effects(outcome: Outcome, estimate: Estimate | None, vehicle: Vehicle) -> Ef
     rows = [_row(vehicle, name, counted[name], unit, total) for name in ranked]
     variance = total if outcome.alone or not outcome.along else _along(outcome, estimate) or total
     return Effects(variance if counted else 0.0, tuple(rows))
+
+
+def _shared(outcome: Outcome, estimate: Estimate, vehicle: Vehicle, variance: float) -> Effects:
+    """Effects that together have a known variance, shared out by the changes of the result over the recording."""
+    size = math.sqrt(sum(each * each for each in outcome.moves.values()))
+    if not (size > 0.0 and variance > 0.0):
+        return Effects(0.0, ())
+    found = {name: math.sqrt(variance) * move / size for name, move in outcome.moves.items()}
+    own = math.sqrt(max(estimate.standard_deviation**2 - variance, 0.0))
+    ranked = sorted((name for name in found if abs(found[name]) > SMALLEST * own), key=lambda name: -abs(found[name]))
+    return Effects(variance, tuple(_row(vehicle, name, found[name], estimate.unit, variance) for name in ranked))
 
 
 def _row(vehicle: Vehicle, name: str, move: float, unit: str, total: float) -> ParameterEffect:
@@ -104,7 +118,4 @@ def _move(estimate: Estimate, other: Concluded) -> float | None:
     found = other.conclusion.finding.estimate
     if found is None or not math.isfinite(found.value):
         return None
-    # The largest value of a drive has the sign of the side on which it occurred, which a perturbation may change.
-    if estimate.quantity.startswith("largest"):
-        return abs(found.value) - abs(estimate.value)
     return found.value - estimate.value

@@ -46,7 +46,8 @@ def joined(
             same errors
         learns: whether the monitor learns a baseline, which would then decide
     """
-    found = Effects(0.0, ()) if outcome is None else effects(outcome, conclusion.finding.estimate, vehicle)
+    known = conclusion.parameter_variance
+    found = Effects(0.0, ()) if outcome is None else effects(outcome, conclusion.finding.estimate, vehicle, known)
     moves = outcome if found.each else None
     turning = turn(conclusion, moves) if moves is not None and may_turn else None
     if turning is None:
@@ -66,16 +67,19 @@ def _with_effects(
     """Conclusion with the standard deviation of its estimate widened by the parameters."""
     finding = conclusion.finding
     if finding.estimate is not None:
-        finding = _wider(finding, finding.estimate, found, vehicle, advising)
+        included = conclusion.parameter_variance is not None
+        finding = _wider(finding, finding.estimate, found, vehicle, advising, included)
     if outcome.held is not None and "truth_within_band_share" in finding.evidence:
         finding = replace(finding, evidence={**finding.evidence, "truth_within_wider_band_share": outcome.held})
     return replace(conclusion, finding=finding, remarks=_remarks(conclusion.remarks, found))
 
 
-def _wider(finding: Finding, estimate: Estimate, found: Effects, vehicle: Vehicle, advising: bool) -> Finding:
-    """Finding with the standard deviation of parameters and estimator together."""
+def _wider(
+    finding: Finding, estimate: Estimate, found: Effects, vehicle: Vehicle, advising: bool, included: bool
+) -> Finding:
+    """Finding with the standard deviation of parameters and estimator together; `included` where it has that."""
     own = estimate.standard_deviation
-    deviation = math.sqrt(own**2 + found.variance)
+    deviation = own if included else math.sqrt(own**2 + found.variance)
     share = found.variance / deviation**2 if deviation > 0.0 else 0.0
     headline = restated(finding.headline, own, deviation, estimate.unit)
     first = first_to_measure(found.each)

@@ -1,0 +1,52 @@
+"""Evidence beside the slip of its tyres that the front axle nears its largest force."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated
+
+from tierod.core.block import Scalar
+from tierod.core.fields import POSITIVE
+from tierod.core.graph.maths import absolute, all_of, limit, maximum
+
+BAND = 1.96
+"""Standard deviations that contain 95 % of a Gaussian error."""
+
+
+@dataclass(frozen=True)
+class GripLimit:
+    """Least speed, turn and force of a car whose front axle nears its largest force.
+
+    Slip alone shows no limit. Over a rolling speed near zero it says nothing of the force, and in a tight turn it is
+    the small difference of two large angles.
+
+    Args:
+        slowest: speed from which the slip of a tyre says something of its force; at 3 m/s it builds up within 0.1 s
+        acceleration: least lateral acceleration by speed and yaw rate; polished ice has a friction of 0.1
+        force: share of its largest force that the axle uses at the lower end of the 95 % band; with less an
+            announcement counts as false
+        tight: road-wheel angle from which that share must show in the lateral acceleration, on a road as in the vehicle
+            file; steering ratio and Ackermann's difference are wrong by some % of the angle, a degree and more there
+    """
+
+    slowest: Annotated[float, "m/s", POSITIVE] = 3.0
+    acceleration: Annotated[float, "m/s**2", POSITIVE] = 1.0
+    force: Annotated[float, "", POSITIVE] = 0.6
+    tight: Annotated[float, "rad", POSITIVE] = 0.35
+
+    def shown(self, estimate: Mapping[str, Scalar], speed: Scalar, road_wheel_angle: Scalar, usual: Scalar) -> Scalar:
+        """Whether force and turn of the car are near the limit.
+
+        Args:
+            estimate: fields of the combined estimator's output
+            speed: vehicle speed [m/s]
+            road_wheel_angle: steering angle [rad]
+            usual: lateral acceleration at the limit on a dry road [m/s**2]
+        """
+        across = absolute(speed * estimate["corrected_yaw_rate"])
+        tight = limit(absolute(road_wheel_angle) / self.tight, 0.0, 1.0)
+        needed = self.acceleration + tight * maximum(self.force * usual - self.acceleration, 0.0)
+        least = estimate["front_friction_used"] - BAND * estimate["front_friction_used_deviation"]
+        shown: Scalar = all_of(speed > self.slowest, across > needed, least > self.force)
+        return shown

@@ -1,0 +1,132 @@
+"""Small slow cars: tight turns at walking pace, creeping, backing out; the headline says what the band proves."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from monitors.condition.small_car import EVERY, QUADRICYCLE, STEP, backs_out, driven, recordings
+from tierod.core.findings import Status
+from tierod.monitors.diagnose import diagnose
+from tierod.papers.own_car.brochure import brochure_car
+
+BAND = 1.96
+SEED = 14
+"""Noises and offsets of the sensors; the zero of the steering angle is small, so that it is not the subject."""
+
+
+@pytest.fixture(scope="module")
+def car():
+    """Vehicle file with distances and steering ratio as measured, and the usual tyres of the class."""
+    vehicle = brochure_car("small", "quadricycle", QUADRICYCLE.mass, QUADRICYCLE.front + QUADRICYCLE.rear)
+    known = {"steering_ratio": QUADRICYCLE.ratio, "track_width": QUADRICYCLE.track}
+    known |= {"rear_distance": QUADRICYCLE.rear, "front_distance": QUADRICYCLE.front}
+    measured = {
+        name: dataclasses.replace(vehicle.parameters[name], value=value, standard_deviation=0.03 * value)
+        for name, value in known.items()
+    }
+    return dataclasses.replace(vehicle, parameters={**vehicle.parameters, **measured})
+
+
+def tight(fastest, seconds=50.0):
+    """Halts and turns to 30 degrees of the road wheels, at walking pace and up to a speed [m/s] with wider turns."""
+    time = np.arange(0.0, seconds, STEP)
+    speed = np.interp(time, [0, 2, 4, 14, 16, 18, 22, 40, 44, 50], [0, 0, 0.5, 1.5, 0, 0, 2.5, fastest, fastest, 0.4])
+    bound = np.minimum(math.radians(30.0), np.arctan(2.5 * 1.7 / np.maximum(speed, 0.5) ** 2))
+    return speed, bound * np.sin(0.9 * time)
+
+
+@pytest.fixture(scope="module")
+def drives():
+    """Recordings with their states: slow, at walking pace alone, out of a parking space backwards and forwards."""
+    cars = [tight(7.0), tuple(each[: int(15.0 / STEP)] for each in tight(7.0)), backs_out(), backs_out(-1.0)]
+    length = max(len(speed) for speed, _ in cars)
+    padded = [tuple(np.pad(each, (0, length - len(each)), "edge") for each in both) for both in cars]
+    courses = [(QUADRICYCLE, each) for each in padded]
+    return recordings(courses, SEED, unsigned=True), driven(courses)
+
+
+def true_sideslip(states, k):
+    along, across = states[0, :, k], states[1, :, k]
+    return np.arange(len(along)) * STEP * EVERY, np.arctan2(across, np.maximum(along, 0.1))
+
+
+def test_the_headline_is_a_sample_of_the_course_with_its_own_deviation_and_holds_the_truth(car, drives):
+    recorded, states = drives
+    found = diagnose(recorded[0], car, "sideslip")
+    estimate = found.findings[0].estimate
+    course, band = (found.traces[f"sideslip_angle{end}"] for end in ("", "_standard_deviation"))
+    at = int(np.nanargmin(np.abs(course.mean - estimate.value)))
+    assert estimate.value == pytest.approx(course.mean[at], rel=0.02)
+    assert estimate.standard_deviation == pytest.approx(band.mean[at], rel=0.1)
+    time, truth = true_sideslip(states, 0)
+    assert abs(estimate.value - np.interp(course.time[at], time, truth)) < BAND * estimate.standard_deviation
+    assert "Most of it is the geometry of a tight turn" in found.findings[0].headline
+
+
+def test_no_sample_has_a_larger_lower_bound_than_the_headline(car, drives):
+    found = diagnose(drives[0][0], car, "sideslip")
+    estimate = found.findings[0].estimate
+    course, band = (found.traces[f"sideslip_angle{end}"].mean for end in ("", "_standard_deviation"))
+    speed = np.interp(found.traces["sideslip_angle"].time, *_speed(drives[1], 0))
+    lower = np.where(speed > 2.2, np.abs(course) - BAND * band, -1.0)
+    assert np.nanmax(lower) <= abs(estimate.value) - BAND * estimate.standard_deviation + 1e-3
+
+
+def _speed(states, k):
+    return np.arange(states.shape[1]) * STEP * EVERY, states[0, :, k]
+
+
+def test_a_band_holds_the_truth_at_walking_pace_and_above(car, drives):
+    recorded, states = drives
+    found = diagnose(recorded[0], car, "sideslip")
+    course, band = (found.traces[f"sideslip_angle{end}"] for end in ("", "_standard_deviation"))
+    time, truth = true_sideslip(states, 0)
+    error = np.abs(course.mean - np.interp(course.time, time, truth))
+    known = np.isfinite(band.mean)
+    assert known.sum() > 100
+    assert np.mean(error[known] < BAND * band.mean[known]) > 0.9
+
+
+def test_walking_pace_alone_gives_neither_a_value_nor_a_limit(car, drives):
+    finding = diagnose(drives[0][1], car, "sideslip").findings[0]
+    assert finding.status is Status.NOT_ENABLED
+    assert finding.estimate is None
+    assert "walking pace" in finding.headline
+    assert "largest force" not in finding.headline
+
+
+def test_far_from_its_largest_force_no_limit_is_announced(car, drives):
+    finding = diagnose(drives[0][0], car, "sideslip").findings[0]
+    assert finding.evidence["limit_announced_s"] == 0.0
+    assert "largest force" not in finding.headline
+
+
+def test_what_a_car_with_unsigned_speeds_does_in_reverse_is_neither_its_largest_sideslip_nor_a_limit(car, drives):
+    back, out = (diagnose(each, car, "sideslip").findings[0] for each in drives[0][2:])
+    (said,) = (each for each in back.warnings if each.startswith("the car reversed"))
+    assert said == "the car reversed from 4.4 s to 9.0 s; its speeds have no sign"
+    assert abs(abs(back.estimate.value) - abs(out.estimate.value)) < 2.0 * out.estimate.standard_deviation
+    assert back.evidence["limit_announced_s"] == 0.0
+    assert not any("revers" in each for each in out.warnings)
+
+
+def test_where_every_turn_is_mirrored_nothing_is_stated(car, drives):
+    finding = diagnose(drives[0][2].slice(0.0, 10.0), car, "sideslip").findings[0]
+    assert finding.status is Status.NOT_TESTABLE
+    assert "the car reversed all the time, or the yaw rate has a wrong sign" in finding.headline
+
+
+@pytest.mark.parametrize(("angle", "offset", "named"), [(0.5, 0.0, False), (0.0, 0.03, True)])
+def test_creeping_with_turned_wheels_is_no_offset_of_the_yaw_rate(car, angle, offset, named):
+    """A car that creeps below the resolution of its speed turns; one that stands with straight wheels does not."""
+    time = np.arange(0.0, 34.0, STEP)
+    creeps = 0.09 if angle else 0.0
+    speed = np.interp(time, [0, 8, 9, 14, 34], [creeps, creeps, 2.5, 6.0, 6.0])
+    steer = np.interp(time, [0, 8, 9, 10], [angle, angle, 0.0, 0.0]) + np.where(time > 12, 0.05 * np.sin(time), 0.0)
+    (made,) = recordings([(QUADRICYCLE, (speed, steer))], SEED)
+    yaw_rate = made["yaw_rate"]
+    made = made.with_channels([dataclasses.replace(yaw_rate, values=yaw_rate.values + offset)])
+    finding = diagnose(made, car, "sideslip").findings[0]
+    assert ("offset" in f"{finding.headline} {finding.cause}") is named
