@@ -97,7 +97,6 @@ def gone(samples, first, last, **values):
     [
         {"vehicle_speed": np.nan},
         {"vehicle_speed": 0.0},
-        {"vehicle_speed": -3.0},
         dict.fromkeys(CombinedSample._fields, np.nan),
     ],
 )
@@ -113,6 +112,19 @@ def test_without_a_forward_speed_the_last_estimate_is_held_and_its_variance_grow
     assert (growth >= 0.0).all()
     assert (growth[:150] > 0.0).all()
     assert result["held"][1800] == 0.0
+    assert error(result, truth, 25.0) < 0.05
+
+
+@pytest.mark.parametrize("steering", [True, False])
+def test_after_reversing_the_estimate_begins_anew(drive, steering):
+    samples, truth = drive
+    block = estimator(steering)
+    result = scan(block, gone(samples, 1500, 1800, vehicle_speed=-3.0))
+    reverses = slice(1500, 1800)
+    assert (result["held"][reverses] == 1.0).all()
+    assert (result["restarted"][reverses] == 0.0).all()
+    assert (result["sideslip_angle"][reverses] == 0.0).all()
+    assert (result["front_stiffness_identified"][reverses] == 0.0).all()
     assert error(result, truth, 25.0) < 0.05
 
 
