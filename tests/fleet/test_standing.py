@@ -221,3 +221,17 @@ def test_a_level_beyond_its_limit_after_two_drives_is_left_to_their_verdicts(tol
     _, _, document, *_ = told(*driven(drives))
     assert [car["summary"] for car in document["cars"]] == ["to confirm: 2 suspect"]
     assert document["cars"][0]["reasons"][0]["trend"]["level"][0] == pytest.approx(8.05, abs=0.1)
+
+
+def test_the_level_holds_the_gain_of_the_sensors_which_no_number_of_drives_averages_out(told):
+    drives = [("healthy", 4.0 + 0.02 * (number % 3)) for number in range(9)] + [("fault", 4.02)]
+    rows = [
+        *driven(drives, deviation=0.1),
+        *driven(drives, vehicle="car-2", deviation=0.33, shared_deviation=0.31),
+    ]
+    _, _, document, page, _ = told(*rows)
+    (quantity,) = document["quantities"]
+    (_, exact), (_, gained) = (quantity["levels"][name] for name in ("car-1", "car-2"))
+    assert exact < 0.1
+    assert 0.31 < gained < 0.35
+    assert "(sensor gains included)" in page

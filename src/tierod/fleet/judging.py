@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any
@@ -176,6 +177,7 @@ def _of_finding(finding: Finding) -> Row:
             "unit": estimate.unit,
             "estimate": _finite(estimate.value),
             "deviation": _finite(estimate.standard_deviation),
+            "shared_deviation": _finite(math.hypot(*estimate.assumed.values())) if estimate.assumed else None,
             "nominal": _finite(estimate.reference.get("nominal")),
             "limit": _finite(estimate.reference.get("fault")),
         }

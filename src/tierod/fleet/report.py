@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 
 COLUMNS = (
     "vehicle", "cohort", "recording_name", "start", "mileage_m", "temperature_K", "monitor", "judged", "quantity",
-    "unit", "status", "kind", "estimate", "deviation", "nominal", "limit", "cause", "action", "span",
+    "unit", "status", "kind", "estimate", "deviation", "shared_deviation", "nominal", "limit", "cause", "action",
+    "span",
 )  # fmt: skip
 """Columns of the findings that a report needs."""
 

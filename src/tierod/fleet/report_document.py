@@ -71,8 +71,7 @@ def _quantity(trends: Trends) -> dict[str, Any]:
             name: step(trends, car) for car, name in enumerate(series.vehicles) if math.isfinite(trends.stepped(car))
         },
         "levels": {
-            vehicle: [float(value), float(deviation)]
-            for vehicle, (value, deviation) in zip(series.vehicles, trends.level, strict=True)
+            vehicle: list(trends.stated(number)) for number, vehicle in enumerate(series.vehicles)
         },
     }  # fmt: skip
 
@@ -124,7 +123,7 @@ def _trend(trends: Trends, car: int) -> dict[str, Any]:
     changed = trends.changed(car)
     return {
         **series.watched._asdict(),
-        "level": trends.level[car],
+        "level": trends.stated(car),
         "step": step(trends, car),
         "unconfirmed": trends.unconfirmed[car],
         "slope_per_day": trends.slope[car],

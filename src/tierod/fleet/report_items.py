@@ -94,8 +94,9 @@ def _trend_chart(trends: Trends, car: int, place: int) -> Chart:
     day, value, deviation = trends.band(car)
     there = series.drives.present[car]
     along = _rounded(day - last)
+    without = ", without sensor gains" if series.shared[car] > 0.0 else ""
     marks = (
-        Band("95 % of the level", along, value - INTERVAL * deviation, value + INTERVAL * deviation),
+        Band(f"95 % of the level{without}", along, value - INTERVAL * deviation, value + INTERVAL * deviation),
         Lines("level at 15 °C", along, value),
         Points("drives", _rounded(series.drives.day[car, there] - last), series.drives.estimate[car, there]),
     )

@@ -35,10 +35,11 @@ def odds(logarithm: float) -> str:
 
 
 def level(trends: Trends, car: int) -> str:
-    """Current level of a car with its 95 % interval and unit."""
-    value, deviation = trends.level[car]
+    """Current level of a car with its 95 % interval, which includes what its drives share, and unit."""
+    value, deviation = trends.stated(car)
     half = INTERVAL * deviation
-    return f"{number(value, 3)} ± {number(half, 2)} {written(trends.series.watched.unit)}"
+    included = " (sensor gains included)" if trends.series.shared[car] > 0.0 else ""
+    return f"{number(value, 3)} ± {number(half, 2)} {written(trends.series.watched.unit)}{included}"
 
 
 def left(trends: Trends, car: int) -> str:

@@ -56,6 +56,7 @@ def findings() -> pa.Schema:
     magnitude, magnitude_deviation, magnitude_unit
                             fault magnitude with one standard deviation, and its unit
     estimate, deviation     value and one standard deviation [unit]
+    shared_deviation        part of that deviation that all drives of a car share: the gain of its sensors [unit]
     nominal, limit          fault-free value in the vehicle file, and threshold of a fault [unit]
     cause, action           cause and recommended action in words
     key                     key of the result: digest of content, vehicle, monitors, code and tuning
@@ -87,7 +88,7 @@ _FINDINGS = (
     ("text", "kind"),
     ("number", "magnitude magnitude_deviation"),
     ("text", "magnitude_unit"),
-    ("number", "estimate deviation nominal limit"),
+    ("number", "estimate deviation shared_deviation nominal limit"),
     ("text", "cause action key vehicle_digest tuning version"),
 )
 """Columns in their order, by type."""

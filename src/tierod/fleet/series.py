@@ -53,11 +53,12 @@ class Series:
     Args:
         watched: subject of the series
         vehicles: names of the cars, in the order of the rows
-        drives: days since 1970, estimates, standard deviations; regressors: temperature minus the reference [K],
-            mileage since the first drive of the car [10 000 km]
+        drives: days since 1970, estimates, standard deviations without the shared part; regressors: temperature minus
+            the reference [K], mileage since the first drive of the car [10 000 km]
         mileage: mileage at the first drive of each car [10 000 km], (cars,); NaN if unknown
         row: row of each drive in the findings, (cars, drives); -1 if there is none
         nominal, limit: nominal value and limit of each car [unit], (cars,); NaN if unknown
+        shared: standard deviation that all drives of a car share [unit], (cars,): it moves the level, and no trend
         labels: kind of cohort -> name of each car's cohort
     """
 
@@ -68,6 +69,7 @@ class Series:
     row: np.ndarray
     nominal: np.ndarray
     limit: np.ndarray
+    shared: np.ndarray
     labels: Mapping[str, tuple[str, ...]]
 
 
@@ -120,7 +122,10 @@ def _series(
     np.minimum.at(first, place_of, np.where(np.isfinite(mileage), mileage, np.inf))
     first[~np.isfinite(first)] = np.nan
     moved = np.stack((numeric(part, "temperature_K") - REFERENCE_TEMPERATURE, mileage - first[place_of]), axis=1)
-    table, place = gathered(place_of, day[rows], numeric(part, "estimate"), numeric(part, "deviation"), moved)
+    # What all drives of a car share is no scatter from drive to drive.
+    shared = np.nan_to_num(numeric(part, "shared_deviation")) if "shared_deviation" in part.column_names else 0.0
+    own = np.sqrt(np.maximum(numeric(part, "deviation") ** 2 - shared**2, 0.0))
+    table, place = gathered(place_of, day[rows], numeric(part, "estimate"), own, moved)
     row = np.full(table.day.shape, -1)
     row[place[:, 0], place[:, 1]] = rows
     return Series(
@@ -131,6 +136,7 @@ def _series(
         row,
         _last(numeric(part, "nominal"), place_of, len(of)),
         _last(numeric(part, "limit"), place_of, len(of)),
+        np.nan_to_num(_last(shared + np.zeros(len(rows)), place_of, len(of))),
         {kind: tuple(names[number] for number in of) for kind, names in labels.items()},
     )
 

@@ -100,6 +100,11 @@ class Trends:
     latest: np.ndarray
     size: np.ndarray
 
+    def stated(self, car: int) -> tuple[float, float]:
+        """Current level of a car and its standard deviation, with the part that all its drives share [unit]."""
+        value, deviation = self.level[car]
+        return float(value), math.hypot(float(deviation), float(self.series.shared[car]))
+
     def band(self, car: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """(days, smoothed level at the reference temperature, standard deviation) of a car at its drives.
 

@@ -107,6 +107,7 @@ def series(cars: VirtualCars, estimate: np.ndarray, deviation: np.ndarray) -> Se
         np.full(cars.day.shape, -1),
         np.full(count, float(limits["nominal_friction"])),
         np.full(count, float(limits["fault_friction"])),
+        np.zeros(count),
         cars.labels,
     )
 

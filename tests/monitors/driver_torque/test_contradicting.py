@@ -84,9 +84,9 @@ def test_a_gain_that_creeps_is_found(name):
     # Both angles turn alike: beside noise only their sum with the torque separates them.
     assert name in contradiction.names
     assert contradiction.creeps == "gain"
-    assert (
-        described(contradiction)
-        == f"the gain of {' or '.join(contradiction.names)} changes slowly relative to the others"
+    others = " and ".join(each for each in SIGNALS if each not in contradiction.names)
+    assert described(contradiction) == (
+        f"the gain of {' or '.join(contradiction.names)} changes slowly relative to {others}"
     )
 
 

@@ -223,7 +223,8 @@ def described(found: Contradiction) -> str:
     """
     name = found.names[0]
     if found.creeps:
-        return f"the {found.creeps} of {' or '.join(found.names)} changes slowly relative to the others"
+        others = " and ".join(each for each in SIGNALS if each not in found.names) or "the others"
+        return f"the {found.creeps} of {' or '.join(found.names)} changes slowly relative to {others}"
     if found.delay > 0.0:
         return f"{name} is late: the signals agree when it is shifted {1e3 * found.delay:.0f} ms earlier"
     if found.gain != 1.0:
