@@ -124,6 +124,17 @@ def test_noise_and_jitter_of_the_angle_hide_no_worn_rack(disturbed, friction, st
     assert ("as of time stamps" in warning) == ("jitter" in disturbed)
 
 
+@pytest.mark.parametrize("rate", [20.0, 33.0])
+def test_an_angle_that_comes_seldom_has_no_wrong_scale(rate):
+    test = lock_to_lock(4.0, hoist=True, seed=35)
+    angle = test["steering_wheel_angle"]
+    time = np.arange(0.0, angle.time[-1], 1.0 / rate)
+    slow = dataclasses.replace(angle, time=time, values=np.interp(time, angle.time, angle.values))
+    finding = on_hoist(test.with_channels([slow]))
+    assert finding.status is Status.HEALTHY
+    assert finding.warnings == ()
+
+
 @pytest.mark.parametrize("disturbed", [{"noise": 0.3}, {"jitter": 0.3}])
 @pytest.mark.parametrize("friction", [4.0, 8.5])
 def test_an_angle_that_shows_no_reversals_is_not_judged_and_named(disturbed, friction):

@@ -85,4 +85,4 @@ def test_a_contradiction_after_which_the_motor_stands_is_not_said_to_be_over():
     samples = drive(42, 9.0, offset(5.0), 2.0).samples[:50_000]
     (found,) = diagnose(recording(samples), "motor-bench", "motor-angle").findings
     assert "agree again" not in found.cause
-    assert "too little since then to show whether the zero of the sensor has moved" in found.cause
+    assert "too little since then to show whether the zero of the angle sensor has moved" in found.cause

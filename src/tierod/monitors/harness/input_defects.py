@@ -71,6 +71,11 @@ def _turned(block: Mapping[str, np.ndarray], angle: str) -> np.ndarray:
     return turned
 
 
+def _averaged(values: np.ndarray) -> np.ndarray:
+    """Mean over 0.2 s: an angle that is held at 20 Hz changes in steps, which would make the ratio to it too small."""
+    return np.convolve(values, np.full(round(0.2 * RATE) + 1, 1.0 / (round(0.2 * RATE) + 1)), mode="same")
+
+
 RELATIONS = {
     # A derived rate lags by 25 ms, and one that is held at 20 Hz by another 25 ms.
     "steering": Relation(
@@ -81,7 +86,10 @@ RELATIONS = {
         0.06,
         1.35,
         ("steering_wheel_rate", "the change of steering_wheel_angle"),
-        lambda block: (np.gradient(block["steering_wheel_angle"]) * RATE, block["steering_wheel_rate"]),
+        lambda block: (
+            _averaged(np.gradient(block["steering_wheel_angle"]) * RATE),
+            _averaged(block["steering_wheel_rate"]),
+        ),
     ),
     # Delays are -79 to 92 ms in virtual cars and 119 ms in a real racing car; gains 0.91 to 0.99 with roll and bank.
     "turn": Relation(

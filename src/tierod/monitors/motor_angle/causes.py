@@ -41,8 +41,8 @@ ONCE = (
 
 UNKNOWN = (
     "currents, voltages and the changes of the angle contradicted each other for a moment; the motor has turned too "
-    "little since then to show whether the zero of the sensor has moved",
-    "record faster or longer steering, and judge again; then check the sensor's zero",
+    "little since then to show whether the zero of the angle sensor has moved",
+    "record faster or longer steering, and judge again; then check the zero of the angle sensor, and its line",
 )
 """Cause and action of `model` where the contradiction has passed and the sensor could not be compared since."""
 
