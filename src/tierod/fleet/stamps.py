@@ -30,6 +30,12 @@ def code() -> str:
     return fingerprint(tower_code(), own, others, __version__, np.__version__)
 
 
+@cache
+def report_code() -> str:
+    """Digest of all code that determines a report of results."""
+    return fingerprint(code(), [_content(path) for path in sorted(OWN.glob("*.py"))])
+
+
 def vehicle_digest(car: Vehicle) -> str:
     """Digest of a vehicle: its content, and the files that describe its bus.
 

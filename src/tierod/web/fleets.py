@@ -20,7 +20,7 @@ from tierod.web.errors import Absent
 if TYPE_CHECKING:
     from tierod.fleet.report import FleetReport
 
-SCHEMA = "tierod.web-fleet/1"
+SCHEMA = "tierod.web-fleet/2"
 
 BANDS = 400
 """Number of cars, the worst first, whose smoothed trend is stored; for others only the drives are shown."""
@@ -35,7 +35,7 @@ def key_of(results: Path) -> str:
     Raises:
         Absent: the folder holds no results
     """
-    from tierod.fleet.stamps import code
+    from tierod.fleet.stamps import report_code
 
     found = []
     for name in ("findings", "ledger"):
@@ -48,7 +48,7 @@ def key_of(results: Path) -> str:
             with contextlib.suppress(OSError):
                 status = os.stat(path)
                 found.append((str(path), status.st_size, status.st_mtime_ns))
-    return fingerprint("tierod.web-fleet/1", found, code())
+    return fingerprint(SCHEMA, found, report_code())
 
 
 def path_of(cache: Path, key: str) -> Path:
