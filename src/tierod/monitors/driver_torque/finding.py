@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from tierod.core.findings import Estimate, Finding, Status
+from tierod.monitors.driver_torque.contradicting import described
 from tierod.monitors.driver_torque.decisions import DOUBTED, MOTOR_INERTIA_SPREAD, FitRules, misfit
 from tierod.monitors.driver_torque.drive import Drive
 from tierod.monitors.driver_torque.misfits import distances, is_late, is_zeroed, misfits, suspected
@@ -67,7 +68,11 @@ def judge(drive: Drive, vehicle: Vehicle, name: str, rules: FitRules, remarks: t
     action = "correct the vehicle file before the disturbance torque is used" if notices else "none"
     notices += (*remarks, *_doubts(drive))
     notices += _unchecked(drive)
-    status = Status.ESTIMATED if drive.contradiction is None else Status.CONSISTENT
+    if drive.contradiction is not None and drive.contradiction.names:
+        notices += (described(drive.contradiction),)
+    status = Status.CONSISTENT
+    if drive.contradiction is None or drive.contradiction.names:
+        status = Status.ESTIMATED
     return Finding(
         name, status, _headline(drive, estimate, gain), None, estimate, evidence, action=action, warnings=notices
     )
