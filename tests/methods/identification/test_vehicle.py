@@ -194,6 +194,38 @@ def test_slips(recording, guess):
         identify_vehicle({"a": recording}, load("motor-bench"))
 
 
+def other_channel(recording, factor, name="steering_wheel_angle"):
+    """Another export of the drive: half the rate, a clock that begins elsewhere, the angle of another place."""
+    channels = {}
+    for each in recording.channels.values():
+        values = each.values * (factor if "angle" in each.name else 1.0)
+        kept = dataclasses.replace(each, time=each.time[::2] + 100.0, values=values[::2])
+        own = name if each.name == "steering_wheel_angle" else each.name
+        channels[own] = dataclasses.replace(kept, name=own)
+    return Recording(channels)
+
+
+@pytest.mark.parametrize(
+    ("factor", "name", "said"),
+    [
+        (1.0, "steering_wheel_angle", "counts once: leave one out"),
+        (1.0 / 15.0, "steering_wheel_angle", "differ by a factor of 15"),
+        (1.0 / 15.0, "road_wheel_angle", "differ by a factor of 15"),
+    ],
+)
+def test_one_drive_in_two_exports_counts_once(recording, guess, factor, name, said):
+    later = other_channel(recording.slice(recording.span[0] + 10.0), factor, name)
+    with pytest.raises(InputError, match="hold the same drive") as refused:
+        identify_vehicle({"one": recording, "other": later}, guess)
+    assert said in str(refused.value)
+    assert "another car" not in str(refused.value)
+
+
+def test_a_road_wheel_angle_that_is_called_the_steering_wheel_s_gives_no_mass(short, guess):
+    with pytest.raises(InputError, match=r"steering_wheel_angle is 0\.0\d+ times .* at another place, such as"):
+        identify_vehicle({"drive": other_channel(short, 1.0 / 15.0)}, guess)
+
+
 def test_standing_readings_change_nothing(recording, guess, found):
     """A car that waits before it drives gives the same parameters."""
     waiting = {}

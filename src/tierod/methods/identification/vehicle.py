@@ -20,6 +20,7 @@ from tierod.methods.identification.drive_samples import ANGLES, RATE, Drive, dri
 from tierod.methods.identification.experiment import UNKNOWN_BEFORE, Found
 from tierod.methods.identification.fit_quality import white_noise
 from tierod.methods.identification.posterior import ENOUGH, TRUSTED, Built, Posterior, Prior, Search, considering
+from tierod.methods.identification.same_drive import refuse_unlike
 from tierod.methods.identification.vehicle_judgement import (
     CONTRADICTION,
     LEARNT,
@@ -62,6 +63,8 @@ NEAR_LIMIT, AT_LIMIT = 0.6, 0.1
 """Share of the largest lateral acceleration, by the friction of the vehicle file, above which tyres are near their
 limit; share of a drive near the limit above which it gives wrong values [-]. Race laps, a third of them near the limit,
 doubled the error of the sideslip against that of typical values."""
+UNBELIEVABLE = 6.0
+"""Distance from the typical value of the class above which the drives' value is not believed [standard deviations]."""
 LIKE_ROADS = ("roll_share",)
 """Parameters without a check for contradictions, since roads have the same effect: bank adds to the roll of a car."""
 _GAUSSIAN = 1.4826
@@ -127,7 +130,8 @@ def identify_vehicle(
         progress: called with the completed share
 
     Raises:
-        InputError: a recording without the required signals, see `drive_of`
+        InputError: a recording without the required signals, see `drive_of`; two recordings of the same drive; an
+            angle that is measured at another place than stated
         ParameterError: the vehicle lacks a parameter, or a free one cannot be identified from drives
     """
     if unknown := [name for name in free if name not in SHOWN]:
@@ -135,6 +139,7 @@ def identify_vehicle(
     drives = tuple(drives_of(recordings))
     usual = _usual(drives)
     priors = priors_of(vehicle, usual, with_ratio=drives[0].angle != ANGLES[0], free=free)
+    refuse_unlike(drives, vehicle)
     built = _built(vehicle, usual, drives[0].angle)
     held = considered(vehicle, priors)
     posterior = _searched(priors, drives, built, progress, held=held)
@@ -315,9 +320,9 @@ def _remarks(vehicle: Vehicle, every: list[Judged], against: tuple[Contradiction
 
 
 def _refused(vehicle: Vehicle, against: tuple[Contradiction, ...]) -> list[Contradiction]:
-    """Contradictions of values with a standard deviation in the file, if any distance is too large."""
+    """Contradictions of values with a standard deviation in the file, if any distance is too large, and of others."""
     far = any(max(each.distance, each.together) > CONTRADICTION for each in against)
-    return [each for each in against if far and spread_of(each.name, vehicle)[1]]
+    return [each for each in against if far and (spread_of(each.name, vehicle)[1] or each.distance > UNBELIEVABLE)]
 
 
 def _both(vehicle: Vehicle, each: Contradiction) -> str:

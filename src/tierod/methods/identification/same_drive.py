@@ -1,0 +1,138 @@
+"""Recognition of one drive that is given twice, and of a steering angle measured at another place than stated."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Annotated, NamedTuple
+
+import numpy as np
+
+from tierod.core.errors import InputError
+from tierod.methods.identification.drive_samples import ANGLES, RATE, Drive
+from tierod.vehicles import Vehicle
+
+YAW_ALIKE, SPEED_ALIKE = 0.15, 0.02
+"""Largest difference of two recordings of one drive [-]: of the yaw rates over their spread, of the speeds over their
+mean, root mean squares. Rounding and resampling make a tenth of it; laps of one driver differ by 0.3 and 0.05."""
+SHORTEST: Annotated[float, "s"] = 30.0
+"""Shortest common time of two recordings of one drive."""
+SAME_ANGLE = 0.02
+"""Relative difference of two steering angles up to which they are one signal [-]."""
+ELSEWHERE = 2.0
+"""Factor by which the steering angle must be too large or too small to be one of another place [-]; ratios of a class
+differ by a tenth, steering and road wheels by 12 and more."""
+SLOW: Annotated[float, "m/s"] = 12.0
+"""Speed up to which the geometry of the turn makes most of the steering angle."""
+TURNING: Annotated[float, "rad/s"] = 0.05
+"""Yaw rate from which a turn counts, above offsets of the sensor."""
+
+
+class Twice(NamedTuple):
+    """Two recordings of one drive.
+
+    Args:
+        first, second: names of the recordings
+        factor: steering angle of the second over that of the first; NaN where they are not in proportion
+    """
+
+    first: str
+    second: str
+    factor: float
+
+    def __str__(self) -> str:
+        """One sentence for a message."""
+        same = f"{self.first} and {self.second} hold the same drive"
+        if abs(self.factor - 1.0) < SAME_ANGLE:
+            return f"{same}; it counts once: leave one out"
+        angle = (
+            f"their steering angles differ by a factor of {max(self.factor, 1.0 / self.factor):.3g}"
+            if math.isfinite(self.factor)
+            else "their steering angles are not in proportion"
+        )
+        return (
+            f"{same}, and {angle}: one of them is measured at another place, such as the road wheels, or has another "
+            "unit; the drive counts once: leave out the file whose angle is not that of the channel map"
+        )
+
+
+def refuse_unlike(drives: Sequence[Drive], vehicle: Vehicle) -> None:
+    """Refuse recordings of the same drive, whose evidence must count once, and angles of other places than stated.
+
+    Args:
+        drives: at least one
+        vehicle: with wheelbase and steering ratio, from which an angle's size follows in slow turns
+
+    Raises:
+        InputError: two recordings hold the same drive, or a steering angle is measured at another place
+    """
+    for place, second in enumerate(drives):
+        for first in drives[:place]:
+            if (found := given_twice(first, second)) is not None:
+                raise InputError(str(found))
+    if len({each.angle for each in drives}) > 1:
+        first, second = drives[0], next(each for each in drives if each.angle != drives[0].angle)
+        raise InputError(
+            f"{first.name} gives {first.angle} and {second.name} {second.angle}: identify from drives with the same "
+            "angle, or leave the other one out of the channel map"
+        )
+    wheelbase = vehicle["front_distance"] + vehicle["rear_distance"]
+    for each in drives:
+        if said := _elsewhere(each, 1.0 if each.angle == ANGLES[0] else vehicle["steering_ratio"], wheelbase):
+            raise InputError(said)
+
+
+def given_twice(first: Drive, second: Drive) -> Twice | None:
+    """The two drives as one, if speed and yaw rate are the same over a common time; clocks may begin elsewhere."""
+    lag = _lag(np.nan_to_num(first.samples[:, 3]), np.nan_to_num(second.samples[:, 3]))
+    one, other = first.samples[max(lag, 0) :], second.samples[max(-lag, 0) :]
+    count = min(len(one), len(other))
+    one, other = one[:count], other[:count]
+    both = np.isfinite(one[:, [0, 3]]).all(axis=1) & np.isfinite(other[:, [0, 3]]).all(axis=1)
+    if both.sum() < SHORTEST * RATE:
+        return None
+    one, other = one[both], other[both]
+    turn, speed = one[:, 3], one[:, 0]
+    yaw = _rms(turn - other[:, 3]) / max(float(np.std(turn)), 1e-9)
+    if yaw > YAW_ALIKE or _rms(speed - other[:, 0]) > SPEED_ALIKE * max(float(np.mean(speed)), 1e-9):
+        return None
+    known = np.isfinite(one[:, 2]) & np.isfinite(other[:, 2])
+    angle, again = one[known, 2], other[known, 2]
+    factor = float(again @ angle / max(float(angle @ angle), 1e-12))
+    alike = abs(factor) > 1e-6 and _rms(again - factor * angle) < YAW_ALIKE * _rms(again)
+    return Twice(first.name, second.name, factor if alike else math.nan)
+
+
+def _angle_factor(drive: Drive, ratio: float, wheelbase: float) -> float:
+    """Measured steering angle over that of the geometry of slow turns; NaN with too little turning."""
+    speed, angle, yaw_rate = (drive.samples[:, place] for place in (0, 2, 3))
+    with np.errstate(invalid="ignore"):
+        used = np.isfinite(angle) & (speed > 2.0) & (speed < SLOW) & (np.abs(yaw_rate) > TURNING)
+    if used.sum() < RATE:
+        return math.nan
+    expected = np.arctan(wheelbase * yaw_rate[used] / speed[used]) / ratio
+    return float(angle[used] @ expected / (expected @ expected))
+
+
+def _elsewhere(drive: Drive, ratio: float, wheelbase: float) -> str:
+    """Sentence on a steering angle that the geometry of slow turns contradicts by far; empty if it fits."""
+    factor = _angle_factor(drive, ratio, wheelbase)
+    if not math.isfinite(factor) or 1.0 / ELSEWHERE < factor < ELSEWHERE:
+        return ""
+    return (
+        f"{drive.name}: {drive.angle} is {factor:.2g} times what speed, yaw rate and the steering_ratio of the vehicle "
+        "file give in slow turns; it is measured at another place, such as the road wheels, or has another unit: "
+        "correct the channel map"
+    )
+
+
+def _lag(one: np.ndarray, other: np.ndarray) -> int:
+    """Sample of the first series at which the second begins, by their largest cross-correlation; may be negative."""
+    size = 1 << (len(one) + len(other) - 1).bit_length()
+    product = np.fft.irfft(np.fft.rfft(one, size) * np.conj(np.fft.rfft(other, size)), size)
+    best = int(np.argmax(product))
+    return best if best < len(one) else best - size
+
+
+def _rms(values: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(values * values)))
