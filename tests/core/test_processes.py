@@ -33,13 +33,16 @@ def test_a_child_interpreter_finds_the_package(planted):
 
 POOL = """
 from tierod.experiments.executor import Executor
-with Executor(1) as pool:
-    print(list(pool.run(abs, [-3])))
+if __name__ == "__main__":
+    with Executor(1) as pool:
+        print(list(pool.run(abs, [-3])))
 """
 
 
-def test_workers_of_a_pool_do_not_import_from_the_working_folder(planted):
-    done = ran([sys.executable, "-P", "-c", POOL], planted)
+def test_workers_of_a_pool_do_not_import_from_the_working_folder(planted, tmp_path_factory):
+    script = tmp_path_factory.mktemp("scripts") / "pool.py"
+    script.write_text(POOL)
+    done = ran([sys.executable, str(script)], planted)
     assert done.stdout == "[(0, 3)]\n", done.stderr
 
 
