@@ -196,7 +196,11 @@ async def _refused(scope: Scope, receive: Receive, send: Send, status: int, sent
         await receive()
         await send({"type": "websocket.close", "code": 1008, "reason": sentence})
         return
-    await _answer(send, status, {"content-type": "application/json"}, json.dumps({"error": sentence}).encode())
+    headers = {"content-type": "application/json"}
+    if status in (401, 403):
+        # The body of a request that is not trusted is not waited for.
+        headers["connection"] = "close"
+    await _answer(send, status, headers, json.dumps({"error": sentence}).encode())
 
 
 async def _into_cookie(scope: Scope, send: Send, token: str, trust: Trust) -> None:

@@ -21,6 +21,9 @@ from tierod.core.files import expanded
 from tierod.core.processes import stopped_by_sigterm
 
 if TYPE_CHECKING:
+    import uvicorn
+
+    from tierod.web.guard import App
     from tierod.web.site import Limits, Site
 
 LOOPBACK = "127.0.0.1"
@@ -73,8 +76,6 @@ def serve(
         OutputError: the cache cannot be written
     """
     require_web()
-    import uvicorn
-
     from tierod.web.app import application
     from tierod.web.guard import Trust, own_names
     from tierod.web.jobs import workers_of
@@ -91,10 +92,23 @@ def serve(
         say(f"serving at {address} (Ctrl-C ends it)")
         if browser:
             threading.Timer(0.5, webbrowser.open, (address,)).start()
-        config = uvicorn.Config(application(bench, trust, _relay(site)), **_SERVER)
         # uvicorn raises the signal again after it has ended.
         with contextlib.suppress(KeyboardInterrupt), stopped_by_sigterm():
-            uvicorn.Server(config).run(sockets=[sockets])
+            server_of(application(bench, trust, _relay(site)), site.limits).run(sockets=[sockets])
+
+
+def server_of(app: App, limits: Limits) -> uvicorn.Server:
+    """The server of an application.
+
+    Args:
+        app: ASGI application
+        limits: limits on its connections
+    """
+    import uvicorn
+
+    from tierod.web.connections import bounded
+
+    return uvicorn.Server(uvicorn.Config(app, http=bounded(limits), **_SERVER))
 
 
 def outward(bind: str) -> str:
@@ -119,6 +133,8 @@ _SERVER: dict[str, Any] = {
     "ws_max_size": 1 << 16,
     "timeout_graceful_shutdown": 2,
     "h11_max_incomplete_event_size": 1 << 16,
+    # So many connections are accepted before the first of them is looked at; the limit on connections allows for them.
+    "backlog": 64,
 }
 
 

@@ -45,6 +45,10 @@ class Limits:
         job_memory: largest memory of the process of a job [bytes]
         waiting: largest number of jobs in the queue
         cache: largest total size of stored analyses [bytes]
+        connections: largest number of open connections; a quarter of the usual 1024 descriptors of a process, since
+            jobs and files need others
+        header_time: longest time for the header of a request, which a browser sends at once
+        body_pause: longest pause within the body of a request, as in a wireless network
     """
 
     upload: int = 2 << 30
@@ -53,6 +57,9 @@ class Limits:
     job_memory: int = 4 << 30
     waiting: int = 100
     cache: int = 20 << 30
+    connections: int = 256
+    header_time: Annotated[float, "s"] = 10.0
+    body_pause: Annotated[float, "s"] = 30.0
 
 
 @dataclass(frozen=True)
