@@ -3,11 +3,13 @@
 import dataclasses
 import json
 
+import numpy as np
 import pytest
 
+import tierod
 from driven import drive
 from tierod.cli import main
-from tierod.core.recording import Recording
+from tierod.core.recording import Channel, Recording
 from tierod.io.writers import write
 from tierod.proving_ground import FrictionCourse
 
@@ -120,3 +122,32 @@ def test_what_was_given_wrongly_ends_with_three_in_one_line(place, capsys, argum
     assert captured.out == ""
     assert len(captured.err.splitlines()) == 1
     assert sentence in captured.err
+
+
+@pytest.mark.parametrize("number", [1e300, -3.4e38])
+def test_numbers_beyond_any_physical_range_are_missing_and_counted(place, capsys, number):
+    time = np.arange(3000) / 100.0
+    units = {
+        "yaw_rate": "rad/s",
+        "lateral_acceleration": "m/s**2",
+        "steering_wheel_angle": "rad",
+        "vehicle_speed": "m/s",
+    }
+    channels = {}
+    for name, unit in units.items():
+        values = np.sin(time) * (15.0 if name == "lateral_acceleration" else 1.0) + 15.0 * (name == "vehicle_speed")
+        values[1500:1510] = number
+        channels[name] = Channel(name, time, values, unit)
+    recording = Recording(channels)
+    write(recording, "big.parquet")
+    words = ("--vehicle", "midsize-eps", "--monitor", "sideslip", "--no-report", "--json")
+    assert diagnose("big.parquet", *words) in (0, 1, 2)
+    captured = capsys.readouterr()
+    assert "Warning" not in captured.err
+    assert ".py" not in captured.err
+    said = "10 values beyond any physical range taken as missing"
+    quality = {each["name"]: each["remarks"] for each in json.loads(captured.out)["quality"]}
+    for name in units:
+        assert said in quality[name]
+    found = tierod.diagnose(recording, vehicle="midsize-eps", monitor="sideslip")
+    assert all(said in row.remarks for row in found.quality if row.name in units)

@@ -79,7 +79,7 @@ def run(arguments: Sequence[str]) -> int:
     spell_what_cannot_be_shown()
     try:
         with warnings.catch_warnings():
-            warnings.showwarning = _warn
+            warnings.showwarning = Warnings(debug).show
             code = _dispatch([argument for argument in arguments if argument != "--debug"])
         sys.stdout.flush()
         return code
@@ -94,18 +94,34 @@ def run(arguments: Sequence[str]) -> int:
         return code
 
 
-def _warn(
-    message: Warning | str,
-    category: type[Warning],
-    filename: str,
-    lineno: int,
-    file: TextIO | None = None,
-    line: str | None = None,
-) -> None:
-    """Print a warning of tierod as a sentence without its place in the code, and others in the format of Python."""
-    ours = issubclass(category, KernelWarning | PluginWarning)
-    text = " ".join(str(message).split())
-    print(f"tierod: {text}" if ours else f"{filename}:{lineno}: {category.__name__}: {text}", file=sys.stderr)
+class Warnings:
+    """Prints warnings during one command: tierod's own as sentences, the first one of a library as one sentence.
+
+    Args:
+        debug: whether to print every warning of a library with its place in the code
+    """
+
+    def __init__(self, debug: bool):
+        self._debug, self._said = debug, False
+
+    def show(
+        self,
+        message: Warning | str,
+        category: type[Warning],
+        filename: str,
+        lineno: int,
+        file: TextIO | None = None,
+        line: str | None = None,
+    ) -> None:
+        """Print a warning; the signature is that of `warnings.showwarning`."""
+        text = " ".join(str(message).split())
+        if issubclass(category, KernelWarning | PluginWarning):
+            complain(text)
+        elif self._debug:
+            complain(f"{filename}:{lineno}: {category.__name__}: {text}")
+        elif not self._said:
+            self._said = True
+            complain(f"a library warns of '{text[:200]}', a defect of tierod itself; please report it with --debug")
 
 
 def _shortened(sentence: str) -> str:

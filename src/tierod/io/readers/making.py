@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Annotated
 
 import numpy as np
 
 from tierod.core.errors import InputError
-from tierod.core.recording import Channel
+from tierod.core.recording import Channel, Recording
 from tierod.core.signals import SIGNALS
 from tierod.core.timestamps import finite_or_missing
 from tierod.io.readers.mapping import Pick, Plan
@@ -35,18 +36,35 @@ def made_from(plan: Plan, loaded: Sequence[Channel], doubts: Doubts) -> list[Cha
         parts = [by_name[column] for column in pick.columns if column in by_name]
         if len(parts) < len(pick.columns):
             continue
-        channel = _made(pick, parts)
+        channel = doubts.measured(_made(pick, parts))
         channels.append(channel)
         if pick.assumed:
             doubts.see(channel)
     return channels
 
 
+BEYOND: Annotated[float, ""] = 1e6
+"""Multiple of the plausible range of a signal from which a number is no measurement, whatever the fault of its sensor
+and its unit: a code for a missing value, such as 3.4e38, or damage. Its powers would exceed the range of a float."""
+
+
 class Doubts:
-    """Largest magnitude so far of signals without a unit, by which the assumed SI unit is checked."""
+    """What is doubtful in the values so far: magnitudes of signals without a unit, numbers that are no measurement."""
 
     def __init__(self) -> None:
         self._most: dict[str, float] = {}
+        self._beyond: dict[str, int] = {}
+
+    def measured(self, channel: Channel) -> Channel:
+        """The next stretch of a channel, with numbers beyond any physical range missing, counted in its note."""
+        known = SIGNALS.get(channel.name)
+        if known is not None and channel.unit == known.unit:
+            far = np.abs(channel.values) > BEYOND * max(map(abs, known.plausible))
+            if count := int(np.count_nonzero(far)):
+                self._beyond[channel.name] = self._beyond.get(channel.name, 0) + count
+                channel = replace(channel, values=np.where(far, np.nan, channel.values))
+        count = self._beyond.get(channel.name, 0)
+        return channel.noted(f"{count} values beyond any physical range taken as missing" if count else "")
 
     def see(self, channel: Channel) -> None:
         """Record the magnitude of a channel over the next stretch of the recording."""
@@ -67,15 +85,17 @@ def _made(pick: Pick, parts: list[Channel]) -> Channel:
             raise InputError(
                 f"'{pick.name}': the sources {', '.join(pick.columns)} have different time stamps and cannot be summed"
             )
-        values = values + part.values
+        with np.errstate(over="ignore"):
+            values = values + part.values
     values = np.asarray(values, dtype=float)
     gain = pick.entry.sign * pick.entry.factor
-    if gain != 1.0:
-        values = gain * values
-    if pick.entry.offset:
-        values = values + pick.entry.offset
+    with np.errstate(over="ignore"):  # what exceeds the range of a float is missing, and noted
+        if gain != 1.0:
+            values = gain * values
+        if pick.entry.offset:
+            values = values + pick.entry.offset
+        values, infinite = finite_or_missing(pick.scale(values))
     source = " + ".join(part.source or part.name for part in parts)
-    values, infinite = finite_or_missing(pick.scale(values))
     channel = Channel(pick.name, parts[0].time, values, pick.unit, source, parts[0].note)
     return channel.noted(*pick.notes, "values that are too large taken as missing" if infinite else "")
 
@@ -94,6 +114,12 @@ def _doubt(pick: Pick, most: float) -> str:
         looks = f'looks like {guess}: give unit = "{guess}"' if in_degrees else "is not plausible: give its unit"
         return f"{place}, but reaches {most:.4g} and {looks} in a channel map"
     return f"{place}: confirm it in a channel map" if angular or speed else ""
+
+
+def measured(recording: Recording) -> Recording:
+    """A recording made by a program, with numbers beyond any physical range missing, as in one that is read."""
+    doubts = Doubts()
+    return replace(recording, channels={name: doubts.measured(each) for name, each in recording.channels.items()})
 
 
 def shifted(channels: Sequence[Channel], origin: float) -> list[Channel]:

@@ -12,6 +12,7 @@ import numpy as np
 from tierod.core.errors import InputError
 from tierod.core.recording import Aligned, Recording
 from tierod.io.readers import SHARE_READ
+from tierod.io.readers.making import measured
 from tierod.vehicles import Vehicle
 from tierod.vehicles.reading import read_by
 
@@ -47,7 +48,7 @@ def pieces_of(
         InputError: the file cannot be read
     """
     if isinstance(source, Recording):
-        yield source
+        yield measured(source)
         return
     from tierod.io.readers import open_chunks
 
