@@ -32,7 +32,7 @@ def test_a_folder_is_judged_and_shown(drives, capsys):
     assert fleet(*arguments, "--workers", 2) == 0
     shown = capsys.readouterr()
     assert "3 recordings: 2 judged, 1 failed" in shown.out
-    assert "friction  not ready         2" in shown.out
+    assert "friction  ? NOT READY         2" in shown.out
     assert "torn.parquet" in shown.out
     assert "3 of 3 recordings" in shown.err
     assert fleet(*arguments, "--json") == 0

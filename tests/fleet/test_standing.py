@@ -235,3 +235,9 @@ def test_the_level_holds_the_gain_of_the_sensors_which_no_number_of_drives_avera
     assert exact < 0.1
     assert 0.31 < gained < 0.35
     assert "(sensor gains included)" in page
+
+
+def test_a_few_cars_that_agree_do_not_make_their_levels_sure(told):
+    rows = [row for car in range(4) for row in driven([LOW, ("healthy", 2.65), LOW], f"car-{car}", deviation=0.3)]
+    _, _, document, *_ = told(*rows)
+    assert min(deviation for _, deviation in document["quantities"][0]["levels"].values()) > 0.1

@@ -69,7 +69,9 @@ class Learnt:
         mean = np.tile(self.prior.mean, (len(usual), 1))
         mean[:, 0] = usual
         covariance = self.prior.covariance.copy()
-        covariance[0, 0] = max(between, 1e-9) ** 2
+        # Few cars that happen to agree do not show how far the next one may differ.
+        least = covariance[0, 0] if len(usual) < MANY else 1e-18
+        covariance[0, 0] = max(between**2, least)
         return replace(self, prior=Prior(mean, covariance))
 
 

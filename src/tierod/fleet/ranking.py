@@ -165,6 +165,7 @@ def _named(trends: Trends) -> np.ndarray:
 
 def _of_standing(each: Standing, trend: tuple[Trends, int] | None) -> Reason:
     rows = tuple(drive.row for drive in reversed(each.drives))
+    action = each.action.removeprefix("inspect ")
     weight = sum(10.0 ** -JUDGED.index(drive.status) for drive in each.drives)
     if not each.persistent:
         listed = "; ".join(drive.text for drive in each.drives)
@@ -172,12 +173,12 @@ def _of_standing(each: Standing, trend: tuple[Trends, int] | None) -> Reason:
             f"{each.subject}: to confirm: {counted(drive.status for drive in each.drives)} in the last {each.of} "
             f"judged drives ({listed}){_level_text(trend)}"
         )
-        inspect = "these drives with 'tierod diagnose'" + (f": {each.action}" if each.action else "")
+        inspect = "these drives with 'tierod diagnose'" + (f"; {action}" if action else "")
         return Reason(Urgency.CONFIRM, text, inspect, trend, rows, each.drives, weight)
     kind = f" ({each.kind})" if each.kind else ""
     text = f"{each.subject}: fault{kind} in {each.faults} of the last {each.of} judged drives{_level_text(trend)}"
     part = f"{each.judged.replace('_', ' ')}, its plug and its wiring" if each.judged else ""
-    inspect = each.action or part or "the parts that the reports of these drives name"
+    inspect = action or part or "the parts that the reports of these drives name"
     return Reason(Urgency.FAULT, text, inspect, trend, rows, (), weight)
 
 
