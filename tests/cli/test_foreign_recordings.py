@@ -130,7 +130,10 @@ def alike(one, other):
 def judged(finding):
     """What a finding says of the car, less what it says beside a truth and on where the signals came from."""
     evidence = {name: value for name, value in finding["evidence"].items() if "truth" not in name}
-    return {key: finding[key] for key in ("monitor", "status", "since", "estimate", "cause")} | {"evidence": evidence}
+    found = {key: finding[key] for key in ("monitor", "status", "since", "estimate", "cause")} | {"evidence": evidence}
+    # Only a truth can confirm the sideslip angle.
+    confirmed = found["monitor"].startswith("sideslip") and evidence != finding["evidence"]
+    return found | {"status": {"consistent": "estimated"}.get(found["status"], found["status"])} if confirmed else found
 
 
 CASES = [
