@@ -129,9 +129,10 @@ ALARMS = (
         "not_following",
         "not following",
         "motor-angle-stuck",
-        "the motor's angle stays away from its target: the sensor is stuck or a phase wrong, or the motor itself "
-        "stands still",
-        "check whether the motor turns; if it does, the sensor is stuck or its sine and cosine are swapped",
+        "the motor's angle stays away from its target: the sensor is stuck, its zero far off or a phase wrong, the "
+        "motor itself stands still, or target_motor_angle_mechanical is not the one that it follows",
+        "check whether the motor turns; if it does, check the sensor, its zero, sine and cosine, and the target in the "
+        "channel map with its time stamps",
     ),
     Alarm(
         "plausibility",

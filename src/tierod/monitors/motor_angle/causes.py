@@ -148,7 +148,7 @@ def cause_of(root: str, drive: Drive, vehicle: Vehicle) -> tuple[str, str]:
 
 def _or_torque(drive: Drive, vehicle: Vehicle) -> str:
     """The driver's torque as an alternative cause: it gives the twist of the bar between wheel and pinion."""
-    if drive.suspect not in (NOT_MOTOR, 0.0) or not drive.mismatch > 0.0:
+    if drive.suspect not in (WHEEL, NOT_MOTOR, 0.0) or not drive.mismatch > 0.0:
         return ""
     torque = drive.mismatch * vehicle["torsion_bar_stiffness"] / vehicle["superposition_input_ratio"]
     if torque > MOST_TORQUE:
