@@ -10,6 +10,9 @@ from tierod.core.shown import in_words
 from tierod.core.statuses import Status as Status
 from tierod.core.statuses import worst
 
+LEAST_DELAY = 0.5
+"""Least time from the onset of a change to its declaration that a text names [s]; most faults take some 0.1 s."""
+
 
 @dataclass(frozen=True)
 class Estimate:
@@ -61,6 +64,7 @@ class Finding:
             they do, else estimated
         headline: one sentence for the first line of a report
         since: time [s] in the recording at which the change to this status began; None where it holds throughout
+        declared: time [s] at which the change was declared; None where there was none, or its time is not known
         estimate: the estimated quantity; None where nothing could be estimated
         evidence: named figures (enabled seconds, enabled share, excitation, NIS, ...), with unit in the name
         cause: reason for the status
@@ -79,6 +83,7 @@ class Finding:
     action: str = ""
     warnings: tuple[str, ...] = ()
     decided_by: tuple[str, ...] = ()
+    declared: float | None = None
 
     def after(self, cause: str, action: str) -> Finding:
         """The finding with another cause and remedy before its own; an empty remedy of its own is dropped.
@@ -123,10 +128,12 @@ class Episode:
 
     Args:
         kind: type of the fault in words ("total loss", "positive offset"); empty where it is not identifiable
-        start: begin of the interval in the recording [s]
-        end: end of the interval [s]; None where it lasts to the end of the recording
+        start: likeliest onset of the fault in the recording [s]
+        end: likeliest end of the fault [s]; None where it lasts to the end of the recording
         magnitude: fault magnitude; None where the fault has none, or it is not identifiable
         candidates: other elements whose fault explains the readings as well; empty where there are none
+        declared: time of the declaration [s], when the evidence was sure; a slow or hidden fault begins long before,
+            and may have ended by then
     """
 
     kind: str
@@ -134,6 +141,17 @@ class Episode:
     end: float | None = None
     magnitude: Estimate | None = None
     candidates: tuple[str, ...] = ()
+    declared: float | None = None
+
+    @property
+    def declared_at(self) -> float:
+        """Time of the declaration, or the onset where it is not known [s]."""
+        return self.start if self.declared is None else self.declared
+
+    @property
+    def belated(self) -> float | None:
+        """Time of the declaration where it differs noticeably from the onset; None where it does not [s]."""
+        return self.declared if self.declared_at - self.start >= LEAST_DELAY else None
 
 
 @dataclass(frozen=True)

@@ -18,12 +18,12 @@ from tierod.report.charts.distributions import histogram_figure, loop_figure
 from tierod.report.charts.elements import state_figure, substitute_figures
 from tierod.report.charts.figure import BLUE, GREY, PAPER, Figure, drawn_from, level_colour
 from tierod.report.charts.over_time import estimate_figures, innovation_figure, result_figure, signal_figure
-from tierod.report.display import INTERVAL, date, duration, evidence, instant, interval, number, share, words
+from tierod.report.display import INTERVAL, date, duration, evidence, interval, number, share, words
 from tierod.report.html import UNFOLDED, Origin, rendered
 from tierod.report.packing import packed_series
 from tierod.report.uncertain import COLUMNS as EFFECT_COLUMNS
 from tierod.report.uncertain import HEADING, effect_rows, measure_first
-from tierod.report.verdict import COLUMNS, deciding, rows
+from tierod.report.verdict import COLUMNS, began, deciding, rows
 
 _WIDTH, _MARGIN = 640.0, 14.0
 _ROW = 26.0
@@ -179,8 +179,7 @@ def verdict(diagnosis: Diagnosis, finding: Finding) -> Verdict:
         action=sentence("nothing" if finding.action == "none" else finding.action),
         warnings=tuple(map(sentence, finding.warnings)),
     )
-    since = "" if finding.since is None else f"at {instant(finding.since)}" if finding.since > 0.0 else "at the start"
-    return Verdict(finding, since, value, spread, picture, figures, decisive)
+    return Verdict(finding, began(finding), value, spread, picture, figures, decisive)
 
 
 def sentence(text: str) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from tierod.core.findings import Decided, Diagnosis, Element, Episode, Finding
+from tierod.core.findings import LEAST_DELAY, Decided, Diagnosis, Element, Episode, Finding
 from tierod.core.shown import shown
 from tierod.core.statuses import Status
 from tierod.report.display import instant, interval, number, words
@@ -49,7 +49,16 @@ def _sentence(diagnosis: Diagnosis, each: Decided) -> str:
     return f"{words(each.name)}: {', '.join(parts)}"
 
 
-COLUMNS = ("sensor or actuator", "state", "fault", "from", "to", "size", "replaced by", "code")
+def began(finding: Finding) -> str:
+    """Time at which the change of a finding began, and that of its declaration where they differ; "" without one."""
+    if finding.since is None:
+        return ""
+    begin = f"at {instant(finding.since)}" if finding.since > 0.0 else "at the start"
+    late = finding.declared is not None and finding.declared - finding.since >= LEAST_DELAY
+    return f"{begin}, declared at {instant(finding.declared)}" if late and finding.declared is not None else begin
+
+
+COLUMNS = ("sensor or actuator", "state", "fault", "from", "to", "declared", "size", "replaced by", "code")
 
 
 class ElementRow(NamedTuple):
@@ -59,7 +68,8 @@ class ElementRow(NamedTuple):
         name: of the element; "" in the rows of its further episodes
         status: of the element
         first: whether it is the first row of its element, which alone shows the status
-        fault, start, end, size, substitute, code: displayed texts
+        fault, start, end, declared, size, substitute, code: displayed texts; the time of a declaration is shown where
+            it came noticeably later than the onset
     """
 
     name: str
@@ -68,6 +78,7 @@ class ElementRow(NamedTuple):
     fault: str
     start: str
     end: str
+    declared: str
     size: str
     substitute: str
     code: str
@@ -76,7 +87,7 @@ class ElementRow(NamedTuple):
     def cells(self) -> tuple[str, ...]:
         """Cells in the order of `COLUMNS`."""
         state = f"{self.status.symbol} {self.status}" if self.first else ""
-        return (self.name, state, self.fault, self.start, self.end, self.size, self.substitute, self.code)
+        return (self.name, state, *self[3:])
 
 
 def rows(element: Element) -> list[ElementRow]:
@@ -84,7 +95,7 @@ def rows(element: Element) -> list[ElementRow]:
     if not element.episodes:
         return [
             ElementRow(
-                words(element.name), element.status, True, element.cause, "", "", "", "", element.trouble_code
+                words(element.name), element.status, True, element.cause, "", "", "", "", "", element.trouble_code
             )
         ]  # fmt: skip
     lines = []
@@ -98,6 +109,7 @@ def rows(element: Element) -> list[ElementRow]:
                 _fault(episode),
                 instant(episode.start) if episode.start > 0.0 else "start",
                 "end" if episode.end is None else instant(episode.end),
+                "" if episode.belated is None else instant(episode.belated),
                 _size(episode),
                 element.substitute if first else "",
                 element.trouble_code if first else "",

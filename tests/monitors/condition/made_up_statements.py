@@ -23,23 +23,34 @@ def fault_free(seconds=10.0):
     shape = (count, len(ELEMENTS))
     numbers = [np.zeros(shape) for _ in range(3)]
     stated = StatementCourse(
-        np.full(shape, HEALTHY), np.ones(shape, bool), *numbers, np.zeros(count, bool), np.zeros(count)
+        np.full(shape, HEALTHY),
+        np.ones(shape, bool),
+        *numbers,
+        np.zeros(count, bool),
+        np.zeros(count),
+        np.zeros(shape),
+        np.full(shape, np.nan),
+        np.zeros(shape, bool),
     )
     return np.arange(count) * PERIOD, stated
 
 
-def declare(stated, at, names=ELEMENTS, kind=0.0, magnitude=0.0):
-    """Faults of some elements over some samples."""
+def declare(stated, at, names=ELEMENTS, kind=0.0, magnitude=0.0, onset=None):
+    """Faults of some elements over some samples, with evidence from their onset [s] to their last sample."""
+    time = np.arange(len(stated.status)) * PERIOD
+    first = time[at][0] if onset is None else onset
     for name in names:
         stated.status[at, place(name)] = FAULT
         stated.kind[at, place(name)], stated.magnitude[at, place(name)] = kind, magnitude
         stated.deviation[at, place(name)] = 0.01
+        stated.since[at, place(name)], stated.supported[at, place(name)] = first, time[at]
 
 
 def doubt(stated, at, names=ELEMENTS):
     """Doubt between some elements over some samples."""
     for name in names:
         column = stated.status[at, place(name)]
+        stated.since[at, place(name)][column != FAULT] = at.start * PERIOD
         column[column != FAULT] = SUSPECT
 
 

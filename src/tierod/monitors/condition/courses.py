@@ -31,6 +31,9 @@ class Stretch:
 
     Args:
         start, end: begin and end of the run [s]
+        onset, supported: likeliest onset of the fault, and time until which residuals supported it [s]
+        ended: whether residuals have contradicted the declared fault since then
+        followed: whether there was evidence for it ever since
         count: number of samples
         others: for each element, the number of these samples at which it was a candidate
         kinds: for each kind, 0 for none, the number of samples at which it was identified, with its last magnitude and
@@ -39,9 +42,13 @@ class Stretch:
 
     start: float
     end: float
+    onset: float
+    supported: float
     count: int
     others: np.ndarray
     kinds: dict[float, tuple[int, float, float]] = field(default_factory=dict)
+    ended: bool = False
+    followed: bool = True
 
     @property
     def kind(self) -> tuple[float, float, float]:
@@ -106,28 +113,46 @@ class ElementCourse:
             if not self.course or self.course[-1].status is not reached:
                 self.course.append(StatusChange(float(time[at]), reached))
 
+    def _follow(self, stretch: Stretch, supported: np.ndarray) -> None:
+        """Extend a fault beyond its declaration: a rule withdraws it while a symptom is missing."""
+        gone = np.flatnonzero(np.isnan(supported))
+        count = int(gone[0]) if len(gone) else len(supported)
+        if stretch.followed and count:
+            stretch.supported = float(supported[count - 1]) + self.period
+        stretch.followed = stretch.followed and not len(gone)
+
     def _extend(
         self, stretches: list[Stretch], time: np.ndarray, there: np.ndarray, stated: StatementCourse, place: int
     ) -> None:
-        begins, ends = runs(there)
-        for start, stop in zip(begins.tolist(), ends.tolist(), strict=True):
+        begins, ends = (each.tolist() for each in runs(there))
+        supported = stated.supported[:, place]
+        if stretches:
+            self._follow(stretches[-1], supported[: (*begins, len(time))[0]])
+        for start, stop, following in zip(begins, ends, [*begins, len(time)][1:], strict=True):
             new = Stretch(
                 float(time[start]),
                 float(time[stop - 1]) + self.period,
+                min(float(stated.since[stop - 1, place]), float(time[start])),
+                float(np.nan_to_num(supported[stop - 1], nan=time[stop - 1])) + self.period,
                 stop - start,
                 (stated.status[start:stop] == SUSPECT).sum(axis=0),
+                ended=bool(stated.ended[stop - 1, place]),
             )
             kinds = stated.kind[start:stop, place]
             for kind in np.unique(kinds).tolist():
                 at = start + np.flatnonzero(kinds == kind)
                 new.add(kind, len(at), float(stated.magnitude[at[-1], place]), float(stated.deviation[at[-1], place]))
-            if stretches and new.start - stretches[-1].end < TOGETHER:
+            # Evidence that was never forgotten in between is that of one fault.
+            if stretches and min(new.start - TOGETHER, new.onset - self.period) < stretches[-1].end:
                 before = stretches[-1]
                 before.end, before.count, before.others = new.end, before.count + new.count, before.others + new.others
+                before.onset, before.supported = min(before.onset, new.onset), new.supported
+                before.ended, before.followed = new.ended, True
                 for kind, (count, magnitude, deviation) in new.kinds.items():
                     before.add(kind, count, magnitude, deviation)
             else:
                 stretches.append(new)
+            self._follow(stretches[-1], supported[stop:following])
 
     def episodes(self, end: float) -> tuple[Episode, ...]:
         """Episodes of faults and of lasting doubts, in the order of time; `end` is the end of the recording [s]."""
@@ -138,7 +163,7 @@ class ElementCourse:
             for each in self.doubts
             if each.end - each.start >= LEAST_DOUBT and self._others(each)
         ]
-        return tuple(sorted(found, key=lambda episode: episode.start))
+        return tuple(sorted(found, key=lambda episode: episode.declared_at))
 
     def declare(self, start: float, found: float, end: float, kind: float, magnitude: tuple[float, float]) -> None:
         """Add a fault that lasts until the end of the drive, detected by a check beside the bank.
@@ -149,7 +174,7 @@ class ElementCourse:
             kind: number of the kind
             magnitude: magnitude and its standard deviation, in the unit that `described` expects
         """
-        fault = Stretch(start, end, 1, np.zeros(len(ELEMENTS)))
+        fault = Stretch(found, end, start, end, 1, np.zeros(len(ELEMENTS)))
         fault.add(kind, 1, *magnitude)
         self.faults.append(fault)
         self.course[:] = [*(each for each in self.course if each.time < found), StatusChange(found, Status.FAULT)]
@@ -183,5 +208,7 @@ class ElementCourse:
         if words.quantity and np.isfinite(value):
             name, factor = f"{words.quantity} of {self.element.replace('_', ' ')}", words.factor
             size = Estimate(name, factor * value, factor * deviation, words.unit)
-        end = None if stretch.end >= last else stretch.end
-        return Episode(words.kind, stretch.start, end, size, self._others(stretch) if doubt else ())
+        open_ = max(stretch.end, stretch.supported) >= last and not stretch.ended
+        end = None if open_ else max(stretch.supported, stretch.onset + self.period)
+        others = self._others(stretch) if doubt else ()
+        return Episode(words.kind, stretch.onset, end, size, others, stretch.start)

@@ -227,10 +227,10 @@ def _fault(
     all_ = [(episode, each) for each in (*faulty, *doubtful) for episode in each.episodes]
     singles = _likeliest_first([(episode, each) for episode, each in all_ if not episode.candidates])
     if not singles:
-        first, _ = min(all_, key=lambda pair: pair[0].start)
+        first, _ = min(all_, key=lambda pair: pair[0].declared_at)
         named = {name for episode, each in all_ for name in (each.name, *episode.candidates)}
         one_of = listed(sorted(named, key=ELEMENTS.index), "or")
-        headline = f"Fault since {first.start:.2f} s, of one of several: {one_of}."
+        headline = f"Fault since {first.start:.2f} s{_declared(first)}, of one of several: {one_of}."
         cause = "several of them explain the readings equally well, and the drive does not isolate one"
         if targets := _targets(sorted(named)):
             cause += f"; so does a wrong recording of the targets ({listed(targets)})"
@@ -238,7 +238,10 @@ def _fault(
         if named <= {*STEERING_TORQUES} and (rest := [each for each in STEERING_TORQUES if each in quiet]):
             cause += f"; so may a wrong {listed(rest)}, which belongs to the same torque balance"
         action = "check them one by one, or drive with more steering and braking"
-        return Finding(name, Status.SUSPECT, headline, first.start, None, evidence, cause, action, warnings)
+        return Finding(
+            name, Status.SUSPECT, headline, first.start, None, evidence, cause, action, warnings,
+            declared=first.declared_at,
+        )  # fmt: skip
     sentences = [_sentence(episode, each) for episode, each in singles]
     more = f"; and {len(sentences) - 3} more" if len(sentences) > 3 else ""
     headline = f"{'; '.join(sentences[:3])}{more}."
@@ -255,7 +258,7 @@ def _fault(
     action = f"check {listed(names)}: {places}"
     return Finding(
         name, Status.FAULT, headline[:1].upper() + headline[1:], episode.start, episode.magnitude, evidence, cause,
-        action, warnings,
+        action, warnings, declared=episode.declared_at,
     )  # fmt: skip
 
 
@@ -265,7 +268,7 @@ def _likeliest_first(found: Sequence[tuple[Episode, Element]]) -> list[tuple[Epi
     A faulty acceleration disturbs the filters and is therefore named first. Its reference comes from wheel speeds and
     yaw rate: if one of these was faulty long before, it explains the inconsistent acceleration instead.
     """
-    compared = [episode.start for episode, each in found if each.name in COMPARED]
+    compared = [episode.declared_at for episode, each in found if each.name in COMPARED]
 
     def order(pair: tuple[Episode, Element]) -> tuple[bool, float]:
         episode, each = pair
@@ -299,8 +302,13 @@ def _sentence(episode: Episode, element: Element) -> str:
     until = "" if episode.end is None else f" to {episode.end:.2f} s"
     size = f" of {shown(episode.magnitude.value, episode.magnitude.unit)}" if episode.magnitude is not None else ""
     return f"{plain} {element.role if element.role == 'sensor' else ''}".rstrip() + (
-        f": {what}{size} from {episode.start:.2f} s{until or ' on'}"
+        f": {what}{size} from {episode.start:.2f} s{until or ' on'}{_declared(episode)}"
     )
+
+
+def _declared(episode: Episode) -> str:
+    """Time of a declaration that came noticeably later than the onset."""
+    return "" if episode.belated is None else f" (declared at {episode.belated:.2f} s)"
 
 
 def _evidence(states: Sequence[Element], drive: Driven, interruptions: int) -> dict[str, float]:

@@ -25,6 +25,7 @@ from tierod.monitors.condition.hypotheses import hypotheses, hypotheses_of_cars
 from tierod.monitors.condition.kinds.kind import KindOfFault
 from tierod.monitors.condition.reaction import FaultReaction
 from tierod.monitors.condition.signals import ALL_WHEELS, OF_AUTOMATED, OF_CARS, SENSOR_TABLE, SENSORS
+from tierod.monitors.condition.spans import SpanOfFault
 from tierod.monitors.condition.structure import rolls
 from tierod.monitors.condition.substitutes import FILTER, Reconfiguration, substitution_graph
 from tierod.vehicles import Vehicle
@@ -67,7 +68,8 @@ def _whole(vehicle: Vehicle, sample_time: float, codes: TroubleCodes | None) -> 
     lanes = (*(base.leaving_out(each) for each in explanations), sliding(base))
     weighing = Weighing(explanations, limits, sample_time, prices=prices(base.sensor_noise, base.plausible))
     reaction = FaultReaction.of(Reconfiguration.of_vehicle(vehicle, sample_time, calibrated), sample_time, codes)
-    return Bank(lanes, ConditionJudge(Decision(weighing), kinds, reaction))
+    judge = ConditionJudge(Decision(weighing), kinds, reaction, spans=SpanOfFault(sample_time))
+    return Bank(lanes, judge)
 
 
 def rolling_limits() -> Limits:
@@ -106,7 +108,7 @@ def rolling_monitor(
     own = limits_of(vehicle, explanations) if has_own_limits(vehicle) else rolling_limits()
     decision = rolling_decision(base, limits or own, sample_time)
     reaction = FaultReaction.of(Reconfiguration.of_car(base.vehicle, sample_time), sample_time, codes)
-    return Bank(rolling_lanes(base), ConditionJudge(decision, kinds, reaction, OF_CARS))
+    return Bank(rolling_lanes(base), ConditionJudge(decision, kinds, reaction, OF_CARS, SpanOfFault(sample_time)))
 
 
 def rolling_lanes(base: RollingFilter) -> tuple[RollingFilter, ...]:

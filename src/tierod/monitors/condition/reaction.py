@@ -9,7 +9,7 @@ from typing import Annotated, Any, NamedTuple
 
 from tierod.core.block import Scalar, named_tuple
 from tierod.core.findings import Status
-from tierod.core.graph.maths import any_of, both, either, present, where
+from tierod.core.graph.maths import any_of, both, present, where
 from tierod.core.statement import code_of
 from tierod.diagnosis.debounce import DebounceCounter, DebounceCounters
 from tierod.diagnosis.switchover import NOTHING, Supplied, SupplyState
@@ -52,6 +52,9 @@ class Judged(NamedTuple):
         lead: evidence for a fault: for filters the lead of the most likely hypothesis over all others [nat per sample],
             for rules the fulfilled share of the best rule's conditions
         low_grip: whether tyres slide, so that no fault is declared
+        supported: time from the start of the run until which the residuals supported a fault of each element [s];
+            negative without evidence for one
+        ended: whether the residuals have contradicted each declared fault since then
     """
 
     statements: Statements
@@ -60,13 +63,15 @@ class Judged(NamedTuple):
     gated: Readings
     lead: Annotated[Scalar, ""]
     low_grip: Annotated[Scalar, ""]
+    supported: Elements
+    ended: Elements
 
 
 class ConditionOutput(NamedTuple):
     """Output of every variant of the monitor: the judgement, and the reaction to it.
 
     Args:
-        statements, testable, value, gated, lead, low_grip: see `Judged`
+        statements, testable, value, gated, lead, low_grip, supported, ended: see `Judged`
         supplied: signal of every sensor, or its substitute
         codes: debounced verdicts for a fault memory
     """
@@ -77,44 +82,10 @@ class ConditionOutput(NamedTuple):
     gated: Readings
     lead: Annotated[Scalar, ""]
     low_grip: Annotated[Scalar, ""]
+    supported: Elements
+    ended: Elements
     supplied: Supplies
     codes: Codes
-
-
-class Since(NamedTuple):
-    """Status of every element at the previous sample, and since when it holds.
-
-    Args:
-        time: time since the start of the run [s]
-        status: codes of the statuses; -1 before the first sample
-        began: time at which each status began [s]; negative if it holds since the start
-    """
-
-    time: Scalar
-    status: Elements
-    began: Elements
-
-    @classmethod
-    def initial(cls) -> Since:
-        """State before the first sample."""
-        unknown = Elements(*(-1.0,) * len(ELEMENTS))
-        return cls(0.0, unknown, unknown)
-
-    def followed_by(self, statements: Statements, sample_time: Scalar) -> tuple[Since, Statements]:
-        """State after one sample, and the statements with the time at which each status began.
-
-        Args:
-            statements: statements without that time
-            sample_time: sampling interval [s]
-        """
-        began = Elements(
-            *(
-                where(either(each.status == before, before < 0.0), start, self.time)
-                for each, before, start in zip(statements, self.status, self.began, strict=True)
-            )
-        )
-        dated = Statements(*(each._replace(since=start) for each, start in zip(statements, began, strict=True)))
-        return Since(self.time + sample_time, Elements(*(each.status for each in statements)), began), dated
 
 
 class ReactionState(NamedTuple):

@@ -142,6 +142,7 @@ class ConditionSession:
         self._courses = {each: ElementCourse(each, 1.0 / rate) for each in self._elements}
         self._anew = False
         self._memory: Memory | None = None
+        self._steps = 0
         self._scanner: Scanner[Any, Any, Any] | None = None
 
     def refuse(self, aligned: Aligned) -> None:
@@ -225,7 +226,7 @@ class ConditionSession:
         reading is trusted, and no signal is supplied.
         """
         if anew or not judged:
-            self._memory = None
+            self._memory, self._steps = None, 0
         count = len(aligned.time)
         stated, states = StatementCourse.unjudged(count), np.full((count, len(ELEMENTS)), np.nan)
         supplied = {name: states[:, 0] for name in self.traces if "supplied_" in name}
@@ -236,7 +237,9 @@ class ConditionSession:
             self._scanner = self._scanner or Scanner(self.block)
             result = self._scanner.scan(aligned, self._memory)
             self._memory = result.state
-            stated = StatementCourse.of(result).where_available(available, moving)
+            running = np.arange(self._steps, self._steps + count) / self.rate
+            self._steps += count
+            stated = StatementCourse.of(result, aligned.time, running).where_available(available, moving)
             states = np.select([stated.status == code for code in TRACED], list(TRACED.values()), NOT_TESTABLE)
             supplied = {
                 f"{before}supplied_{name}": result[f"supplied.{name}.{part}"]
@@ -273,7 +276,7 @@ class ConditionSession:
         """Declare the steering angle if its zero has shifted and the filters had declared nothing by then."""
         shift, end = self._zero.found if self._zero is not None else None, self._driven.end
         declared = [each for course in self._courses.values() for each in course.episodes(end)]
-        if shift is None or any(each.start <= shift.found for each in declared):
+        if shift is None or any(each.declared_at <= shift.found for each in declared):
             return False
         size = shift.value, shift.deviation
         self._courses["steering_wheel_angle"].declare(shift.start, shift.found, end, OFFSET, size)

@@ -42,6 +42,9 @@ class StatementCourse(NamedTuple):
         magnitude, deviation: magnitude of the fault, see `described`, and its standard deviation
         low_grip: whether the tyres slid, so that no fault was declared, (n,)
         lead: evidence for a fault, see `Judged.lead`, (n,) [nat per sample, or a share]; NaN where nothing is judged
+        since, supported: times in the recording at which the evidence for the status began, and until which residuals
+            supported a fault, NaN without evidence for one [s]
+        ended: whether residuals have contradicted a declared fault since then
     """
 
     status: np.ndarray
@@ -51,17 +54,32 @@ class StatementCourse(NamedTuple):
     deviation: np.ndarray
     low_grip: np.ndarray
     lead: np.ndarray
+    since: np.ndarray
+    supported: np.ndarray
+    ended: np.ndarray
 
     @classmethod
-    def of(cls, result: Result) -> StatementCourse:
-        """Statements in the result of a block whose output is a `ConditionOutput`."""
-        status, kind, magnitude, deviation = (
+    def of(cls, result: Result, time: np.ndarray, running: np.ndarray) -> StatementCourse:
+        """Statements in the result of a block whose output is a `ConditionOutput`.
+
+        Args:
+            result: result of the block
+            time: time stamps in the recording [s], (n,)
+            running: time since the start of the block's run [s], (n,)
+        """
+        status, kind, magnitude, deviation, since = (
             np.column_stack([result[f"statements.{name}.{each}"] for name in ELEMENTS])
-            for each in ("status", "kind", "magnitude", "deviation")
+            for each in ("status", "kind", "magnitude", "deviation", "since")
         )
+        supported = np.column_stack([result[f"supported.{name}"] for name in ELEMENTS])
+        ended = np.column_stack([result[f"ended.{name}"] for name in ELEMENTS]) > 0.5
+        begun = (time - running)[:, None]
         testable = np.column_stack([result[f"testable.{name}"] for name in ELEMENTS]) > 0.5
         low_grip = result["low_grip"] > 0.5
-        return cls(np.rint(status).astype(int), testable, kind, magnitude, deviation, low_grip, result["lead"])
+        return cls(
+            *(np.rint(status).astype(int), testable, kind, magnitude, deviation, low_grip, result["lead"]),
+            *(begun + np.maximum(since, 0.0), np.where(supported < 0.0, np.nan, begun + supported), ended),
+        )
 
     @classmethod
     def unjudged(cls, count: int) -> StatementCourse:
@@ -72,7 +90,8 @@ class StatementCourse(NamedTuple):
         """
         no, unknown = np.zeros((count, len(ELEMENTS)), bool), np.full((count, len(ELEMENTS)), np.nan)
         status = np.full(no.shape, NOT_TESTABLE)
-        return cls(status, no, np.zeros(no.shape), unknown, unknown, no[:, 0], unknown[:, 0])
+        no_kind = np.zeros(no.shape)
+        return cls(status, no, no_kind, unknown, unknown, no[:, 0], unknown[:, 0], unknown, unknown, no)
 
     def where_available(self, available: np.ndarray, moving: np.ndarray) -> StatementCourse:
         """Statements with "not available" where an element has no signal; a declared fault is kept.

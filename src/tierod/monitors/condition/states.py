@@ -70,8 +70,7 @@ def acceleration_elements(disagreeing: Sequence[Disagreement]) -> tuple[Element,
                 Episode(
                     f"deviation of {shown(each.magnitude, 'm/s**2')} from {MOTION[each.element]}",
                     each.start,
-                    None,
-                    None,
+                    declared=each.found,
                 ),
             ),
         )
@@ -99,12 +98,14 @@ def unresolved(courses: Mapping[str, ElementCourse], end: float) -> dict[str, tu
         end: end of the recording [s]
     """
     all_ = {name: course.episodes(end) for name, course in courses.items()}
-    verdicts = {name: [each.start for each in found if not each.candidates] for name, found in all_.items()}
+    verdicts = {name: [each.declared_at for each in found if not each.candidates] for name, found in all_.items()}
 
     def stays(name: str, episode: Episode) -> bool:
         last = end if episode.end is None else episode.end + TOGETHER
         return not episode.candidates or not any(
-            episode.start <= start <= last for each in (name, *episode.candidates) for start in verdicts[each]
+            episode.declared_at <= declared <= last
+            for each in (name, *episode.candidates)
+            for declared in verdicts[each]
         )
 
     return {name: tuple(each for each in found if stays(name, each)) for name, found in all_.items()}
@@ -209,7 +210,7 @@ def code_courses(courses: Mapping[str, ElementCourse], end: float) -> dict[str, 
 def _doubts(episodes: Iterable[Episode], start: float, end: float) -> tuple[StatusChange, ...]:
     """Changes between healthy and suspect by lasting doubts between several elements; overlapping ones are joined."""
     times = sorted(
-        (episode.start, end if episode.end is None else episode.end) for episode in episodes if episode.candidates
+        (episode.declared_at, end if episode.end is None else episode.end) for episode in episodes if episode.candidates
     )
     changes = [StatusChange(start, Status.HEALTHY)]
     until = start

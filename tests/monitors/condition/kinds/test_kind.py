@@ -48,7 +48,8 @@ def samples(kind, size, seed=0, late=5):
     deviation = np.full(len(value), np.hypot(NOISE, ERROR))
     index = np.arange(len(value))
     declared = ((index >= START + late) & (index < END)).astype(float)
-    return np.column_stack([reading, value + error, deviation, declared, np.zeros(len(value))])
+    supports = np.where((index >= START) & (index < END), 1.0, -1.0)
+    return np.column_stack([reading, value + error, deviation, declared, np.zeros(len(value)), supports])
 
 
 CASES = [
@@ -197,7 +198,9 @@ def test_a_delay_of_a_signal_that_jumps_is_found():
     chance = np.random.default_rng(4)
     value = np.repeat(chance.normal(size=60), 20)
     reading = np.where(np.arange(1200) >= START, np.roll(value, 27), value) + 0.1 * chance.normal(size=1200)
-    given = np.column_stack([reading, value, np.full(1200, 0.12), np.arange(1200) > START + 20, np.zeros(1200)])
+    given = np.column_stack(
+        [reading, value, np.full(1200, 0.12), np.arange(1200) > START + 20, np.zeros(1200), np.ones(1200)]
+    )
     block = KindOfFault.of_sensor("steering_shaft_torque")
     result = scan(block, given)
     assert KINDS[int(result["kind"][START + 220]) - 1] == "delay"

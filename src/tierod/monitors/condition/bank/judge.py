@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Annotated, NamedTuple
 
 from tierod.core.block import Scalar, Tree
 from tierod.core.findings import Status
 from tierod.core.graph import JudgeSample, Verdict
-from tierod.core.graph.maths import any_of, both, exp, maximum, minimum, sqrt, where
+from tierod.core.graph.maths import all_of, any_of, both, exp, hypot, maximum, minimum, negated, present, sqrt, where
 from tierod.core.statement import Statement, code_of
 from tierod.monitors.condition.bank.decision import Decision, DecisionState
 from tierod.monitors.condition.bank.diagnosis import Diagnosis
 from tierod.monitors.condition.bank.lane import LeaveOutFilter
-from tierod.monitors.condition.kinds.catalogue import LOST_TORQUE, Kind, KindState
+from tierod.monitors.condition.kinds.catalogue import LOST_TORQUE, NOISE, Kind, KindState
 from tierod.monitors.condition.kinds.kind import KindOfFault
-from tierod.monitors.condition.reaction import FaultReaction, Judged, ReactionState, Since
-from tierod.monitors.condition.signals import ACTUATORS, ELEMENTS, OF_AUTOMATED, SENSORS, Statements
+from tierod.monitors.condition.reaction import FaultReaction, Judged, ReactionState
+from tierod.monitors.condition.signals import ACTUATORS, ELEMENTS, OF_AUTOMATED, SENSORS, Elements, Statements
+from tierod.monitors.condition.spans import Residual, SpanOfFault, Spans
 
 LARGEST_LEAD = 20.0
 """Upper bound of the reported lead [nat], which is unbounded while there is no rival."""
@@ -48,8 +49,9 @@ class JudgeState(NamedTuple):
     decision: DecisionState
     kinds: tuple[KindState, ...]
     loss: LossState
+    lost: LostTorque
     effects: tuple[Scalar, ...]
-    since: Since
+    spans: Spans
     reaction: ReactionState
 
 
@@ -62,6 +64,7 @@ class ConditionJudge:
         kinds: classifiers of faults, one for each of `judged`
         judged: sensors that the vehicle has
         reaction: substitutes of sensors, and trouble codes
+        spans: onset and end of every fault
         loss_time: time constant of the mean of a lost share of torque
     """
 
@@ -69,6 +72,7 @@ class ConditionJudge:
     kinds: tuple[KindOfFault, ...]
     reaction: FaultReaction
     judged: tuple[str, ...] = OF_AUTOMATED
+    spans: SpanOfFault = field(default_factory=SpanOfFault)
     loss_time: Annotated[float, "s"] = 2.0
 
     def feedback(self) -> Tree:
@@ -81,8 +85,9 @@ class ConditionJudge:
             self.decision.init(),
             tuple(kind.init() for kind in self.kinds),
             LossState(0.0, 0.0),
+            LostTorque(0.0, 0.0),
             (0.0,) * len(SENSORS),
-            Since.initial(),
+            Spans.initial(),
             self.reaction.init(),
         )
 
@@ -90,14 +95,20 @@ class ConditionJudge:
         """Process one sample."""
         decided, verdict = self.decision.step(state.decision, sample, state.effects)
         diagnosis: Diagnosis = verdict.output
+        predicted = {name: self._predicted(sample.lanes, diagnosis, SENSORS.index(name)) for name in self.judged}
+        spans, dated = state.spans.followed_by(
+            self._statements(diagnosis), self._residuals(state, predicted, sample, diagnosis), self.spans
+        )
+        supports = spans.supports
         parts = zip(self.kinds, self.judged, state.kinds, strict=True)
-        named = [self._kind(*each, sample, diagnosis) for each in parts]
+        named = [
+            self._kind(*each, (*predicted[each[1]], getattr(supports, each[1])), sample, diagnosis) for each in parts
+        ]
         found = {name: kind for name, (_, kind) in zip(self.judged, named, strict=True)}
         kinds = [found.get(name, Kind(0.0, 0.0, 0.0, 0.0)) for name in SENSORS]
         losing, loss = self._loss(state.loss, diagnosis)
-        since, statements = state.since.followed_by(
-            self._statements(diagnosis, kinds, loss), self.decision.weighing.sample_time
-        )
+        lost = self._lost(state.lost, loss, supports)
+        statements = self._with_kinds(dated, diagnosis, kinds, lost)
         judged = Judged(
             statements,
             diagnosis.testable,
@@ -105,53 +116,111 @@ class ConditionJudge:
             diagnosis.gated,
             minimum(diagnosis.lead, LARGEST_LEAD),
             diagnosis.low_grip,
+            spans.supported,
+            spans.ended(self.spans),
         )
         reacting, output = self.reaction.step(state.reaction, sample.sample, judged)
         after = JudgeState(
-            decided, tuple(memory for memory, _ in named), losing, tuple(kind.effect for kind in kinds), since, reacting
+            decided,
+            tuple(memory for memory, _ in named),
+            losing,
+            lost,
+            tuple(kind.effect for kind in kinds),
+            spans,
+            reacting,
         )
         return after, verdict._replace(output=output)
 
-    def _statements(self, diagnosis: Diagnosis, kinds: Sequence[Kind], loss: LostTorque) -> Statements:
-        """Status, kind, magnitude and evidence of every element; the start time is added by `Since`."""
-        weighing, place = self.decision.weighing, len(SENSORS)
-        # A filter with too little information on the motor may estimate a loss of more than all torque.
-        lost = Kind(LOST_TORQUE, minimum(loss.share, 1.0), loss.deviation, 0.0)
+    def _statements(self, diagnosis: Diagnosis) -> Statements:
+        """Status and evidence of every element; times are added by `Spans`, kinds by `_with_kinds`."""
+        weighing = self.decision.weighing
         made: list[Statement] = []
         for name, faulty, candidate, testable in zip(
             ELEMENTS, diagnosis.faulty, diagnosis.candidates, diagnosis.testable, strict=True
         ):
-            kind = kinds[len(made)] if len(made) < place else lost
             best = any_of(
                 0.0, *(diagnosis.best == k for k, each in enumerate(weighing.hypotheses) if name in each.suspects)
             )
             lead = where(best, minimum(diagnosis.lead, LARGEST_LEAD) / weighing.limits.gap, 0.0)
             # After its declaration a hypothesis is the reference of all ratios and has no lead, hence the 1 below.
             quiet = where(testable, code_of(Status.HEALTHY), code_of(Status.NOT_TESTABLE))
-            made.append(
-                Statement(
-                    where(faulty, code_of(Status.FAULT), where(candidate, code_of(Status.SUSPECT), quiet)),
-                    0.0,
-                    where(faulty, kind.kind, 0.0),
-                    where(faulty, kind.magnitude, 0.0),
-                    where(faulty, kind.deviation, 0.0),
-                    where(faulty, maximum(lead, 1.0), lead),
-                )
-            )
+            status = where(faulty, code_of(Status.FAULT), where(candidate, code_of(Status.SUSPECT), quiet))
+            made.append(Statement(status, 0.0, 0.0, 0.0, 0.0, where(faulty, maximum(lead, 1.0), lead)))
         return Statements(*made)
 
+    def _with_kinds(
+        self, statements: Statements, diagnosis: Diagnosis, kinds: Sequence[Kind], lost: LostTorque
+    ) -> Statements:
+        """Statements with kind and magnitude of every declared fault."""
+        # A filter with too little information on the motor may estimate a loss of more than all torque.
+        torque = Kind(LOST_TORQUE, minimum(lost.share, 1.0), lost.deviation, 0.0)
+        named = (*kinds, *(torque for _ in ACTUATORS))
+        return Statements(
+            *(
+                each._replace(
+                    kind=where(faulty, kind.kind, 0.0),
+                    magnitude=where(faulty, kind.magnitude, 0.0),
+                    deviation=where(faulty, kind.deviation, 0.0),
+                )
+                for each, faulty, kind in zip(statements, diagnosis.faulty, named, strict=True)
+            )
+        )
+
+    @staticmethod
+    def _lost(before: LostTorque, now: LostTorque, supports: Elements) -> LostTorque:
+        """Lost share at the last sample that supported a loss; torque after its end does not count."""
+        flags = [getattr(supports, name) for name in ACTUATORS]
+        stays = all_of(before.deviation > 0.0, now.deviation > 0.0, *(each < 0.5 for each in flags))
+        return LostTorque(*(where(stays, old, new) for old, new in zip(before, now, strict=True)))
+
     def _kind(
-        self, kind: KindOfFault, name: str, memory: KindState, sample: JudgeSample, diagnosis: Diagnosis
+        self,
+        kind: KindOfFault,
+        name: str,
+        memory: KindState,
+        predicted: tuple[Scalar, Scalar, Scalar],
+        sample: JudgeSample,
+        diagnosis: Diagnosis,
     ) -> tuple[KindState, Kind]:
         """Classification of the fault of one sensor."""
         place = SENSORS.index(name)
         reading = getattr(sample.sample, name)
-        prediction, deviation = self._predicted(sample.lanes, diagnosis, place)
+        prediction, deviation, supports = predicted
         declared, recovering = diagnosis.faulty[place], diagnosis.recovering[place]
         return kind.step(
             memory,
-            KindOfFault.Sample(reading, prediction, deviation, declared, recovering),
+            KindOfFault.Sample(reading, prediction, deviation, declared, recovering, supports),
         )
+
+    def _residuals(
+        self,
+        state: JudgeState,
+        predicted: Mapping[str, tuple[Scalar, Scalar]],
+        sample: JudgeSample,
+        diagnosis: Diagnosis,
+    ) -> dict[str, Residual]:
+        """Residual of every element, by the lane without it; none while tyres slide, which all lanes misjudge."""
+        found: dict[str, Residual] = {}
+        grips = negated(diagnosis.low_grip)
+        for name, kind, memory in zip(self.judged, self.kinds, state.kinds, strict=True):
+            reading, (prediction, deviation) = getattr(sample.sample, name), predicted[name]
+            spread, effect = hypot(deviation, kind.unknown), state.effects[SENSORS.index(name)]
+            # A reading that is right again has no finite effect.
+            shift, noisy = where(present(effect), effect, 0.0) / spread, memory.likeliest == NOISE
+            found[name] = Residual(
+                (reading - prediction) / spread,
+                both(grips, present(reading)),
+                where(noisy, 0.0, shift),
+                where(noisy, shift, 0.0),
+                reading,
+            )
+        for name in ACTUATORS:
+            number = self.decision.weighing.number(name)
+            if number is not None:
+                lane = sample.lanes[number]
+                lost = lane.torque_loss / maximum(lane.loss_deviation, 1e-3)
+                found[name] = Residual(lost, grips)
+        return found
 
     def _predicted(
         self, lanes: Sequence[LeaveOutFilter.Output], diagnosis: Diagnosis, place: int

@@ -32,6 +32,14 @@ class Kind(NamedTuple):
     effect: Annotated[Scalar, ""]
 
 
+class Named(NamedTuple):
+    """Kind, magnitude and standard deviation of the magnitude, as in `Kind`."""
+
+    kind: Scalar
+    magnitude: Scalar
+    deviation: Scalar
+
+
 class Fit(NamedTuple):
     """Recursive estimate of one parameter, its variance, and the log-likelihood of the readings."""
 
@@ -69,6 +77,9 @@ class KindState(NamedTuple):
         counted, common: weight of the readings, and weighted sum of the log variances
         undelayed, delays: sum of squared deviations over their variance, without delay, and with each delay
         past: delay lines of the predictions, one for each delay
+        named: kind at the last reading that supported a fault; none without evidence for one
+        supports: whether the last reading supported a fault, see `KindOfFault.Sample`
+        likeliest: number of the kind that is likeliest now, whose effect `Kind` gives
     """
 
     age: Scalar
@@ -91,6 +102,9 @@ class KindState(NamedTuple):
     undelayed: Scalar
     delays: tuple[Scalar, ...]
     past: tuple[Ring, ...]
+    named: Named
+    supports: Scalar
+    likeliest: Scalar
 
 
 def selected(condition: Scalar, first: KindState, second: KindState) -> KindState:

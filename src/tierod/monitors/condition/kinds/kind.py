@@ -20,6 +20,7 @@ from tierod.monitors.condition.kinds.catalogue import (
     Fit,
     Kind,
     KindState,
+    Named,
     SlopeFit,
     selected,
 )
@@ -27,6 +28,8 @@ from tierod.monitors.condition.kinds.fits import delay_of, delays_of, fitted, li
 from tierod.monitors.condition.signals import SENSOR_TABLE, SENSORS
 from tierod.physics.lag import share_reached
 
+NOTHING = Named(0.0, 0.0, 0.0)
+"""No kind."""
 _RAMP = 2.0 * math.sqrt(3.0)
 """Slope of a linear ramp times its duration, over its standard deviation [-]."""
 
@@ -36,8 +39,8 @@ class KindOfFault:
     """Compare the likelihoods of all kinds of faults of one sensor, from the first inconsistent reading on.
 
     That is before the declaration, since a drift is declared only after it has grown, and its beginning distinguishes
-    it from an offset. While the sensor is not declared, the comparison restarts whenever the recent mean of the
-    deviations is consistent, or a reading jumps away from it.
+    it from an offset. While the sensor is not declared and there is no evidence for a fault, the comparison restarts
+    whenever the recent mean of the deviations is consistent, or a reading jumps away from it.
 
     Each kind predicts the next reading with its estimates so far (Bayesian recursive least squares); the product of the
     predictive densities is its likelihood. Errors of the prediction are autocorrelated, so that a sample counts only in
@@ -58,7 +61,7 @@ class KindOfFault:
         quick: least share of the squared deviations of noise that lies about the recent mean; white noise has all
         alike: correlation time of the prediction's errors in the likelihoods
         lasting: correlation time of the prediction's errors in the standard deviations of magnitudes
-        shortest: least time for which a reading must repeat to count as constant
+        shortest: least time for which a reading must repeat to count as constant, and of a comparison of kinds
         doubt: difference in log-likelihood within which kinds are equally likely [nat]; the effect is their smallest
         agrees: standard deviations of the prediction within which a reading that changes again is consistent
         young: time for which a large factor is an outlier; the outliers of Li, Frey, Gauterin, section 5, last one
@@ -103,6 +106,7 @@ class KindOfFault:
             deviation: standard deviation of reading less prediction
             declared: whether the sensor is declared faulty
             recovering: whether it has been consistent for some time, in which case its readings are not used
+            supports: 1 for a reading that supports a fault, 0 for another, -1 without any evidence for a fault
         """
 
         reading: Annotated[float, ""]
@@ -110,6 +114,7 @@ class KindOfFault:
         deviation: Annotated[float, ""]
         declared: Annotated[float, ""]
         recovering: Annotated[float, ""]
+        supports: Annotated[float, ""]
 
     @classmethod
     def of_sensor(cls, name: str, sample_time: float = 0.01) -> KindOfFault:
@@ -130,7 +135,7 @@ class KindOfFault:
         fit = Fit(0.0, 1.0, 0.0)
         lines = tuple(Ring(delay) for delay in self.delays)
         slope = SlopeFit(*(0.0,) * 6)
-        return KindState(*(0.0,) * 4, 1.0, 0.0, fit, fit, fit, slope, *(0.0,) * 8, empty, lines)
+        return KindState(*(0.0,) * 4, 1.0, 0.0, fit, fit, fit, slope, *(0.0,) * 8, empty, lines, NOTHING, -1.0, 0.0)
 
     def step(self, state: KindState, sample: Sample) -> tuple[KindState, Kind]:
         """Process one sample."""
@@ -140,7 +145,10 @@ class KindOfFault:
         reading, prediction = where(known, sample.reading, 0.0), where(known, sample.prediction, 0.0)
         deviation = where(both(known, sample.deviation > 0.0), sample.deviation, 1.0)
         smooth, fault_free = self._watched(state, known, reading - prediction, deviation)
-        begins = either(state.seen < 0.5, both(negated(declared), either(fault_free, state.declared_for > 0.5)))
+        supports = where(present(sample.supports), sample.supports, 0.0)
+        # Readings that are right again before the declaration leave the comparison as it is.
+        forgotten = both(fault_free, state.supports < -0.5)
+        begins = either(state.seen < 0.5, both(negated(declared), either(forgotten, state.declared_for > 0.5)))
         before = selected(begins, self._fresh(state, deviation), state)
         before = before._replace(
             repeated=where(declared, before.repeated, 1.0), declared_for=where(declared, before.declared_for, 0.0)
@@ -156,11 +164,29 @@ class KindOfFault:
             last=where(both(known, either(counts, negated(declared))), reading, state.last),
             past=state.past,
         )
-        named = self._named(after, prediction, either(negated(declared), after.declared_for < 0.5))
-        named = named._replace(effect=where(both(declared, revived), math.inf, named.effect))
+        best = self._named(after, prediction)
+        now = Named(best.kind, best.magnitude, best.deviation)
+        named = self._kept(state.named, now, after, supports)
+        silent = either(negated(declared), after.declared_for < 0.5)
+        effect = where(both(declared, revived), math.inf, where(silent, 0.0, best.effect))
         predicted = where(present(sample.prediction), sample.prediction, 0.0)
         # The delay lines advance once per sample, whichever state was selected above.
-        return after._replace(past=tuple(line.push(predicted) for line in state.past)), named
+        after = after._replace(past=tuple(line.push(predicted) for line in state.past), named=named, supports=supports)
+        after = after._replace(likeliest=best.kind)
+        kind, size, off = (
+            where(silent, 0.0, where(named.kind > 0.5, kept, new)) for kept, new in zip(named, now, strict=True)
+        )
+        return after, Kind(kind, size, off, effect)
+
+    def _kept(self, before: Named, now: Named, state: KindState, supports: Scalar) -> Named:
+        """Kind at the last reading that supported a fault: readings after its end, until it recovers, name no kind.
+
+        The first readings after an onset are too few to name one.
+        """
+        taken = both(supports > 0.5, state.seen * self.sample_time >= self.shortest)
+        return Named(
+            *(where(taken, new, where(supports < -0.5, 0.0, old)) for old, new in zip(before, now, strict=True))
+        )
 
     def _watched(self, state: KindState, known: Scalar, off: Scalar, deviation: Scalar) -> tuple[Scalar, Scalar]:
         """Recent mean of deviations, and whether a fault, if there is one, begins only after this sample."""
@@ -240,7 +266,7 @@ class KindOfFault:
 
     # -- naming --------------------------------------------------------------------------------------------------
 
-    def _named(self, state: KindState, prediction: Scalar, silent: Scalar) -> Kind:
+    def _named(self, state: KindState, prediction: Scalar) -> Kind:
         """Most likely kind with its magnitude."""
         young = both(absolute(state.gain.value - 1.0) > self.large, state.declared_for * self.sample_time < self.young)
         noise = sqrt(maximum(state.power - state.expected, 0.0))
@@ -259,7 +285,8 @@ class KindOfFault:
         # Both variances come from the same readings: their ratio shows how large the predictions are.
         factor_off = sqrt(gain.variance * (1.0 + square / maximum(offset.variance, self.zero * self.zero)))
         slope_off = sqrt(longer * state.drift.slope_variance + wrong * wrong)
-        noisy = state.quick > self.quick * state.power
+        # Noise that the fault-free deviation explains is none.
+        noisy = both(state.quick > self.quick * state.power, state.power > 2.0 * state.expected)
         factor = where(young, OUTLIER, GAIN)
         drift: tuple[Scalar, ...] = (DRIFT, moves, state.drift.score, state.drift.slope, slope_off, drifted)
         if self.withholds:
@@ -277,5 +304,4 @@ class KindOfFault:
         still = self._is_still(state)
         where_it_stays = state.constant.value
         constant = (where(absolute(where_it_stays) < self.zero, LOSS, STUCK), 0.0, 0.0, where_it_stays - prediction)
-        named = (where(still, a, b) for a, b in zip(constant, best, strict=True))
-        return Kind(*(where(silent, 0.0, value) for value in named))
+        return Kind(*(where(still, a, b) for a, b in zip(constant, best, strict=True)))

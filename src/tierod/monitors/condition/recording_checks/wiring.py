@@ -203,7 +203,7 @@ class ClockLeap:
         Args:
             episodes: episodes of all faults of the drive
         """
-        if self._wiring is None or any(each.start < self._since - BEFORE for each in episodes):
+        if self._wiring is None or any(each.declared_at < self._since - BEFORE for each in episodes):
             return ()
         return tuple(
             found._replace(cause=f"{found.cause} since about {self._since:.0f} s")

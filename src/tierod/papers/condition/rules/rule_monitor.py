@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import reduce
 from typing import NamedTuple
 
 from tierod.core.block import Scalar
 from tierod.core.findings import Status
-from tierod.core.graph.maths import absolute, all_of, both, greatest_of, present, where
+from tierod.core.graph.maths import absolute, all_of, both, greatest_of, minimum, present, where
 from tierod.core.statement import Statement, code_of
-from tierod.monitors.condition.reaction import ConditionOutput, FaultReaction, Judged, ReactionState, Since
+from tierod.monitors.condition.reaction import ConditionOutput, FaultReaction, Judged, ReactionState
 from tierod.monitors.condition.signals import (
     ACTUATORS,
     ELEMENTS,
@@ -23,6 +24,7 @@ from tierod.monitors.condition.signals import (
     Statements,
     readings_by,
 )
+from tierod.monitors.condition.spans import Residual, SpanOfFault, Spans
 from tierod.papers.condition.rules.actuator_set import ActuatorSet, Repaired, Targets, actuator_set
 from tierod.papers.condition.rules.calibration import ResidualCalibration
 from tierod.papers.condition.rules.catalogue import ACTUATOR_RESIDUALS, RESIDUALS, SENSOR_RESIDUALS
@@ -35,6 +37,10 @@ from tierod.papers.condition.rules.symptom_files import rules
 MAIN = dict(zip(OF_AUTOMATED, ("r10", "r14", "r4", "r2", "r3", "r19"), strict=True))
 """Sensor -> main residual, which compares its reading with the expected one."""
 
+HALF = 3.8
+"""Residual in standard deviations that lies at its threshold [-]: half a threshold, which fault-free drives hardly
+reach, is then as likely with as without a fault."""
+
 
 @dataclass(frozen=True)
 class RuleMonitor:
@@ -45,6 +51,7 @@ class RuleMonitor:
         actuators: residuals r1a and following, from readings of which the faulty ones are replaced by expected ones
         sensor_thresholds, actuator_thresholds: one threshold for each residual, in their order
         rules: the rules
+        spans: onset and end of every fault
 
     Build it by `rule_monitor`.
     """
@@ -54,17 +61,18 @@ class RuleMonitor:
     sensor_thresholds: tuple[ResidualThreshold, ...]
     actuator_thresholds: tuple[ResidualThreshold, ...]
     rules: RuleDiagnosis
+    spans: SpanOfFault
 
     Sample = ConditionSample
 
     class State(NamedTuple):
-        """State of the parts, sensors that were faulty at the last sample, and time since when each status holds."""
+        """State of the parts, sensors that were faulty at the last sample, and spans of the faults."""
 
         sensors: ResidualSet.State
         actuators: ActuatorSet.State
         rules: RuleDiagnosis.State
         faulty: tuple[Scalar, ...]
-        since: Since
+        spans: Spans
 
     Output = Judged
 
@@ -80,7 +88,7 @@ class RuleMonitor:
             self.actuators.init(),
             self.rules.init(),
             (0.0,) * len(OF_AUTOMATED),
-            Since.initial(),
+            Spans.initial(),
         )
 
     def step(self, state: State, sample: ConditionSample) -> tuple[State, Judged]:
@@ -98,12 +106,28 @@ class RuleMonitor:
             state.rules, self.rules.Sample(*(ratios[name] for name in self.rules.table.residuals))
         )
         faulty = tuple(getattr(said.faulty, name, 0.0) for name in OF_AUTOMATED)
-        since, statements = state.since.followed_by(self._statements(said, not_testable), self.rules.sample_time)
+        spans, statements = state.spans.followed_by(
+            self._statements(said, not_testable), self._residuals(ratios, seen), self.spans
+        )
         seen_now = {name: 1.0 - each for name, each in zip(OF_AUTOMATED, not_testable, strict=True)}
         testable = Elements(*(seen_now.get(name, 0.0 if name in SENSORS else 1.0) for name in ELEMENTS))
         scores = greatest_of(*(each.evidence for each in statements))
-        judged = Judged(statements, testable, expected, readings_by({}), scores, 0.0)
-        return self.State(sensors, actuators, after, faulty, since), judged
+        judged = Judged(
+            statements, testable, expected, readings_by({}), scores, 0.0, spans.supported, spans.ended(self.spans)
+        )
+        return self.State(sensors, actuators, after, faulty, spans), judged
+
+    def _residuals(self, ratios: dict[str, Scalar], seen: ResidualSet.Output) -> dict[str, Residual]:
+        """Main residual of every sensor, and the smallest of all that the rule of an actuator takes as abnormal."""
+        found = {
+            name: Residual(HALF * ratios[MAIN[name]], present(ratios[MAIN[name]]), reading=reading)
+            for name, reading in zip(OF_AUTOMATED, seen.held, strict=False)
+        }
+        for rule in self.rules.table.rules:
+            if rule.fault in ACTUATORS and rule.raised:
+                least = reduce(minimum, (absolute(ratios[name]) for name in sorted(rule.raised)))
+                found[rule.fault] = Residual(HALF * least, present(least))
+        return found
 
     def _statements(self, said: RuleDiagnosis.Output, not_testable: Sequence[Scalar]) -> Statements:
         """Status and score of every element; rules estimate neither kind nor magnitude."""
@@ -233,4 +257,5 @@ def rule_monitor(
         tuple(calibration.thresholds[each.name] for each in SENSOR_RESIDUALS),
         tuple(calibration.thresholds[each.name] for each in ACTUATOR_RESIDUALS),
         RuleDiagnosis(rules(variant), sample_time, (OF_AUTOMATED, ACTUATORS)),
+        SpanOfFault(sample_time, lasting=True),
     )
