@@ -37,7 +37,7 @@ _SPELLINGS = {
     "rad/s": "rad/s rad/sec rads rad/seconds radps rad*s-1 rad*s^-1",
     "deg/s": "deg/s degree/s degrees/s deg/sec degps dps °/s º/s grad/s deg/seconds",
     "rad/s**2": "rad/s2 rad/s^2 rad/s²",
-    "deg/s**2": "deg/s2 deg/s^2 deg/s² °/s2 °/s²",
+    "deg/s**2": "deg/s2 deg/s^2 deg/s² °/s2 °/s² º/s2 º/s²",
     "m/s": "m/s mps m/sec metres/s meter/second m*s-1",
     "km/h": "km/h kmh kph kmph kmperhour km/hr",
     "mph": "mph mi/h miles/h",

@@ -234,6 +234,10 @@ def test_without_names_the_counting_column_is_the_time(tmp_path):
             "time,speed,torque\n0,00,1,5,2,5\n0,01,1,5,2,5\n",
             "3 names above 6 columns: its numbers have a decimal comma",
         ),
+        (
+            "Channel : Speed\nRange : 20000,0\n" + "".join(f"14:15:00.{k:02d}0,{k},0,1\n" for k in range(20)),
+            "2 names above 4 columns; write one row of names above the numbers",
+        ),
         ("time,comment\n0,a\n1,b\n2,c\n", "no other column of numbers|no table"),
         ("time [N],speed\n0,1\n1,2\n2,3\n", "the unit 'N' cannot become|cannot become 's'"),
     ],

@@ -252,3 +252,11 @@ def test_names_that_come_twice_are_no_message_to_the_user(tmp_path, caplog):
     path.write_text(HEADER + "".join(f'BO_ {number} M: 8 A\n SG_ x : 0|8@1+ (1,0) [0|0] "" B\n\n' for number in (1, 2)))
     assert len(load_databases([path])) == 2
     assert not caplog.records
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "cp1252"])
+def test_units_beyond_ascii_are_read_in_either_encoding(tmp_path, encoding):
+    text = 'VERSION ""\nBU_: X\nBO_ 288 M: 8 X\n SG_ YawRate : 0|16@1- (0.01,0) [0|0] "\xb0/s" X\n'
+    (tmp_path / "car.dbc").write_bytes(text.encode(encoding))
+    (message,) = load_databases([tmp_path / "car.dbc"])
+    assert message.signals[0].unit == "\xb0/s"

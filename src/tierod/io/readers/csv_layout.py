@@ -138,7 +138,7 @@ def _layout(lines: list[tuple[int, str]], delimiter: str, decimal: str, about: d
         len(body) - 1,
     )
     header = [cells for cells in body[:first] if 1 < len(cells) <= width]
-    _refuse_split_decimals(header, delimiter, width)
+    _refuse_lacking_names(header, below, delimiter)
     columns = _columns(header, width)
     columns = tuple(_as_written(column, about) for column in columns)
     cells = {
@@ -156,13 +156,17 @@ def _layout(lines: list[tuple[int, str]], delimiter: str, decimal: str, about: d
     )
 
 
-def _refuse_split_decimals(header: list[list[str]], delimiter: str, width: int) -> None:
-    """Refuse a decimal comma in a table with commas between its cells, which doubles the number of cells."""
+def _refuse_lacking_names(header: list[list[str]], below: list[list[str]], delimiter: str) -> None:
+    """Refuse a table with names for half of its columns, as where a decimal comma doubles the number of cells."""
+    width = len(below[0])
     named = max((sum(map(bool, cells)) for cells in header), default=width)
     if delimiter == "," and width > 2 and named <= (width + 2) // 2:
+        found = f"has {named} names above {width} columns"
+        if any("." in cell for cells in below for cell in cells):
+            raise InputError(f"{found}; write one row of names above the numbers, with a name for every column")
         raise InputError(
-            f"has {named} names above {width} columns: its numbers have a decimal comma, and commas also separate "
-            "the columns; export it with semicolons, or with a decimal point"
+            f"{found}: its numbers have a decimal comma, and commas also separate the columns; export it with "
+            "semicolons, or with a decimal point"
         )
 
 

@@ -74,12 +74,15 @@ def load_databases(paths: Sequence[str | Path]) -> list[Message]:
 def _database(path: Path, content: bytes) -> CanDatabase | DiagnosticsDatabase:
     """A database; entries of a DBC on signals that it does not describe, which cantools refuses, are left out.
 
-    The encoding is that which cantools expects: Windows-1252 of DBC and SYM files, UTF-8 of all others.
+    DBC and SYM files are in Windows-1252, unless their signs beyond ASCII are valid UTF-8; all others are in UTF-8.
     """
     import cantools.database
 
     kind = path.suffix[1:].lower()
-    text = content.decode("cp1252" if kind in ("dbc", "sym") else "utf-8", errors="replace")
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        text = content.decode("cp1252" if kind in ("dbc", "sym") else "utf-8", errors="replace")
     text = text.replace("\r\n", "\n").replace("\r", "\n")
     try:
         return cantools.database.load_string(text, kind if kind in _KINDS else None, strict=False)
