@@ -130,3 +130,20 @@ def test_creeping_with_turned_wheels_is_no_offset_of_the_yaw_rate(car, angle, of
     made = made.with_channels([dataclasses.replace(yaw_rate, values=yaw_rate.values + offset)])
     finding = diagnose(made, car, "sideslip").findings[0]
     assert ("offset" in f"{finding.headline} {finding.cause}") is named
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.03])
+def test_an_offset_of_the_yaw_rate_is_named_by_the_wheels_despite_a_wave_on_the_speed(car, offset):
+    time = np.arange(0.0, 60.0, STEP)
+    speed, steer = 6.0 + 1.5 * np.sin(0.3 * time), 0.07 * np.sin(0.7 * time)
+    (made,) = recordings([(QUADRICYCLE, (speed, steer))], SEED)
+    made = made.slice(6.0)
+    yaw_rate, read = made["yaw_rate"], made["vehicle_speed"]
+    wave = read.values + (0.8 + 0.8 * np.sin(0.2 * read.time) if offset else 0.0)
+    made = made.with_channels(
+        [dataclasses.replace(yaw_rate, values=yaw_rate.values + offset), dataclasses.replace(read, values=wave)]
+    )
+    finding = diagnose(made, car, "sideslip", spread=False).findings[0]
+    said = f"{finding.headline} {finding.cause}"
+    assert ("offset of" in said) is bool(offset)
+    assert finding.status.exit_code == (1 if offset else 0)

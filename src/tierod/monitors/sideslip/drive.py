@@ -59,6 +59,10 @@ class SideslipDrive:
         """Time for which the sideslip was estimated, above walking pace [s]."""
         return self.figures.samples / self.rate
 
+    def yaw_rate_offsets(self) -> tuple[float, float]:
+        """Offset of the yaw rate from the lateral acceleration and from the rear wheel speeds [rad/s]."""
+        return self.motion.yaw_rate_offset(), self.observables.yaw_rate_offset()
+
     def add(
         self, running: np.ndarray, signals: Mapping[str, np.ndarray], result: Result, contradictions: bool = True
     ) -> None:

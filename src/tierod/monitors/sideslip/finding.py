@@ -154,7 +154,7 @@ def _beside_truth(finding: Finding, seconds: float) -> Finding:
 
 def _with_offset(finding: Finding, drive: SideslipDrive) -> Finding:
     """The finding with the offset of the yaw rate as its cause; then it is inconsistent."""
-    if (offset := drive.sensors.offset(drive.motion.yaw_rate_offset())) is None:
+    if (offset := drive.sensors.offset(*drive.yaw_rate_offsets())) is None:
         return finding
     cause = (
         f"the yaw rate has an offset of {_signed(math.degrees(offset.value), 1)} degrees per second, shown by its "

@@ -76,7 +76,7 @@ class ObservablesOverDrive:
         self._turn, self._slow = RelationOverDrive(2), RelationOverDrive(3)
         self._steer, self._track = RelationOverDrive(3), RelationOverDrive(2)
         self._wheel, self._gain, self._gained = RelationOverDrive(1), RelationOverDrive(2), RelationOverDrive(2)
-        self._speeds = np.zeros(3)
+        self._speeds, self._turned = np.zeros(3), RelationOverDrive(3)
 
     def add(self, signals: Mapping[str, np.ndarray], angle: np.ndarray) -> None:
         """Add the next piece, (n,) each; NaN where missing.
@@ -108,6 +108,7 @@ class ObservablesOverDrive:
             self._speeds += (np.sum(steered), np.sum(1.0 / speed[steered]), np.sum(speed[steered]))
         rear_left, rear_right, front_left, front_right = wheels
         self._track.add((yaw, speed), rear_right - rear_left, linear)
+        self._turned.add((yaw, speed, one), rear_right - rear_left, linear)
         mean = 0.5 * (rear_left + rear_right)
         mean = np.where(np.isfinite(mean), mean, 0.5 * (front_left + front_right))
         self._wheel.add((mean,), speed, rolling)
@@ -123,6 +124,20 @@ class ObservablesOverDrive:
         """
         _, slowness, speed = self._speeds / max(self._speeds[0], 1.0)
         return float(wheelbase * slowness + understeer * speed)
+
+    def yaw_rate_offset(self) -> float:
+        """Offset of the yaw rate beside the rear wheels, less two standard deviations [rad/s]; 0 without an estimate.
+
+        In d = t r + e v + k a constant difference k of the wheels is -t times the offset; unequal radii enter e.
+        """
+        relation = self._turned.found()
+        if relation is None or not relation.values[0] > 0.0:
+            return 0.0
+        offset, deviation = (
+            float(each) / float(relation.values[0])
+            for each in (-relation.values[2], math.sqrt(relation.covariance[2, 2]))
+        )
+        return math.copysign(max(abs(offset) - 2.0 * deviation, 0.0), offset)
 
     def found(self) -> tuple[Observables, np.ndarray]:
         """The observables, and their covariance from the noise of the drive."""

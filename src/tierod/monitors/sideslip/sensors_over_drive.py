@@ -68,6 +68,7 @@ class SensorsOverDrive:
         self.limits, self._rate, self.offset_rule = limits or SensorLimits(), rate, offset_rule()
         self._car = p
         self._standing, self._rolling, self._turning = np.zeros(3), np.zeros(4), np.zeros(6)
+        self._steered = np.zeros(2)
         self._readings = self._beyond = 0
 
     def add(self, speed: np.ndarray, yaw_rate: np.ndarray, acceleration: np.ndarray, angle: np.ndarray) -> None:
@@ -86,6 +87,9 @@ class SensorsOverDrive:
         creeps = self.limits.unseen * np.abs(np.tan(angle)) / (self._car.front_distance + self._car.rear_distance)
         still = yaw_rate[known & (np.abs(speed) < self.limits.standing) & ~(creeps > self.limits.crept)]
         self._standing += (len(still), still.sum(), still @ still)
+        steers = known & (speed > self.limits.rolling) & np.isfinite(angle)
+        beside = yaw_rate[steers] - SingleTrack.steady_yaw_gain(speed[steers], self._car) * angle[steers]
+        self._steered += (len(beside), beside.sum())
         rolling = known & (speed > self.limits.rolling) & np.isfinite(acceleration)
         v, r, a = speed[rolling], yaw_rate[rolling], acceleration[rolling]
         x = v * r
@@ -95,17 +99,20 @@ class SensorsOverDrive:
         gain = SingleTrack.steady_yaw_gain(v, self._car)
         self._rolling += (len(v), np.sum(r - a / v), np.sum(r - gain * d), np.sum(r))
 
-    def offset(self, beside_turns: float = 0.0) -> Offset | None:
+    def offset(self, beside_turns: float = 0.0, beside_wheels: float = 0.0) -> Offset | None:
         """Offset of the yaw rate; None where the data give none of reportable size.
 
         Args:
             beside_turns: offset from lateral acceleration over speed, see `MotionOverDrive.yaw_rate_offset` [rad/s]
+            beside_wheels: offset from the rear wheel speeds, see `ObservablesOverDrive.yaw_rate_offset` [rad/s]
         """
         count, total, squares = self._standing
         if count >= self.limits.standing_time * self._rate:
             mean = total / count
             if math.sqrt(max(squares / count - mean * mean, 0.0)) < self.limits.still:
                 return self._worth_naming(mean, "while the car stands")
+        if found := self._beside_wheels(beside_wheels):
+            return found
         count, beside_acceleration, beside_steering, turned = self._rolling
         rolls = count >= self.limits.rolling_time * self._rate
         one, other = (beside_acceleration / count, beside_steering / count) if rolls else (math.nan, math.nan)
@@ -120,6 +127,16 @@ class SensorsOverDrive:
         if abs(smaller) < self.limits.scale * abs(turned / count - smaller):
             return None
         return self._worth_naming(smaller, "compared with both lateral acceleration and steering") if alike else None
+
+    def _beside_wheels(self, offset: float) -> Offset | None:
+        """Offset by the rear wheel speeds, which the steering must confirm; None without both."""
+        count, beside_steering = self._steered
+        if count < self.limits.rolling_time * self._rate or not offset:
+            return None
+        ratio = beside_steering / count / offset
+        if not 1.0 / self.limits.alike < ratio < self.limits.alike:
+            return None
+        return self._worth_naming(offset, "compared with both rear wheel speeds and steering")
 
     def _worth_naming(self, value: float, shown_by: str) -> Offset | None:
         named = alarms_at(self.offset_rule, float(value) / USUAL_OFFSET)
