@@ -104,6 +104,8 @@ class Reversing:
     ) -> np.ndarray:
         """Add the next piece, and return whether the car is known to reverse at each sample, (n,).
 
+        Signed speeds tell it themselves; only what unsigned ones hide is in `found`.
+
         Args:
             time: time stamps [s], (n,)
             yaw_rate: yaw rate [rad/s], (n,); NaN if missing, as in the others
@@ -121,7 +123,8 @@ class Reversing:
             # Without a speed the car may go on as before.
             moves = ~(np.abs(speed) < self._limits.standing) & (np.isfinite(speed) | (self._motion is not None))
         if self._signed:
-            return found
+            with np.errstate(invalid="ignore"):
+                return np.asarray(speed < -self._limits.standing)
         added = self._contributions(yaw, angle, speed, difference)
         if len(time) and not moves[0]:
             self._motion = None

@@ -4,11 +4,15 @@ It shares no equation with the monitors: forces of brush-like tyres move a rigid
 """
 
 import math
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from tierod.core.recording import Channel, Recording
+from tierod.vehicles.beginning import begun
+from tierod.vehicles.classes import Known
+from tierod.vehicles.vehicle import Vehicle
 
 STEP = 0.002
 """Step of the integration [s]."""
@@ -28,6 +32,7 @@ class SmallCar(NamedTuple):
         ackermann: share of Ackermann's difference between the front wheels [-]
         ratio: road wheel angle per steering wheel angle [-]
         lag: time constant from the steering wheel to the road wheels [s]
+        zero: standard deviation of the zero of the angle sensor [rad]
         uneven: standard deviation of a wheel's speed by the road [m/s]
     """
 
@@ -41,15 +46,16 @@ class SmallCar(NamedTuple):
     ackermann: float = 0.6
     ratio: float = 1.0 / 16.0
     lag: float = 0.05
+    zero: float = 0.03
     uneven: float = 0.02
 
 
 QUADRICYCLE = SmallCar()
-SCALE_CAR = SmallCar(22.0, 1.3, 0.33, 0.32, 0.40, 900.0, 0.8, 0.3, 1.0, 0.04, 0.03)
+SCALE_CAR = SmallCar(22.0, 1.3, 0.33, 0.32, 0.40, 900.0, 0.8, 0.3, 1.0, 0.04, 0.008, 0.03)
 """A car at a scale of 1:4, whose steering signal is the mean angle of its front wheels."""
 
 
-def course(seed, seconds=90.0, fastest=8.0, reverse=False):
+def course(seed, wheelbase=1.7, seconds=90.0, fastest=8.0, reverse=False):
     """Speed and road wheel angle over time [m/s], [rad]: halts, walking pace, tight turns; with reverse gear or not."""
     most, chance, time = math.radians(35.0), np.random.default_rng(seed), np.arange(0.0, seconds, STEP)
     knots, speeds, angles, at = [0.0], [0.0], [0.0], 1.0
@@ -63,13 +69,21 @@ def course(seed, seconds=90.0, fastest=8.0, reverse=False):
         elif not reverse or speeds[-1] == 0.0 or speeds[-1] * direction > 0.0:
             speed = chance.choice([chance.uniform(0.4, 1.5), chance.uniform(1.0, 3.0), chance.uniform(2.0, fastest)])
             speed = min(speed, 2.5) if direction < 0.0 else speed
-            # A lateral acceleration of 4 m/s**2 at the most.
-            bound = min(most, math.atan(4.0 / max(speed, 0.5) ** 2 * 1.7))
+            # The car is steered for 4 m/s**2 at the most, and passes through more where it slows down late.
+            bound = min(most, math.atan(4.0 * wheelbase / max(speed, abs(speeds[-1]), 0.5) ** 2))
             knots.append(at)
             speeds.append(direction * speed)
             angles.append(float(np.clip(chance.normal(0.0, bound), -bound, bound)))
         at = knots[-1] + chance.uniform(1.5, 4.0)
     return np.interp(time, knots, speeds), np.interp(time, knots, angles)
+
+
+def vehicle_of(p):
+    """Vehicle file of a car of which a tape measure and a scale are known."""
+    known = {"mass": p.mass, "wheelbase": p.front + p.rear, "track_width": p.track, "steering_ratio": p.ratio}
+    _, parameters = begun({name: Known(value, None, "measured") for name, value in known.items()}, "quadricycle")
+    named = {each.name: each for each in parameters}
+    return Vehicle("small", "small car", "typical of its class", (), (), "N*m", named, Path("small.toml"))
 
 
 def backs_out(forward=1.0):
@@ -131,7 +145,7 @@ def _recorded(p, states, seed, unsigned, step):
         return np.round((values + offset + noise * chance.standard_normal(len(time))) / rounded) * rounded
 
     signals = {
-        "steering_wheel_angle": (read(steer / p.ratio, 0.0, 0.0017, chance.normal(0.0, 0.01 / p.ratio)), "rad"),
+        "steering_wheel_angle": (read(steer / p.ratio, 0.0, 0.0017, chance.normal(0.0, p.zero)), "rad"),
         "yaw_rate": (read(yaw, 0.004, 0.001, chance.normal(0.0, 0.003)), "rad/s"),
     }
     for name in ALL_WHEELS:

@@ -4,11 +4,13 @@ import json
 
 import pytest
 
-from monitors.condition.small_car import QUADRICYCLE, backs_out, recordings
+from monitors.condition.small_car import QUADRICYCLE, SCALE_CAR, backs_out, course, recordings, vehicle_of
 from tierod.cli import main
 from tierod.core.findings import Status
 from tierod.io.writers import write
 from tierod.monitors.diagnose import diagnose
+from tierod.papers.condition.faults import GAIN, OFFSET, Injected
+from tierod.proving_ground.faults import injected
 from tierod.vehicles import load
 
 
@@ -65,3 +67,22 @@ def test_where_every_turn_is_mirrored_both_causes_are_named_and_nothing_is_fault
     finding = diagnose(made, load(quadricycle), "condition").findings[0]
     assert finding.status is Status.NOT_TESTABLE
     assert "the car reversed all the time, or the yaw rate has the wrong sign" in finding.headline
+
+
+@pytest.mark.parametrize("reverse", [False, True])
+def test_tight_turns_at_walking_pace_are_no_faults(reverse):
+    cars = [car for car in (QUADRICYCLE, SCALE_CAR) for _ in range(3)]
+    courses = [course(5000 + k, car.front + car.rear, 45.0, reverse=reverse) for k, car in enumerate(cars)]
+    made = recordings(list(zip(cars, courses, strict=True)), 5000, unsigned=reverse)
+    for car, each in zip(cars, made, strict=True):
+        finding = diagnose(each, vehicle_of(car), "condition").findings[0]
+        assert finding.status not in (Status.FAULT, Status.SUSPECT), finding.headline
+
+
+@pytest.mark.parametrize(("sensor", "kind", "size"), [("yaw_rate", GAIN, 1.6), ("wheel_speed_front_left", OFFSET, 1.5)])
+@pytest.mark.parametrize("car", [QUADRICYCLE, SCALE_CAR])
+def test_a_fault_of_a_slow_car_is_still_named(car, sensor, kind, size):
+    (made,) = recordings([(car, course(5010, car.front + car.rear, 30.0))], 5010)
+    fault = Injected(sensor, kind, size, 15.0, 25.0).fault
+    found = diagnose(injected(made, [fault]), vehicle_of(car), "condition")
+    assert [each.name for each in found.elements if each.status is Status.FAULT] == [sensor]

@@ -1,11 +1,13 @@
 """Signals that the filters take in and that are wrong: they are named, and no actuator is blamed for them."""
 
+import math
 from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 import pytest
 
+from tierod.cli import main
 from tierod.core.findings import Status
 from tierod.core.recording import Recording
 from tierod.monitors.condition.definition import CONDITION
@@ -160,3 +162,20 @@ def test_a_drive_that_was_hardly_judged_is_not_healthy(drive):
     assert finding.headline.startswith("Too little of the drive was judged")
     assert "s of driving were not judged: the tyres slid" in finding.cause
     assert finding.action.startswith("drive on a dry road")
+
+
+@pytest.mark.parametrize(
+    "heads", [("time", "lateral_acceleration"), ("time", "vehicle_speed", "longitudinal_acceleration")]
+)
+def test_accelerations_alone_are_too_few_sensors_and_no_crash(heads, tmp_path, capsys):
+    rows = [
+        ",".join(f"{value:.3f}" for value in (0.01 * k, *(12.0 + math.sin(0.01 * k),) * (len(heads) - 1)))
+        for k in range(1001)
+    ]
+    (tmp_path / "few.csv").write_text("\n".join((",".join(heads), *rows)) + "\n")
+    assert main(["new", str(tmp_path / "own.toml"), "--class", "midsize", "mass=1500"]) == 0
+    assert main(["inspect", str(tmp_path / "few.csv")]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "condition: cannot run - fewer than 4 sensors give a reading" in said
+    assert main(["diagnose", str(tmp_path / "few.csv"), "--vehicle", str(tmp_path / "own.toml"), "--no-report"]) == 3
+    assert "fewer than 4 sensors give a reading; the recording has no wheel speed" in capsys.readouterr().err

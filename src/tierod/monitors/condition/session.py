@@ -199,7 +199,7 @@ class ConditionSession:
         if not reverses.any():
             return values, reverses
         values = values.copy()
-        values[np.ix_(reverses, WHEEL_PLACES)] *= -1.0
+        values[np.ix_(reverses, WHEEL_PLACES)] = -np.abs(wheels[reverses])
         return values, reverses
 
     def _not_done(self) -> tuple[tuple[str, ...], ...]:

@@ -230,3 +230,22 @@ def test_while_kinds_are_as_likely_the_effect_is_the_mildest_of_theirs():
     early, late = slice(START + 5, START + 40), slice(START + 200, END)
     assert (np.abs(mild[early]) < np.abs(bold[early]) - 0.05).any()
     np.testing.assert_array_equal(mild[late], bold[late])
+
+
+@pytest.mark.parametrize(("kind", "size"), [("offset", 0.06), ("gain", 1.5), ("noise", 0.05), ("drift", 0.01)])
+@pytest.mark.parametrize("small", [0.01, 1.0])
+def test_no_magnitude_is_named_whose_interval_contains_that_of_a_fault_free_sensor(kind, size, small):
+    for result in batch(BLOCK, [_scaled(samples(kind, size, seed), small) for seed in range(20)]):
+        named = result["kind"] > 0.5
+        number = result["kind"][named].astype(int) - 1
+        neutral = np.array([1.0 if KINDS[each] in ("gain", "outlier") else 0.0 for each in number])
+        valued = ~np.isin([KINDS[each] for each in number], ("loss", "stuck"))
+        away = np.abs(result["magnitude"][named] - neutral)[valued]
+        assert (away > BLOCK.sure * result["deviation"][named][valued]).all()
+
+
+def _scaled(given, factor):
+    """Reading and prediction of a signal that hardly differs from zero, with the same errors."""
+    given[:, 0] -= (1.0 - factor) * given[:, 1]
+    given[:, 1] *= factor
+    return given

@@ -78,9 +78,9 @@ def isolability(model: StructuralModel, at_once: int = 1) -> Isolability:
     sets = [each for size in range(1, at_once + 1) for each in combinations(model.faults, size)]
     left = {each: _faults_of(overdetermined(_without(model, each))) for each in sets}
     seen = _faults_of(overdetermined(model.equations))
-    detectable = np.array([bool(set(each) & seen) for each in sets])
+    detectable = np.array([bool(set(each) & seen) for each in sets], dtype=bool)
     mistaken = np.array(
-        [[not set(there) & left[other] and not set(there) < set(other) for other in sets] for there in sets]
+        [[not set(there) & left[other] and not set(there) < set(other) for other in sets] for there in sets], dtype=bool
     )
     return Isolability(tuple(" + ".join(each) for each in sets), detectable, mistaken.reshape(len(sets), len(sets)))
 

@@ -39,6 +39,10 @@ LIMITS = RollingCar.State(80.0, 15.0, 3.0, 10.0, 4.0, 0.1, 0.5, 0.04, 0.2, 0.04,
 """Bounds of the state estimates; a faulty sensor then cannot drive a filter to infinity."""
 
 
+SLOWEST = 0.1
+"""Speed below which the steering angle is hardly used [m/s]."""
+
+
 @dataclass(frozen=True)
 class RollingError:
     """Standard deviations of the model error.
@@ -57,6 +61,8 @@ class RollingError:
         uneven_slip: difference of slip between the wheels of an axle, per acceleration
         uneven: difference of speed between them, as a share of the speed
         grade, bank: accelerations by grade and bank of the road
+        walking: error of the steer of the road wheels at 1 m/s by scrub; it falls with the square of the speed
+        building_up: error of the distance over which tyres build up the force of a turn
         steering_scale: relative error of steering ratio over wheelbase in the vehicle file
         understeer: error of the understeer gradient of the vehicle file
     """
@@ -77,6 +83,8 @@ class RollingError:
     uneven: Annotated[float, ""] = 0.0
     grade: Annotated[float, "m/s**2"] = 0.4
     bank: Annotated[float, "m/s**2"] = 0.4
+    walking: Annotated[float, "rad"] = 0.01
+    building_up: Annotated[float, "m"] = 0.2
     steering_scale: Annotated[float, ""] = 0.01
     understeer: Annotated[float, "rad*s**2/m"] = 2e-4
 
@@ -234,7 +242,7 @@ class RollingFilter:
         noise = [each + rounding for each, rounding in zip(self._noise(mean), steps.variances, strict=True)]
         alike = (1.0,) * len(ACCELERATIONS)
         trusted = (*(getattr(self.trusted, name) for name in OF_CARS), *alike)
-        usual = self._noise(RollingCar.State(*(0.0,) * len(mean)))
+        usual = [value * value for value in self.sensor_noise]
         seen = observed(covariance, expected, derivatives, readings, noise, usual, trusted, self.influence)
         bounded = RollingCar.State(*seen.moved(mean, self._limits))
         age = minimum(state.age + p.sample_time, self.settling)
@@ -263,12 +271,30 @@ class RollingFilter:
         )
 
     def _noise(self, mean: RollingCar.State) -> tuple[Scalar, ...]:
-        """Variance of each reading; driven and braked wheels of an axle do not slip equally."""
+        """Variance of each reading; driven and braked wheels of an axle do not slip equally.
+
+        At walking pace the angle does not give the yaw rate, since tyres scrub and speeds are coarse.
+        """
         uneven = self.model_error.uneven_slip * mean.acceleration * mean.speed
         share = self.model_error.uneven * mean.speed
         more = dict.fromkeys(ALL_WHEELS, uneven * uneven + share * share)
+        angle = self._unsteady(mean)
+        more["steering_wheel_angle"] = angle * angle
         known = self.sensor_noise._asdict()
         return tuple(value * value + more.get(name, 0.0) for name, value in known.items())
+
+    def _unsteady(self, mean: RollingCar.State) -> Scalar:
+        """Error of the steering wheel angle that a yaw motion gives, at walking pace and while the yaw rate changes."""
+        error, p = self.model_error, self.vehicle
+        speed = maximum(absolute(mean.speed), SLOWEST)
+        share = self._wheelbase * mean.yaw_rate / maximum(mean.speed, LEAST_SPEED)
+        turning = (
+            self._wheelbase
+            * absolute(mean.yaw_acceleration)
+            / (maximum(mean.speed, LEAST_SPEED) * (1.0 + share * share))
+        )
+        below = maximum(LEAST_SPEED / speed - 1.0, 0.0) * absolute(share)
+        return (error.walking / (speed * speed) + error.building_up * turning / speed + below) / p.steering_ratio
 
     def _process_noise(self, mean: RollingCar.State) -> RollingCar.State:
         """Variance that each state gains per sample."""

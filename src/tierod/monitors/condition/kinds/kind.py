@@ -57,7 +57,8 @@ class KindOfFault:
         recent: time constant of the recent mean of deviations, by which an undeclared sensor is checked
         away: bound of that mean for a consistent sensor, in standard deviations; fault-free ones hardly ever exceed it
         jumps: least difference of a jump from that mean, in standard deviations, beyond half of the mean
-        sure: number of standard deviations by which the slope of a drift, or a delay, must differ from zero
+        sure: number of standard deviations by which a magnitude must differ from that of a fault-free sensor, 1 for
+            factors and 0 for all others; the decision itself errs as rarely, once in some hundred independent samples
         quick: least share of the squared deviations of noise that lies about the recent mean; white noise has all
         alike: correlation time of the prediction's errors in the likelihoods
         lasting: correlation time of the prediction's errors in the standard deviations of magnitudes
@@ -300,8 +301,14 @@ class KindOfFault:
             (NOISE, noisy, state.noise, noise, rough, noise),
             (DELAY, late > self.sure * unsure, likely, late, unsure, behind),
         )
-        best = likeliest(options, self.doubt)
+        best = self._sure(*likeliest(options, self.doubt))
         still = self._is_still(state)
         where_it_stays = state.constant.value
         constant = (where(absolute(where_it_stays) < self.zero, LOSS, STUCK), 0.0, 0.0, where_it_stays - prediction)
         return Kind(*(where(still, a, b) for a, b in zip(constant, best, strict=True)))
+
+    def _sure(self, kind: Scalar, magnitude: Scalar, deviation: Scalar, effect: Scalar) -> tuple[Scalar, ...]:
+        """Likeliest kind, or none where the interval of its magnitude contains that of a fault-free sensor."""
+        neutral = where(either(kind == GAIN, kind == OUTLIER), 1.0, 0.0)
+        sure = either(kind == STUCK, absolute(magnitude - neutral) > self.sure * deviation)
+        return *(where(sure, each, 0.0) for each in (kind, magnitude, deviation)), effect
