@@ -47,7 +47,9 @@ def test_without_wheel_speeds_and_with_slow_sensors_it_is_recognised_as_well():
 
 def test_signed_speeds_and_turns_forward_are_no_reversing_with_unsigned_ones():
     yaw, angle, speed, difference = moved()
-    assert not followed(yaw, angle, np.sign(SPEED) * speed, difference)[1].any()
+    made, known = followed(yaw, angle, np.sign(SPEED) * speed, difference)
+    assert not made.found
+    assert not known[SPEED >= 0.0].any()
     forward = moved(np.abs(SPEED))
     assert not followed(*forward)[1].any()
 

@@ -21,6 +21,7 @@ from tierod.monitors.condition.courses import ElementCourse
 from tierod.monitors.condition.driven import STANDING, Driven
 from tierod.monitors.condition.finding import OtherCauses, judge
 from tierod.monitors.condition.kinds.catalogue import OFFSET
+from tierod.monitors.condition.recording_checks.constancy import Constancy
 from tierod.monitors.condition.recording_checks.contradictions import Problem
 from tierod.monitors.condition.recording_checks.coverage import Coverage, ImpossibleValues, TargetPace
 from tierod.monitors.condition.recording_checks.filter_inputs import AccelerationCheck, TargetCheck
@@ -139,6 +140,9 @@ class ConditionSession:
             self._reversing = Reversing(rate, parameters.steering_ratio, wheelbase)
         self._impossible, self._accelerations = ImpossibleValues(), AccelerationCheck(parameters, rate)
         self._read = np.zeros(len(self._measured), bool)
+        # Driver and road let a coarse steering angle repeat itself for ten seconds, but no noisy yaw rate.
+        self._places = [self.signals.index("yaw_rate")]
+        self._constancy = Constancy(tuple(self.signals[place] for place in self._places), 1.0 / rate)
         self._courses = {each: ElementCourse(each, 1.0 / rate) for each in self._elements}
         self._anew = False
         self._memory: Memory | None = None
@@ -159,6 +163,7 @@ class ConditionSession:
         values, reverses = self._with_signed_speeds(aligned.time, values)
         self._wiring.add(dict(zip(aligned.names, values.T, strict=True)))
         self._driven.add(aligned.time, values, covered)
+        self._constancy.add(aligned.time, aligned.values[:, self._places], _moving(values))
         self._driven.add_reversing(reverses & covered.judged)
         if self._pace is not None:
             self._pace.add(values)
@@ -231,8 +236,7 @@ class ConditionSession:
         stated, states = StatementCourse.unjudged(count), np.full((count, len(ELEMENTS)), np.nan)
         supplied = {name: states[:, 0] for name in self.traces if "supplied_" in name}
         # Missing wheel speeds are no evidence of a standstill.
-        wheels = aligned.values[:, WHEEL_PLACES]
-        moving = ~((np.abs(wheels) < STANDING) | np.isnan(wheels)).all(axis=1) | np.isnan(wheels).all(axis=1)
+        moving = _moving(aligned.values) | np.isnan(aligned.values[:, WHEEL_PLACES]).all(axis=1)
         if judged:
             self._scanner = self._scanner or Scanner(self.block)
             result = self._scanner.scan(aligned, self._memory)
@@ -309,8 +313,9 @@ class ConditionSession:
         )
         problems = (*wired, *slow)
         interruptions = self._coverage.interruptions
-        states = elements(self._courses, self._driven, problems, self.graph)
-        lost = losses(self._courses, self._driven)
+        constant = self._constancy.losses()
+        states = elements(self._courses, self._driven, problems, self.graph, constant)
+        lost = constant | losses(self._courses, self._driven)
         missing = [name for name, read in zip(self._measured, self._read, strict=True) if not read]
         # Without any reading, or with all sensors, isolability needs no note.
         notes = limitations(self.vehicle, missing) if missing and self._read.any() else ()
@@ -331,3 +336,9 @@ class ConditionSession:
         # Wrong wiring is no fault of an element and must not enter a fault memory.
         courses = {} if problems else code_courses(self._courses, self._driven.end)
         return Conclusion(finding, elements=states, code_courses=courses, withheld=withheld)
+
+
+def _moving(values: np.ndarray) -> np.ndarray:
+    """Whether any wheel reads more than `STANDING`, (n,), from columns of `ConditionSample`."""
+    with np.errstate(invalid="ignore"):
+        return np.asarray((np.abs(values[:, WHEEL_PLACES]) >= STANDING).any(axis=1))

@@ -29,7 +29,11 @@ _NEVER = 0.05
 
 
 def elements(
-    courses: Mapping[str, ElementCourse], drive: Driven, problems: Sequence[Problem], graph: SubstitutionGraph
+    courses: Mapping[str, ElementCourse],
+    drive: Driven,
+    problems: Sequence[Problem],
+    graph: SubstitutionGraph,
+    constant: Mapping[str, Loss] | None = None,
 ) -> tuple[Element, ...]:
     """State of every sensor and actuator.
 
@@ -38,9 +42,10 @@ def elements(
         drive: figures of the drive
         problems: wiring errors
         graph: graph of the substitutes
+        constant: sensors whose readings stayed the same for unusually long
     """
     codes = load_trouble_codes().codes
-    found, open_, lost = [], unresolved(courses, drive.end), losses(courses, drive)
+    found, open_, lost = [], unresolved(courses, drive.end), dict(constant or {}) | losses(courses, drive)
     for name, course in courses.items():
         needed = courses.get(NEEDED.get(name, ""))
         status, cause = _status(course, open_[name], drive, problems, needed, lost.get(name))

@@ -181,3 +181,15 @@ def test_too_little_driving_is_refused():
     empty = Recording({"vehicle_speed": Channel("vehicle_speed", np.arange(3.0), np.arange(3.0), "m/s")})
     with pytest.raises(InputError, match="none of the signals"):
         calibrate_residuals(CAR, [empty], [empty])
+
+
+@pytest.mark.parametrize("motors", [(1,), (1, 2)])
+def test_while_a_residual_exceeds_its_limit_and_no_rule_explains_it_nothing_is_fault_free(motors):
+    samples = circle(radius=12.0, seconds=8.0)
+    for number in motors:
+        samples[500:, index(f"steering_motor_{number}_target_torque")] += 6.0
+    result = scan(rule_monitor(CAR, KNOWN, "rules-discriminating"), samples)
+    states = {name: result[f"statements.{name}.status"][-1] for name in (*OF_AUTOMATED, *ACTUATORS)}
+    assert SUSPECT in states.values() or FAULT in states.values()
+    if FAULT not in states.values():
+        assert set(states.values()) == {SUSPECT}

@@ -2,14 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import reduce
 from typing import NamedTuple
 
 from tierod.core.block import Scalar
 from tierod.core.findings import Status
-from tierod.core.graph.maths import absolute, all_of, both, greatest_of, minimum, present, where
+from tierod.core.graph.maths import (
+    absolute,
+    all_of,
+    any_of,
+    both,
+    either,
+    greatest_of,
+    minimum,
+    negated,
+    present,
+    where,
+)
 from tierod.core.statement import Statement, code_of
 from tierod.monitors.condition.reaction import ConditionOutput, FaultReaction, Judged, ReactionState
 from tierod.monitors.condition.signals import (
@@ -106,8 +117,11 @@ class RuleMonitor:
             state.rules, self.rules.Sample(*(ratios[name] for name in self.rules.table.residuals))
         )
         faulty = tuple(getattr(said.faulty, name, 0.0) for name in OF_AUTOMATED)
+        # Without a reading of every sensor a residual may exceed its limit by the missing one.
+        complete = all_of(*(getattr(seen.there, MAIN[name]) > 0.5 for name in OF_AUTOMATED))
+        unexplained = both(complete, _exceeding(ratios))
         spans, statements = state.spans.followed_by(
-            self._statements(said, not_testable), self._residuals(ratios, seen), self.spans
+            self._statements(said, not_testable, unexplained), self._residuals(ratios, seen), self.spans
         )
         seen_now = {name: 1.0 - each for name, each in zip(OF_AUTOMATED, not_testable, strict=True)}
         testable = Elements(*(seen_now.get(name, 0.0 if name in SENSORS else 1.0) for name in ELEMENTS))
@@ -129,9 +143,16 @@ class RuleMonitor:
                 found[rule.fault] = Residual(HALF * least, present(least))
         return found
 
-    def _statements(self, said: RuleDiagnosis.Output, not_testable: Sequence[Scalar]) -> Statements:
-        """Status and score of every element; rules estimate neither kind nor magnitude."""
+    def _statements(self, said: RuleDiagnosis.Output, not_testable: Sequence[Scalar], exceeding: Scalar) -> Statements:
+        """Status and score of every element; rules estimate neither kind nor magnitude.
+
+        Every element is a candidate while a residual exceeds its limit and no rule explains it.
+        """
         made = []
+        # A single candidate is no explanation either: its rule does not hold.
+        explained = either(any_of(0.0, *said.faulty), sum(said.candidates, 0.0) > 1.5)
+        unexplained = both(exceeding, negated(explained))
+        known = (*OF_AUTOMATED, *ACTUATORS)
         blinded = dict(zip(OF_AUTOMATED, not_testable, strict=True))
         for name in ELEMENTS:
             # Sensors that the rules do not use, such as front wheels, are never testable; actuators always are.
@@ -139,7 +160,8 @@ class RuleMonitor:
             # An element without a rule is never declared.
             faulty, candidate, score = (getattr(each, name, 0.0) for each in said[:3])
             quiet = where(blind > 0.5, code_of(Status.NOT_TESTABLE), code_of(Status.HEALTHY))
-            status = where(faulty > 0.5, code_of(Status.FAULT), where(candidate > 0.5, code_of(Status.SUSPECT), quiet))
+            suspect = either(candidate > 0.5, both(unexplained, 1.0 if name in known else 0.0))
+            status = where(faulty > 0.5, code_of(Status.FAULT), where(suspect, code_of(Status.SUSPECT), quiet))
             made.append(Statement(status, 0.0, 0.0, 0.0, 0.0, score))
         return Statements(*made)
 
@@ -199,6 +221,11 @@ def _ratios(
             seen.residuals._fields, seen.residuals, seen.there, thresholds, strict=True
         )
     }
+
+
+def _exceeding(ratios: Mapping[str, Scalar]) -> Scalar:
+    """Whether any residual exceeds its limit; one that is absent does not."""
+    return any_of(0.0, *(both(present(each), absolute(each) > 1.0) for each in ratios.values()))
 
 
 _ABSENT = float("inf")
