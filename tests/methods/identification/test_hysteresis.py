@@ -54,6 +54,14 @@ def test_added_friction_of_the_virtual_car_within_three_tenths(added, support):
         assert math.degrees(faulted.pre_sliding.angle) == pytest.approx(1.0, abs=0.2)
 
 
+def test_a_test_without_assist_is_judged():
+    test = lock_to_lock(HEALTHY, noise=0.0)
+    driver = test["driver_torque"].values + GEAR * test["motor_torque"].values
+    unassisted = changed(test, "motor_torque", np.zeros_like(driver))
+    found = IDENTIFICATION.identify(changed(unassisted, "driver_torque", driver), "hoist")
+    assert found.friction_torque == pytest.approx(IDENTIFICATION.identify(test, "hoist").friction_torque)
+
+
 def test_the_twist_of_an_elastic_bar_is_no_pre_sliding():
     stiff, rigid = lock_to_lock(12.5, noise=0.0), IDENTIFICATION
     twist = stiff["driver_torque"].values / 40.0

@@ -235,6 +235,9 @@ class HysteresisIdentification:
         path = path_over(angle, loops)
 
         def work(noise: Noise, other: np.ndarray) -> float:
+            # A torque without assist, say, has one reading, without noise.
+            if len(noise.readings) < 2:
+                return 0.0
             return noise.deviation * float(np.linalg.norm(np.gradient(other[noise.readings])))
 
         of_angle, of_driver, of_motor = (noise_of(values, time) for values in (angle, driver, motor))
