@@ -211,6 +211,8 @@ def other_channel(recording, factor, name="steering_wheel_angle"):
         (1.0, "steering_wheel_angle", "counts once: leave one out"),
         (1.0 / 15.0, "steering_wheel_angle", "differ by a factor of 15"),
         (1.0 / 15.0, "road_wheel_angle", "differ by a factor of 15"),
+        (-1.0, "steering_wheel_angle", "their steering angles have opposite signs; the drive counts once"),
+        (-1.0 / 15.0, "steering_wheel_angle", "have opposite signs and differ by a factor of 15"),
     ],
 )
 def test_one_drive_in_two_exports_counts_once(recording, guess, factor, name, said):
@@ -224,6 +226,15 @@ def test_one_drive_in_two_exports_counts_once(recording, guess, factor, name, sa
 def test_a_road_wheel_angle_that_is_called_the_steering_wheel_s_gives_no_mass(short, guess):
     with pytest.raises(InputError, match=r"steering_wheel_angle is 0\.0\d+ times .* at another place, such as"):
         identify_vehicle({"drive": other_channel(short, 1.0 / 15.0)}, guess)
+
+
+def test_a_steering_angle_of_the_wrong_sign_is_not_said_to_be_of_another_place(short, guess):
+    with pytest.raises(InputError, match="steering_wheel_angle and yaw_rate have opposite signs") as refused:
+        identify_vehicle({"drive": other_channel(short, -1.0)}, guess)
+    assert "another place" not in str(refused.value)
+    assert "channel map" in str(refused.value)
+    with pytest.raises(InputError, match=r"opposite signs .* is 0\.0\d+ times .* at another place, such as"):
+        identify_vehicle({"drive": other_channel(short, -1.0 / 15.0)}, guess)
 
 
 def test_standing_readings_change_nothing(recording, guess, found):

@@ -26,6 +26,7 @@ SLOW: Annotated[float, "m/s"] = 12.0
 """Speed up to which the geometry of the turn makes most of the steering angle."""
 TURNING: Annotated[float, "rad/s"] = 0.05
 """Yaw rate from which a turn counts, above offsets of the sensor."""
+_ELSEWHERE = "measured at another place, such as the road wheels, or has another unit"
 
 
 class Twice(NamedTuple):
@@ -43,16 +44,19 @@ class Twice(NamedTuple):
     def __str__(self) -> str:
         """One sentence for a message."""
         same = f"{self.first} and {self.second} hold the same drive"
-        if abs(self.factor - 1.0) < SAME_ANGLE:
+        size = abs(self.factor)
+        unlike = [] if self.factor > 0.0 or math.isnan(size) else ["have opposite signs"]
+        elsewhere = not abs(size - 1.0) < SAME_ANGLE
+        if math.isnan(size):
+            unlike.append("are not in proportion")
+        elif elsewhere:
+            unlike.append(f"differ by a factor of {max(size, 1.0 / size):.3g}")
+        if not unlike:
             return f"{same}; it counts once: leave one out"
-        angle = (
-            f"their steering angles differ by a factor of {max(self.factor, 1.0 / self.factor):.3g}"
-            if math.isfinite(self.factor)
-            else "their steering angles are not in proportion"
-        )
+        place = f": one of them is {_ELSEWHERE}" if elsewhere else ""
         return (
-            f"{same}, and {angle}: one of them is measured at another place, such as the road wheels, or has another "
-            "unit; the drive counts once: leave out the file whose angle is not that of the channel map"
+            f"{same}, and their steering angles {' and '.join(unlike)}{place}; the drive counts once: leave out the "
+            "file whose angle is not that of the channel map"
         )
 
 
@@ -64,7 +68,8 @@ def refuse_unlike(drives: Sequence[Drive], vehicle: Vehicle) -> None:
         vehicle: with wheelbase and steering ratio, from which an angle's size follows in slow turns
 
     Raises:
-        InputError: two recordings hold the same drive, or a steering angle is measured at another place
+        InputError: two recordings hold the same drive, or a steering angle has a wrong sign or is measured at another
+            place
     """
     for place, second in enumerate(drives):
         for first in drives[:place]:
@@ -78,7 +83,7 @@ def refuse_unlike(drives: Sequence[Drive], vehicle: Vehicle) -> None:
         )
     wheelbase = vehicle["front_distance"] + vehicle["rear_distance"]
     for each in drives:
-        if said := _elsewhere(each, 1.0 if each.angle == ANGLES[0] else vehicle["steering_ratio"], wheelbase):
+        if said := _contradicted(each, 1.0 if each.angle == ANGLES[0] else vehicle["steering_ratio"], wheelbase):
             raise InputError(said)
 
 
@@ -114,16 +119,20 @@ def _angle_factor(drive: Drive, ratio: float, wheelbase: float) -> float:
     return float(angle[used] @ expected / (expected @ expected))
 
 
-def _elsewhere(drive: Drive, ratio: float, wheelbase: float) -> str:
-    """Sentence on a steering angle that the geometry of slow turns contradicts by far; empty if it fits."""
+def _contradicted(drive: Drive, ratio: float, wheelbase: float) -> str:
+    """Sentence on a steering angle whose sign or size the geometry of slow turns contradicts; empty if it fits."""
     factor = _angle_factor(drive, ratio, wheelbase)
-    if not math.isfinite(factor) or 1.0 / ELSEWHERE < factor < ELSEWHERE:
+    if math.isnan(factor):
         return ""
-    return (
-        f"{drive.name}: {drive.angle} is {factor:.2g} times what speed, yaw rate and the steering_ratio of the vehicle "
-        "file give in slow turns; it is measured at another place, such as the road wheels, or has another unit: "
-        "correct the channel map"
-    )
+    said = []
+    if factor < 0.0:
+        said.append(f"{drive.angle} and yaw_rate have opposite signs in slow turns, one of them a wrong one")
+    if not 1.0 / ELSEWHERE < abs(factor) < ELSEWHERE:
+        said.append(
+            f"{drive.angle} is {abs(factor):.2g} times what speed, yaw rate and the steering_ratio of the vehicle file "
+            f"give in slow turns, so it is {_ELSEWHERE}"
+        )
+    return f"{drive.name}: {'; '.join(said)}: correct the channel map" if said else ""
 
 
 def _lag(one: np.ndarray, other: np.ndarray) -> int:
