@@ -8,7 +8,8 @@ import pytest
 from tierod.core.errors import InputError, ParameterError
 from tierod.core.recording import Recording
 from tierod.methods.identification.posterior import Posterior, Prior
-from tierod.methods.identification.vehicle import _doubt, _remarks, identify_vehicle
+from tierod.methods.identification.vehicle import identify_vehicle
+from tierod.methods.identification.vehicle_doubts import doubt_of, remarks_of
 from tierod.methods.identification.vehicle_judgement import BOUND, LEARNT, NOT_SEEN, Contradiction, contradictions
 from tierod.methods.identification.vehicle_priors import SHOWN
 from tierod.models.lateral_parameters import LateralParameters
@@ -138,8 +139,8 @@ def test_a_file_that_contradicts_the_drives_is_said_with_both_values(short, gues
 @pytest.mark.parametrize(("apart", "together", "refused"), [(2.2, 2.2, False), (4.5, 4.5, True), (2.9, 4.6, True)])
 def test_only_four_deviations_apart_keep_the_file_from_being_written(found, guess, apart, together, refused):
     against = (Contradiction("steering_ratio", 0.0645, 0.001, apart, together),)
-    doubt = _doubt(guess, found.drives, list(found.judged), against, None, "")
-    remarks = _remarks(guess, list(found.judged), against)
+    doubt = doubt_of(guess, found.drives, list(found.judged), against, None, "")
+    remarks = remarks_of(guess, list(found.judged), against)
     assert doubt.startswith("vehicle file and drives contradict each other") == refused
     assert f"together they are {together} σ apart" in doubt or apart == together
     assert any("weighted by their standard deviations" in each for each in remarks) != refused
@@ -151,7 +152,7 @@ def test_a_value_usual_for_the_class_that_is_too_far_is_named_beside_those_of_th
         Contradiction("mass", 2.0 * guess["mass"], 10.0, 4.6, 3.2),
         Contradiction("steering_ratio", 0.0645, 0.001, 1.2, 3.2),
     )
-    doubt = _doubt(guess, found.drives, list(found.judged), against, None, "")
+    doubt = doubt_of(guess, found.drives, list(found.judged), against, None, "")
     assert "contradict each other: mass is" in doubt
     assert "4.6 σ apart" in doubt
     assert "together" not in doubt

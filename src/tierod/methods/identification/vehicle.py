@@ -14,17 +14,16 @@ import numpy as np
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
 from tierod.core.recording import Recording
-from tierod.methods.identification.drive_likelihood import SLOWEST, DriveLikelihood
+from tierod.methods.identification.drive_likelihood import DriveLikelihood
 from tierod.methods.identification.drive_model import DriveNoises, drive_filter
 from tierod.methods.identification.drive_samples import ANGLES, RATE, Drive, drives_of
 from tierod.methods.identification.experiment import UNKNOWN_BEFORE, Found
 from tierod.methods.identification.fit_quality import white_noise
 from tierod.methods.identification.posterior import ENOUGH, TRUSTED, Built, Posterior, Prior, Search, considering
 from tierod.methods.identification.same_drive import refuse_unlike
+from tierod.methods.identification.vehicle_doubts import at_limit, doubt_of, remarks_of, unexplained
 from tierod.methods.identification.vehicle_judgement import (
-    CONTRADICTION,
     LEARNT,
-    REMARKED,
     Contradiction,
     Judged,
     Odd,
@@ -55,16 +54,8 @@ in the first stage the prior dominates."""
 CROSSFALL = 0.02
 """Standard deviation of the bank of straight roads [rad], whose effect is part of the sensor zeros."""
 OUTPUTS = 2
-EXPLAINED = 1.5
-"""Mean squared innovation over its variance (mean NIS) above which the model does not explain a drive [-]."""
 WIDENED = 10.0
 """Factor on the prior standard deviation of a parameter for which file and drives contradict each other."""
-NEAR_LIMIT, AT_LIMIT = 0.6, 0.1
-"""Share of the largest lateral acceleration, by the friction of the vehicle file, above which tyres are near their
-limit; share of a drive near the limit above which it gives wrong values [-]. Race laps, a third of them near the limit,
-doubled the error of the sideslip against that of typical values."""
-UNBELIEVABLE = 6.0
-"""Distance from the typical value of the class above which the drives' value is not believed [standard deviations]."""
 LIKE_ROADS = ("roll_share",)
 """Parameters without a check for contradictions, since roads have the same effect: bank adds to the roll of a car."""
 _GAUSSIAN = 1.4826
@@ -131,7 +122,7 @@ def identify_vehicle(
 
     Raises:
         InputError: a recording without the required signals, see `drive_of`; two recordings of the same drive; an
-            angle that is measured at another place than stated
+            angle of the wrong sign, or measured at another place than stated
         ParameterError: the vehicle lacks a parameter, or a free one cannot be identified from drives
     """
     if unknown := [name for name in free if name not in SHOWN]:
@@ -181,7 +172,7 @@ def _by_drives_alone(
         for each in posterior.priors
     )
     found = _searched(wide, drives, built, held=held)
-    return () if _unexplained(found) else contradictions(found, posterior.priors, far)
+    return () if unexplained(found) else contradictions(found, posterior.priors, far)
 
 
 def _part(progress: Callable[[float], None], number: int, done: float) -> None:
@@ -254,8 +245,8 @@ def _concluded(
         posterior,
         against,
         odd,
-        tuple(_remarks(vehicle, every, against)),
-        _at_limit(vehicle, drives) or _doubt(vehicle, drives, learnt, against, odd, _unexplained(posterior)),
+        tuple(remarks_of(vehicle, every, against)),
+        at_limit(vehicle, drives) or doubt_of(vehicle, drives, learnt, against, odd, unexplained(posterior)),
     )
 
 
@@ -295,98 +286,3 @@ def _reading_noise(results: list[np.ndarray]) -> dict[str, tuple[float, float]]:
         return {}
     value = _GAUSSIAN * float(np.median(np.abs(innovations)))
     return {"lateral_acceleration_noise": (value, value / math.sqrt(TRUSTED))}
-
-
-def _remarks(vehicle: Vehicle, every: list[Judged], against: tuple[Contradiction, ...]) -> list[str]:
-    remarks = []
-    usual = [each.name for each in every if not spread_of(each.name, vehicle)[1]]
-    if usual:
-        remarks.append(
-            f"the vehicle file gives no standard deviation of {', '.join(usual)}: that of cars of its class was used"
-        )
-    refused = _refused(vehicle, against)
-    learnt = [each.name for each in every if each.kind == LEARNT]
-    remarks += [
-        f"{each.name}: {_both(vehicle, each)}; "
-        + (
-            "file and drives are weighted by their standard deviations"
-            if spread_of(each.name, vehicle)[1]
-            else "the file gives no standard deviation, so the values of the drives are used"
-        )
-        for each in against
-        if each not in refused and each.name in learnt and each.distance > REMARKED
-    ]
-    return remarks
-
-
-def _refused(vehicle: Vehicle, against: tuple[Contradiction, ...]) -> list[Contradiction]:
-    """Contradictions of values with a standard deviation in the file, if any distance is too large, and of others."""
-    far = any(max(each.distance, each.together) > CONTRADICTION for each in against)
-    return [each for each in against if far and (spread_of(each.name, vehicle)[1] or each.distance > UNBELIEVABLE)]
-
-
-def _both(vehicle: Vehicle, each: Contradiction) -> str:
-    deviation, _ = spread_of(each.name, vehicle)
-    before = f"{vehicle[each.name]:.4g} ± {deviation:.2g}" if each.name in vehicle else "the usual value"
-    return f"{before} before, {each.value:.4g} ± {each.deviation:.2g} in these drives, {each.distance:.1f} σ apart"
-
-
-def _unexplained(posterior: Posterior) -> str:
-    """Message that the model does not explain the drives; empty if it does."""
-    squares = [float(np.mean(each[each != 0.0] ** 2)) for each in posterior.at.whitened]
-    if posterior.converged and max(squares) < EXPLAINED:
-        return ""
-    found = f"the mean squared innovation is {max(squares):.2g} of its variance"
-    end = "" if posterior.converged else "the search did not converge, and "
-    return (
-        f"the model of a car does not fit these drives: {end}{found}; leave out driving at the limit of grip, check "
-        "that units and signs of the channel map are right, or start from values nearer to the car"
-    )
-
-
-def _at_limit(vehicle: Vehicle, drives: tuple[Drive, ...]) -> str:
-    """Message on a drive at the limit of grip; empty if there is none."""
-    limit = NEAR_LIMIT * GRAVITY * vehicle.parameters_for(LateralParameters).tyre_friction
-    for each in drives:
-        speed, yaw_rate = each.samples[:, 0], each.samples[:, 3]
-        across = np.abs(speed * yaw_rate)[np.isfinite(speed * yaw_rate) & (speed > SLOWEST)]
-        share = float(np.mean(across > limit)) if len(across) else 0.0
-        if share > AT_LIMIT:
-            return (
-                f"{each.name} is driven at the limit of grip: {share:.0%} of it is above {limit:.1f} m/s² lateral "
-                "acceleration, where the tyre model does not hold and the values would be wrong; identify from "
-                "ordinary drives"
-            )
-    return ""
-
-
-def _doubt(
-    vehicle: Vehicle,
-    drives: tuple[Drive, ...],
-    learnt: list[Judged],
-    against: tuple[Contradiction, ...],
-    odd: Odd | None,
-    unexplained: str,
-) -> str:
-    if odd is not None:
-        name = drives[odd.drive].name
-        which = (
-            f"{name} is" if odd.certain else f"the drives are of two cars; {name}, farther from the file, seems to be"
-        )
-        return (
-            f"{which} of another car than the rest: {odd.name} is {odd.own:.4g} there and {odd.others:.4g} in the "
-            f"others, {odd.distance:.0f} σ apart; leave it out, or identify it separately"
-        )
-    if given := _refused(vehicle, against):
-        # Values without a standard deviation in the file are also named, since one of them may be the wrong one.
-        far = [each for each in against if each in given or each.distance > CONTRADICTION]
-        said = "; ".join(f"{each.name} is {_both(vehicle, each)}" for each in far[:3])
-        if far[0].distance <= CONTRADICTION:
-            said += f", and together they are {far[0].together:.1f} σ apart"
-        return (
-            f"vehicle file and drives contradict each other: {said}; check that the drives are of this car and that "
-            "units and signs of the channel map are right, or give the parameter a wider standard_deviation"
-        )
-    if not learnt and not unexplained:
-        return "these drives identify nothing better than the vehicle file; drive as the table recommends"
-    return unexplained
