@@ -104,6 +104,13 @@ def test_a_repaired_car_is_green_and_its_history_is_kept(told, tmp_path):
     assert len(drives_of(tmp_path / "results", "car-1")) == 6
 
 
+def test_estimates_alone_make_no_car_green(told):
+    estimates = ["inconsistent", "estimated", "estimated", "estimated"]
+    _, _, document, _, (row,) = told(*driven(estimates, monitor="sideslip"))
+    assert (document["status"], document["symbol"]) == ("estimated", "≈")
+    assert row["why"].startswith("monitor sideslip: estimated in the last 3 judged drives; before that 1 inconsistent")
+
+
 def test_each_monitor_and_each_element_is_judged_by_its_own_drives(told):
     sound = ["healthy"] * 4
     rows = [

@@ -121,7 +121,7 @@ class Warnings:
             complain(f"{filename}:{lineno}: {category.__name__}: {text}")
         elif not self._said:
             self._said = True
-            complain(f"a library warns of '{text[:200]}', a defect of tierod itself; please report it with --debug")
+            complain(f"a library warns of '{text[:200]}'; the same command with --debug says where")
 
 
 def _shortened(sentence: str) -> str:

@@ -35,19 +35,26 @@ def interpreter(*words: str) -> tuple[str, ...]:
     return (sys.executable, "-P", *words)
 
 
+_STARTING = threading.RLock()
+
+
 @contextmanager
 def safe_path() -> Iterator[None]:
-    """Keep interpreters that `multiprocessing` starts meanwhile from importing from the working folder."""
+    """Keep interpreters that `multiprocessing` starts meanwhile from importing from the working folder.
+
+    The environment belongs to the whole process: threads that start interpreters do so one after the other.
+    """
     name = "PYTHONSAFEPATH"
-    before = os.environ.get(name)
-    os.environ[name] = "1"
-    try:
-        yield
-    finally:
-        if before is None:
-            os.environ.pop(name, None)
-        else:
-            os.environ[name] = before
+    with _STARTING:
+        before = os.environ.get(name)
+        os.environ[name] = "1"
+        try:
+            yield
+        finally:
+            if before is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = before
 
 
 @contextmanager

@@ -17,11 +17,13 @@ class Coverage(NamedTuple):
     Args:
         vehicles: number of cars with findings
         judged: number of these with a verdict of at least one monitor
+        confirmed: number of these of which a monitor said healthy, or consistent: an estimate alone confirms nothing
         remarks: monitors without a verdict on some of the cars that they examined, and why
     """
 
     vehicles: int
     judged: int
+    confirmed: int
     remarks: tuple[str, ...]
 
 
@@ -35,8 +37,10 @@ def coverage(findings: pa.Table) -> Coverage:
     import pyarrow.compute as pc
 
     verdict = pc.is_in(findings["status"], pa.array([str(each) for each in JUDGED]))
+    good = pc.is_in(findings["status"], pa.array([str(each) for each in JUDGED if each.colour == "good"]))
     table = findings.select(["vehicle", "monitor", "status"]).append_column("verdict", verdict)
-    cars = table.group_by("vehicle").aggregate([("verdict", "any")])
+    table = table.append_column("good", good)
+    cars = table.group_by("vehicle").aggregate([("verdict", "any"), ("good", "any")])
     pairs = table.group_by(["vehicle", "monitor"]).aggregate([("verdict", "any"), ("status", "max")]).to_pylist()
     looked = Counter(pair["monitor"] for pair in pairs)
     open_ = [(pair["monitor"], pair["status_max"]) for pair in pairs if not pair["verdict_any"]]
@@ -44,7 +48,8 @@ def coverage(findings: pa.Table) -> Coverage:
         f"{monitor}: no verdict on {count} of {looked[monitor]} cars ({_most(open_, monitor)})"
         for monitor, count in sorted(Counter(monitor for monitor, _ in open_).items())
     )
-    return Coverage(cars.num_rows, sum(cars["verdict_any"].to_pylist()), remarks)
+    judged, confirmed = (sum(cars[f"{name}_any"].to_pylist()) for name in ("verdict", "good"))
+    return Coverage(cars.num_rows, judged, confirmed, remarks)
 
 
 def _most(pairs: list[tuple[str, str]], monitor: str) -> str:

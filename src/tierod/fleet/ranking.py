@@ -10,7 +10,7 @@ from enum import IntEnum
 import numpy as np
 
 from tierod.core.statuses import Status, worst
-from tierod.fleet.standing import JUDGED, LAST, Drive, Standing, counted
+from tierod.fleet.standing import JUDGED, LAST, Drive, Standing, counted, drives_in_words
 from tierod.fleet.trends import Trends
 from tierod.methods.trends.change_evidence import RAMP
 
@@ -169,14 +169,12 @@ def _of_standing(each: Standing, trend: tuple[Trends, int] | None) -> Reason:
     weight = sum(10.0 ** -JUDGED.index(drive.status) for drive in each.drives)
     if not each.persistent:
         listed = "; ".join(drive.text for drive in each.drives)
-        text = (
-            f"{each.subject}: to confirm: {counted(drive.status for drive in each.drives)} in the last {each.of} "
-            f"judged drives ({listed}){_level_text(trend)}"
-        )
+        found = counted(drive.status for drive in each.drives)
+        text = f"{each.subject}: to confirm: {found} in {drives_in_words(each.of)} ({listed}){_level_text(trend)}"
         inspect = "these drives with 'tierod diagnose'" + (f"; {action}" if action else "")
         return Reason(Urgency.CONFIRM, text, inspect, trend, rows, each.drives, weight)
     kind = f" ({each.kind})" if each.kind else ""
-    text = f"{each.subject}: fault{kind} in {each.faults} of the last {each.of} judged drives{_level_text(trend)}"
+    text = f"{each.subject}: fault{kind} in {each.faults} of {drives_in_words(each.of)}{_level_text(trend)}"
     part = f"{each.judged.replace('_', ' ')}, its plug and its wiring" if each.judged else ""
     inspect = action or part or "the parts that the reports of these drives name"
     return Reason(Urgency.FAULT, text, inspect, trend, rows, (), weight)

@@ -56,6 +56,7 @@ class FleetReport:
         recovered: elements that were faulty, rising or suspect, and healthy in all of their last judged drives
         vehicles: number of cars with findings
         judged: number of these with a verdict
+        confirmed: number of these of which a monitor said healthy or consistent
         outcomes: number of recordings by outcome
         ledger: outcomes with their reasons, the most frequent first, without judged recordings
         remarks: notices for a reader
@@ -71,6 +72,7 @@ class FleetReport:
     recovered: tuple[Standing, ...]
     vehicles: int
     judged: int
+    confirmed: int
     outcomes: dict[str, int]
     ledger: tuple[LedgerRow, ...]
     remarks: tuple[str, ...]
@@ -118,6 +120,7 @@ def worked_out(findings: pa.Table, ledger: pa.Table, design: Design, name: str =
         recovered,
         covered.vehicles,
         covered.judged,
+        covered.confirmed,
         dict(outcomes),
         tuple(_ledger(ledger)),
         (*remarks, *covered.remarks, *_recovered(recovered), *_left_out(outcomes)),

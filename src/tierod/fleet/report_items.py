@@ -117,7 +117,7 @@ def _trend_chart(trends: Trends, car: int, place: int) -> Chart:
     return Chart(
         f"trend-{place + 1}",
         f"{series.watched.title}: {vehicle}",
-        "Drives as measured; the level is estimated from those since its last step, at 15 °C.",
+        "Drives as measured; the level at 15 °C is estimated from those since its last step.",
         f"{series.watched.quantity} of {vehicle} over {along[-1] - along[0]:.0f} days, with its level and limit",
         (panel,),
     )

@@ -7,6 +7,7 @@ from collections import Counter
 from typing import TYPE_CHECKING
 
 from tierod.core.shown import written
+from tierod.core.statuses import Status
 from tierod.fleet.ranking import WORDS, Ranked, Urgency, date
 from tierod.fleet.standing import LAST, OFTEN, counted
 from tierod.fleet.trends import Trends
@@ -100,6 +101,8 @@ def verdict(report: FleetReport) -> tuple[str, str, str]:
     if report.vehicles > report.judged:
         missing = report.vehicles - report.judged
         return "?", "open", "no verdict" if not report.judged else f"no verdict on {missing} of {report.vehicles} cars"
+    if report.judged > report.confirmed:
+        return Status.ESTIMATED.symbol, Status.ESTIMATED.colour, Status.ESTIMATED
     return ("✓", "good", "nothing found") if report.judged else ("?", "open", "no findings")
 
 

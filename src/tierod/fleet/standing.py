@@ -57,6 +57,7 @@ class Standing:
         drives: those of them that are not healthy, in the order of time
         earlier: drives before these that were not healthy, in the order of time
         kind, action: kind of fault and recommended action of the worst and latest of `drives`, else of `earlier`
+        now: worst verdict of the last judged drives
     """
 
     vehicle: str
@@ -67,6 +68,7 @@ class Standing:
     earlier: tuple[Drive, ...]
     kind: str
     action: str
+    now: Status
 
     @property
     def faults(self) -> int:
@@ -80,16 +82,21 @@ class Standing:
 
     @property
     def history(self) -> str:
-        """What was found before, of an element that was healthy in all of the last judged drives; else ""."""
+        """What was found before, of an element in whose last judged drives nothing was found; else ""."""
         if self.drives:
             return ""
         before = f"{counted(each.status for each in self.earlier)}, the last in {self.earlier[-1].text}"
-        return f"{self.subject}: healthy in the last {self.of} judged drives; before that {before}"
+        return f"{self.subject}: {self.now} in {drives_in_words(self.of)}; before that {before}"
 
     @property
     def subject(self) -> str:
         """The judged element or, for a verdict on the whole, the monitor."""
         return self.judged or f"monitor {self.monitor}"
+
+
+def drives_in_words(count: int) -> str:
+    """The last judged drives as part of a sentence: "the last 3 judged drives"."""
+    return "the last judged drive" if count == 1 else f"the last {count} judged drives"
 
 
 def counted(statuses: Iterable[Status]) -> str:
@@ -177,7 +184,8 @@ def _standing(findings: pa.Table, table: _Drives, first: int, end: int) -> Stand
     worst = min(reversed(last or before), key=lambda each: JUDGED.index(each.status))
     names = ("vehicle", "monitor", "judged", "kind", "action")
     vehicle, monitor, judged, kind, action = (findings[name][worst.row].as_py() or "" for name in names)
-    return Standing(vehicle, monitor, judged, int(recent.sum()), last, before, kind, action)
+    now = JUDGED[table.severity[first:end][recent].min()]
+    return Standing(vehicle, monitor, judged, int(recent.sum()), last, before, kind, action, now)
 
 
 def _drive(findings: pa.Table, table: _Drives, place: int) -> Drive:

@@ -108,8 +108,9 @@ def _rows(found: FleetReport, ranks: Mapping[str, Mapping[str, Any]]) -> list[di
     first = found.trends[0] if found.trends else None
     if first is not None:
         for place, vehicle in enumerate(first.series.vehicles):
+            level, deviation = first.stated(place)
             levels[vehicle] = {
-                "level": first.level[place, 0], "deviation": first.level[place, 1], "limit": first.series.limit[place],
+                "level": level, "deviation": deviation, "limit": first.series.limit[place],
                 "step": step(first, place), "chance": first.chance[place],
                 "cohort": {kind: names[place] for kind, names in first.series.labels.items() if names[place]},
             }  # fmt: skip

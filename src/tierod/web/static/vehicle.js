@@ -48,7 +48,7 @@ function Trend({ quantity, drives, band, car }) {
   const open = (at) => { const d = own[at]; if (d && d.file) go("recording", { file: d.file }); };
   return stack`<section class="card"><h2>${sentence(quantity.quantity).replace(/\.$/, "")} <span class="small">[${unit}], ${quantity.monitor}</span></h2>
     <${TrendChart} ...${chart} levels=${levels} moments=${moments} unit=${unit} label=${`${quantity.quantity} of ${car} over ${own.length} drives`} onPick=${own.some((d) => d.file) ? open : undefined} />
-    <p class="small">Points: drives with their 95 % interval. ${band ? "Band: level at 15 °C in the light of all drives." : "The smoothed level is worked out for the worst 400 cars."} Dashed: nominal and limit.</p></section>`;
+    <p class="small">Points: drives with their 95 % interval. ${band ? "Band: level at 15 °C, estimated from the drives since its last step." : "The smoothed level is worked out for the worst 400 cars."} Dashed: nominal and limit.</p></section>`;
 }
 
 function Drives({ drives }) {
