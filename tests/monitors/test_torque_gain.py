@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import math
 
 import pytest
 
 from tierod.core.findings import Finding
 from tierod.core.recording import Recording
 from tierod.monitors.diagnose import diagnose
+from tierod.monitors.harness.baseline import Baseline
 from tierod.proving_ground import drive
 from tierod.proving_ground.scenarios import load as load_scenario
 from tierod.report import to_json
@@ -55,6 +57,32 @@ def test_a_vehicle_file_that_states_less_narrows_the_interval(fault_free):
         own = each.evidence["deviation_by_torque_gains_Nm"]
         assert own == pytest.approx(share * each.estimate.value)
         assert each.estimate.assumed == {"torque_gain_deviation": own}
+
+
+def with_limit_deviations(**deviations: float) -> Vehicle:
+    car = load("midsize-eps")
+    changed = {
+        name: dataclasses.replace(car.parameters[name], standard_deviation=each) for name, each in deviations.items()
+    }
+    return dataclasses.replace(car, parameters={**car.parameters, **changed})
+
+
+def test_beside_a_baseline_the_margin_holds_the_deviation_of_each_limit_and_says_so(fault_free):
+    """Level of 8 N·m, so that the limits of the vehicle file act first."""
+    own = Baseline("midsize-eps", "friction, pre-sliding", 8.0, 0.01, "N*m", 100.0)
+    recording, found = scaled(fault_free, 1.4), {}
+    for rising, fault in ((0.0, 0.0), (1.2, 1.875)):
+        car = with_limit_deviations(rising_friction=rising, fault_friction=fault)
+        found[rising] = diagnose(recording, car, "friction", baseline=own).findings[0]
+        reference = found[rising].estimate.reference
+        for name, limit, deviation in (("rising", 4.8, rising), ("fault", 7.5, fault)):
+            at = reference[name]
+            assert at - 2.0 * math.hypot(0.08 * at, deviation) == pytest.approx(limit, abs=0.05)
+    ends = {rising: f"(up to {each.estimate.reference['rising']:.2f} N·m)" for rising, each in found.items()}
+    assert found[0.0].status.quiet
+    assert f"within the margin of torque gain and estimate {ends[0.0]}" in found[0.0].headline
+    assert f"within the margin of torque gain, estimate and limit {ends[1.2]}" in found[1.2].headline
+    assert found[1.2].headline.partition("but ")[2].rstrip(".") in found[1.2].cause
 
 
 def test_the_document_and_the_course_hold_the_same_deviation(fault_free):

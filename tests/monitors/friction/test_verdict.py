@@ -266,7 +266,10 @@ def test_friction_above_the_fault_limit_but_within_the_margin_is_said_so():
     assert finding.status is Status.RISING
     assert "limit of rising friction of 4.8 N·m plus its margin (5.2" in finding.headline
     assert "also above the fault limit of 7.5 N·m, but within its margin (up to 8.15 N·m)" in finding.headline
-    assert "above the fault limit of 7.5 N·m, but within the tolerance of the torque gain (8%)" in finding.cause
+    assert (
+        "above the fault limit of 7.5 N·m, but within the margin of torque gain and estimate (up to 8.15 N·m)"
+        in finding.cause
+    )
     assert "calibrate driver_torque and motor_torque" in finding.action
     assert "lock-to-lock" in finding.action
     assert "watch it" not in finding.action
@@ -275,11 +278,11 @@ def test_friction_above_the_fault_limit_but_within_the_margin_is_said_so():
 def test_friction_above_the_rising_limit_but_within_the_margin_is_said_so():
     finding = judged(FrictionVerdict(LIMITS), estimates((140.0, 5.1)))[2]
     assert finding.status is Status.HEALTHY
-    assert (
-        "above the limit of rising friction of 4.8 N·m, but within the tolerance of the torque gain (8%)"
-        in finding.headline
+    words = (
+        "above the limit of rising friction of 4.8 N·m, but within the margin of torque gain and estimate (up to 5.2"
     )
-    assert "within the tolerance of the torque gain (8%)" in finding.cause
+    assert words in finding.headline
+    assert words in finding.cause
     assert "before this level is stored" in finding.action
     known = judged(FrictionVerdict(LIMITS, learnt_level=5.0), estimates((140.0, 5.1)))[2]
     assert "given baseline" in known.cause

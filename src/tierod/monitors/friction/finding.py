@@ -142,6 +142,7 @@ class Limit:
         absolute_from: friction from which it acts: errors of torque gain and estimate cannot explain the excess [N*m]
         ratio: limit of friction over the baseline [-]
         relative_from: friction from which the ratio acts [N*m]; infinite without a baseline
+        spread: standard deviation of the limit of the vehicle file that its margin includes [N*m]
     """
 
     friction: Annotated[float, "N*m"]
@@ -149,6 +150,12 @@ class Limit:
     absolute_from: Annotated[float, "N*m"]
     ratio: Annotated[float, ""]
     relative_from: Annotated[float, "N*m"]
+    spread: Annotated[float, "N*m"] = 0.0
+
+    @property
+    def uncertain(self) -> str:
+        """Quantities whose errors the margin covers, in words."""
+        return "torque gain, estimate and limit" if self.spread > 0.0 else "torque gain and estimate"
 
     @property
     def acts_from(self) -> float:
@@ -190,12 +197,14 @@ def limits_of(run: FrictionRun) -> Limits:
     # Without the misfit, as in the margins of the verdict.
     deviation = run.judged.fit.friction_deviation / run.judged.fit.misfit
 
-    def limit(absolute: float, ratio: float) -> Limit:
-        return Limit(friction, absolute, verdict.acts_from(absolute, deviation), ratio, ratio * level)
+    def limit(status: Status, absolute: float, ratio: float) -> Limit:
+        spread = verdict.spread_in_margin(status)
+        acts_from = verdict.acts_from(absolute, deviation, spread)
+        return Limit(friction, absolute, acts_from, ratio, ratio * level, spread)
 
     return Limits(
-        limit(run.limits.rising_friction, verdict.tuning.rising_ratio),
-        limit(run.limits.fault_friction, verdict.tuning.fault_ratio),
+        limit(Status.RISING, run.limits.rising_friction, verdict.tuning.rising_ratio),
+        limit(Status.FAULT, run.limits.fault_friction, verdict.tuning.fault_ratio),
     )
 
 
@@ -222,7 +231,7 @@ def held_against(run: FrictionRun, limits: Limits, status: Status) -> str:
         nominal = f"nominal {run.limits.nominal_friction:.4g} N·m"
         by_ratio = limits.rising.by_ratio or limits.fault.by_ratio
         parts += [f"{ratio}, {acting}", nominal] if by_ratio else [f"{nominal}, {acting}", ratio]
-        parts += _margins(run, limits, status) if status is Status.HEALTHY else []
+        parts += _margins(limits, status) if status is Status.HEALTHY else []
     return "; ".join(part for part in parts if part)
 
 
@@ -238,7 +247,7 @@ def explained(run: FrictionRun, limits: Limits, status: Status) -> tuple[str, st
             cause,
             "inspect column joints, bearings, steering gear and motor for corrosion, water or damage before driving on",
         )
-    cause = "; it is ".join((cause, *_margins(run, limits, status)))
+    cause = "; it is ".join((cause, *_margins(limits, status)))
     if limits.fault.in_margin:
         return cause, f"have the steering inspected now, and to find out whether it is a fault, {SETTLE}"
     if limits.rising.friction > CLOSE * limits.fault.acts_from:
@@ -273,19 +282,19 @@ def _fault_to_come(limits: Limits) -> str:
     return f"fault from {fault.acts_from:.2f} N·m"
 
 
-def _margins(run: FrictionRun, limits: Limits, status: Status) -> list[str]:
+def _margins(limits: Limits, status: Status) -> list[str]:
     """The highest limit that friction exceeds by less than the margin, in words; empty if there is none."""
-    margin = run.verdict.margin * run.verdict.tuning.gain_deviation
     named = [("fault limit", limits.fault), ("limit of rising friction", limits.rising)]
     return [
-        f"above the {name} of {limit.absolute:.4g} N·m, but within the tolerance of the torque gain ({margin:.0%})"
+        f"above the {name} of {limit.absolute:.4g} N·m, but within the margin of {limit.uncertain} (up to "
+        f"{limit.absolute_from:.2f} N·m)"
         for name, limit in (named[:1] if status is Status.RISING else named)
         if limit.in_margin
     ][:1]
 
 
 def _healthy(run: FrictionRun, limits: Limits) -> tuple[str, str]:
-    margins = _margins(run, limits, Status.HEALTHY)
+    margins = _margins(limits, Status.HEALTHY)
     if not margins:
         kept = "" if run.verdict.learnt_level is not None else "; store the learnt level for the next recording"
         return "friction stayed below every limit", f"none{kept}"
@@ -332,7 +341,7 @@ def _alarm(run: FrictionRun, limit: Limit, status: Status) -> str:
     if run.judged.statement.kind == BY_LIMIT:
         return (
             f"friction is above the limit of the vehicle file by more than {run.verdict.margin:g} standard "
-            f"{'deviation' if run.verdict.margin == 1.0 else 'deviations'} of torque gain and estimate: "
+            f"{'deviation' if run.verdict.margin == 1.0 else 'deviations'} of {limit.uncertain}: "
             f"{limit.absolute:.4g} N·m, with this margin {limit.absolute_from:.2f} N·m"
         )
     return (

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Annotated, NamedTuple
 
@@ -78,7 +79,7 @@ class FrictionVerdict:
         sample_time: time between two samples [s]
         learnt_level: baseline from earlier drives [N*m]; None learns it in this recording
         learnt_deviation: standard deviation of that baseline [N*m]
-        limit_deviation: standard deviation of the limit of rising friction in the vehicle file [N*m]
+        rising_deviation, fault_deviation: standard deviation of each limit in the vehicle file [N*m]
 
     The estimate wanders slowly, so that the run length for white noise does not apply; it was measured on fault-free
     drives, see `tierod.monitors.friction.decisions`.
@@ -89,7 +90,8 @@ class FrictionVerdict:
     sample_time: Annotated[float, "s"] = SAMPLE_TIME
     learnt_level: Annotated[float | None, "N*m"] = None
     learnt_deviation: Annotated[float, "N*m"] = 0.0
-    limit_deviation: Annotated[float, "N*m"] = 0.0
+    rising_deviation: Annotated[float, "N*m"] = 0.0
+    fault_deviation: Annotated[float, "N*m"] = 0.0
     alarm: Cusum = field(init=False, repr=False)
 
     Sample = VerdictSample
@@ -120,8 +122,9 @@ class FrictionVerdict:
         """
         limits = vehicle.parameters_for(FrictionLimits) if vehicle.calibrated else None
         tuning = AlarmTuning(gain_deviation=torque_gain_deviation(vehicle))
-        guessed = 0.0 if limits is None else vehicle.parameters["rising_friction"].standard_deviation or 0.0
-        return cls(limits, tuning, sample_time, learnt_level, learnt_deviation, guessed)
+        names = () if limits is None else ("rising_friction", "fault_friction")
+        guessed = [vehicle.parameters[name].standard_deviation or 0.0 for name in names]
+        return cls(limits, tuning, sample_time, learnt_level, learnt_deviation, *guessed)
 
     def init(self) -> State:
         """State before the first sample, with nothing learnt but the given baseline."""
@@ -143,16 +146,17 @@ class FrictionVerdict:
         # The deviation counts without the misfit here: a step of friction misfits and must not suppress its own alarm.
         identifiable = both(negated(any_of(*obstacles[4:9])), deviation < self.tuning.largest_deviation * friction)
         judged = all_of(sample.enabled > 0.5, ready, identifiable)
-        cautious = self._less_margin(friction, deviation, self.margin, self._limit_spread)
-        below = 1.0 if self.limits is None else cautious < self.limits.rising_friction
-        perhaps_below = 1.0
+        spreads = [self.spread_in_margin(each) for each in (Status.RISING, Status.FAULT)]
+        least = [self._less_margin(friction, deviation, self.margin, each) for each in spreads]
+        below, perhaps_below = 1.0, 1.0
         if self.limits is not None:
-            least = self._less_margin(friction, deviation, REACH, self.limit_deviation)
-            perhaps_below = least < self.limits.rising_friction
+            below = least[0] < self.limits.rising_friction
+            surely = self._less_margin(friction, deviation, REACH, self.rising_deviation)
+            perhaps_below = surely < self.limits.rising_friction
         own = self._learn(state.own, friction, deviation, both(judged, perhaps_below))
         known = own.seconds > self.tuning.shortest_learning - 0.5 * self.sample_time
         ratio = where(known, friction / where(known, own.level, 1.0), 1.0)
-        sums, relative, absolute = self._alarms(state.sums, own, where(known, friction, 0.0), cautious, judged)
+        sums, relative, absolute = self._alarms(state.sums, own, where(known, friction, 0.0), least, judged)
         alarm = maximum(relative, absolute)
         onset = self._onset(state.onset, ratio, below, relative, absolute, judged, figures.seconds)
         figures = figures._replace(
@@ -253,10 +257,11 @@ class FrictionVerdict:
         """
         return self.tuning.confidence if self.learnt_level is None else REACH
 
-    @property
-    def _limit_spread(self) -> float:
-        """Standard deviation of the limits that is part of the margin [N*m]; only beside a given baseline."""
-        return 0.0 if self.learnt_level is None else self.limit_deviation
+    def spread_in_margin(self, status: Status) -> float:
+        """Standard deviation of an absolute limit that is part of its margin [N*m]; only beside a given baseline."""
+        if self.learnt_level is None:
+            return 0.0
+        return self.rising_deviation if status is Status.RISING else self.fault_deviation
 
     def _less_margin(self, friction: Scalar, deviation: Scalar, reach: float, limit_spread: float) -> Scalar:
         """Friction less its margin: errors of torque gain and estimate, and of the limit."""
@@ -268,19 +273,20 @@ class FrictionVerdict:
         gain = self.tuning.gain_deviation * friction
         return sqrt(deviation * deviation + gain * gain)
 
-    def acts_from(self, limit: float, deviation: float) -> float:
+    def acts_from(self, limit: float, deviation: float, spread: float = 0.0) -> float:
         """Friction from which an absolute limit acts: the limit plus its margin.
 
         Args:
             limit: absolute limit of friction [N*m]
             deviation: standard deviation of the estimate, without misfit [N*m]
+            spread: standard deviation of the limit in its margin [N*m]
 
         Returns:
             the friction [N*m] that equals the limit after its margin is subtracted
         """
         share = 1.0 - (self.margin * self.tuning.gain_deviation) ** 2
         # Solves friction - margin(friction) = limit, a quadratic since the gain error scales with friction.
-        own = self.margin**2 * (deviation * deviation + self._limit_spread**2)
+        own = self.margin**2 * (deviation * deviation + spread**2)
         return (limit + math.sqrt(limit * limit - share * (limit * limit - own))) / share
 
     def relative_level(self, level: Scalar) -> Scalar:
@@ -309,13 +315,18 @@ class FrictionVerdict:
         )
 
     def _alarms(
-        self, sums: tuple[Cusum.State, ...], own: LearntBaseline, friction: Scalar, cautious: Scalar, judged: Scalar
+        self,
+        sums: tuple[Cusum.State, ...],
+        own: LearntBaseline,
+        friction: Scalar,
+        least: Sequence[Scalar],
+        judged: Scalar,
     ) -> tuple[tuple[Cusum.State, Cusum.State, Cusum.State, Cusum.State], Scalar, Scalar]:
         """Sums of excess, and the alarms by baseline and by absolute limits: 0 none, 1 rising, 2 fault."""
         tuning, level = self.tuning, self.relative_level(own.level)
         absolute_excesses = (0.0, 0.0)
         if self.limits is not None:
-            absolute_excesses = cautious / self.limits.rising_friction, cautious / self.limits.fault_friction
+            absolute_excesses = least[0] / self.limits.rising_friction, least[1] / self.limits.fault_friction
         excesses = (
             friction / where(level > 0.0, tuning.rising_ratio * level, 1.0),
             friction / where(level > 0.0, tuning.fault_ratio * level, 1.0),
