@@ -14,6 +14,18 @@ LEAST_DELAY = 0.5
 """Least time from the onset of a change to its declaration that a text names [s]; most faults take some 0.1 s."""
 
 
+def belated(onset: float | None, declared: float | None) -> float | None:
+    """Time of a declaration that came noticeably later than the onset; None where it did not [s].
+
+    Args:
+        onset: time of the onset [s]; None where there was none
+        declared: time of the declaration [s]; None where it is not known
+    """
+    if onset is None or declared is None or declared - onset < LEAST_DELAY:
+        return None
+    return declared
+
+
 @dataclass(frozen=True)
 class Estimate:
     """An estimated number with its uncertainty.
@@ -85,6 +97,11 @@ class Finding:
     decided_by: tuple[str, ...] = ()
     declared: float | None = None
 
+    @property
+    def belated(self) -> float | None:
+        """Time of the declaration where it differs noticeably from the onset; None where it does not [s]."""
+        return belated(self.since, self.declared)
+
     def after(self, cause: str, action: str) -> Finding:
         """The finding with another cause and remedy before its own; an empty remedy of its own is dropped.
 
@@ -105,6 +122,7 @@ class Finding:
         lines = (
             self.headline,
             "" if self.since is None else f"since {self.since:.6g} s",
+            "" if self.belated is None else f"declared at {self.belated:.6g} s",
             ""
             if estimate is None
             else f"{estimate.quantity}: {in_words(estimate.value, estimate.unit, 4)} "
@@ -151,7 +169,7 @@ class Episode:
     @property
     def belated(self) -> float | None:
         """Time of the declaration where it differs noticeably from the onset; None where it does not [s]."""
-        return self.declared if self.declared_at - self.start >= LEAST_DELAY else None
+        return belated(self.start, self.declared)
 
 
 @dataclass(frozen=True)

@@ -90,7 +90,7 @@ def _finding(diagnosis: Diagnosis, finding: Finding, console: Console) -> None:
 def _rows(diagnosis: Diagnosis, finding: Finding) -> list[tuple[str, str]]:
     rows = [("monitor", finding.monitor)]
     if finding.since is not None:
-        rows.append(("change began", began(finding).removeprefix("at ") if finding.since > 0.0 else "at the start"))
+        rows.append(("change began", began(finding)))
     if finding.estimate is not None:
         value, low, high, unit = interval(finding.estimate)
         factor, _ = shown(finding.estimate.unit)

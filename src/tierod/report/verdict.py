@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from tierod.core.findings import LEAST_DELAY, Decided, Diagnosis, Element, Episode, Finding
+from tierod.core.findings import Decided, Diagnosis, Element, Episode, Finding
 from tierod.core.shown import shown
 from tierod.core.statuses import Status
 from tierod.report.display import instant, interval, number, words
@@ -54,8 +54,7 @@ def began(finding: Finding) -> str:
     if finding.since is None:
         return ""
     begin = f"at {instant(finding.since)}" if finding.since > 0.0 else "at the start"
-    late = finding.declared is not None and finding.declared - finding.since >= LEAST_DELAY
-    return f"{begin}, declared at {instant(finding.declared)}" if late and finding.declared is not None else begin
+    return begin if finding.belated is None else f"{begin}, declared at {instant(finding.belated)}"
 
 
 COLUMNS = ("sensor or actuator", "state", "fault", "from", "to", "declared", "size", "replaced by", "code")

@@ -1,9 +1,13 @@
 """What a finding says of an error that lasts: its shape and size, when it began, was declared, and ended."""
 
+import io
+import json
 import math
+import re
 
 import numpy as np
 import pytest
+from rich.console import Console
 
 from exact_vehicle import diagnose
 from monitors.motor_angle.monitored import COLUMN, FAULT_FREE, changed, recording
@@ -11,6 +15,8 @@ from tierod.core.findings import Status
 from tierod.diagnosis.fault_memory import FaultMemory
 from tierod.papers.motor_angle.fault_drives import RATE, drive
 from tierod.papers.motor_angle.fault_kinds import DEGREE, offset
+from tierod.report import print_table, to_json
+from tierod.report.page import render
 
 ANGLE = FAULT_FREE().samples[:, COLUMN["motor_angle_mechanical"]]
 TIME = np.arange(len(ANGLE)) / RATE
@@ -50,6 +56,30 @@ def test_a_drift_has_its_rate_and_its_begin(rate):
     assert f"by a drift of {rate:+.1f}°/s electrical" in found.headline
     assert found.since == pytest.approx(BEGIN, abs=0.03)
     assert found.evidence["angle_alarm_from_s"] > BEGIN + 0.1
+
+
+def test_a_slow_drift_has_its_declaration_in_every_display(tmp_path):
+    diagnosis = finding(4.0 * DEGREE * (TIME - BEGIN) * LATE)
+    (found,) = diagnosis.findings
+    assert found.declared == found.evidence["angle_alarm_from_s"] > BEGIN + 0.5
+    late = f"declared at {found.declared:.2f} s"
+    assert late in found.headline
+    console = Console(file=io.StringIO(), width=200)
+    print_table(diagnosis, console)
+    (row,) = (each for each in console.file.getvalue().splitlines() if each.startswith("change began"))
+    assert late in row
+    page = re.search("change began at ([^<]*)", render(diagnosis).replace("\N{NO-BREAK SPACE}", " "))
+    assert page is not None
+    assert late in page[1]
+    assert f"declared at {found.declared:.6g} s" in repr(found)
+    assert json.loads(to_json(diagnosis))["findings"][0]["declared"] == found.declared
+
+
+def test_a_step_that_is_declared_at_once_has_one_time_in_words():
+    (found,) = finding(20.0 * DEGREE * LATE).findings
+    assert found.declared == pytest.approx(BEGIN, abs=0.1)
+    assert found.belated is None
+    assert "declared" not in found.headline + repr(found)
 
 
 def test_a_gain_is_one():

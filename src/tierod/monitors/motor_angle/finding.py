@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from tierod.core.findings import Estimate, Finding, Status
+from tierod.core.findings import Episode, Estimate, Finding, Status
 from tierod.monitors.motor_angle.alarms import ALARMS, BY_NAME
 from tierod.monitors.motor_angle.causes import FIVE_DEGREES, LEAST_KNOWN, UNSETTLED, cause_of, onset_of, root_of
 from tierod.monitors.motor_angle.drive import COMPARED, Drive, InverterLoss
@@ -29,9 +29,6 @@ UNTWISTED = (
 )
 
 DIFFERENCE = "difference of the motor's angle sensor from the angle that its currents give, electrical"
-
-LATE = 0.5
-"""Time from onset to declaration from which both are named [s]."""
 
 ENDED = 1.0
 """Time without the alarm at the end of the drive from which it has ended [s]."""
@@ -109,18 +106,19 @@ def _fault(drive: Drive, vehicle: Vehicle, estimate: Estimate | None, evidence: 
     # The difference from the observer is the magnitude of the fault only where it decided.
     shape = drive.shape if root in COMPARED and not unsettled else None
     by = "" if shape is None else f" {shape.in_words(drive.settled)}"
-    since, when = _when(root, drive)
-    headline = f"{cause[0].upper()}{cause[1:]}{by}, {when}."
+    episode, seen = _episode(root, drive)
+    headline = f"{cause[0].upper()}{cause[1:]}{by}, {_when(episode, seen)}."
     return Finding(
         drive.monitor,
         Status.SUSPECT if unsettled else Status.FAULT,
         headline,
-        since,
+        episode.start,
         None if shape is None else _magnitude(shape),
         evidence,
         cause,
         action,
         decided_by=(BY_NAME[root].decision,),
+        declared=episode.declared,
     )
 
 
@@ -137,17 +135,24 @@ def _magnitude(shape: Shape) -> Estimate:
     return Estimate(quantity, shape.size, shape.deviation, unit, limit)
 
 
-def _when(root: str, drive: Drive) -> tuple[float, str]:
-    """Onset of the root alarm [s], and onset, declaration and end in words."""
-    declared = drive.starts[root]
+def _episode(root: str, drive: Drive) -> tuple[Episode, bool]:
+    """Onset, declaration and end of the error behind the root alarm, and whether it was seen to begin."""
     onset, seen = onset_of(root, drive)
     last = drive.end if root in COMPARED else drive.spells[root].last
-    begin = f"{onset:.2f} s{'' if seen else ' at the latest'}"
-    late = f", declared at {declared:.2f} s" if declared - onset > LATE else ""
     # A sensor that stalls the drive, or leaps, is no longer seen by its own test.
-    if drive.until - max(each.last for each in drive.spells.values()) < ENDED:
-        return onset, f"since {begin}{late}"
-    return onset, f"at {begin}" if last - onset < 0.01 else f"from {begin} to {last:.2f} s{late}"
+    lasts = drive.until - max(each.last for each in drive.spells.values()) < ENDED
+    return Episode("", onset, None if lasts else last, declared=drive.starts[root]), seen
+
+
+def _when(episode: Episode, seen: bool) -> str:
+    """Onset, end and declaration in words."""
+    begin = f"{episode.start:.2f} s{'' if seen else ' at the latest'}"
+    late = "" if episode.belated is None else f", declared at {episode.belated:.2f} s"
+    if episode.end is None:
+        return f"since {begin}{late}"
+    if episode.end - episode.start < 0.01:
+        return f"at {begin}"
+    return f"from {begin} to {episode.end:.2f} s{late}"
 
 
 def _wrong_scale(drive: Drive, pole_pairs: float) -> tuple[str, str] | None:
