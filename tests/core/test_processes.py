@@ -1,13 +1,16 @@
 """Child interpreters import nothing from the working folder, whatever files lie there."""
 
+import os
 import subprocess
 import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
 
 import tierod
-from tierod.core.processes import interpreter
+from tierod.core.processes import interpreter, safe_path
 
 PLANTED = ("tierod", "numpy", "json", "multiprocessing", "encodings", "typing", "can", "pyarrow", "fmpy", "ziglang")
 
@@ -44,6 +47,20 @@ def test_workers_of_a_pool_do_not_import_from_the_working_folder(planted, tmp_pa
     script.write_text(POOL)
     done = ran([sys.executable, str(script)], planted)
     assert done.stdout == "[(0, 3)]\n", done.stderr
+
+
+def test_threads_that_start_processes_at_once_keep_it_and_leave_the_environment_as_it_was(monkeypatch):
+    monkeypatch.delenv("PYTHONSAFEPATH", raising=False)
+
+    def started(seconds):
+        time.sleep(seconds)
+        with safe_path():
+            time.sleep(0.05)
+            return os.environ.get("PYTHONSAFEPATH")
+
+    with ThreadPoolExecutor(2) as threads:
+        assert list(threads.map(started, (0.0, 0.02))) == ["1", "1"]
+    assert "PYTHONSAFEPATH" not in os.environ
 
 
 @pytest.mark.slow

@@ -6,8 +6,8 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator, Mapping
+from contextlib import AbstractContextManager, contextmanager
 
 
 def runs(process: int) -> bool:
@@ -39,22 +39,30 @@ _STARTING = threading.RLock()
 
 
 @contextmanager
-def safe_path() -> Iterator[None]:
-    """Keep interpreters that `multiprocessing` starts meanwhile from importing from the working folder.
+def environment(values: Mapping[str, str]) -> Iterator[None]:
+    """Set environment variables for the processes that are started meanwhile.
 
-    The environment belongs to the whole process: threads that start interpreters do so one after the other.
+    The environment belongs to the whole process: threads that start others do so one after the other.
+
+    Args:
+        values: values of its variables, by name
     """
-    name = "PYTHONSAFEPATH"
     with _STARTING:
-        before = os.environ.get(name)
-        os.environ[name] = "1"
+        before = {name: os.environ.get(name) for name in values}
+        os.environ.update(values)
         try:
             yield
         finally:
-            if before is None:
-                os.environ.pop(name, None)
-            else:
-                os.environ[name] = before
+            for name, value in before.items():
+                if value is None:
+                    os.environ.pop(name, None)
+                else:
+                    os.environ[name] = value
+
+
+def safe_path() -> AbstractContextManager[None]:
+    """Keep interpreters that `multiprocessing` starts meanwhile from importing from the working folder."""
+    return environment({"PYTHONSAFEPATH": "1"})
 
 
 @contextmanager

@@ -14,7 +14,7 @@ import signal
 import threading
 import warnings
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing import get_context, parent_process
 from multiprocessing.connection import Connection, wait
@@ -22,7 +22,7 @@ from multiprocessing.process import BaseProcess
 from typing import Any, Protocol, TypeVar
 
 from tierod.core.errors import CompileError, KernelWarning, MissingExtra, OutputError, ParameterError, TierodError
-from tierod.core.processes import safe_path
+from tierod.core.processes import environment, safe_path
 from tierod.core.threads import THREADS
 
 Given = TypeVar("Given")
@@ -149,7 +149,7 @@ class Executor:
         ours, theirs = self.context.Pipe()
         # The work is an argument, so that the new process imports its module before it reports that it has started.
         process = self.context.Process(target=_serve, args=(theirs, work), daemon=True)
-        with _one_thread(), safe_path():
+        with environment(dict.fromkeys(THREADS, "1")), safe_path():
             process.start()
         theirs.close()
         self.processes[ours] = process
@@ -189,20 +189,6 @@ class Executor:
             connection.close()
         for _, process in stopped:
             process.join()
-
-
-@contextmanager
-def _one_thread() -> Iterator[None]:
-    before = {name: os.environ.get(name) for name in THREADS}
-    os.environ.update(dict.fromkeys(THREADS, "1"))
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                os.environ.pop(name, None)
-            else:
-                os.environ[name] = value
 
 
 def _serve(connection: Connection, _imported: Work) -> None:
