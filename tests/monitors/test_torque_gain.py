@@ -8,7 +8,7 @@ import math
 
 import pytest
 
-from tierod.core.findings import Finding
+from tierod.core.findings import Finding, Status
 from tierod.core.recording import Recording
 from tierod.monitors.diagnose import diagnose
 from tierod.monitors.harness.baseline import Baseline
@@ -54,9 +54,28 @@ def test_a_vehicle_file_that_states_less_narrows_the_interval(fault_free):
     sizes = [each.estimate.standard_deviation for each in (assumed, known, exact)]
     assert sizes == sorted(sizes, reverse=True)
     for each, share in ((assumed, 0.08), (known, 0.03)):
-        own = each.evidence["deviation_by_torque_gains_Nm"]
-        assert own == pytest.approx(share * each.estimate.value)
-        assert each.estimate.assumed == {"torque_gain_deviation": own}
+        assert each.evidence["deviation_by_torque_gains_Nm"] == pytest.approx(share * each.estimate.value)
+
+
+def test_what_the_vehicle_file_states_is_not_called_assumed(fault_free):
+    """A file that states the same number as the assumption differs from it in words alone."""
+    assumed, given = judged(fault_free), judged(fault_free, calibrated(0.08))
+    part = {"torque_gain_deviation": assumed.evidence["deviation_by_torque_gains_Nm"]}
+    assert (assumed.estimate.assumed, assumed.estimate.given) == (part, {})
+    assert (given.estimate.assumed, given.estimate.given) == ({}, part)
+    assert (assumed.status, assumed.headline) == (given.status, given.headline)
+    assert any("includes 8 % of it (assumed)" in each for each in assumed.warnings)
+    assert any("(torque_gain_deviation of the vehicle file)" in each for each in given.warnings)
+
+
+def test_who_has_given_the_deviation_of_the_gain_is_not_advised_to_enter_it(fault_free):
+    recording = scaled(fault_free, 1.4)
+    assumed, given = judged(recording), judged(recording, calibrated(0.08))
+    assert assumed.status is given.status is Status.SUSPECT
+    advice = "calibrate driver_torque and motor_torque, and enter torque_gain_deviation in the vehicle file"
+    assert advice in assumed.action
+    assert "enter torque_gain_deviation" not in given.action
+    assert given.action
 
 
 def with_limit_deviations(**deviations: float) -> Vehicle:
@@ -100,3 +119,5 @@ def test_the_torque_of_the_hands_holds_the_gain_too():
     exact = diagnose(recording, calibrated(0.0), "driver-torque").findings[0]
     assert "(torque gain ± 8 % included)" in found.headline
     assert found.estimate.standard_deviation > exact.estimate.standard_deviation
+    assert found.estimate.assumed.keys() == exact.estimate.given.keys() == {"torque_gain_deviation"}
+    assert found.estimate.given == exact.estimate.assumed == {}

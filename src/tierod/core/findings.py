@@ -39,6 +39,7 @@ class Estimate:
         limits: names of vehicle parameters that are the limits of the alarm; their deviation is in none of the others
         assumed: standard deviations [unit] that are assumptions on the sensors, by the name of the parameter that
             replaces each assumption; they are part of `standard_deviation`
+        given: the same of sensors whose parameter the vehicle file states
     """
 
     quantity: str
@@ -48,6 +49,12 @@ class Estimate:
     reference: dict[str, float] = field(default_factory=dict)
     limits: tuple[str, ...] = ()
     assumed: dict[str, float] = field(default_factory=dict)
+    given: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def by_sensors(self) -> dict[str, float]:
+        """Standard deviations by the sensors [unit], assumed or given; all drives of a car share these errors."""
+        return self.assumed | self.given
 
 
 @dataclass(frozen=True)

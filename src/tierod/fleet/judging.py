@@ -177,7 +177,7 @@ def _of_finding(finding: Finding) -> Row:
             "unit": estimate.unit,
             "estimate": _finite(estimate.value),
             "deviation": _finite(estimate.standard_deviation),
-            "shared_deviation": _finite(math.hypot(*estimate.assumed.values())) if estimate.assumed else None,
+            "shared_deviation": _finite(math.hypot(*shared)) if (shared := estimate.by_sensors.values()) else None,
             "nominal": _finite(estimate.reference.get("nominal")),
             "limit": _finite(estimate.reference.get("fault")),
         }

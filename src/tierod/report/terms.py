@@ -30,7 +30,7 @@ _STATISTICS = {
     "opposed torques share": "Share of the time in which driver and motor work against each other.",
     "baseline": "Baseline of this car, learnt while it was fault-free.",
     "baseline deviation": "Standard deviation of the baseline.",
-    "deviation by torque gains": "Part of the standard deviation that the gains of both torques cause, as assumed.",
+    "deviation by torque gains": "Part of the standard deviation that the gains of both torques cause.",
     "deviation without torque gains": "Standard deviation of the estimate for exact gains of both torques.",
     "baseline learnt": "Enabled time from which the baseline was learnt.",
     "ratio to baseline": "Estimate over the baseline of this car.",

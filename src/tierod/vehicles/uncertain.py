@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Iterable, Iterator, Mapping
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 from tierod.vehicles.catalogue import QUANTITIES
 from tierod.vehicles.classes import class_of, typical_spread
@@ -111,14 +111,35 @@ ASSUMED_GAIN_DEVIATION: Annotated[float, ""] = 0.08
 """The same for a vehicle file without it: two torques of 10 % each, the motor with the larger share."""
 
 
-def torque_gain_deviation(vehicle: Vehicle) -> float:
-    """Relative standard deviation of the gain of the torque sensors, of the vehicle file or assumed [-].
+class GainDeviation(NamedTuple):
+    """Relative standard deviation of the gain of the torque sensors.
+
+    Args:
+        value: standard deviation [-]
+        given: whether the vehicle file states it; else it is assumed
+    """
+
+    value: float
+    given: bool
+
+    def parts(self, size: float) -> tuple[dict[str, float], dict[str, float]]:
+        """Its part in the standard deviation of an estimate: what is assumed, and what is given.
+
+        Args:
+            size: estimate that scales with the gain [unit]
+        """
+        part = {GAIN_DEVIATION: self.value * size}
+        return ({}, part) if self.given else (part, {})
+
+
+def torque_gain_deviation(vehicle: Vehicle) -> GainDeviation:
+    """Deviation of the gain of the torque sensors, of the vehicle file or assumed.
 
     Args:
         vehicle: whose torques are measured
     """
     known = vehicle.parameters.get(GAIN_DEVIATION)
-    return ASSUMED_GAIN_DEVIATION if known is None else known.value
+    return GainDeviation(ASSUMED_GAIN_DEVIATION, False) if known is None else GainDeviation(known.value, True)
 
 
 class WatchedParameters(Mapping[str, Parameter]):

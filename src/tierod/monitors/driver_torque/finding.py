@@ -10,7 +10,7 @@ from tierod.monitors.driver_torque.decisions import DOUBTED, MOTOR_INERTIA_SPREA
 from tierod.monitors.driver_torque.drive import Drive
 from tierod.monitors.driver_torque.misfits import distances, is_late, is_zeroed, misfits, suspected
 from tierod.vehicles import Vehicle
-from tierod.vehicles.uncertain import GAIN_DEVIATION, torque_gain_deviation
+from tierod.vehicles.uncertain import torque_gain_deviation
 
 LEAST_READY = 5.0
 """Least time with a known torque for a finding [s]; some seconds of every state."""
@@ -59,11 +59,10 @@ def judge(drive: Drive, vehicle: Vehicle, name: str, rules: FitRules, remarks: t
     evidence |= _value(drive)
     estimate, gain = None, torque_gain_deviation(vehicle)  # without a deviation there is no interval
     if drive.hand_deviation > 0.0:
-        part = gain * drive.hand_rms
-        whole = math.hypot(drive.hand_deviation, part)
-        estimate = Estimate(
-            "torque of the driver's hands, rms", drive.hand_rms, whole, "N*m", assumed={GAIN_DEVIATION: part}
-        )
+        whole = math.hypot(drive.hand_deviation, gain.value * drive.hand_rms)
+        assumed, given = gain.parts(drive.hand_rms)
+        quantity = "torque of the driver's hands, rms"
+        estimate = Estimate(quantity, drive.hand_rms, whole, "N*m", assumed=assumed, given=given)
     notices = _notices(drive, vehicle, rules)
     action = "correct the vehicle file before the disturbance torque is used" if notices else "none"
     notices += (*remarks, *_doubts(drive))
@@ -74,7 +73,7 @@ def judge(drive: Drive, vehicle: Vehicle, name: str, rules: FitRules, remarks: t
     if drive.contradiction is None or drive.contradiction.names:
         status = Status.ESTIMATED
     return Finding(
-        name, status, _headline(drive, estimate, gain), None, estimate, evidence, action=action, warnings=notices
+        name, status, _headline(drive, estimate, gain.value), None, estimate, evidence, action=action, warnings=notices
     )
 
 

@@ -13,7 +13,7 @@ from tierod.monitors.friction.notices import FrictionRun, notices
 from tierod.monitors.friction.obstacles import obstacles
 from tierod.monitors.friction.verdict import BY_LIMIT
 from tierod.monitors.harness.verdict import withheld
-from tierod.vehicles.uncertain import GAIN_DEVIATION
+from tierod.vehicles.uncertain import GainDeviation
 
 SUBJECT = "Friction of the steering"
 
@@ -57,7 +57,7 @@ def finding_of(run: FrictionRun) -> Finding:
             "N*m",
             _reference(run, limits),
             _limits_behind(run, status),
-            {GAIN_DEVIATION: run.verdict.tuning.gain_deviation * run.friction},
+            *GainDeviation(run.verdict.tuning.gain_deviation, run.verdict.gain_given).parts(run.friction),
         ),
         evidence=_evidence(run),
         cause=cause,

@@ -9,7 +9,6 @@ from dataclasses import dataclass, field
 from tierod.models.friction_estimation import FrictionParameters
 from tierod.monitors.friction.judged import JudgedFriction
 from tierod.monitors.friction.verdict import FrictionLimits, FrictionVerdict
-from tierod.monitors.friction.verdict_tuning import AlarmTuning
 
 GAIN_WARNING = (
     "a gain error common to both torques scales the estimate and cannot be detected: 10 % of torque gives 10 % of "
@@ -95,9 +94,9 @@ def notices(run: FrictionRun) -> tuple[str, ...]:
 
 def _gains(run: FrictionRun) -> str:
     """Notice on the gain that both torques share, and on the spread that is assumed for it."""
-    given = run.verdict.tuning.gain_deviation
-    source = "assumed" if given == AlarmTuning().gain_deviation else "torque_gain_deviation of the vehicle file"
-    return GAIN_WARNING.format(share=f"{100.0 * given:.2g} %", source=source)
+    deviation = run.verdict.tuning.gain_deviation
+    source = "torque_gain_deviation of the vehicle file" if run.verdict.gain_given else "assumed"
+    return GAIN_WARNING.format(share=f"{100.0 * deviation:.2g} %", source=source)
 
 
 def _levels(run: FrictionRun) -> list[str]:

@@ -80,6 +80,7 @@ class FrictionVerdict:
         learnt_level: baseline from earlier drives [N*m]; None learns it in this recording
         learnt_deviation: standard deviation of that baseline [N*m]
         rising_deviation, fault_deviation: standard deviation of each limit in the vehicle file [N*m]
+        gain_given: whether the vehicle file states the deviation of the torques' gain
 
     The estimate wanders slowly, so that the run length for white noise does not apply; it was measured on fault-free
     drives, see `tierod.monitors.friction.decisions`.
@@ -92,6 +93,7 @@ class FrictionVerdict:
     learnt_deviation: Annotated[float, "N*m"] = 0.0
     rising_deviation: Annotated[float, "N*m"] = 0.0
     fault_deviation: Annotated[float, "N*m"] = 0.0
+    gain_given: bool = False
     alarm: Cusum = field(init=False, repr=False)
 
     Sample = VerdictSample
@@ -121,10 +123,13 @@ class FrictionVerdict:
             ParameterError: the vehicle file lacks a limit; the message names it
         """
         limits = vehicle.parameters_for(FrictionLimits) if vehicle.calibrated else None
-        tuning = AlarmTuning(gain_deviation=torque_gain_deviation(vehicle))
-        names = () if limits is None else ("rising_friction", "fault_friction")
-        guessed = [vehicle.parameters[name].standard_deviation or 0.0 for name in names]
-        return cls(limits, tuning, sample_time, learnt_level, learnt_deviation, *guessed)
+        gain = torque_gain_deviation(vehicle)
+        tuning = AlarmTuning(gain_deviation=gain.value)
+        rising, fault = 0.0, 0.0
+        if limits is not None:
+            rising = vehicle.parameters["rising_friction"].standard_deviation or 0.0
+            fault = vehicle.parameters["fault_friction"].standard_deviation or 0.0
+        return cls(limits, tuning, sample_time, learnt_level, learnt_deviation, rising, fault, gain.given)
 
     def init(self) -> State:
         """State before the first sample, with nothing learnt but the given baseline."""

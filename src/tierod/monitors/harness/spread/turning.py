@@ -68,7 +68,7 @@ def turn_by_estimate(
     """Turn of a verdict by its estimate alone: two standard deviations of the parameters reach across the lowest limit.
 
     For an alarm that rests on a limit of the vehicle file, the variance of that limit, such as that of a class of cars,
-    and the assumptions on the sensors are added, and the limit counts without the margin from which it acts. For a
+    and those of the sensors' gains are added, and the limit counts without the margin from which it acts. For a
     healthy verdict both are ignored: otherwise a car that is typical of its class could never be healthy.
 
     Args:
@@ -85,7 +85,7 @@ def turn_by_estimate(
     if finding.status.alarm and estimate.limits:
         behind = [vehicle.parameters[name] for name in estimate.limits]
         own = {each.name: (each.standard_deviation or 0.0) ** 2 for each in behind}
-        own |= {name: size**2 for name, size in estimate.assumed.items()}
+        own |= {name: size**2 for name, size in estimate.by_sensors.items()}
         parts, variance = parts | own, variance + sum(own.values())
         lowest = min(each.value for each in behind)
     reach, names = REACH * math.sqrt(variance), _enough(parts)
@@ -191,9 +191,9 @@ def _decide(names: tuple[str, ...]) -> str:
 
 
 def _spread_in_words(vehicle: Vehicle, name: str, estimate: Estimate | None) -> str:
-    """Parameter with its standard deviation, or an assumption with the share of the estimate that it makes up."""
-    if estimate is not None and name in estimate.assumed:
-        return f"{name} {estimate.assumed[name] / abs(estimate.value):.2g}"
+    """Parameter with its standard deviation, or a sensor's gain with the share of the estimate that it makes up."""
+    if estimate is not None and name in estimate.by_sensors:
+        return f"{name} {estimate.by_sensors[name] / abs(estimate.value):.2g}"
     return spread_of(vehicle, name)
 
 
