@@ -88,6 +88,21 @@ def test_a_gain_is_one():
     assert "by a gain of 1.020, so that its error grows with the angle" in found.headline
 
 
+@pytest.mark.parametrize(
+    ("error", "by", "action"),
+    [
+        (4.5 * DEGREE * np.sin(8 * ANGLE), "a ripple of 4.5° electrical, 8 per turn of the shaft", "magnet"),
+        (0.05 * (ANGLE - ANGLE[np.argmax(LATE)]), "a gain of 1.050, so that its error grows with the angle", "gain"),
+        (10.0 * DEGREE * (TIME - BEGIN), "a drift of +10.0°/s electrical", "lost readings"),
+    ],
+)
+def test_a_shape_is_that_of_the_difference_whichever_alarm_came_first(error, by, action):
+    (found,) = finding(error * LATE).findings
+    assert found.cause == "the angle sensor differs from the angle that currents and voltages give"
+    assert f"{found.cause[1:]} by {by}, " in found.headline
+    assert action in found.action
+
+
 def test_an_error_that_ended_has_an_end():
     (found,) = finding(20.0 * DEGREE * (LATE & (TIME < BEGIN + 0.5))).findings
     assert found.status is Status.FAULT

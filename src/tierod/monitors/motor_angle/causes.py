@@ -136,6 +136,10 @@ def cause_of(root: str, drive: Drive, vehicle: Vehicle) -> tuple[str, str]:
     if root == "not_following" and confirmed and set(drive.starts) <= {root, "plausibility"}:
         return CONFIRMED
     cause, action = BY_NAME[root].cause, BY_NAME[root].action
+    if root in COMPARED and drive.shape is not None:
+        # The shape describes the difference of the angles, whichever of both alarms came first, and so the remedy.
+        turns_otherwise = drive.shape.kind in (DRIFT, GAIN)
+        cause, action = BY_NAME["angle"].cause, BY_NAME["speed" if turns_otherwise else "angle"].action
     if root == "plausibility":
         cause += f"; {SUSPECTS.get(drive.suspect, 'which of them is wrong')}" + (
             " is the wrong one" if drive.suspect else " cannot be decided"

@@ -71,6 +71,8 @@ def _judged(drive: Drive, vehicle: Vehicle) -> Finding:
         cause, action = wrong
         headline = f"The motor's angle cannot be judged: {cause}."
         return Finding(drive.monitor, Status.NOT_TESTABLE, headline, evidence=evidence, cause=cause, action=action)
+    if drive.starts:
+        return _fault(drive, vehicle, evidence)
     estimate = None
     if drive.counted:
         estimate = Estimate(
@@ -80,8 +82,6 @@ def _judged(drive: Drive, vehicle: Vehicle) -> Finding:
             "rad",
             {"smallest offset worth an alarm": FIVE_DEGREES},
         )
-    if drive.starts:
-        return _fault(drive, vehicle, estimate, evidence)
     if drive.known < LEAST_KNOWN:
         cause = f"the motor turned fast enough for {drive.known:.1f} s only, {LEAST_KNOWN:g} s are needed"
         headline = f"The sensor of the motor's angle was not judged: {cause}."
@@ -98,7 +98,7 @@ def _judged(drive: Drive, vehicle: Vehicle) -> Finding:
     return Finding(drive.monitor, Status.HEALTHY, headline, None, estimate, evidence, action="none")
 
 
-def _fault(drive: Drive, vehicle: Vehicle, estimate: Estimate | None, evidence: dict[str, float]) -> Finding:
+def _fault(drive: Drive, vehicle: Vehicle, evidence: dict[str, float]) -> Finding:
     root = root_of(drive)
     assert root is not None
     cause, action = cause_of(root, drive, vehicle)
