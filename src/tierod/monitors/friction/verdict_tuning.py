@@ -7,6 +7,7 @@ from typing import Annotated
 
 from tierod.core.errors import ParameterError
 from tierod.methods.detectors import Cusum
+from tierod.vehicles.uncertain import ASSUMED_GAIN_DEVIATION
 
 
 @dataclass(frozen=True)
@@ -76,7 +77,7 @@ class AlarmTuning:
     wander: Annotated[float, ""] = 0.036
     excess: Annotated[float, "s"] = 0.25
     ceiling: Annotated[float, "s"] = 1.0
-    gain_deviation: Annotated[float, ""] = 0.08
+    gain_deviation: Annotated[float, ""] = ASSUMED_GAIN_DEVIATION
     confidence: Annotated[float, ""] = 1.0
     onset_ratio: Annotated[float, ""] = 1.05
     largest_deviation: Annotated[float, ""] = 0.15
