@@ -6,6 +6,7 @@ import dataclasses
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from tierod.cli import main
@@ -13,8 +14,10 @@ from tierod.core.findings import Diagnosis, Status
 from tierod.core.recording import Recording
 from tierod.io.writers import write
 from tierod.monitors.diagnose import diagnose
+from tierod.monitors.harness.baseline import Baseline
 from tierod.proving_ground import drive
-from tierod.vehicles import Vehicle, load
+from tierod.proving_ground.scenarios import load as load_scenario
+from tierod.vehicles import Parameter, Vehicle, load
 
 GAIN = 1.4
 """Factor on both torques of this car, so that its fault-free friction lies above the limit of the vehicle file."""
@@ -126,3 +129,86 @@ def test_a_longer_recording_gives_a_verdict(fault_free):
     assert short.status in (Status.NOT_READY, Status.NOT_ENABLED)
     assert "record longer" in short.action
     assert diagnose(fault_free, "midsize-eps", "friction").findings[0].status is Status.HEALTHY
+
+
+def calibrated(car: Vehicle, action: str, deviation: float = 0.01) -> Vehicle:
+    """The car after the parameter that an action tells to enter was found by a calibration."""
+    (name,) = re.findall(r"calibrate driver_torque and motor_torque, and enter (\w+) in the vehicle file", action)
+    known = Parameter(name, deviation, "", None, "calibration")
+    return dataclasses.replace(car, parameters={**car.parameters, name: known})
+
+
+@pytest.mark.parametrize(("right", "status"), [(True, Status.RISING), (False, Status.HEALTHY)])
+def test_calibrating_the_torques_decides_an_alarm_within_the_spread_of_their_gain(fault_free, risen, right, status):
+    """Friction of 5.6 N·m by torques that are right, or of 4 N·m by torques that read 1.4 times too much."""
+    recording = scaled(risen, 5.6 / 6.5) if right else scaled(fault_free)
+    doubted = diagnose(recording, "midsize-eps", "friction").findings[0]
+    assert doubted.status is Status.SUSPECT
+    car = calibrated(load("midsize-eps"), doubted.action)
+    after = diagnose(recording if right else fault_free, car, "friction").findings[0]
+    assert after.status is status
+    assert "enter torque_gain_deviation" not in after.action
+
+
+def test_a_baseline_tells_whether_rising_friction_above_the_fault_limit_is_a_fault(risen):
+    recording = scaled(risen, 1.2)
+    rising = diagnose(recording, "midsize-eps", "friction").findings[0]
+    assert rising.status is Status.RISING
+    assert "judge against this car's baseline from an earlier fault-free drive" in rising.action
+    for level, status in ((4.0, Status.FAULT), (6.5, Status.RISING)):
+        own = Baseline("midsize-eps", rising.monitor, level, 0.01, "N*m", 100.0)
+        assert diagnose(recording, "midsize-eps", "friction", baseline=own).findings[0].status is status
+
+
+def test_a_signal_that_was_never_there_with_the_others_is_found_as_advised(fault_free, tmp_path, capsys):
+    time = fault_free["driver_torque"].time
+    parts = {"driver_torque": time < 150.0, "lateral_acceleration": fault_free["lateral_acceleration"].time > 150.0}
+    apart = [
+        dataclasses.replace(fault_free[name], values=np.where(there, fault_free[name].values, np.nan))
+        for name, there in parts.items()
+    ]
+    path = tmp_path / "apart.parquet"
+    write(fault_free.with_channels(apart), path)
+    found = diagnose(path, "midsize-eps", "friction").findings[0]
+    assert found.status is Status.NOT_AVAILABLE
+    assert "find the missing signal with 'tierod inspect'" in found.action
+    capsys.readouterr()
+    main(["inspect", str(path), "--vehicle", "midsize-eps"])
+    shown = capsys.readouterr().out
+    for name in parts:
+        assert any(name in line and "50" in line for line in shown.splitlines())
+    assert diagnose(fault_free, "midsize-eps", "friction").findings[0].status is Status.HEALTHY
+
+
+@pytest.fixture(scope="module")
+def column() -> Recording:
+    return dataclasses.replace(load_scenario("hands-off"), faults=()).with_run(None, 72).run().recording
+
+
+def test_a_sign_that_is_corrected_as_advised_makes_the_hands_testable(column, tmp_path):
+    path = tmp_path / "turned.parquet"
+    write(
+        column.with_channels([dataclasses.replace(column["driver_torque"], values=-column["driver_torque"].values)]),
+        path,
+    )
+    found = diagnose(path, "midsize-eps", "driver-torque").findings[0]
+    assert found.status is Status.NOT_TESTABLE
+    assert "correct the channel map" in found.action
+    ((name, factor),) = re.findall(r"(\w+) has the wrong sign.*\(factor (-?\d+)\)", found.cause)
+    channel_map = tmp_path / "signs.toml"
+    channel_map.write_text(f'[signals.{name}]\nsource = "{name}"\nunit = "N*m"\nfactor = {factor}\n', encoding="utf-8")
+    after = diagnose(path, "midsize-eps", "driver-torque", channel_map=channel_map).findings[0]
+    assert after.status is Status.CONSISTENT
+
+
+def test_a_vehicle_file_that_is_corrected_as_advised_is_consistent(column):
+    car = load("midsize-eps")
+    stiff = dataclasses.replace(car.parameters["torsion_bar_stiffness"], value=210.0)
+    wrong = dataclasses.replace(car, parameters={**car.parameters, stiff.name: stiff})
+    found = diagnose(column, wrong, "driver-torque").findings[0]
+    assert found.status is Status.INCONSISTENT
+    assert found.action.startswith("correct the vehicle file")
+    ((name, value),) = re.findall(r"(\w+) is 210 N·m/rad, but the twist of the bar shows (\d+)", found.cause)
+    right = dataclasses.replace(wrong.parameters[name], value=float(value))
+    corrected = dataclasses.replace(wrong, parameters={**wrong.parameters, name: right})
+    assert diagnose(column, corrected, "driver-torque").findings[0].status is Status.CONSISTENT
