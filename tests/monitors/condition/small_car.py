@@ -78,10 +78,10 @@ def course(seed, wheelbase=1.7, seconds=90.0, fastest=8.0, reverse=False):
     return np.interp(time, knots, speeds), np.interp(time, knots, angles)
 
 
-def vehicle_of(p):
+def vehicle_of(p, kind="quadricycle"):
     """Vehicle file of a car of which a tape measure and a scale are known."""
     known = {"mass": p.mass, "wheelbase": p.front + p.rear, "track_width": p.track, "steering_ratio": p.ratio}
-    _, parameters = begun({name: Known(value, None, "measured") for name, value in known.items()}, "quadricycle")
+    _, parameters = begun({name: Known(value, None, "measured") for name, value in known.items()}, kind)
     named = {each.name: each for each in parameters}
     return Vehicle("small", "small car", "typical of its class", (), (), "N*m", named, Path("small.toml"))
 

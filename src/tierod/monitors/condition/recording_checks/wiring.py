@@ -10,7 +10,7 @@ import numpy as np
 
 from tierod.core.findings import Episode
 from tierod.monitors.condition.recording_checks.contradictions import STEP, Problem, late, misread_speed, scaled, turned
-from tierod.monitors.condition.recording_checks.witnesses import MOVING, TORQUE, YAW, Witness, mean_speed
+from tierod.monitors.condition.recording_checks.witnesses import MOVING, TORQUE, UNDERSTEERING, YAW, Witness, mean_speed
 from tierod.monitors.condition.signals import OF_AUTOMATED, SENSORS, CarParameters
 
 GENTLE = 3.0
@@ -111,10 +111,13 @@ class Wiring:
             moving = mean_speed(signals) > MOVING
         gentle = moving & ~(np.abs(signals["lateral_acceleration"]) > GENTLE)
         yaw, slowly = self._estimates(YAW, signals, moving), self._estimates(YAW, signals, gentle)
+        understeering = self._estimates(UNDERSTEERING, signals, gentle)
         misread = misread_speed(slowly, self.scale)
-        found = turned(yaw, YAW) or late(yaw, YAW, self.late) or misread or scaled(slowly, YAW, self.scale)
+        found = turned(yaw, YAW) or late(yaw, YAW, self.late) or misread
+        found = found or _scaled(slowly, understeering, self.scale)
         if self.close is not None and not any(each.elements for each in found):
-            near = late(_sensed(yaw), YAW, self.close.late) or scaled(_sensed(slowly), YAW, self.close.scale)
+            near = late(_sensed(yaw), YAW, self.close.late)
+            near = near or _scaled(_sensed(slowly), _sensed(understeering), self.close.scale)
             found = (*near, *found)
         return found or turned(self._estimates(TORQUE, signals, moving), TORQUE)
 
@@ -149,6 +152,20 @@ def _bridged(values: np.ndarray, most: int) -> np.ndarray:
     apart = np.concatenate(([len(values)], np.diff(there), [len(values)]))[np.searchsorted(there, place)]
     between = np.isnan(values) & (apart <= most)
     return np.where(between, np.interp(place, there, values[there]), values)
+
+
+def _scaled(
+    by_geometry: Mapping[str, np.ndarray], understeering: Mapping[str, np.ndarray], limit: float
+) -> tuple[Problem, ...]:
+    """Problem of a wrong scale that no understeer between none and that of the vehicle file, often a guess, explains.
+
+    Args:
+        by_geometry: estimates without understeer
+        understeering: estimates with that of the vehicle file
+        limit: ratio of amplitudes from which an estimate is wrong
+    """
+    without = {each.elements for each in scaled(by_geometry, YAW, limit)}
+    return tuple(each for each in scaled(understeering, UNDERSTEERING, limit) if each.elements in without)
 
 
 def _sensed(estimates: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from tierod.models.rolling_car import RollingCar
 from tierod.monitors.condition.signals import WHEELS, CarParameters
+from tierod.physics.single_track import understeer_gradient
 
 MOVING = 2.0
 """Speed from which a turn shows in the estimates [m/s]."""
@@ -46,7 +48,7 @@ def _speed(signals: Mapping[str, np.ndarray], vehicle: CarParameters) -> np.ndar
 YAW_SENSOR, TIMES_SPEED, OVER_SPEED = "yaw rate sensor", ("rear wheels", "steering angle"), "lateral acceleration"
 """Witnesses of the yaw rate: independent of the speed, proportional to it, and inversely proportional to it."""
 
-YAW: Mapping[str, Witness] = {
+YAW: dict[str, Witness] = {
     "rear wheels": Witness(
         WHEELS,
         lambda s, p: (s["wheel_speed_rear_right"] - s["wheel_speed_rear_left"]) / (p.wheel_speed_scale * p.track_width),
@@ -75,6 +77,21 @@ YAW: Mapping[str, Witness] = {
     ),
 }
 """Witnesses of the yaw rate [rad/s]."""
+
+
+def _understeering(signals: Mapping[str, np.ndarray], vehicle: CarParameters) -> np.ndarray:
+    """Yaw rate by the steering angle with the understeer of the vehicle file, none where it has no tyres [rad/s]."""
+    by_geometry = YAW["steering angle"].estimate(signals, vehicle)
+    if not isinstance(vehicle, RollingCar.Parameters):
+        return by_geometry
+    p = vehicle
+    stiffness = p.front_cornering_stiffness, p.rear_cornering_stiffness
+    gradient = max(float(understeer_gradient(p.mass, p.front_distance, p.rear_distance, *stiffness)), 0.0)
+    return by_geometry / (1.0 + gradient * _speed(signals, vehicle) ** 2 / (p.front_distance + p.rear_distance))
+
+
+UNDERSTEERING: Mapping[str, Witness] = YAW | {"steering angle": replace(YAW["steering angle"], estimate=_understeering)}
+"""The same with the understeer of the vehicle file, which lets a car turn half as much at 25 m/s as by geometry."""
 
 TORQUE: Mapping[str, Witness] = {
     "steering torque sensor": Witness(
