@@ -14,6 +14,10 @@ _FRESH = 0.25
 """Longest time for which a reading holds [s]; chassis buses send every 10 to 100 ms."""
 _SHOWN = 3
 """Largest number of reversals that a sentence names."""
+MIRRORED = "every turn mirrors the steering angle: the car reversed all the time, or the yaw rate has the wrong sign"
+"""Cause where a recording has no turn forward to compare with."""
+TURN_FORWARD = "record turns forward as well; if the car drove forward, set the sign of the yaw rate in the channel map"
+"""Its remedy."""
 
 
 @dataclass(frozen=True)
@@ -93,6 +97,11 @@ class Reversing:
         self._signed = False
         self.found: list[Reversal] = []
         self.turned_forward = False
+
+    @property
+    def mirrored(self) -> bool:
+        """Whether every turn looks like reversing, so that no turn forward shows that the signs are right."""
+        return bool(self.found) and not self.turned_forward
 
     def add(
         self,

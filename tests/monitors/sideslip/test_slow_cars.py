@@ -112,10 +112,19 @@ def test_what_a_car_with_unsigned_speeds_does_in_reverse_is_neither_its_largest_
     assert not any("revers" in each for each in out.warnings)
 
 
+@pytest.mark.parametrize("unsigned", [False, True])
+def test_nothing_is_estimated_while_a_car_is_known_to_reverse(car, unsigned):
+    (made,) = recordings([(QUADRICYCLE, backs_out())], SEED, unsigned=unsigned)
+    held = diagnose(made, car, "sideslip", spread=False).traces["held"]
+    assert held.lower[(held.time > 8.0) & (held.time < 8.8)].min() == 1.0
+
+
 def test_where_every_turn_is_mirrored_nothing_is_stated(car, drives):
-    finding = diagnose(drives[0][2].slice(0.0, 10.0), car, "sideslip").findings[0]
-    assert finding.status is Status.NOT_TESTABLE
-    assert "the car reversed all the time, or the yaw rate has a wrong sign" in finding.headline
+    out = drives[0][2].slice(0.0, 10.0)
+    finding, other = (diagnose(out, car, monitor).findings[0] for monitor in ("sideslip", "condition"))
+    assert finding.status is other.status is Status.NOT_TESTABLE
+    assert "the car reversed all the time, or the yaw rate has the wrong sign" in finding.headline
+    assert (finding.cause, finding.action) == (other.cause, other.action)
 
 
 @pytest.mark.parametrize(("angle", "offset", "named"), [(0.5, 0.0, False), (0.0, 0.03, True)])

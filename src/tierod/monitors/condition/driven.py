@@ -120,7 +120,7 @@ class Driven:
         return np.where(times[1:, None] - read[1:] <= LOST, held[1:], np.nan)
 
     def add_reversing(self, reverses: np.ndarray) -> None:
-        """Add the samples of the next piece that are not judged since the car reverses with unsigned speeds, (n,)."""
+        """Add the samples of the next piece that are not judged since the car reverses, (n,)."""
         self._count(REVERSED, reverses)
         self.judged -= int(np.count_nonzero(reverses))
 

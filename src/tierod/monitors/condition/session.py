@@ -14,7 +14,7 @@ from tierod.core.graph import Memory, Scanner
 from tierod.core.recording import Aligned
 from tierod.core.signals import SIGNALS
 from tierod.diagnosis.substitution import SubstitutionGraph
-from tierod.io.reversing import Reversing, reversed_in_words
+from tierod.io.reversing import MIRRORED, TURN_FORWARD, Reversing, reversed_in_words
 from tierod.models.automated_vehicle import AutomatedVehicle
 from tierod.models.rolling_car import RollingCar
 from tierod.monitors.condition.courses import ElementCourse
@@ -193,7 +193,7 @@ class ConditionSession:
         return {name: np.concatenate([part[name] for part in parts]) for name in self.traces}
 
     def _with_signed_speeds(self, time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Samples with negative wheel speeds where the car is known to reverse with unsigned ones, and where, (n,)."""
+        """Samples with negative wheel speeds where the car is known to reverse, and where, (n,)."""
         if self._reversing is None or not len(time):
             return values, np.zeros(len(time), bool)
         wheels = values[:, WHEEL_PLACES]
@@ -265,16 +265,9 @@ class ConditionSession:
         }
 
     def _mirrored(self) -> tuple[Problem, ...]:
-        """Problem that every turn looks like reversing; empty if a turn forward has shown that the signs are right."""
-        if self._reversing is None or not self._reversing.found or self._reversing.turned_forward:
-            return ()
-        cause = (
-            "every turn mirrors the steering angle: the car reversed all the time, or the yaw rate has the wrong sign"
-        )
-        action = (
-            "record turns forward as well; if the car drove forward, set the sign of the yaw rate in the channel map"
-        )
-        return (Problem("sign", ("yaw_rate",), cause, action),)
+        """Problem that every turn looks like reversing; empty if not."""
+        mirrored = self._reversing is not None and self._reversing.mirrored
+        return (Problem("sign", ("yaw_rate",), MIRRORED, TURN_FORWARD),) if mirrored else ()
 
     def _shift_of_zero(self) -> bool:
         """Declare the steering angle if its zero has shifted and the filters had declared nothing by then."""

@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Annotated
 
 from tierod.core.findings import Estimate, Finding, Status
+from tierod.io.reversing import MIRRORED, TURN_FORWARD
 from tierod.methods.detectors import Detector
 from tierod.methods.detectors.rule_design import alarms_at
 from tierod.monitors.harness.verdict import Obstacle
@@ -49,11 +50,7 @@ def obstacle(drive: SideslipDrive, needs_torque: bool, torque_known: bool, mirro
     """
     figures = drive.figures
     if mirrored:
-        cause = "every turn mirrors the steering angle: the car reversed all the time, or the yaw rate has a wrong sign"
-        action = (
-            "record turns forward as well; if the car drove forward, set the sign of the yaw rate in the channel map"
-        )
-        return Obstacle(Status.NOT_TESTABLE, cause, action)
+        return Obstacle(Status.NOT_TESTABLE, MIRRORED, TURN_FORWARD)
     if turned := drive.signs.turned():
         names = " or ".join(turned)
         cause = f"the sign of {names} contradicts the other signals of a turning car"

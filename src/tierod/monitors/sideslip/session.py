@@ -87,7 +87,7 @@ class SideslipSession(BlockSession):
         self.misfit_rule, self.least_coverage, self.tolerances = misfit_rule(), LEAST_COVERAGE, Tolerances()
 
     def prepared(self, aligned: Aligned) -> Aligned:
-        """Next piece, with a negative speed where the car is known to reverse although its speeds have no sign."""
+        """Next piece, with a negative speed where the car is known to reverse, by the sign of its speeds or without."""
         seen = aligned.columns
         wheel = seen["road_wheel_angle"] / self._ratio
         angle = np.where(np.isfinite(wheel), wheel, seen["steering_wheel_angle"])
@@ -97,7 +97,8 @@ class SideslipSession(BlockSession):
         if not reverses.any():
             return aligned
         values = aligned.values.copy()
-        values[reverses, aligned.names.index("vehicle_speed")] *= -1.0
+        place = aligned.names.index("vehicle_speed")
+        values[reverses, place] = -np.abs(values[reverses, place])
         return Aligned(aligned.time, values, aligned.names)
 
     def taken(self, aligned: Aligned, result: Result) -> Mapping[str, np.ndarray]:
@@ -119,8 +120,7 @@ class SideslipSession(BlockSession):
         """The finding, with the consistency of the innovations."""
         reversals = self._reversing.found
         reversed_ = (reversed_in_words(reversals),) if reversals else ()
-        mirrored = bool(reversals) and not self._reversing.turned_forward
-        if reason := obstacle(self.drive, self._needs_torque, self._torque_known, mirrored):
+        if reason := obstacle(self.drive, self._needs_torque, self._torque_known, self._reversing.mirrored):
             finding = withheld(self.name, "Sideslip angle", [reason], self.drive.evidence(), reversed_)
             return Conclusion(finding, withheld=tuple(self.traces))
         found = self._consistency.result()
