@@ -158,7 +158,7 @@ def test_both_torques_of_another_gain_are_named_by_the_bend_of_the_assist(health
     twice = altered(altered(healthy, "driver_torque", times(2.0)), "motor_torque", times(2.0))
     finding = diagnose(twice, "midsize-eps").findings[0]
     assert finding.status is Status.SUSPECT
-    assert finding.cause.startswith("driver_torque and motor_torque have ")
+    assert finding.cause.startswith("driver_torque, motor_torque and the assist map of the vehicle file contradict each")
 
 
 def test_friction_below_what_any_steering_has_is_implausible(healthy):
@@ -221,6 +221,26 @@ def test_without_signals_over_time_the_estimates_stay_the_same(healthy):
     assert set(whole) > set(estimated) == set(full.session.traces) & set(whole)
     for name, each in estimated.items():
         np.testing.assert_array_equal(each.mean, whole[name].mean)
+
+
+@pytest.mark.parametrize("status", [Status.NOT_ENABLED, Status.NOT_IDENTIFIABLE])
+@pytest.mark.parametrize(
+    ("monitor", "expected"),
+    [
+        ("motor-angle", Status.SUSPECT),
+        ("friction", Status.SUSPECT),
+        ("driver-torque", Status.INCONSISTENT),
+        ("sideslip", Status.INCONSISTENT),
+    ],
+)
+def test_only_a_monitor_that_estimates_becomes_inconsistent(monitor, expected, status):
+    estimate = Estimate("difference of the angle", 0.3, 0.01, "rad")
+    finding = Finding(monitor, status, "differs by 17 degrees", estimate=estimate)
+    defect = Defect((), "the file is another car's", True)
+    withheld = with_defects(finding, [defect], MONITORS[monitor])
+    assert withheld.status is expected
+    assert f": {expected}, because" in withheld.headline
+    assert withheld.estimate is None
 
 
 def test_a_defect_that_withholds_the_estimate_leaves_none_in_the_finding():

@@ -145,4 +145,5 @@ DRIVER_TORQUE = Monitor(
     variants={variant.name: variant for variant in _VARIANTS},
     default="interacting",
     slower=(500.0, 200.0, 100.0, 50.0),
+    estimates=True,
 )

@@ -333,7 +333,7 @@ def with_defects(finding: Finding, defects: Sequence[Defect], monitor: Monitor) 
 
 def _withheld(finding: Finding, why: Sequence[str], monitor: Monitor) -> Finding:
     """Finding without its estimate, whose error may exceed any band."""
-    status = finding.status.doubted if finding.status.judged else Status.INCONSISTENT
+    status = Status.INCONSISTENT if monitor.estimates else Status.SUSPECT
     return replace(
         finding,
         status=status,

@@ -262,6 +262,7 @@ class Monitor:
         condition: requirement on the recording that no channel shows, as a half-sentence after "if"; "" without one
         drive: manoeuvres and driving time that a verdict needs, as sentences
         learns: whether it learns a baseline of the vehicle, with which later recordings are compared
+        estimates: whether it only estimates, so that what contradicts it makes it inconsistent, not suspect
     """
 
     name: str
@@ -279,6 +280,7 @@ class Monitor:
     drive: str = ""
     slower: tuple[float, ...] = ()
     learns: bool = False
+    estimates: bool = False
     rests_on: tuple[str, ...] = ()
     subjects: tuple[str, ...] = ()
     reaction: Annotated[float, "s"] = 10.0

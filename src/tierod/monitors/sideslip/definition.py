@@ -128,4 +128,5 @@ SIDESLIP = Monitor(
     slower=(50.0, 40.0, 33.3, 25.0, 20.0),
     variants={variant.name: variant for variant in _VARIANTS},
     default="combined",
+    estimates=True,
 )
