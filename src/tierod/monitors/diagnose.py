@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -73,17 +73,24 @@ def diagnose(
     definition, chosen = find(monitor or usual_monitor(car), variant)
     known = baseline if isinstance(baseline, Baseline) else _stored(baseline)
     run = Run(definition, chosen, car, known, memory, kept, uncertain=spread)
-    for place, piece in enumerate(pieces_of(source, run.needs, car, dbc, channel_map)):
-        # Only the first piece shows the rates and signals on which the grid and the default variant depend.
-        run = run if place else run.fitted(piece, asked=variant is not None or isinstance(monitor, Variant))
-        run.add(piece)
-        progress(share_read(piece))
+    pieces = pieces_of(source, run.needs, car, dbc, channel_map)
+    run = _over(run, pieces, variant is not None or isinstance(monitor, Variant), progress)
     diagnosis = run.finish(command)
     if signals is not None and kept is not None:
         _write_signals(kept, diagnosis, run.monitor.name, signals)
     if isinstance(baseline, str | Path):
         diagnosis = diagnosis.remarked("baseline", _kept(run, baseline, known, diagnosis, fault_free))
     return diagnosis
+
+
+def _over(run: Run, pieces: Iterable[Recording], asked: bool, progress: Callable[[float], None]) -> Run:
+    """Run over all pieces of a recording, with the default variant that suits it unless the user asked for one."""
+    for place, piece in enumerate(pieces):
+        # Only the first piece shows the rates and signals on which the grid and the default variant depend.
+        run = run if place else run.fitted(piece, asked)
+        run.add(piece)
+        progress(share_read(piece))
+    return run
 
 
 def _kept_for(path: str | Path) -> OverTime:

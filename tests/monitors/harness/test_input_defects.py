@@ -158,7 +158,9 @@ def test_both_torques_of_another_gain_are_named_by_the_bend_of_the_assist(health
     twice = altered(altered(healthy, "driver_torque", times(2.0)), "motor_torque", times(2.0))
     finding = diagnose(twice, "midsize-eps").findings[0]
     assert finding.status is Status.SUSPECT
-    assert finding.cause.startswith("driver_torque, motor_torque and the assist map of the vehicle file contradict each")
+    assert finding.cause.startswith(
+        "driver_torque, motor_torque and the assist map of the vehicle file contradict each"
+    )
 
 
 def test_friction_below_what_any_steering_has_is_implausible(healthy):
