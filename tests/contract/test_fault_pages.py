@@ -124,7 +124,7 @@ CASES = [
 
 ELECTRICAL = {
     "supply low": ("supply_voltage", lambda x: x - 6.0),
-    "angle leaps": ("motor_angle_mechanical", lambda x: x + 1.5),
+    "angle leaps": ("motor_angle_mechanical", lambda x: x + 1.5 * (np.arange(len(x)) < 5100)),
     "resolver amplitude": ("resolver_sine", lambda x: 0.6 * x),
     "resolver mismatch": ("resolver_sine", lambda x: -x),
     "stuck": ("motor_angle_mechanical", lambda x: 0.0 * x + x[5000]),
@@ -137,7 +137,7 @@ ELECTRICAL = {
 def test_a_page_shows_what_decided(recording, monitor, variant):
     diagnosis = MAKERS[monitor](recording(monitor), variant)
     finding = diagnosis.findings[0]
-    assert finding.status in (Status.FAULT, Status.RISING, Status.SUSPECT, Status.NOT_IDENTIFIABLE), finding.headline
+    assert finding.status.alarm or finding.status is Status.NOT_IDENTIFIABLE, finding.headline
     the_page_shows_what_decided(diagnosis)
 
 
