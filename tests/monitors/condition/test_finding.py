@@ -299,12 +299,13 @@ def test_an_uncalibrated_vehicle_is_reported():
     assert "this vehicle is not calibrated" in concluded(calibrated=False)[1].warnings[0]
 
 
-def slid(seconds, causes=None):
-    """The finding of a drive of 20 s of which some slid, and of causes beside what is declared."""
+def slid(seconds, causes=None, reversing=0.0):
+    """The finding of a drive of 20 s of which some slid and some was in reverse, and of causes beside it."""
     time, stated = fault_free(20.0)
     drive, no = Driven(PERIOD), np.zeros(len(time), bool)
     there = np.ones(stated.status.shape, bool)
     values = np.full((len(time), len(ConditionSample._fields)), 5.0)
+    values[time < reversing] = -2.0
     drive.add(time, values, Covered(there, ~no, no, no, no, ~no))
     drive.add_low_grip(time, time < seconds, values)
     courses = {name: ElementCourse(name, PERIOD) for name in OWN}
@@ -320,6 +321,25 @@ def test_a_drive_that_slid_for_most_of_the_time_is_not_healthy():
     assert finding.status is Status.NOT_TESTABLE
     assert finding.cause.startswith("12 of 20 s of driving were not judged: the tyres slid")
     assert finding.action.startswith("drive on a dry road, below 6 m/s² lateral acceleration")
+
+
+def test_of_a_slide_that_began_in_reverse_only_the_driving_forward_counts():
+    assert slid(12.0, reversing=14.0).status is Status.HEALTHY
+    assert slid(20.0, reversing=14.0).cause.startswith("6 of 6 s of driving were not judged: the tyres slid")
+
+
+def test_an_element_that_alone_was_doubted_is_not_fault_free_and_the_time_is_named():
+    states, finding, _ = concluded(doubtful((YAW,), 6.0, 8.0))
+    assert states[YAW].status is Status.NOT_TESTABLE
+    assert "exceeded the fault-free limit from 6.00 s to 8.00 s" in states[YAW].cause
+    assert finding.status is Status.NOT_TESTABLE
+    assert "9 of 10 sensors and actuators are fault-free" in finding.headline
+
+
+def test_a_doubt_about_one_element_that_a_declaration_explains_is_not_told():
+    states, finding, _ = concluded(both(doubtful((YAW,), 6.0, 6.9), faulty("tie_rod_force", 7.0, 9.0)))
+    assert states[YAW].status is Status.HEALTHY
+    assert finding.status is Status.FAULT
 
 
 def test_inputs_that_disagree_with_others_are_named_beside_what_was_found():

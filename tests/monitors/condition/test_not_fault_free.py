@@ -2,13 +2,14 @@
 
 import math
 
+import numpy as np
 import pytest
 
 from monitors.condition.motion_alone import drive
 from tierod.core.findings import Status
-from tierod.core.recording import Recording
+from tierod.core.recording import Channel, Recording
 from tierod.monitors.diagnose import diagnose
-from tierod.papers.condition.faults import LOSS, Injected
+from tierod.papers.condition.faults import LOSS, STUCK, Injected
 from tierod.proving_ground.faults import injected
 from tierod.vehicles import load
 
@@ -31,6 +32,37 @@ def test_a_yaw_rate_that_is_lost_on_a_straight_road_is_not_called_fault_free(str
     finding = found.findings[0]
     assert finding.status is Status.NOT_TESTABLE
     assert finding.headline.startswith("Yaw rate: its reading stayed the same from 15.0")
+
+
+@pytest.fixture(scope="module")
+def bends():
+    return Recording(dict(drive(11, 60.0).channels))
+
+
+@pytest.mark.parametrize("sensor", ["yaw_rate", "steering_wheel_angle"])
+def test_a_signal_without_values_for_some_seconds_is_named_with_its_times(bends, sensor):
+    read = bends[sensor]
+    values = np.where((read.time >= 25.0) & (read.time < 30.0), math.nan, read.values)
+    found = diagnose(bends.with_channels([Channel(sensor, read.time, values, read.unit)]), load("rav4"), "condition")
+    (lost,) = (each for each in found.elements if each.name == sensor)
+    assert lost.status is Status.NOT_TESTABLE
+    assert lost.cause.startswith("no reading from 25.0")
+    assert found.status.exit_code == 2
+    assert "to 30.00 s; 5 of 12 sensors and actuators are fault-free" in found.findings[0].headline
+
+
+@pytest.mark.parametrize("sensor", ["yaw_rate", "wheel_speed_front_right"])
+@pytest.mark.parametrize("start", [12.0, 20.0, 28.0, 36.0, 44.0])
+def test_a_sensor_with_noise_that_is_stuck_for_three_seconds_is_never_fault_free(bends, sensor, start):
+    fault = Injected(sensor, STUCK, math.nan, start, start + 3.0).fault
+    found = diagnose(injected(bends, [fault]), load("rav4"), "condition")
+    (stuck,) = (each for each in found.elements if each.name == sensor)
+    assert stuck.status is Status.FAULT or f"stayed the same from {start - 0.01:.2f} s" in stuck.cause
+    assert found.status.exit_code in (1, 2)
+
+
+def test_a_fault_free_drive_with_bends_is_healthy(bends):
+    assert diagnose(bends, load("rav4"), "condition").findings[0].status is Status.HEALTHY
 
 
 def test_a_fault_free_straight_road_is_healthy(straight):

@@ -165,6 +165,15 @@ class ElementCourse:
         ]
         return tuple(sorted(found, key=lambda episode: episode.declared_at))
 
+    def doubts_alone(self, end: float) -> tuple[Episode, ...]:
+        """Lasting doubts about this element alone; `end` is the end of the recording [s]."""
+        last = end - 1.5 * self.period
+        return tuple(
+            self._episode(each, last, doubt=True)
+            for each in self.doubts
+            if each.end - each.start >= LEAST_DOUBT and not self._others(each)
+        )
+
     def declare(self, start: float, found: float, end: float, kind: float, magnitude: tuple[float, float]) -> None:
         """Add a fault that lasts until the end of the drive, detected by a check beside the bank.
 

@@ -65,6 +65,7 @@ class Driven:
     now: str = ""
     asked: bool = True
     _slides: list[tuple[float, float]] = field(default_factory=list)
+    _forward: tuple[np.ndarray, np.ndarray] = (np.zeros(0), np.zeros(0, bool))
     _wheels: np.ndarray = field(default_factory=lambda: np.full(len(ALL_WHEELS), np.nan))
     _read: np.ndarray = field(default_factory=lambda: np.full(len(ALL_WHEELS), np.nan))
 
@@ -85,7 +86,9 @@ class Driven:
         self.judged += int(np.count_nonzero(covered.judged))
         speed = self._last_read(values[:, _WHEELS], time)
         with np.errstate(invalid="ignore"):
-            self.forward += int(np.count_nonzero((speed > STANDING).any(axis=1)))
+            forward = np.asarray((speed > STANDING).any(axis=1))
+            self.forward += int(np.count_nonzero(forward))
+            self._forward = time, forward
             self.backward += int(np.count_nonzero((speed < -STANDING).any(axis=1)))
         reading = covered.available[:, : len(SENSORS)]
         read = reading.any(axis=1)
@@ -103,7 +106,7 @@ class Driven:
         for cause, there in causes.items():
             self._count(cause, there)
         for place, name in enumerate(ELEMENTS):
-            self._follow(name, time, covered.available[:, place], covered.parked)
+            self._follow(name, time, covered.available[:, place], covered.parked, covered.judged)
         self._follow(_JUDGED, time, covered.judged, covered.parked)
         # The tolerated gap is that of the missing signals: sensors may be slower than targets.
         self.absences[_JUDGED].borne = LOST if self.now in ALL_GONE else UNASKED
@@ -126,17 +129,19 @@ class Driven:
 
     @property
     def slid(self) -> float:
-        """Time in which the tyres slid, so that no fault was declared [s]."""
+        """Time of driving forward in which the tyres slid, so that no fault was declared [s]."""
         return self.unjudged.get(SLID, 0) * self.period
 
     def add_low_grip(self, time: np.ndarray, slid: np.ndarray, values: np.ndarray) -> None:
-        """Add the slides of the next piece.
+        """Add the slides within the last piece; standstill and reversing are judged in no case, and do not count.
 
         Args:
             time: time stamps [s], (n,)
             slid: whether the tyres slid, (n,)
             values: columns of `ConditionSample`, (n, signals); NaN if missing
         """
+        times, forward = self._forward
+        slid = slid & forward[np.searchsorted(times, time)]
         self._count(SLID, slid)
         # A faulty acceleration looks like a slide, but the car does not turn.
         turning = np.abs(values[:, _YAW]) * np.abs(np.nan_to_num(values[:, _WHEELS])).max(axis=1)
@@ -156,9 +161,11 @@ class Driven:
         if found:
             self.unjudged[cause] = self.unjudged.get(cause, 0) + found
 
-    def _follow(self, name: str, time: np.ndarray, there: np.ndarray, parked: np.ndarray) -> None:
+    def _follow(
+        self, name: str, time: np.ndarray, there: np.ndarray, parked: np.ndarray, others: np.ndarray | None = None
+    ) -> None:
         borne = UNASKED if name in ACTUATORS else LOST
-        self.absences.setdefault(name, Absence(self.period, borne)).add(time, there, parked)
+        self.absences.setdefault(name, Absence(self.period, borne)).add(time, there, parked, others)
 
     def loss(self, element: str, observed: float) -> Loss | None:
         """Loss of a signal without which an element cannot be judged: of its own, or else of others; None without one.

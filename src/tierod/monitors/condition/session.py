@@ -140,9 +140,10 @@ class ConditionSession:
             self._reversing = Reversing(rate, parameters.steering_ratio, wheelbase)
         self._impossible, self._accelerations = ImpossibleValues(), AccelerationCheck(parameters, rate)
         self._read = np.zeros(len(self._measured), bool)
-        # Driver and road let a coarse steering angle repeat itself for ten seconds, but no noisy yaw rate.
-        self._places = [self.signals.index("yaw_rate")]
-        self._constancy = Constancy(tuple(self.signals[place] for place in self._places), 1.0 / rate)
+        # Driver and road let a coarse steering angle repeat itself for ten seconds, but no noisy yaw rate or wheel.
+        self._same = {"yaw_rate": Constancy(1.0 / rate)}
+        self._same |= {name: Constancy(1.0 / rate, noisy=True) for name in ALL_WHEELS if name in self._measured}
+        self._steers = parameters.steering_ratio / (parameters.front_distance + parameters.rear_distance)
         self._courses = {each: ElementCourse(each, 1.0 / rate) for each in self._elements}
         self._anew = False
         self._memory: Memory | None = None
@@ -163,7 +164,10 @@ class ConditionSession:
         values, reverses = self._with_signed_speeds(aligned.time, values)
         self._wiring.add(dict(zip(aligned.names, values.T, strict=True)))
         self._driven.add(aligned.time, values, covered)
-        self._constancy.add(aligned.time, aligned.values[:, self._places], _moving(values))
+        readings, speed = dict(zip(self.signals, aligned.values.T, strict=True)), _speed(aligned.values)
+        for name, same in self._same.items():
+            others = self._steers * readings["steering_wheel_angle"] * speed if name == "yaw_rate" else speed
+            same.add(aligned.time, readings[name], _moving(values), others)
         self._driven.add_reversing(reverses & covered.judged)
         if self._pace is not None:
             self._pace.add(values)
@@ -197,8 +201,7 @@ class ConditionSession:
         if self._reversing is None or not len(time):
             return values, np.zeros(len(time), bool)
         wheels = values[:, WHEEL_PLACES]
-        there = np.isfinite(wheels)
-        speed = np.where(there, wheels, 0.0).sum(axis=1) / np.where(there.any(axis=1), there.sum(axis=1), np.nan)
+        speed = _speed(values)
         yaw, angle = (values[:, self.signals.index(name)] for name in ("yaw_rate", "steering_wheel_angle"))
         reverses = self._reversing.add(time, yaw, angle, speed, wheels[:, 1] - wheels[:, 0])
         if not reverses.any():
@@ -306,9 +309,9 @@ class ConditionSession:
         )
         problems = (*wired, *slow)
         interruptions = self._coverage.interruptions
-        constant = self._constancy.losses()
-        states = elements(self._courses, self._driven, problems, self.graph, constant)
-        lost = constant | losses(self._courses, self._driven)
+        same = {name: loss for name, each in self._same.items() if (loss := each.loss()) is not None}
+        lost = same | losses(self._courses, self._driven)
+        states = elements(self._courses, self._driven, problems, self.graph, lost)
         missing = [name for name, read in zip(self._measured, self._read, strict=True) if not read]
         # Without any reading, or with all sensors, isolability needs no note.
         notes = limitations(self.vehicle, missing) if missing and self._read.any() else ()
@@ -329,6 +332,14 @@ class ConditionSession:
         # Wrong wiring is no fault of an element and must not enter a fault memory.
         courses = {} if problems else code_courses(self._courses, self._driven.end)
         return Conclusion(finding, elements=states, code_courses=courses, withheld=withheld)
+
+
+def _speed(values: np.ndarray) -> np.ndarray:
+    """Mean of the wheel speeds that are read [m/s], (n,), NaN without any, from columns of `ConditionSample`."""
+    wheels = values[:, WHEEL_PLACES]
+    there = np.isfinite(wheels)
+    count = np.where(there.any(axis=1), there.sum(axis=1), np.nan)
+    return np.asarray(np.where(there, wheels, 0.0).sum(axis=1) / count)
 
 
 def _moving(values: np.ndarray) -> np.ndarray:

@@ -33,7 +33,7 @@ def elements(
     drive: Driven,
     problems: Sequence[Problem],
     graph: SubstitutionGraph,
-    constant: Mapping[str, Loss] | None = None,
+    lost: Mapping[str, Loss] | None = None,
 ) -> tuple[Element, ...]:
     """State of every sensor and actuator.
 
@@ -42,10 +42,10 @@ def elements(
         drive: figures of the drive
         problems: wiring errors
         graph: graph of the substitutes
-        constant: sensors whose readings stayed the same for unusually long
+        lost: losses of signals, and other times in which an element was not judged; None takes `losses` alone
     """
     codes = load_trouble_codes().codes
-    found, open_, lost = [], unresolved(courses, drive.end), dict(constant or {}) | losses(courses, drive)
+    found, open_, lost = [], unresolved(courses, drive.end), losses(courses, drive) if lost is None else lost
     for name, course in courses.items():
         needed = courses.get(NEEDED.get(name, ""))
         status, cause = _status(course, open_[name], drive, problems, needed, lost.get(name))
@@ -85,14 +85,35 @@ def acceleration_elements(disagreeing: Sequence[Disagreement]) -> tuple[Element,
 
 
 def losses(courses: Mapping[str, ElementCourse], drive: Driven) -> dict[str, Loss]:
-    """Losses of signals during the drive, by the elements that could no longer be judged.
+    """Losses of signals during the drive, and doubts about one element, by the elements that could not be judged then.
 
     Args:
         courses: courses of all elements
         drive: figures of the drive
     """
     found = {name: drive.loss(name, course.observed) for name, course in courses.items() if course.available > 0.0}
-    return {name: loss for name, loss in found.items() if loss is not None}
+    return _doubted(courses, drive.end) | {name: loss for name, loss in found.items() if loss is not None}
+
+
+def _doubted(courses: Mapping[str, ElementCourse], end: float) -> dict[str, Loss]:
+    """Elements about which a doubt remained, by no other candidate and without any declaration at that time."""
+    faults = [each for course in courses.values() for each in course.episodes(end) if not each.candidates]
+    found: dict[str, Loss] = {}
+    for name, course in courses.items():
+        for doubt in course.doubts_alone(end):
+            if not any(_overlap(fault, doubt, end) for fault in faults):
+                until = end if doubt.end is None else doubt.end
+                cause = (
+                    f"its residual exceeded the fault-free limit from {doubt.start:.2f} s to {until:.2f} s, too little"
+                )
+                found.setdefault(name, Loss(Status.NOT_TESTABLE, f"{cause} to declare a fault", doubt.start, until))
+    return found
+
+
+def _overlap(fault: Episode, doubt: Episode, end: float) -> bool:
+    """Whether a declared fault, from its onset on, explains a doubt."""
+    begun, over = doubt.declared_at, end if doubt.end is None else doubt.end
+    return fault.start <= over + TOGETHER and (fault.end is None or begun <= fault.end + TOGETHER)
 
 
 def unresolved(courses: Mapping[str, ElementCourse], end: float) -> dict[str, tuple[Episode, ...]]:
@@ -103,14 +124,11 @@ def unresolved(courses: Mapping[str, ElementCourse], end: float) -> dict[str, tu
         end: end of the recording [s]
     """
     all_ = {name: course.episodes(end) for name, course in courses.items()}
-    verdicts = {name: [each.declared_at for each in found if not each.candidates] for name, found in all_.items()}
+    faults = {name: [each for each in found if not each.candidates] for name, found in all_.items()}
 
     def stays(name: str, episode: Episode) -> bool:
-        last = end if episode.end is None else episode.end + TOGETHER
         return not episode.candidates or not any(
-            episode.declared_at <= declared <= last
-            for each in (name, *episode.candidates)
-            for declared in verdicts[each]
+            _overlap(fault, episode, end) for each in (name, *episode.candidates) for fault in faults[each]
         )
 
     return {name: tuple(each for each in found if stays(name, each)) for name, found in all_.items()}
@@ -139,7 +157,7 @@ def _status(
     if episodes:
         return Status.SUSPECT, ""
     if loss is not None:
-        when = "until then" if loss.since is not None else "in these"
+        when = "at other times" if loss.until is not None else "until then" if loss.since is not None else "in these"
         seen = (
             f"fault-free {when}"
             if course.testable >= LEAST_TESTABLE

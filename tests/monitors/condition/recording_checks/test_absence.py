@@ -10,11 +10,12 @@ PERIOD, BORNE = 0.01, 1.0
 TIME = np.arange(3000) * PERIOD
 
 
-def followed(there, parked=None, cuts=()):
+def followed(there, parked=None, cuts=(), others=None):
     absence = Absence(PERIOD, BORNE)
     parked = np.zeros(len(TIME), bool) if parked is None else parked
-    for time, some, stands in zip(*(np.split(each, cuts) for each in (TIME, there, parked)), strict=True):
-        absence.add(time, some, stands)
+    rest = np.zeros(len(TIME), bool) if others is None else others
+    for time, some, stands, each in zip(*(np.split(each, cuts) for each in (TIME, there, parked, rest)), strict=True):
+        absence.add(time, some, stands, each)
     return absence
 
 
@@ -32,6 +33,15 @@ def test_what_comes_back_has_lacked_for_most_of_the_drive_or_not():
     assert (rare.mostly, often.mostly) == (True, False)
     assert rare.loss(Status.NOT_AVAILABLE, "", "read").cause == "read for only 10 of 30 s of driving"
     assert often.loss(Status.NOT_AVAILABLE, "", "read") is None
+
+
+@pytest.mark.parametrize("cuts", [(), (700, 1500), (1100, 1101)])
+def test_what_lacks_alone_and_comes_back_has_the_times_of_its_gap(cuts):
+    there, alone = (TIME < 11.0 - 1e-9) | (TIME > 15.0 - 1e-9), np.ones(len(TIME), bool)
+    gap = followed(there, cuts=cuts, others=alone).loss(Status.NOT_AVAILABLE, "no reading", "read")
+    assert (gap.status, gap.cause) == (Status.NOT_TESTABLE, "no reading from 10.00 s to 15.00 s")
+    # Where all signals pause together, nothing was judged, and none of them was lost.
+    assert followed(there, cuts=cuts, others=there).loss(Status.NOT_AVAILABLE, "no reading", "read") is None
 
 
 def test_nothing_lacks_while_the_vehicle_is_parked_nor_what_never_came():

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -20,13 +20,14 @@ class Loss(NamedTuple):
     Args:
         status: status of the affected element
         cause: cause in words
-        since: start of the loss until the end of the drive; None if the signal came and went, and was missing for most
-            of the drive
+        since: start of the loss; None if the signal came and went, and was missing for most of the drive
+        until: end of the loss; None if it lasted until the end of the drive
     """
 
     status: Status
     cause: str
     since: Annotated[float, "s"] | None
+    until: Annotated[float, "s"] | None = None
 
 
 @dataclass
@@ -39,6 +40,8 @@ class Absence:
         there, lacked: number of samples of driving with and without the signal
         lately: number of samples of driving without it since it was last present
         last: time at which it was last present [s]; NaN if it never was
+        alone: number of samples of driving without it alone, since it was last present
+        gaps: bounds of the times without it alone, after which it came back [s]
     """
 
     period: float
@@ -47,10 +50,21 @@ class Absence:
     lacked: int = 0
     lately: int = 0
     last: float = math.nan
+    alone: int = 0
+    gaps: list[tuple[float, float]] = field(default_factory=list)
 
-    def add(self, time: np.ndarray, there: np.ndarray, parked: np.ndarray) -> None:
-        """Add the next piece: time [s], presence of the signal, and whether the vehicle is parked, (n,) each."""
+    def add(self, time: np.ndarray, there: np.ndarray, parked: np.ndarray, others: np.ndarray | None = None) -> None:
+        """Add the next piece, (n,) each.
+
+        Args:
+            time: time [s]
+            there: whether the signal is present
+            parked: whether the vehicle is parked
+            others: whether other signals are present; None if gaps are not wanted
+        """
         lacks = ~there & ~parked
+        if others is not None:
+            self._follow(time, there, lacks & others)
         self.there += int(np.count_nonzero(there & ~parked))
         self.lacked += int(np.count_nonzero(lacks))
         places = np.flatnonzero(there)
@@ -58,6 +72,17 @@ class Absence:
             self.last, self.lately = float(time[places[-1]]), 0
             lacks = lacks[places[-1] + 1 :]
         self.lately += int(np.count_nonzero(lacks))
+
+    def _follow(self, time: np.ndarray, there: np.ndarray, lacks: np.ndarray) -> None:
+        """Close the gaps of the next piece; before its first presence the signal has not begun, which is no gap."""
+        places = np.flatnonzero(there)
+        lacked = self.alone + np.concatenate([[0], np.cumsum(lacks)])
+        before = np.concatenate([[self.last], time[places]])[:-1]
+        long = np.diff(np.concatenate([[0], lacked[places]])) * self.period > LEAST
+        for start, end in zip(before[long].tolist(), time[places][long].tolist(), strict=True):
+            if not math.isnan(start):
+                self.gaps.append((max(start - self.borne + self.period, 0.0), end))
+        self.alone = int(lacked[-1] - (lacked[places[-1]] if len(places) else 0))
 
     @property
     def came(self) -> bool:
@@ -89,4 +114,8 @@ class Absence:
         if self.mostly:
             whole = (self.there + self.lacked) * self.period
             return Loss(status, f"{rare} for only {self.there * self.period:.0f} of {whole:.0f} s of driving", None)
+        if self.gaps:
+            (start, end), *further = self.gaps
+            more = f", and {len(further)} more time{'s' * (len(further) > 1)}" if further else ""
+            return Loss(Status.NOT_TESTABLE, f"{gone} from {start:.2f} s to {end:.2f} s{more}", start, end)
         return None

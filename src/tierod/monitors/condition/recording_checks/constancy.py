@@ -1,8 +1,10 @@
-"""Sensors whose readings stay exactly the same while the vehicle moves, far longer than at any other time."""
+"""A sensor whose reading stays exactly the same while the vehicle moves, far longer than at any other time."""
 
 from __future__ import annotations
 
+import math
 from itertools import pairwise
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
@@ -10,64 +12,93 @@ from tierod.core.findings import Status
 from tierod.monitors.condition.recording_checks.absence import Loss
 
 LONG = 5.0
-"""Time of driving for which a reading must stay the same [s]; coarse angles on straight roads reach 3 s."""
-UNUSUAL = 4.0
-"""Ratio of that time to the next longest one of the same sensor [-]: a coarse sensor repeats itself often."""
+"""Time of driving for which a reading must stay the same [s]; coarse sensors on straight roads reach 3 s."""
+SHORT = 1.0
+"""The same where the steering angle shows that the reading should have changed, or where the reading hardly ever
+repeats itself [s]: sensors come every 0.1 s or less and repeat a value a few times."""
+TURNED = 0.05
+"""Change of the yaw rate by the steering angle in that time that is no straight road [rad/s]: three steps of a sensor
+of 1 degree per second."""
+UNUSUAL, UNHEARD = 4.0, 50.0
+"""Ratio of that time to the next longest one of the same sensor [-]: a coarse sensor repeats itself often. The second
+is that of a reading with noise, which never stays the same."""
+
+
+class Same(NamedTuple):
+    """Time in which the reading stayed the same.
+
+    Args:
+        samples: number of samples of driving
+        start, end: bounds of the time [s]
+        least, most: range of the value by other sensors in it [unit of the reading]
+    """
+
+    samples: int = 0
+    start: Annotated[float, "s"] = math.nan
+    end: Annotated[float, "s"] = math.nan
+    least: float = math.inf
+    most: float = -math.inf
 
 
 class Constancy:
-    """Follows piece by piece for how long each reading stays exactly the same; standstill and gaps do not count.
+    """Follows piece by piece for how long the reading stays exactly the same; standstill and gaps do not count.
 
     A sensor that fails to a plausible value, such as a yaw rate of zero on a straight road, contradicts no other.
 
     Args:
-        names: names of the sensors
         period: sampling interval [s]
+        noisy: whether only a reading that otherwise never stays the same is judged: a driver may hold a speed, which a
+            coarse sensor repeats
     """
 
-    def __init__(self, names: tuple[str, ...], period: float):
-        self._names, self._period = names, period
-        self._last = np.full(len(names), np.nan)
-        self._begun, self._end = np.full(len(names), np.nan), np.full(len(names), np.nan)
-        self._count = np.zeros(len(names), int)
-        self._longest: list[tuple[int, float, float]] = [(0, 0.0, 0.0)] * len(names)
-        self._second = np.zeros(len(names), int)
+    def __init__(self, period: float, noisy: bool = False):
+        self._period, self._last, self._noisy = period, math.nan, noisy
+        self._now = Same()
+        self._longest: list[Same] = []
 
-    def add(self, time: np.ndarray, readings: np.ndarray, moving: np.ndarray) -> None:
-        """Add the next piece: time [s], (n,); readings, (n, sensors); whether the vehicle moves, (n,)."""
-        for place in range(len(self._names)):
-            counts = np.flatnonzero(np.isfinite(readings[:, place]) & moving)
-            if len(counts):
-                self._follow(place, time[counts], readings[counts, place])
+    def add(self, time: np.ndarray, readings: np.ndarray, moving: np.ndarray, others: np.ndarray) -> None:
+        """Add the next piece, (n,) each.
 
-    def _follow(self, place: int, time: np.ndarray, values: np.ndarray) -> None:
-        changes = np.flatnonzero(np.diff(values, prepend=self._last[place]) != 0.0)
-        edges = [0, *changes.tolist(), len(values)]
-        for first, (start, stop) in enumerate(pairwise(edges)):
+        Args:
+            time: time [s]
+            readings: readings; NaN if missing
+            moving: whether the vehicle moves
+            others: value of the same signal by other sensors: of a yaw rate by the steering angle, of a wheel speed by
+                all wheels [unit of the reading]; NaN if missing
+        """
+        counts = np.flatnonzero(np.isfinite(readings) & moving)
+        if not len(counts):
+            return
+        time, values, others = time[counts], readings[counts], others[counts]
+        changes = np.flatnonzero(np.diff(values, prepend=self._last) != 0.0)
+        for first, (start, stop) in enumerate(pairwise([0, *changes.tolist(), len(values)])):
             if first:
-                self._close(place)
-                self._begun[place], self._count[place] = time[start], 0
+                self._longest = self._lasting()
+                self._now = Same(0, float(time[start]))
             if stop > start:
-                self._count[place] += stop - start
-                self._end[place] = time[stop - 1]
-        self._last[place] = values[-1]
+                given = others[start:stop][np.isfinite(others[start:stop])]
+                now = self._now
+                self._now = Same(
+                    now.samples + stop - start,
+                    float(time[start]) if math.isnan(now.start) else now.start,
+                    float(time[stop - 1]),
+                    float(given.min(initial=now.least)),
+                    float(given.max(initial=now.most)),
+                )
+        self._last = float(values[-1])
 
-    def _close(self, place: int) -> None:
-        """Count the run that has ended."""
-        run = int(self._count[place]), float(self._begun[place]), float(self._end[place])
-        if run[0] > self._longest[place][0]:
-            self._second[place], self._longest[place] = self._longest[place][0], run
-        else:
-            self._second[place] = max(self._second[place], run[0])
+    def _lasting(self) -> list[Same]:
+        """The two longest times, the longer one first."""
+        return sorted((*self._longest, self._now), key=lambda each: each.samples, reverse=True)[:2]
 
-    def losses(self) -> dict[str, Loss]:
-        """Sensors whose reading stayed the same for unusually long, with the time."""
-        found = {}
-        for place, name in enumerate(self._names):
-            now = int(self._count[place]), float(self._begun[place]), float(self._end[place])
-            (count, start, end), *others = sorted((self._longest[place], now), reverse=True)
-            second = max(int(self._second[place]), others[0][0])
-            if count * self._period >= LONG and count > UNUSUAL * second > 0.0:
-                cause = f"its reading stayed the same from {start:.2f} s to {end:.2f} s of driving"
-                found[name] = Loss(Status.NOT_TESTABLE, cause, start)
-        return found
+    def loss(self) -> Loss | None:
+        """Loss where the reading stayed the same for unusually long; None where it did not."""
+        longest, *others = self._lasting()
+        second = others[0].samples if others else 0
+        changed = longest.most - longest.least
+        never = longest.samples > UNHEARD * second and changed > 0.0
+        least = SHORT if never else math.inf if self._noisy else SHORT if changed > TURNED else LONG
+        if longest.samples * self._period < least or not longest.samples > UNUSUAL * second > 0.0:
+            return None
+        cause = f"its reading stayed the same from {longest.start:.2f} s to {longest.end:.2f} s of driving"
+        return Loss(Status.NOT_TESTABLE, cause, longest.start, longest.end)
