@@ -44,6 +44,8 @@ def test_a_drive_leaves_log_memory_and_checkpoint(tmp_path):
     assert (memory.cycles, memory.open) == (1, False)
     assert (tmp_path / "log.mf4").read_bytes()[:3] == b"MDF"
     assert events[-1]["verdicts"].keys() == {"friction"}
+    # Nothing changed in this drive.
+    assert [events[-1]["verdicts"]["friction"][key] for key in ("since", "end", "declared")] == [None] * 3
 
 
 def test_silence_ends_a_drive_and_the_next_one_gets_files_of_its_own(tmp_path):

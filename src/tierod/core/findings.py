@@ -84,6 +84,8 @@ class Finding:
         headline: one sentence for the first line of a report
         since: time [s] in the recording at which the change to this status began; None where it holds throughout
         declared: time [s] at which the change was declared; None where there was none, or its time is not known
+        end: time [s] at which all faults of the finding had ended; None where one lasts to the end of the recording,
+            or the time is not known
         estimate: the estimated quantity; None where nothing could be estimated
         evidence: named figures (enabled seconds, enabled share, excitation, NIS, ...), with unit in the name
         cause: reason for the status
@@ -103,6 +105,7 @@ class Finding:
     warnings: tuple[str, ...] = ()
     decided_by: tuple[str, ...] = ()
     declared: float | None = None
+    end: float | None = None
 
     @property
     def belated(self) -> float | None:
@@ -129,6 +132,7 @@ class Finding:
         lines = (
             self.headline,
             "" if self.since is None else f"since {self.since:.6g} s",
+            "" if self.end is None else f"ended at {self.end:.6g} s",
             "" if self.belated is None else f"declared at {self.belated:.6g} s",
             ""
             if estimate is None

@@ -65,8 +65,12 @@ class Closing:
         guarded(self._hub, lambda: self._baselines(finished))
         diagnoses = {each.judge.name: each.diagnosis for each in finished}
         guarded(self._hub, lambda: self._report(engine, diagnoses))
-        verdicts = {name: each.status.document() for name, each in diagnoses.items()}
-        headlines = {name: each.findings[0].headline for name, each in diagnoses.items()}
+        first = {name: each.findings[0] for name, each in diagnoses.items()}
+        verdicts = {
+            name: diagnoses[name].status.document() | {"since": each.since, "end": each.end, "declared": each.declared}
+            for name, each in first.items()
+        }
+        headlines = {name: each.headline for name, each in first.items()}
         missed = {judge.name: judge.reason for judge in engine.judges if judge.name not in diagnoses}
         status = worst(each.status for each in diagnoses.values())
         content = status.document() | {

@@ -23,7 +23,7 @@ from tierod.report.html import UNFOLDED, Origin, rendered
 from tierod.report.packing import packed_series
 from tierod.report.uncertain import COLUMNS as EFFECT_COLUMNS
 from tierod.report.uncertain import HEADING, effect_rows, measure_first
-from tierod.report.verdict import COLUMNS, began, deciding, rows
+from tierod.report.verdict import COLUMNS, dated, deciding, rows
 
 _WIDTH, _MARGIN = 640.0, 14.0
 _ROW = 26.0
@@ -179,7 +179,7 @@ def verdict(diagnosis: Diagnosis, finding: Finding) -> Verdict:
         action=sentence("nothing" if finding.action == "none" else finding.action),
         warnings=tuple(map(sentence, finding.warnings)),
     )
-    return Verdict(finding, began(finding), value, spread, picture, figures, decisive)
+    return Verdict(finding, dated(finding), value, spread, picture, figures, decisive)
 
 
 def sentence(text: str) -> str:

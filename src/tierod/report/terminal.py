@@ -12,7 +12,7 @@ from tierod.diagnosis.fault_memory import FaultMemory
 from tierod.report.display import evidence, interval, number, words
 from tierod.report.uncertain import COLUMNS as EFFECT_COLUMNS
 from tierod.report.uncertain import HEADING, effect_rows, measure_first
-from tierod.report.verdict import COLUMNS, began, deciding, rows
+from tierod.report.verdict import COLUMNS, dated, deciding, rows
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -90,7 +90,7 @@ def _finding(diagnosis: Diagnosis, finding: Finding, console: Console) -> None:
 def _rows(diagnosis: Diagnosis, finding: Finding) -> list[tuple[str, str]]:
     rows = [("monitor", finding.monitor)]
     if finding.since is not None:
-        rows.append(("change began", began(finding)))
+        rows.append(("change began", dated(finding)))
     if finding.estimate is not None:
         value, low, high, unit = interval(finding.estimate)
         factor, _ = shown(finding.estimate.unit)

@@ -49,12 +49,13 @@ def _sentence(diagnosis: Diagnosis, each: Decided) -> str:
     return f"{words(each.name)}: {', '.join(parts)}"
 
 
-def began(finding: Finding) -> str:
-    """Time at which the change of a finding began, and that of its declaration where they differ; "" without one."""
+def dated(finding: Finding) -> str:
+    """Times at which the change of a finding began, ended and, where noticeably later, was declared; "" without one."""
     if finding.since is None:
         return ""
     begin = f"at {instant(finding.since)}" if finding.since > 0.0 else "at the start"
-    return begin if finding.belated is None else f"{begin}, declared at {instant(finding.belated)}"
+    later = (("ended", finding.end), ("declared", finding.belated))
+    return ", ".join((begin, *(f"{what} at {instant(time)}" for what, time in later if time is not None)))
 
 
 COLUMNS = ("sensor or actuator", "state", "fault", "from", "to", "declared", "size", "replaced by", "code")

@@ -138,7 +138,8 @@ def test_more_than_three_faults_are_counted():
 def test_lasting_doubt_is_reported_with_all_that_may_be_it():
     states, finding, courses = concluded(doubtful((YAW, ANGLE), 5.0, 7.0))
     assert finding.status is Status.SUSPECT
-    assert finding.headline == "Fault since 5.00 s, of one of several: yaw rate or steering wheel angle."
+    assert finding.headline == "One of several is suspect from 5.00 s to 7.00 s: yaw rate or steering wheel angle."
+    assert (finding.since, finding.declared, finding.end) == pytest.approx((5.0, 5.0, 7.0))
     assert states[YAW].status is states[ANGLE].status is Status.SUSPECT
     assert states[YAW].trouble_code == "C1A3A-64"
     assert [(each.time, each.status) for each in courses[NOT_ISOLABLE]] == [

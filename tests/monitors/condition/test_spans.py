@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 
 import pytest
 
@@ -63,11 +64,13 @@ def test_a_wheel_that_is_found_only_when_it_returns_is_dated_to_its_fault(kind, 
 def test_the_three_times_stand_in_sentence_and_document(drifting):
     finding, episode = drifting.findings[0], episode_of(drifting, LEFT)
     assert finding.headline.endswith(f"from {episode.start:.2f} s to 46.00 s (declared at {episode.declared:.2f} s).")
-    assert (finding.since, finding.declared) == (episode.start, episode.declared)
+    assert (finding.since, finding.declared, finding.end) == (episode.start, episode.declared, episode.end)
     told = json.loads(document(drifting, series=False))
     (written,) = (each for element in told["elements"] for each in element["episodes"])
     assert [written[key] for key in ("start", "end", "declared")] == [episode.start, episode.end, episode.declared]
-    assert told["findings"][0]["declared"] == episode.declared
+    assert [told["findings"][0][key] for key in ("since", "end", "declared")] == [
+        written[key] for key in ("start", "end", "declared")
+    ]
 
 
 def test_terminal_and_page_show_the_three_times(tmp_path, monkeypatch, capsys):
@@ -75,10 +78,10 @@ def test_terminal_and_page_show_the_three_times(tmp_path, monkeypatch, capsys):
     write(wheel(DRIFT, 0.15), "drive.parquet")
     assert main(["diagnose", "drive.parquet", "--vehicle", "rav4", "--monitor", "condition"]) == 1
     told, page = capsys.readouterr().out, (tmp_path / "drive-condition.html").read_text(encoding="utf-8")
-    assert "declared at 46.02 s" in " ".join(told.split())
-    for text in (told, page):
-        assert "declared" in text
-    assert "declared at 46.02 s" in page.replace("\N{NO-BREAK SPACE}", " ")
+    for text in (told, page.replace("\N{NO-BREAK SPACE}", " ")):
+        text = " ".join(text.split())
+        assert re.search(r"change began at 3\d\.\d+ s, ended at 46 s, declared at 46\.02 s", text)
+        assert "to 46.00 s (declared at 46.02 s)" in text
 
 
 def test_a_fault_that_has_ended_has_an_end_though_the_file_ends_before_it_is_withdrawn():
@@ -91,6 +94,8 @@ def test_a_fault_that_lasts_has_no_end():
     made = wheel(STUCK, math.nan, 28.0, after=9.0)
     diagnosis = diagnose(made, "rav4", "condition", spread=False)
     assert all(each.end is None for element in diagnosis.elements for each in element.episodes)
+    assert diagnosis.findings[0].end is None
+    assert "ended" not in repr(diagnosis.findings[0])
 
 
 def test_noise_of_a_wheel_is_never_noise_of_nothing():

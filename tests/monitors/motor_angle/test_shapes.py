@@ -80,6 +80,7 @@ def test_a_step_that_is_declared_at_once_has_one_time_in_words():
     assert found.declared == pytest.approx(BEGIN, abs=0.1)
     assert found.belated is None
     assert "declared" not in found.headline + repr(found)
+    assert found.end is None
 
 
 def test_a_gain_is_one():
@@ -106,7 +107,9 @@ def test_a_shape_is_that_of_the_difference_whichever_alarm_came_first(error, by,
 def test_an_error_that_ended_has_an_end():
     (found,) = finding(20.0 * DEGREE * (LATE & (TIME < BEGIN + 0.5))).findings
     assert found.status is Status.FAULT
-    assert "by a step of +20.0° electrical, from 6.20 s to 6.7" in found.headline
+    assert f"by a step of +20.0° electrical, from 6.20 s to {found.end:.2f} s" in found.headline
+    assert found.end == pytest.approx(BEGIN + 0.5, abs=0.05)
+    assert f"ended at {found.end:.6g} s" in repr(found)
 
 
 def test_an_error_from_the_start_is_dated_with_the_first_comparison():

@@ -227,10 +227,10 @@ def _fault(
     all_ = [(episode, each) for each in (*faulty, *doubtful) for episode in each.episodes]
     singles = _likeliest_first([(episode, each) for episode, each in all_ if not episode.candidates])
     if not singles:
-        first, _ = min(all_, key=lambda pair: pair[0].declared_at)
+        first, end = min((each for each, _ in all_), key=lambda each: each.declared_at), _end(all_)
         named = {name for episode, each in all_ for name in (each.name, *episode.candidates)}
         one_of = listed(sorted(named, key=ELEMENTS.index), "or")
-        headline = f"Fault since {first.start:.2f} s{_declared(first)}, of one of several: {one_of}."
+        headline = f"One of several is suspect {_when(replace(first, end=end))}: {one_of}."
         cause = "several of them explain the readings equally well, and the drive does not isolate one"
         if targets := _targets(sorted(named)):
             cause += f"; so does a wrong recording of the targets ({listed(targets)})"
@@ -240,7 +240,7 @@ def _fault(
         action = "check them one by one, or drive with more steering and braking"
         return Finding(
             name, Status.SUSPECT, headline, first.start, None, evidence, cause, action, warnings,
-            declared=first.declared_at,
+            declared=first.declared_at, end=end,
         )  # fmt: skip
     sentences = [_sentence(episode, each) for episode, each in singles]
     more = f"; and {len(sentences) - 3} more" if len(sentences) > 3 else ""
@@ -258,7 +258,7 @@ def _fault(
     action = f"check {listed(names)}: {places}"
     return Finding(
         name, Status.FAULT, headline[:1].upper() + headline[1:], episode.start, episode.magnitude, evidence, cause,
-        action, warnings, declared=episode.declared_at,
+        action, warnings, declared=episode.declared_at, end=_end(singles),
     )  # fmt: skip
 
 
@@ -299,16 +299,21 @@ def _targets(names: Sequence[str]) -> list[str]:
 def _sentence(episode: Episode, element: Element) -> str:
     plain = element.name.replace("_", " ")
     what = "fault" if not episode.kind else episode.kind
-    until = "" if episode.end is None else f" to {episode.end:.2f} s"
     size = f" of {shown(episode.magnitude.value, episode.magnitude.unit)}" if episode.magnitude is not None else ""
-    return f"{plain} {element.role if element.role == 'sensor' else ''}".rstrip() + (
-        f": {what}{size} from {episode.start:.2f} s{until or ' on'}{_declared(episode)}"
-    )
+    return f"{plain} {element.role if element.role == 'sensor' else ''}".rstrip() + (f": {what}{size} {_when(episode)}")
 
 
-def _declared(episode: Episode) -> str:
-    """Time of a declaration that came noticeably later than the onset."""
-    return "" if episode.belated is None else f" (declared at {episode.belated:.2f} s)"
+def _when(episode: Episode) -> str:
+    """Onset, end and, where it came noticeably later than the onset, declaration in words."""
+    until = "on" if episode.end is None else f"to {episode.end:.2f} s"
+    late = "" if episode.belated is None else f" (declared at {episode.belated:.2f} s)"
+    return f"from {episode.start:.2f} s {until}{late}"
+
+
+def _end(found: Sequence[tuple[Episode, Element]]) -> float | None:
+    """Time at which all episodes had ended [s]; None where one lasts."""
+    ends = [each.end for each, _ in found if each.end is not None]
+    return max(ends) if len(ends) == len(found) else None
 
 
 def _evidence(states: Sequence[Element], drive: Driven, interruptions: int) -> dict[str, float]:

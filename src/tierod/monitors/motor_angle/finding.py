@@ -119,6 +119,7 @@ def _fault(drive: Drive, vehicle: Vehicle, evidence: dict[str, float]) -> Findin
         action,
         decided_by=(BY_NAME[root].decision,),
         declared=episode.declared,
+        end=episode.end,
     )
 
 

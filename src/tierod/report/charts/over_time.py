@@ -217,7 +217,7 @@ def _level_label(group: list[tuple[str, float]], label: str) -> dict[str, Any]:
 def verdict_marks(
     diagnosis: Diagnosis, per_second: float, top: float = 0.99
 ) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
-    """Lines and labels at the onset of the change that led to the verdict and at the alarm, where known.
+    """Lines and labels at onset and end of the change that led to the verdict and at the alarm, where known.
 
     Args:
         diagnosis: its first finding gives the times
@@ -231,11 +231,13 @@ def verdict_marks(
         each.passed for each in diagnosis.decisions if each.name in finding.decided_by and each.passed is not None
     ]
     first, last = span(diagnosis)
-    began, alarm = finding.since, min(passed, default=None)
+    began, alarm = finding.since, min(passed, default=finding.declared)
     moments = {"change began": began, "alarm": alarm}
     if began is not None and alarm is not None and abs(alarm - began) < 2e-3 * (last - first):
         moments = {"change began, alarm": alarm}
-    shapes, notes = [], []
+    moments["ended"] = finding.end
+    shapes: list[dict[str, Any]] = []
+    notes: list[dict[str, Any]] = []
     for name, moment in moments.items():
         if moment is None:
             continue
@@ -244,11 +246,11 @@ def verdict_marks(
         # Both may be close together: the first label is placed on the left of its line, the second on the right.
         share = (moment - first) / (last - first)
         left = share > 0.85 or (name == "change began" and share > 0.15)
-        looks = {"showarrow": False, "xanchor": "right" if left else "left", "font": {"color": RED, "size": 12}}
+        side = "right" if left else "left"
+        looks = {"showarrow": False, "xanchor": side, "font": {"color": RED, "size": 12}}
         place = {"text": name, "x": at, "yref": "paper", "y": top, "yanchor": "top", "xshift": -4 if left else 4}
-        notes.append(place | looks | {"bgcolor": LABEL_GROUND})
-    if len(notes) == 2 and notes[0]["xanchor"] == notes[1]["xanchor"]:
-        notes[1]["yshift"] = -18
+        beneath = {"yshift": -18 * sum(each["xanchor"] == side for each in notes)}
+        notes.append(place | looks | beneath | {"bgcolor": LABEL_GROUND})
     return shapes, notes
 
 

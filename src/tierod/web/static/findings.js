@@ -11,9 +11,11 @@ export function lanes(result, span) {
     const first = each.findings[0];
     if (first) {
       const status = first.status, marks = [], decided = [];
-      if (first.since !== null) marks.push({ from: first.since, to: span[1], text: `${status} since ${clock(first.since)}`, kind: kind(status) });
+      const end = first.end ?? null;
+      if (first.since !== null) marks.push({ from: first.since, to: end ?? span[1], text: end === null ? `${status} since ${clock(first.since)}` : `${status} from ${clock(first.since)} to ${clock(end)}`, kind: kind(status) });
       else marks.push({ from: span[0], to: span[1], text: status, kind: kind(status) });
       for (const decision of each.decisions) if (decision.passed !== null && decision.passed !== undefined) decided.push({ from: decision.passed, to: decision.passed + NEAR * (span[1] - span[0]), text: "◆", point: true, kind: "watch", title: `${decision.name}: ${decision.rule}; passed at ${clock(decision.passed)}` });
+      if (!decided.length && Number.isFinite(first.declared)) decided.push({ from: first.declared, to: first.declared + NEAR * (span[1] - span[0]), text: "◆", point: true, kind: "watch", title: `declared at ${clock(first.declared)}` });
       found.push({ name: monitor, monitor, marks });
       if (decided.length) found.push({ name: `${monitor}: decisions`, monitor, marks: decided });
     }

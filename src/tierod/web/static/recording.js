@@ -233,6 +233,7 @@ function limitsOf(panel, byName, result) {
       if (!f.estimate || f.estimate.unit !== each.unit || !byName.has(`${name}_standard_deviation`)) continue;
       for (const [title, level] of Object.entries(f.estimate.reference)) levels.push({ value: level * each.factor, label: title, scale });
       if (f.since !== null && f.since > 0) moments.push({ time: f.since, label: f.status });
+      if (Number.isFinite(f.end)) moments.push({ time: f.end, label: "ended" });
     }
   }
   return { levels, moments };
