@@ -119,6 +119,18 @@ def test_nothing_is_estimated_while_a_car_is_known_to_reverse(car, unsigned):
     assert held.lower[(held.time > 8.0) & (held.time < 8.8)].min() == 1.0
 
 
+def test_a_car_that_is_fast_in_reverse_only_gives_no_value(car):
+    """Straight back for seven seconds, a turn that shows the direction, and forward turns at walking pace."""
+    time = np.arange(0.0, 40.0, STEP)
+    speed = np.interp(time, [0, 2, 3, 12, 13, 16, 17, 40], [0, 0, -2.8, -2.8, 0, 0, 1.2, 1.2])
+    angle = np.interp(time, [0, 9.5, 10.5, 12, 14, 18, 22, 28, 34, 40], [0, 0, 0.4, 0.4, 0, 0, 0.5, -0.5, 0.5, 0])
+    (made,) = recordings([(QUADRICYCLE, (speed, angle))], SEED, unsigned=True)
+    finding = diagnose(made, car, "sideslip").findings[0]
+    assert any(each.startswith("the car reversed") for each in finding.warnings)
+    assert finding.status is Status.NOT_ENABLED
+    assert finding.estimate is None
+
+
 def test_where_every_turn_is_mirrored_nothing_is_stated(car, drives):
     out = drives[0][2].slice(0.0, 10.0)
     finding, other = (diagnose(out, car, monitor).findings[0] for monitor in ("sideslip", "condition"))

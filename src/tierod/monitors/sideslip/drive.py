@@ -14,7 +14,7 @@ from tierod.models.single_track import SingleTrack
 from tierod.monitors.harness.related_signals import odd_ones_out
 from tierod.monitors.sideslip.grip_limit import BAND
 from tierod.monitors.sideslip.motion_over_drive import MotionOverDrive
-from tierod.monitors.sideslip.motions import FiguresOverMotions
+from tierod.monitors.sideslip.motions import FiguresOverMotions, parts_of_motions
 from tierod.monitors.sideslip.observables import ObservablesOverDrive
 from tierod.monitors.sideslip.own_motion import OwnMotionOverDrive
 from tierod.monitors.sideslip.sensors_over_drive import SensorsOverDrive
@@ -64,12 +64,18 @@ class SideslipDrive:
         return self.motion.yaw_rate_offset(), self.observables.yaw_rate_offset()
 
     def add(
-        self, running: np.ndarray, signals: Mapping[str, np.ndarray], result: Result, contradictions: bool = True
+        self,
+        running: np.ndarray,
+        reverses: np.ndarray,
+        signals: Mapping[str, np.ndarray],
+        result: Result,
+        contradictions: bool = True,
     ) -> None:
         """Add the next piece, (n,) each.
 
         Args:
             running: where the estimator ran
+            reverses: where the car is known to reverse
             signals: signals by name; samples without speed and yaw rate are pure predictions and do not count
             result: outputs of the estimator
             contradictions: whether to test signals against each other and against the vehicle's parameters
@@ -80,7 +86,7 @@ class SideslipDrive:
         angle = np.where(np.isfinite(measured), measured, wheel)
         torque = np.where(np.isfinite(signals["motor_torque"]), signals["motor_torque"], signals["motor_current"])
         running = running & np.isfinite(speed) & np.isfinite(yaw_rate)
-        self.figures.add(running, result, truth_in(signals), speed, angle, torque)
+        self.figures.add(running, reverses, result, truth_in(signals), speed, angle, torque)
         self.sensors.add(speed, yaw_rate, lateral, angle)
         self.motion.add(speed, yaw_rate, lateral, along, angle)
         self.signs.add(speed, dict(zip(TOGETHER, (angle, yaw_rate, lateral, torque), strict=True)))
@@ -103,14 +109,27 @@ class EstimateFigures:
     """Statistics of an estimate over a recording, against the truth where there is one."""
 
     def __init__(self) -> None:
-        self.seen = self.samples = self.compared = self.covered = self.angles = self.torques = 0
-        self.deviation = self.fastest = 0.0
+        self.seen = self.compared = self.covered = self.angles = self.torques = 0
+        self.fastest = 0.0
+        # Number of judged samples and sum of their standard deviations: over ended motions, and over the present one.
+        self._judged, self._moving = np.zeros(2), np.zeros(2)
         self.squared_error = self.absolute_error = 0.0
         self._last_truth = math.nan
+
+    @property
+    def samples(self) -> int:
+        """Number of samples with an estimate above walking pace, without motions that turned out to reverse."""
+        return int((self._judged + self._moving)[0])
+
+    @property
+    def mean_deviation(self) -> float:
+        """Mean standard deviation of the sideslip angle over them [rad]."""
+        return float((self._judged + self._moving)[1]) / max(self.samples, 1)
 
     def add(
         self,
         running: np.ndarray,
+        reverses: np.ndarray,
         result: Result,
         truth: np.ndarray,
         speed: np.ndarray,
@@ -121,6 +140,7 @@ class EstimateFigures:
 
         Args:
             running: where the estimator ran
+            reverses: where the car is known to reverse
             result: outputs of the estimator
             truth: true sideslip angle [rad]
             speed: vehicle speed [m/s]
@@ -130,11 +150,14 @@ class EstimateFigures:
         sideslip, deviation = result["statement.magnitude"], result["statement.deviation"]
         self.seen += len(running)
         judged = running & (speed > WALKING)
-        self.samples += int(judged.sum())
+        for part in parts_of_motions(speed, reverses):
+            counted = deviation[part.samples][judged[part.samples]]
+            self._moving = (0.0 if part.reversed else self._moving) + np.array([len(counted), counted.sum()])
+            if part.ended:
+                self._judged, self._moving = self._judged + self._moving, np.zeros(2)
         self.angles += int(np.isfinite(angle).sum())
         self.torques += int(np.isfinite(torque).sum())
         self.fastest = max(self.fastest, float(np.nanmax(speed, initial=0.0)))
-        self.deviation += float(np.sum(deviation[judged]))
         # A truth that is slower than the grid is held: repeated values are stale and must not count again.
         fresh = np.diff(truth, prepend=self._last_truth) != 0.0
         self._last_truth = float(truth[-1]) if len(truth) else self._last_truth
@@ -147,7 +170,7 @@ class EstimateFigures:
 
     def beside_truth(self) -> dict[str, float]:
         """Evidence: errors against the truth where there is one, and the mean standard deviation."""
-        mean = {"mean_deviation_rad": self.deviation / max(self.samples, 1)}
+        mean = {"mean_deviation_rad": self.mean_deviation}
         if not self.compared:
             return mean
         return {

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -72,6 +73,36 @@ class Samples(NamedTuple):
     used: np.ndarray
 
 
+class Part(NamedTuple):
+    """Samples of one motion within a piece.
+
+    Args:
+        samples: those that may count
+        reversed: whether all samples of the motion before them belong to reversing
+        ended: whether the motion ends with them
+    """
+
+    samples: slice
+    reversed: bool
+    ended: bool
+
+
+def parts_of_motions(speed: np.ndarray, reverses: np.ndarray) -> Iterator[Part]:
+    """The motions of the next piece; an empty part of none comes first where the motion before it has ended.
+
+    Args:
+        speed: [m/s]; NaN where missing, which ends no motion
+        reverses: whether the car is known to reverse
+    """
+    moves = ~(np.abs(speed) < STANDING)
+    if len(moves) and not moves[0]:
+        yield Part(slice(0, 0), False, ended=True)
+    for start, stop in zip(*runs(moves), strict=True):
+        known = np.flatnonzero(reverses[start:stop])
+        begin = start + int(known[-1]) + 1 if len(known) else start
+        yield Part(slice(begin, stop), bool(len(known)), ended=stop < len(moves))
+
+
 class FiguresOverMotions:
     """Largest sideslip angle and announcements of the limit of grip; a motion that turns out to reverse leaves none.
 
@@ -95,20 +126,13 @@ class FiguresOverMotions:
 
     def add(self, samples: Samples) -> None:
         """Add the next piece."""
-        moves = ~(np.abs(samples.speed) < STANDING)
-        if len(moves) and not moves[0]:
-            self._stop()
-        for start, stop in zip(*runs(moves), strict=True):
-            known = np.flatnonzero(samples.reverses[start:stop])
-            if len(known):
-                self._moving, start = (Largest(), Announced()), start + int(known[-1]) + 1
-            self._move(Samples(*(each[start:stop] for each in samples)))
-            if stop < len(moves):
-                self._stop()
-
-    def _stop(self) -> None:
-        self._largest, self._announced = self.largest, self.announced
-        self._moving = Largest(), Announced()
+        for part in parts_of_motions(samples.speed, samples.reverses):
+            if part.reversed:
+                self._moving = Largest(), Announced()
+            self._move(Samples(*(each[part.samples] for each in samples)))
+            if part.ended:
+                self._largest, self._announced = self.largest, self.announced
+                self._moving = Largest(), Announced()
 
     def _move(self, samples: Samples) -> None:
         """Add samples of one motion."""

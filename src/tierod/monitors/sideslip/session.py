@@ -114,7 +114,7 @@ class SideslipSession(BlockSession):
         """Collect estimates, innovations and signals of one piece."""
         running = result["statement.status"] == code_of(Status.ESTIMATED)
         self._consistency.add(result["estimate.nis"][running], result["estimate.readings"][running])
-        self.drive.add(running, signals, result, contradictions=not self.moved)
+        self.drive.add(running, self._reverses, signals, result, contradictions=not self.moved)
 
     def conclude(self) -> Conclusion:
         """The finding, with the consistency of the innovations."""
