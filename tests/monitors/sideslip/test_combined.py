@@ -15,6 +15,7 @@ from tierod.methods.estimators.linear_algebra import diagonal, from_diagonal
 from tierod.models.lateral_parameters import LateralParameters
 from tierod.monitors.sideslip.combined import FARTHEST_SHOWN, SMOOTHING, USUAL_SLIP, CombinedSideslip
 from tierod.monitors.sideslip.combined_estimate import CombinedSample
+from tierod.monitors.sideslip.combined_filter import bounded
 from tierod.monitors.sideslip.combined_identifiability import identifiability
 from tierod.monitors.sideslip.combined_tuning import CombinedTuning, Wandering
 from tierod.monitors.sideslip.decisions import limit_rule
@@ -219,10 +220,10 @@ def test_friction_is_at_least_what_the_acceleration_shows_less_what_the_roll_add
     car = block.filter.parameters.car
     assert car.roll_share > 0.01
     mean = block.filter.init().mean._replace(log_friction=-3.0)
-    kept = block._kept(mean, lateral)
+    kept = bounded(block.filter, mean, lateral)
     least = abs(lateral) / (1.0 + car.roll_share) / 9.80665 / car.tyre_friction
     assert kept.log_friction == pytest.approx(math.log(least), rel=1e-3)
-    assert block._kept(mean._replace(log_friction=-0.1), lateral).log_friction == -0.1
+    assert bounded(block.filter, mean._replace(log_friction=-0.1), lateral).log_friction == -0.1
 
 
 def test_far_from_the_limit_its_distance_is_below_zero(drive):

@@ -13,7 +13,7 @@ from typing import Annotated, NamedTuple, Self
 from tierod.core.block import Scalar, Tree
 from tierod.core.errors import ParameterError
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE
-from tierod.core.graph.maths import absolute, both, either, limit, log, maximum, present, select, sqrt, where
+from tierod.core.graph.maths import absolute, both, either, limit, maximum, present, select, sqrt, where
 from tierod.methods.detectors.control_charts import HeldThreshold
 from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.methods.estimators.kernels import correct
@@ -22,7 +22,7 @@ from tierod.methods.estimators.shapes import Belief
 from tierod.methods.filters.jump_gate import JumpGate
 from tierod.models.lateral_parameters import LateralParameters
 from tierod.monitors.sideslip.combined_estimate import CombinedEstimate, CombinedSample, derived_fields
-from tierod.monitors.sideslip.combined_filter import GATE, combined_filter, held_growth
+from tierod.monitors.sideslip.combined_filter import GATE, bounded, combined_filter, held_growth
 from tierod.monitors.sideslip.combined_tuning import CombinedTuning, per_sample, tuning_of
 from tierod.monitors.sideslip.decisions import limit_rule
 from tierod.monitors.sideslip.grip_limit import GripLimit
@@ -62,15 +62,8 @@ SLIP_TIME = 1.0
 WIND_SPEED = 25.0
 """Speed at which the tuning's wind applies [m/s]; the force of a gust grows with the speed of the car."""
 
-FARTHEST = 3.5
-"""Bound on the logarithm of a factor, in standard deviations of its prior about its usual value; it stops divergence
-where the linearised filter is overconfident. Never less than one, a factor of e."""
-
 FARTHEST_SHOWN = 10.0
 """Bound of the reported distance from the limit, in standard deviations; larger values carry no more information."""
-
-NARROWEST = 1.0
-"""Smallest such bound [-, natural logarithm]; no factor of a tyre is known better than to a factor of e."""
 
 
 class CombinedState(NamedTuple):
@@ -247,7 +240,7 @@ class CombinedSideslip:
         lost = either(misfit > self.most_misfit, both(self._adapts(state), skids))
         # A car with unsigned speeds is known to reverse only after some turning, which has taught the filter errors.
         anew = either(lost, both(present(sample.vehicle_speed), sample.vehicle_speed < -self.slowest))
-        belief = select(anew, self.filter.init(), belief._replace(mean=self._kept(belief.mean, lateral)))
+        belief = select(anew, self.filter.init(), belief._replace(mean=bounded(self.filter, belief.mean, lateral)))
         known = both(running, present(sample.road_wheel_angle))
         after = CombinedState(
             belief,
@@ -365,20 +358,3 @@ class CombinedSideslip:
         sample_time: Scalar = self.filter.parameters.sample_time
         share = sample_time / (time + sample_time)
         return where(present(value), before + share * (where(present(value), value, before) - before), before)
-
-    def _kept(self, mean: Tree, lateral: Scalar) -> Tree:
-        """The mean with every factor held within the bounds of its prior.
-
-        Friction is at least what the lateral acceleration proves, as far as that is below the usual friction.
-        """
-        car = self.filter.parameters.car
-        shown = absolute(lateral) / ((1.0 + car.roll_share) * GRAVITY * car.tyre_friction)
-        least = log(limit(shown, 1e-3, 1.0))
-        kept = []
-        for name, value, usual, variance in zip(
-            mean._fields, mean, self.filter.initial_mean, self.filter.initial_variance, strict=True
-        ):
-            width = maximum(FARTHEST * sqrt(variance), NARROWEST)
-            value = limit(value, usual - width, usual + width) if name.startswith("log_") else value
-            kept.append(maximum(value, least) if name == "log_friction" else value)
-        return type(mean)(*kept)

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
+from tierod.core.block import Scalar, Tree
+from tierod.core.graph.maths import absolute, limit, log, maximum, sqrt
 from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.models.lateral_motion import lateral_motion
 from tierod.models.lateral_parameters import LateralParameters, Sampled
 from tierod.monitors.sideslip.combined_tuning import CombinedTuning, Noises, per_sample
+from tierod.physics.gravity import GRAVITY
 
 START = {
     "lateral_speed": 0.5,
@@ -28,6 +31,13 @@ the chi-square distribution with one degree of freedom."""
 
 DEFLECTED = 0.03
 """Growth of the tyres' deflection over that of the lateral speed while the estimate is held [s]."""
+
+FARTHEST = 3.5
+"""Bound on the logarithm of a factor, in standard deviations of its prior about its usual value; it stops divergence
+where the linearised filter is overconfident. Never less than one, a factor of e."""
+
+NARROWEST = 1.0
+"""Smallest such bound [-, natural logarithm]; no factor of a tyre is known better than to a factor of e."""
 
 
 def combined_filter(car: LateralParameters, sample_time: float, tuning: CombinedTuning, steering: bool) -> KalmanFilter:
@@ -74,3 +84,26 @@ def held_growth(model: Any, noises: Noises, sample_time: float) -> tuple[float, 
     held = {name: per_sample(getattr(noises, f"held_{name}"), sample_time) for name in moving}
     held |= dict.fromkeys(("front_deflection", "rear_deflection"), held["lateral_speed"] * DEFLECTED * DEFLECTED)
     return tuple(held.get(name, 0.0) for name in model.State._fields)
+
+
+def bounded(filter: KalmanFilter, mean: Tree, lateral: Scalar) -> Tree:
+    """The mean of a belief with every factor held within the bounds of its prior.
+
+    Friction is at least what the lateral acceleration proves, as far as that is below the usual friction.
+
+    Args:
+        filter: filter of the belief
+        mean: mean after a sample
+        lateral: smoothed lateral acceleration [m/s**2]
+    """
+    car = filter.parameters.car
+    shown = absolute(lateral) / ((1.0 + car.roll_share) * GRAVITY * car.tyre_friction)
+    least = log(limit(shown, 1e-3, 1.0))
+    kept = []
+    for name, value, usual, variance in zip(
+        mean._fields, mean, filter.initial_mean, filter.initial_variance, strict=True
+    ):
+        width = maximum(FARTHEST * sqrt(variance), NARROWEST)
+        value = limit(value, usual - width, usual + width) if name.startswith("log_") else value
+        kept.append(maximum(value, least) if name == "log_friction" else value)
+    return type(mean)(*kept)

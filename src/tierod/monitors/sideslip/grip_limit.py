@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, TypeVar
+
+import numpy as np
 
 from tierod.core.block import Scalar
 from tierod.core.fields import POSITIVE
@@ -12,6 +14,8 @@ from tierod.core.graph.maths import absolute, all_of, limit, maximum
 
 BAND = 1.96
 """Standard deviations that contain 95 % of a Gaussian error."""
+
+Share = TypeVar("Share", Scalar, np.ndarray)
 
 
 @dataclass(frozen=True)
@@ -47,6 +51,15 @@ class GripLimit:
         across = absolute(speed * estimate["corrected_yaw_rate"])
         tight = limit(absolute(road_wheel_angle) / self.tight, 0.0, 1.0)
         needed = self.acceleration + tight * maximum(self.force * usual - self.acceleration, 0.0)
-        least = estimate["front_friction_used"] - BAND * estimate["front_friction_used_deviation"]
-        shown: Scalar = all_of(speed > self.slowest, across > needed, least > self.force)
+        forced = self.forced(estimate["front_friction_used"], estimate["front_friction_used_deviation"])
+        shown: Scalar = all_of(speed > self.slowest, across > needed, forced)
         return shown
+
+    def forced(self, used: Share, deviation: Share) -> Share:
+        """Whether the axle uses enough of its largest force; never where the deviation is NaN.
+
+        Args:
+            used: share of the largest force that is in use [-]
+            deviation: its standard deviation [-]
+        """
+        return used - BAND * deviation > self.force

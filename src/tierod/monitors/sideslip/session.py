@@ -24,7 +24,6 @@ from tierod.monitors.sideslip.decisions import LEAST_COVERAGE, MOST_RESTARTS, mi
 from tierod.monitors.sideslip.drive import TRUTHS, WALKING, SideslipDrive, truth_in
 from tierod.monitors.sideslip.expected import Tolerances
 from tierod.monitors.sideslip.finding import OFFSET, confirmed, distances, judge, obstacle
-from tierod.monitors.sideslip.grip_limit import BAND
 from tierod.monitors.sideslip.monitor import SideslipMonitor
 from tierod.monitors.sideslip.motions import Samples
 from tierod.monitors.sideslip.observables import WHEELS
@@ -218,9 +217,10 @@ class CombinedSession(SideslipSession):
 
     def _ahead(self, traces: Mapping[str, np.ndarray]) -> np.ndarray:
         """Whether the limit of grip is announced, by bands with the parameters' spread, in each sample, (n,)."""
-        used, deviation = traces["front_friction_used"], traces["front_friction_used_standard_deviation"]
-        # Where the estimate is held there is no deviation, and no announcement.
-        return (traces["limit_ahead"] > 0.5) & (used - BAND * deviation > self._estimator.limit.force)
+        forced = self._estimator.limit.forced(
+            traces["front_friction_used"], traces["front_friction_used_standard_deviation"]
+        )
+        return np.asarray((traces["limit_ahead"] > 0.5) & forced)
 
     def conclude(self) -> Conclusion:
         """The finding, with shares of identified unknowns, the limit of grip, and restarts."""
