@@ -82,7 +82,7 @@ def test_a_reading_near_zero_that_is_expected_is_not_testable():
 
 @pytest.mark.parametrize("missing", OF_AUTOMATED)
 def test_a_signal_that_the_car_does_not_have_declares_no_fault(missing):
-    samples = circle(seconds=4.0)
+    samples = followed(circle(seconds=4.0))
     samples[:, index(missing)] = np.nan
     result = scan(rule_monitor(CAR, KNOWN, "rules-discriminating"), samples)
     for name in ELEMENTS:
@@ -183,13 +183,25 @@ def test_too_little_driving_is_refused():
         calibrate_residuals(CAR, [empty], [empty])
 
 
+@pytest.mark.parametrize("missing", [None, "tie_rod_force", "yaw_rate"])
 @pytest.mark.parametrize("motors", [(1,), (1, 2)])
-def test_while_a_residual_exceeds_its_limit_and_no_rule_explains_it_nothing_is_fault_free(motors):
-    samples = circle(radius=12.0, seconds=8.0)
+def test_while_a_residual_exceeds_its_limit_and_no_rule_explains_it_nothing_is_fault_free(motors, missing):
+    samples = followed(circle(radius=12.0, seconds=8.0))
     for number in motors:
         samples[500:, index(f"steering_motor_{number}_target_torque")] += 6.0
+    if missing:
+        samples[:, index(missing)] = np.nan
     result = scan(rule_monitor(CAR, KNOWN, "rules-discriminating"), samples)
-    states = {name: result[f"statements.{name}.status"][-1] for name in (*OF_AUTOMATED, *ACTUATORS)}
+    before, states = (
+        {name: result[f"statements.{name}.status"][at] for name in (*OF_AUTOMATED, *ACTUATORS)} for at in (490, -1)
+    )
+    assert not {SUSPECT, FAULT} & set(before.values())
     assert SUSPECT in states.values() or FAULT in states.values()
     if FAULT not in states.values():
         assert set(states.values()) == {SUSPECT}
+
+
+def followed(samples):
+    """The samples with the steering angle as its own target."""
+    samples[:, index("target_steering_wheel_angle")] = np.nanmean(samples[:, index("steering_wheel_angle")])
+    return samples

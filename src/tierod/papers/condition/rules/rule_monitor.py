@@ -117,9 +117,8 @@ class RuleMonitor:
             state.rules, self.rules.Sample(*(ratios[name] for name in self.rules.table.residuals))
         )
         faulty = tuple(getattr(said.faulty, name, 0.0) for name in OF_AUTOMATED)
-        # Without a reading of every sensor a residual may exceed its limit by the missing one.
-        complete = all_of(*(getattr(seen.there, MAIN[name]) > 0.5 for name in OF_AUTOMATED))
-        unexplained = both(complete, _exceeding(ratios))
+        settled = {name: each > self.sensors.settling for name, each in sensors.there._asdict().items()}
+        unexplained = _exceeding(ratios, settled)
         spans, statements = state.spans.followed_by(
             self._statements(said, not_testable, unexplained), self._residuals(ratios, seen), self.spans
         )
@@ -223,9 +222,13 @@ def _ratios(
     }
 
 
-def _exceeding(ratios: Mapping[str, Scalar]) -> Scalar:
-    """Whether any residual exceeds its limit; one that is absent does not."""
-    return any_of(0.0, *(both(present(each), absolute(each) > 1.0) for each in ratios.values()))
+def _exceeding(ratios: Mapping[str, Scalar], settled: Mapping[str, Scalar]) -> Scalar:
+    """Whether any residual exceeds its limit; one without a signal, or whose filters have just begun, does not."""
+    found = []
+    for name, ratio in ratios.items():
+        sensors = [settled[each] for each in RESIDUALS[name].signals if each in settled]
+        found.append(all_of(present(ratio), absolute(ratio) > 1.0, *sensors))
+    return any_of(0.0, *found)
 
 
 _ABSENT = float("inf")
