@@ -54,8 +54,9 @@ def limit_rule(certainty: float) -> HeldThreshold:
 
 OFFSET_DECISION = Decision(
     name="offset of the yaw rate",
-    distance="mean yaw rate of the standing car, or its mean difference from both lateral acceleration and steering, "
-    "in standard deviations of a calibrated sensor's offset (0.12 degrees per second)",
+    distance="mean yaw rate of the standing car, or its mean difference from steering and lateral acceleration, or "
+    "from steering and rear wheel speeds, in standard deviations of a calibrated sensor's offset (0.12 degrees per "
+    "second)",
     rule=offset_rule(),
     place="drive.sensors.offset_rule",
     mean_time_between_false_alarms=1e6,
