@@ -9,11 +9,12 @@ from driven import drive, lock_to_lock
 from exact_vehicle import diagnose
 from tierod.core.errors import InputError, ParameterError
 from tierod.core.findings import Status
-from tierod.monitors.harness.baseline import Baseline
+from tierod.monitors import diagnose as running
+from tierod.monitors.harness.baseline import Baseline, load_baseline
 from tierod.monitors.hysteresis.decisions import INCREASE
-from tierod.monitors.hysteresis.definition import IncreaseLimits
+from tierod.monitors.hysteresis.increase import IncreaseLimits
 from tierod.monitors.registry import MONITORS
-from tierod.vehicles import load
+from tierod.vehicles import Parameter, load
 
 
 @pytest.mark.parametrize("support", MONITORS["hysteresis"].variants)
@@ -191,3 +192,105 @@ def test_friction_is_no_gain(friction, hoist):
         lock_to_lock(friction, hoist, seed=4), "midsize-eps", "hysteresis", support, spread=False
     ).findings[0]
     assert not any("gain" in warning for warning in finding.warnings)
+
+
+GAIN = "torque_gain_deviation"
+
+
+def spread_of(**deviations):
+    """The shipped car with other standard deviations, and with a gain deviation where one is given."""
+    car = load("midsize-eps")
+    parameters = dict(car.parameters)
+    if (gain := deviations.pop(GAIN, None)) is not None:
+        parameters[GAIN] = Parameter(GAIN, gain, "", None, "calibration")
+    for name, deviation in deviations.items():
+        parameters[name] = dataclasses.replace(parameters[name], standard_deviation=deviation)
+    return dataclasses.replace(car, parameters=parameters)
+
+
+def uncertain(recording, car="midsize-eps", **given):
+    return running.diagnose(recording, car, "hysteresis", "hoist", **given)
+
+
+@pytest.mark.parametrize("spread", [True, False])
+@pytest.mark.parametrize(
+    ("deviations", "names"),
+    [
+        ({"column_damping": 4.0}, ["column_damping"]),
+        ({GAIN: 0.6}, [GAIN]),
+        ({"column_damping": 1.6, GAIN: 0.4}, ["column_damping", GAIN]),  # each alone would not reach the fault
+    ],
+)
+def test_what_may_hide_a_fault_leaves_no_verdict_and_is_named(deviations, names, spread):
+    finding = uncertain(lock_to_lock(4.0, hoist=True, seed=1), spread_of(**deviations), spread=spread).findings[0]
+    assert finding.status is Status.NOT_IDENTIFIABLE
+    assert ": healthy," not in finding.headline
+    assert all(name in finding.headline for name in names)
+    # The file states the gain's deviation already: to enter it is no advice.
+    assert ("measure column_damping first" in finding.action) == ("column_damping" in names)
+    assert "enter torque_gain_deviation" not in finding.action
+    assert finding.action.startswith("give a fault-free drive of this car as baseline: 'tierod diagnose")
+    assert finding.estimate.value + 1.96 * finding.estimate.standard_deviation > 7.5
+
+
+@pytest.mark.parametrize("deviations", [{"column_damping": 1.2}, {GAIN: 0.3}])
+def test_what_cannot_hide_a_fault_leaves_it_healthy(deviations):
+    finding = uncertain(lock_to_lock(4.0, hoist=True, seed=1), spread_of(**deviations)).findings[0]
+    assert finding.status is Status.HEALTHY
+    assert finding.estimate.value + 2.0 * finding.estimate.standard_deviation < 7.5
+
+
+@pytest.mark.parametrize("deviations", [{"column_damping": 4.0}, {GAIN: 0.6}])
+def test_measuring_or_a_baseline_decides_what_a_guess_hid(tmp_path, deviations):
+    car, level, own = spread_of(**deviations), tmp_path / "car.json", lock_to_lock(4.0, hoist=True, seed=1)
+    measured = uncertain(own, spread_of(**dict.fromkeys(deviations, 0.05))).findings[0]
+    assert measured.status is Status.HEALTHY
+    refused = uncertain(own, car, baseline=level)
+    assert not level.exists()
+    assert "add --fault-free" in refused.remarks["baseline"]
+    uncertain(own, car, baseline=level, fault_free=True)
+    assert load_baseline(level).deviation < 0.3
+    for friction, status in ((4.0, Status.HEALTHY), (8.5, Status.FAULT)):
+        again = uncertain(lock_to_lock(friction, hoist=True, seed=2), car, baseline=level).findings[0]
+        assert again.status is status
+        assert "cancelled in the baseline" in again.headline
+
+
+@pytest.mark.parametrize("gain", [0.86, 1.0, 1.14])
+def test_the_interval_holds_the_truth_for_a_gain_within_the_assumption(gain):
+    test = torques(lock_to_lock(4.0, hoist=True, seed=1), driver=gain, motor=gain)
+    finding = on_hoist(test)
+    assert abs(finding.estimate.value - 4.0) < 1.96 * finding.estimate.standard_deviation
+    assert f"± {finding.estimate.standard_deviation:.2f} N·m (torque gains ± 8 % included)" in finding.headline
+    assert finding.estimate.assumed == {GAIN: pytest.approx(0.08 * finding.estimate.value)}
+
+
+def test_a_vehicle_file_that_states_less_narrows_the_interval():
+    test = lock_to_lock(4.0, hoist=True, seed=1)
+    sizes = []
+    for gain in (0.08, 0.03, 0.0):
+        finding = diagnose(test, spread_of(**{GAIN: gain}), "hysteresis", "hoist").findings[0]
+        assert finding.estimate.given[GAIN] == pytest.approx(gain * finding.estimate.value)
+        assert f"torque gains ± {100 * gain:g} % included" in finding.headline
+        sizes.append(finding.estimate.standard_deviation)
+    assert sizes == sorted(sizes, reverse=True)
+
+
+def test_the_users_word_makes_a_baseline_of_a_car_that_only_a_guessed_nominal_friction_suspects(tmp_path):
+    level, own = tmp_path / "car.json", lock_to_lock(5.0, hoist=True, seed=1)
+    doubted = uncertain(own, baseline=level)
+    assert doubted.findings[0].status is Status.SUSPECT
+    assert not level.exists()
+    assert "--fault-free" in doubted.findings[0].action
+    assert "add --fault-free" in doubted.remarks["baseline"]
+    uncertain(own, baseline=level, fault_free=True)
+    assert level.exists()
+    for friction, status in ((5.0, Status.HEALTHY), (9.5, Status.FAULT)):
+        again = uncertain(lock_to_lock(friction, hoist=True, seed=2), baseline=level).findings[0]
+        assert again.status is status
+        assert "±" in again.headline.split("against")[0].split("healthy")[-1]  # the increase has its own deviation
+
+
+def test_no_word_makes_a_baseline_of_a_fault(tmp_path):
+    uncertain(lock_to_lock(9.0, hoist=True, seed=1), baseline=tmp_path / "car.json", fault_free=True)
+    assert not (tmp_path / "car.json").exists()

@@ -121,3 +121,11 @@ def test_the_torque_of_the_hands_holds_the_gain_too():
     assert found.estimate.standard_deviation > exact.estimate.standard_deviation
     assert found.estimate.assumed.keys() == exact.estimate.given.keys() == {"torque_gain_deviation"}
     assert found.estimate.given == exact.estimate.assumed == {}
+
+
+def test_a_gain_that_may_hide_a_fault_leaves_no_verdict(fault_free):
+    found = judged(fault_free, calibrated(0.6))
+    assert found.status is Status.NOT_IDENTIFIABLE
+    assert "But torque_gain_deviation decides the verdict" in found.headline
+    assert found.action.startswith("give a fault-free drive of this car as baseline")
+    assert judged(fault_free, calibrated(0.2)).status is Status.HEALTHY

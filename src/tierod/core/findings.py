@@ -40,6 +40,10 @@ class Estimate:
         assumed: standard deviations [unit] that are assumptions on the sensors, by the name of the parameter that
             replaces each assumption; they are part of `standard_deviation`
         given: the same of sensors whose parameter the vehicle file states
+        held: standard deviations [unit] by parameters of the vehicle, whose spread the monitor itself includes in
+            `standard_deviation`
+        fault_from: value from which it is a fault [unit], where the reference of that name lies above it by the margin
+            of the alarm; None where it is that reference
     """
 
     quantity: str
@@ -50,6 +54,8 @@ class Estimate:
     limits: tuple[str, ...] = ()
     assumed: dict[str, float] = field(default_factory=dict)
     given: dict[str, float] = field(default_factory=dict)
+    held: dict[str, float] = field(default_factory=dict)
+    fault_from: float | None = None
 
     @property
     def by_sensors(self) -> dict[str, float]:

@@ -78,7 +78,8 @@ def _estimate(estimate: Estimate | None) -> dict[str, Any] | None:
     if estimate is None:
         return None
     half = INTERVAL * estimate.standard_deviation
-    content = {name: value for name, value in dataclasses.asdict(estimate).items() if name != "limits"}
+    inside = ("limits", "held", "fault_from")
+    content = {name: value for name, value in dataclasses.asdict(estimate).items() if name not in inside}
     return content | {"interval": [estimate.value - half, estimate.value + half]}
 
 

@@ -58,6 +58,7 @@ def finding_of(run: FrictionRun) -> Finding:
             _reference(run, limits),
             _limits_behind(run, status),
             *GainDeviation(run.verdict.tuning.gain_deviation, run.verdict.gain_given).parts(run.friction),
+            fault_from=run.limits.fault_friction,
         ),
         evidence=_evidence(run),
         cause=cause,

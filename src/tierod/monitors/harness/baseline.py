@@ -28,6 +28,8 @@ class Baseline:
         unit: unit in the notation of pint
         seconds: time with the enabling condition fulfilled that the value is estimated from [s]
         learnt: date and time of the estimation, ISO 8601
+        rate: rate of the steering wheel at which its damping acted [rad/s], of a test whose deviation excludes the
+            damping; None for others
     """
 
     vehicle: str
@@ -37,6 +39,7 @@ class Baseline:
     unit: str
     seconds: Annotated[float, "s"]
     learnt: str = ""
+    rate: Annotated[float | None, "rad/s"] = None
 
 
 def load_baseline(path: str | Path) -> Baseline:
@@ -62,12 +65,12 @@ def _level(text: str) -> Baseline:
     if not isinstance(document, dict) or document.pop("schema", None) != SCHEMA:
         raise ValueError(f"its schema is not {SCHEMA}")
     names = {field.name for field in dataclasses.fields(Baseline)}
-    if strange := sorted(names.symmetric_difference({"learnt", *document})):
+    if strange := sorted(names.symmetric_difference({"learnt", "rate", *document})):
         raise ValueError(f"{', '.join(strange)} is missing or not known")
     level = Baseline(**document)
-    figures = (level.value, level.deviation, level.seconds)
+    figures = (level.value, level.deviation, level.seconds, 0.0 if level.rate is None else level.rate)
     if not all(isinstance(figure, int | float) and math.isfinite(figure) for figure in figures):
-        raise ValueError("value, deviation and seconds must be finite numbers")
+        raise ValueError("value, deviation, seconds and rate must be finite numbers")
     if not (level.value > 0.0 and level.deviation >= 0.0):
         raise ValueError(f"value {level.value:g} must be above zero and deviation {level.deviation:g} not negative")
     return level
@@ -79,7 +82,8 @@ def store_baseline(level: Baseline, path: str | Path) -> Path:
     Raises:
         OutputError: the file cannot be written
     """
-    return write_text(path, json.dumps({"schema": SCHEMA, **dataclasses.asdict(level)}, indent=2) + "\n")
+    content = {name: value for name, value in dataclasses.asdict(level).items() if value is not None}
+    return write_text(path, json.dumps({"schema": SCHEMA, **content}, indent=2) + "\n")
 
 
 def keep_first(level: Baseline, path: str | Path) -> str:

@@ -26,6 +26,7 @@ from tierod.monitors.harness.quality_over_chunks import Shared
 from tierod.monitors.harness.sample_digest import SampleDigest
 from tierod.monitors.harness.session import BlockSession, Conclusion, Monitor, Session, StatusChange, Variant, opened
 from tierod.monitors.harness.spread.joining import joined as with_parameter_spread
+from tierod.monitors.harness.spread.joining import with_own_interval
 from tierod.monitors.harness.spread.opening import Uncertain
 from tierod.monitors.harness.spread.parameter_spread import ParameterSpread
 from tierod.vehicles import Vehicle
@@ -283,7 +284,7 @@ class Run:
         """Conclusion of the session including the spread of the parameters, and the effects of the parameters on it."""
         conclusion = self.session.conclude()
         if self._uncertain is None:
-            return conclusion, ()
+            return with_own_interval(conclusion, self.vehicle, self._may_turn, self.monitor.learns), ()
         outcome = None if self._spread is None else self._spread.conclude()
         found = with_parameter_spread(conclusion, outcome, self._uncertain.vehicle, self._may_turn, self.monitor.learns)
         note = in_words(self._uncertain.vehicle, self._uncertain.of_class)

@@ -12,58 +12,31 @@ import numpy as np
 from tierod.core.findings import Estimate, Finding, Status
 from tierod.core.recording import Aligned, Channel, Recording
 from tierod.core.signals import SIGNALS
-from tierod.methods.detectors.control_charts import HeldThreshold
 from tierod.methods.detectors.rule_design import alarms_at
 from tierod.methods.identification.hysteresis import HysteresisFriction, HysteresisIdentification, Support
 from tierod.methods.identification.lock_to_lock import Noise
 from tierod.monitors.harness.baseline import Baseline
 from tierod.monitors.harness.session import Conclusion, Monitor, Session, Variant
+from tierod.monitors.harness.spread.advice import baseline_command, cure
 from tierod.monitors.harness.verdict import Obstacle, withheld
 from tierod.monitors.hysteresis.assist_ratio import torque_defects
 from tierod.monitors.hysteresis.decisions import INCREASE
+from tierod.monitors.hysteresis.increase import (
+    FAULT_FREE_TEST,
+    GAIN,
+    RATE,
+    SCATTER,
+    Increase,
+    IncreaseLimits,
+    over_baseline,
+    over_nominal,
+)
 from tierod.vehicles import Vehicle
-from tierod.vehicles.uncertain import held_deviation
+from tierod.vehicles.uncertain import held_deviation, torque_gain_deviation
 
 PAPER = "Mohtat et al., appendix A, eqs (15) to (17)"
 
 SIGNALS_USED = ("steering_wheel_angle", "steering_wheel_rate", "driver_torque", "motor_torque", "vehicle_speed")
-
-
-@dataclass(frozen=True)
-class IncreaseLimits:
-    """Limits of an increase over the fault-free loop, named as in a vehicle file.
-
-    Args:
-        nominal_friction, rising_friction, fault_friction: limits, whose distances from nominal judge an increase
-    """
-
-    nominal_friction: Annotated[float, "N*m"]
-    rising_friction: Annotated[float, "N*m"]
-    fault_friction: Annotated[float, "N*m"]
-
-    def status(self, above_nominal: float, deviation: float, rule: HeldThreshold) -> Status:
-        """Status of a friction above the base level; suspect where it exceeds a limit but may do so by chance.
-
-        Args:
-            above_nominal: friction above the base level [N m]
-            deviation: its standard deviation [N m]
-            rule: rule on above_nominal over its deviation
-        """
-        if not above_nominal > self.rising_friction - self.nominal_friction:
-            return Status.HEALTHY
-        if not alarms_at(rule, above_nominal / max(deviation, 1e-9)):
-            return Status.SUSPECT
-        return Status.FAULT if above_nominal > self.fault_friction - self.nominal_friction else Status.RISING
-
-    def excludes_fault(self, above_nominal: float, deviation: float, rule: HeldThreshold) -> bool:
-        """Whether a friction above the base level is that far below a fault; arguments as of `status`."""
-        distance = self.fault_friction - self.nominal_friction - above_nominal
-        return alarms_at(rule, distance / max(deviation, 1e-9))
-
-    def above(self, base: float) -> dict[str, float]:
-        """Frictions [N m] from which a car with the fault-free level `base` is rising or faulty."""
-        distances = {"rising": self.rising_friction, "fault": self.fault_friction}
-        return {name: base + limit - self.nominal_friction for name, limit in distances.items()}
 
 
 @dataclass(frozen=True)
@@ -117,6 +90,7 @@ class HysteresisSession:
     def __init__(self, name: str, support: Support, vehicle: Vehicle, rate: float, baseline: Baseline | None):
         self.name, self.support, self.vehicle, self.baseline = name, support, vehicle, baseline
         self._limits = vehicle.parameters_for(IncreaseLimits) if vehicle.calibrated else None
+        self._gain = torque_gain_deviation(vehicle)
         self.rule = INCREASE.rule
         self.identification = HysteresisIdentification.of_vehicle(vehicle, rate)
         self._pieces: list[Aligned] = []
@@ -136,11 +110,11 @@ class HysteresisSession:
         if noise.deviation > self.identification.largest_angle_noise:
             most = f"at most {self.identification.largest_angle_noise:g} rad show where the wheel turns back"
             cause = f"{_scatter('steering_wheel_angle', noise)}; {most}"
-            return Conclusion(self._withheld(cause, Status.NOT_IDENTIFIABLE, cure=_cure("steering_wheel_angle")))
+            return Conclusion(self._withheld(cause, Status.NOT_IDENTIFIABLE, action=_cure("steering_wheel_angle")))
         found = self.identification.identify(recording, self.support)
         level = Baseline(
-            self.vehicle.name, self.name, found.friction_torque, found.standard_deviation, "N*m",
-            sum(abs(balance.path) for balance in found.loops) / max(found.mean_rate, 1e-9),
+            self.vehicle.name, self.name, found.friction_torque, found.independent_deviation, "N*m",
+            sum(abs(balance.path) for balance in found.loops) / max(found.mean_rate, 1e-9), rate=found.mean_rate,
         )  # fmt: skip
         loops = {f"lock to lock, {self.support}": (found.angle, found.torque)}
         finding = self._finding(found)
@@ -150,8 +124,21 @@ class HysteresisSession:
         increase, spread = (finding.evidence.get(name) for name in INCREASES)
         distances = {INCREASE.name: increase / max(spread, 1e-9)} if increase is not None and spread is not None else {}
         defects = torque_defects(*self._torques(), self.vehicle)
-        kept = level if fault_free and not defects else None
-        return Conclusion(finding, loops=loops, baseline=kept, defects=defects, distances=distances)
+        kept = None if defects else level
+        return Conclusion(
+            finding,
+            loops=loops,
+            baseline=kept if fault_free else None,
+            unproven=kept if self._only_guessed(found, finding) else None,
+            defects=defects,
+            distances=distances,
+        )
+
+    def _only_guessed(self, found: HysteresisFriction, finding: Finding) -> bool:
+        """Whether the loop alone shows an increase, so that only guesses on this car leave it suspect."""
+        if self.baseline is not None or finding.status is not Status.SUSPECT:
+            return False
+        return alarms_at(self.rule, finding.evidence[INCREASES[0]] / max(found.independent_deviation, 1e-9))
 
     def _torques(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Times, and torques of driver and motor at these, (n,) each; NaN where missing."""
@@ -173,40 +160,55 @@ class HysteresisSession:
         limits = self._limits
         if limits is None:
             return self._withheld("the torques are raw counts, not N·m", Status.NOT_IDENTIFIABLE)
-        if self.baseline is not None:
-            base, name, against = self.baseline.value, "unfaulted", f"{self.baseline.value:.2f} N·m when unfaulted"
-            deviation = math.hypot(found.independent_deviation, self.baseline.deviation)
-        elif self.support == "ground":
+        if self.baseline is None and self.support == "ground":
             return self._withheld(
                 f"{found.friction_torque:.2f} N·m include the scrub of the tyres on the ground",
                 Status.NOT_TESTABLE,
                 found,
             )
-        else:
-            base, name, against = limits.nominal_friction, "nominal", f"{limits.nominal_friction:.1f} N·m nominal"
-            deviation = found.standard_deviation
-        spread = deviation if self.baseline is not None else math.hypot(deviation, self._nominal_deviation())
-        increase = found.friction_torque - base
-        status = limits.status(increase, spread, self.rule)
-        if status is Status.HEALTHY and not limits.excludes_fault(increase, deviation, self.rule):
-            return self._unseen(found, deviation)
-        reference = {name: base} | limits.above(base)
+        increase = self._increase(found, limits)
+        status = limits.status(increase.value, increase.fault_free_deviation, self.rule)
+        if status is Status.HEALTHY and not limits.excludes_fault(increase.value, increase.deviation, self.rule):
+            return self._unseen(found, increase)
+        estimate = self._estimate(found, {increase.reference: increase.base} | limits.above(increase.base))
         return Finding(
             self.name,
             status,
-            f"Friction of the steering on the {self.support} {found.friction_torque:.2f} ± {deviation:.2f} N·m: "
-            f"{status.value}, {increase:+z.2f} N·m against {against}, "
-            f"fault from {reference['fault']:.1f} N·m.",
-            estimate=self._estimate(found, reference),
-            evidence=_evidence(found) | dict(zip(INCREASES, (increase, spread), strict=True)),
+            f"Friction of the steering on the {self.support} {found.friction_torque:.2f} ± "
+            f"{estimate.standard_deviation:.2f} N·m ({self._gain_in_words}): {status.value}, "
+            f"{self._against(increase)}, fault from {estimate.reference['fault']:.1f} N·m.",
+            estimate=estimate,
+            evidence=_evidence(found)
+            | dict(zip(INCREASES, (increase.value, increase.fault_free_deviation), strict=True)),
             cause=_CAUSES.get(status, "the loop is wider than expected"),
-            action=AGAIN if status is Status.SUSPECT and self.baseline is not None else _ACTIONS[status],
+            action=AGAIN if status is Status.SUSPECT and self.baseline is not None else self._action(status),
             warnings=(*self._warnings(found.friction_torque), *self._noise_warnings(found)),
             decided_by=(INCREASE.name,) if status in (Status.RISING, Status.FAULT) else (),
         )
 
-    def _nominal_deviation(self) -> float:
-        return held_deviation(self.vehicle, "nominal_friction")
+    def _increase(self, found: HysteresisFriction, limits: IncreaseLimits) -> Increase:
+        if self.baseline is not None:
+            return over_baseline(found, self.baseline, self._gain.value)
+        deviation = held_deviation(self.vehicle, "nominal_friction")
+        return over_nominal(found, limits.nominal_friction, deviation, self._gain.value)
+
+    def _action(self, status: Status) -> str:
+        if status is not Status.SUSPECT:
+            return _ACTIONS[status]
+        return f"{cure((), (), baseline_command(self.name, self.vehicle))}; {AGAIN}"
+
+    @property
+    def _gain_in_words(self) -> str:
+        """Assumption on the gains of both torques, in words."""
+        cancelled = "" if self.baseline is None else ", cancelled in the baseline"
+        return f"torque gains ± {100.0 * self._gain.value:.2g} % included{cancelled}"
+
+    @staticmethod
+    def _against(increase: Increase) -> str:
+        """The increase in words; its own deviation is that of the friction, where the reference is a number."""
+        if increase.reference == "nominal":
+            return f"{increase.value:+z.2f} N·m against {increase.base:.1f} N·m nominal"
+        return f"{increase.value:+z.2f} ± {increase.deviation:.2f} N·m against {increase.base:.2f} N·m when unfaulted"
 
     def _warnings(self, friction: float) -> tuple[str, ...]:
         if self.support != "hoist" or "noticeable_friction" not in self.vehicle:
@@ -214,8 +216,18 @@ class HysteresisSession:
         return self.vehicle.parameters_for(GroundSuspicion).warnings(friction)
 
     def _estimate(self, found: HysteresisFriction, reference: dict[str, float]) -> Estimate:
-        estimate = found.estimate
-        return Estimate(estimate.quantity, estimate.value, estimate.standard_deviation, estimate.unit, reference)
+        """Friction with a deviation that includes damping and gains, which nothing in the recording reveals."""
+        estimate, gain = found.estimate, self._gain.value * found.friction_torque
+        return Estimate(
+            estimate.quantity,
+            estimate.value,
+            math.hypot(estimate.standard_deviation, gain),
+            estimate.unit,
+            reference,
+            (),
+            *self._gain.parts(found.friction_torque),
+            held={"column_damping": found.damping_deviation * found.mean_rate},
+        )
 
     def _noise_warnings(self, found: HysteresisFriction) -> tuple[str, ...]:
         ratio = self.identification.motor_gear_ratio
@@ -226,17 +238,20 @@ class HysteresisSession:
             if noise.deviation > limits.get(name, NOTABLE_TORQUE_NOISE / ratio)
         )
 
-    def _unseen(self, found: HysteresisFriction, deviation: float) -> Finding:
-        """Finding on a friction whose deviation may hide a fault."""
+    def _unseen(self, found: HysteresisFriction, increase: Increase) -> Finding:
+        """Finding on a friction whose scatter may hide a fault."""
+        part = max(increase.parts, key=lambda name: increase.parts[name])
+        cause, action = _PARTS[part]
         worst = max(found.noises, key=lambda each: each.friction_deviation)
-        cause, cure = "damping, and the scatter of the loops", AGAIN
-        if worst.friction_deviation > 0.5 * deviation:
-            cause, cure = _scatter(worst.name, worst.noise), _cure(worst.name)
-        cause = f"{found.friction_torque:.2f} ± {deviation:.2f} N·m may hide a fault: {cause}"
-        return self._withheld(cause, Status.NOT_IDENTIFIABLE, found, cure)
+        if part == SCATTER and worst.friction_deviation > 0.5 * increase.deviation:
+            cause, action = _scatter(worst.name, worst.noise), _cure(worst.name)
+        against = f"{increase.value:+z.2f} ± {increase.deviation:.2f} N·m against {increase.base:.2f} N·m"
+        return self._withheld(f"{against} may hide a fault: {cause}", Status.NOT_IDENTIFIABLE, found, action)
 
-    def _withheld(self, cause: str, status: Status, found: HysteresisFriction | None = None, cure: str = "") -> Finding:
-        obstacle = Obstacle(status, cause, cure or _REMEDIES[status])
+    def _withheld(
+        self, cause: str, status: Status, found: HysteresisFriction | None = None, action: str = ""
+    ) -> Finding:
+        obstacle = Obstacle(status, cause, action or _REMEDIES[status])
         evidence, estimate = (_evidence(found), self._estimate(found, {})) if found else ({}, None)
         return withheld(self.name, "Friction of the steering", [obstacle], evidence, estimate=estimate)
 
@@ -254,11 +269,26 @@ _CAUSES = {
 }
 AGAIN = "turn slowly and several times"
 _ACTIONS = {
-    Status.SUSPECT: f"compare with the same test of the unfaulted car (--baseline), or {AGAIN}",
     Status.HEALTHY: "none",
     Status.RISING: "watch it: repeat the test at the next service, and inspect the boots of the steering gear",
     Status.FAULT: "inspect column joints, bearings, steering gear and motor for corrosion, water or damage",
 }
+
+
+_PARTS = {
+    SCATTER: ("the scatter of the loops", AGAIN),
+    FAULT_FREE_TEST: (
+        "the scatter of the fault-free test",
+        f"make the test of the fault-free car again, and store its baseline anew: {AGAIN}",
+    ),
+    RATE: (
+        "the wheel turned at another rate than in the fault-free test, and column_damping is a guess",
+        "turn as fast as in the fault-free test, or measure column_damping and enter value and standard_deviation in "
+        "the vehicle file",
+    ),
+    GAIN: ("the gains of both torques", "calibrate driver_torque and motor_torque"),
+}
+"""Cause and action of each part of a deviation that may hide a fault."""
 
 
 def _scatter(name: str, noise: Noise) -> str:

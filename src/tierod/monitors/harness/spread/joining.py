@@ -8,13 +8,13 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import NamedTuple
 
-from tierod.core.findings import Estimate, Finding, ParameterEffect
+from tierod.core.findings import Estimate, Finding, ParameterEffect, Status
 from tierod.core.shown import shown
 from tierod.monitors.harness.session import Conclusion
 from tierod.monitors.harness.spread.advice import baseline_command, first_to_measure
 from tierod.monitors.harness.spread.effects import Effects, effects
 from tierod.monitors.harness.spread.parameter_spread import Outcome
-from tierod.monitors.harness.spread.turning import most_important, turn, turn_by_estimate, turned
+from tierod.monitors.harness.spread.turning import hidden_fault, most_important, turn, turn_by_estimate, turned
 from tierod.vehicles.vehicle import Vehicle
 
 DOMINANT = 0.5
@@ -53,12 +53,33 @@ def joined(
     if turning is None:
         rests = found if may_turn else Effects(0.0, ())
         turning = turn_by_estimate(conclusion.finding, rests.variance, rests.each, vehicle)
+    if turning is None and may_turn:
+        turning = hidden_fault(conclusion.finding, 0.0 if known is not None else found.variance, found.each)
     if moves is not None:
         conclusion = _with_effects(conclusion, moves, found, vehicle, advising=turning is None)
     if turning is None:
-        return Joined(replace(conclusion, unproven=None), found.each)
-    baseline = baseline_command(conclusion.finding.monitor, vehicle) if learns and may_turn else ""
-    return Joined(turned(conclusion, turning, vehicle, baseline), found.each)
+        # A verdict with a doubt of its own keeps the level that the user's word may make a baseline.
+        doubtful = conclusion.finding.status is Status.SUSPECT
+        return Joined(conclusion if doubtful else replace(conclusion, unproven=None), found.each)
+    return Joined(turned(conclusion, turning, vehicle, _baseline(conclusion, vehicle, learns and may_turn)), found.each)
+
+
+def with_own_interval(conclusion: Conclusion, vehicle: Vehicle, may_turn: bool, learns: bool = False) -> Conclusion:
+    """Conclusion for a vehicle whose parameters are taken as exact; not healthy where its own interval has a fault.
+
+    Args:
+        conclusion: conclusion of the session
+        vehicle: vehicle of the recording
+        may_turn, learns: as for `joined`
+    """
+    turning = hidden_fault(conclusion.finding, 0.0, ()) if may_turn else None
+    if turning is None:
+        return conclusion
+    return turned(conclusion, turning, vehicle, _baseline(conclusion, vehicle, learns))
+
+
+def _baseline(conclusion: Conclusion, vehicle: Vehicle, learns: bool) -> str:
+    return baseline_command(conclusion.finding.monitor, vehicle) if learns else ""
 
 
 def _with_effects(

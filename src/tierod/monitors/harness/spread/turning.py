@@ -8,6 +8,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from tierod.core.findings import Element, Estimate, Finding, ParameterEffect, Status
+from tierod.core.shown import in_words as value_in_words
 from tierod.core.shown import shown, written
 from tierod.monitors.harness.session import Conclusion
 from tierod.monitors.harness.spread.advice import cure, in_words
@@ -16,7 +17,8 @@ from tierod.monitors.harness.spread.parameter_spread import Outcome
 from tierod.monitors.harness.spread.points import Concluded
 from tierod.vehicles.vehicle import Vehicle
 
-LIMITS = ("rising", "fault")
+FAULT = "fault"
+LIMITS = ("rising", FAULT)
 """Names of the references beyond which an estimate raises an alarm."""
 
 DECIDING = 0.8
@@ -96,6 +98,34 @@ def turn_by_estimate(
     return None
 
 
+def hidden_fault(finding: Finding, added: float, effects: Sequence[ParameterEffect]) -> Turn | None:
+    """Turn of a healthy verdict whose 95 % interval contains the limit of a fault.
+
+    The interval is that of scatter, parameters and assumptions on the sensors together. The names are empty where the
+    scatter alone reaches the limit, so that no parameter decides.
+
+    Args:
+        finding: finding for the unperturbed vehicle
+        added: variance that the parameters add to the deviation of its estimate [unit squared]
+        effects: effects of the parameters, the largest first
+    """
+    estimate = finding.estimate
+    if finding.status is not Status.HEALTHY or estimate is None or FAULT not in estimate.reference:
+        return None
+    limit, own = _fault_from(estimate), estimate.standard_deviation**2
+    if not estimate.value < limit < estimate.value + REACH * math.sqrt(own + added):
+        return None
+    inside = {name: size**2 for name, size in (estimate.by_sensors | estimate.held).items()}
+    scatter = math.sqrt(max(own - sum(inside.values()), 0.0))
+    names = _enough({each.name: each.effect**2 for each in effects} | inside)
+    return Turn(Status.FAULT, () if estimate.value + REACH * scatter > limit else names, ())
+
+
+def _fault_from(estimate: Estimate) -> float:
+    """Value from which an estimate is a fault, without the margin of the alarm [unit]."""
+    return estimate.reference[FAULT] if estimate.fault_from is None else estimate.fault_from
+
+
 def _turns(conclusion: Conclusion, moved: Conclusion) -> bool:
     finding, other = conclusion.finding, moved.finding
     if finding.status.alarm:
@@ -142,6 +172,8 @@ def turned(conclusion: Conclusion, found: Turn, vehicle: Vehicle, baseline: str 
         vehicle: vehicle with the standard deviations of its parameters
         baseline: command that learns a baseline, which would decide; "" where the monitor uses none
     """
+    if not found.names:
+        return _unseen(conclusion)
     finding = conclusion.finding
     names = in_words(found.names)
     given = "; ".join(_spread_in_words(vehicle, name, finding.estimate) for name in found.names)
@@ -150,7 +182,7 @@ def turned(conclusion: Conclusion, found: Turn, vehicle: Vehicle, baseline: str 
     cause = f"the verdict depends on parameters of the vehicle file: within their spread ({given}) it is {other}"
     action = cure(found.names, assumed, baseline)
     status = finding.status.doubted if finding.status.alarm else Status.NOT_IDENTIFIABLE
-    headline = finding.headline.replace(f": {finding.status},", f": {status},", 1)
+    headline = _with_status(finding.headline, finding.status, status)
     it = "it" if len(found.names) == 1 else "them"
     as_given = f"as the file gives {it} this is {finding.status}, " if headline != finding.headline else ""
     finding = replace(
@@ -159,16 +191,35 @@ def turned(conclusion: Conclusion, found: Turn, vehicle: Vehicle, baseline: str 
         headline=f"{headline} But {names} {_decide(found.names)} the verdict: {as_given}within the spread this is "
         f"{other}.",
     )
-    # A verdict that is not robust must neither become a baseline by itself nor enter the courses of a fault memory.
-    return replace(
-        conclusion,
-        finding=finding,
-        elements=_doubted(conclusion.elements, found.elements),
-        baseline=None,
-        unproven=conclusion.baseline or conclusion.unproven,
-        course=(),
-        code_courses={},
+    return replace(_not_robust(conclusion, finding), elements=_doubted(conclusion.elements, found.elements))
+
+
+def _unseen(conclusion: Conclusion) -> Conclusion:
+    """Conclusion on a healthy estimate whose scatter may hide a fault."""
+    finding, estimate = conclusion.finding, conclusion.finding.estimate
+    assert estimate is not None
+    highest, limit = (
+        value_in_words(each, estimate.unit)
+        for each in (estimate.value + REACH * estimate.standard_deviation, _fault_from(estimate))
     )
+    cause = f"the scatter of the estimate may hide a fault: its interval reaches {highest}, a fault begins at {limit}"
+    finding = replace(
+        finding.after(cause, "record again, for longer and with less noise"),
+        status=Status.NOT_IDENTIFIABLE,
+        headline=f"{_with_status(finding.headline, finding.status, Status.NOT_IDENTIFIABLE)} But {cause}.",
+    )
+    return _not_robust(conclusion, finding)
+
+
+def _not_robust(conclusion: Conclusion, finding: Finding) -> Conclusion:
+    """Conclusion with a verdict that is not robust: no baseline by itself, and no course of a fault memory."""
+    unproven = conclusion.baseline or conclusion.unproven
+    return replace(conclusion, finding=finding, baseline=None, unproven=unproven, course=(), code_courses={})
+
+
+def _with_status(headline: str, old: Status, new: Status) -> str:
+    """Headline with another status."""
+    return headline.replace(f": {old},", f": {new},", 1)
 
 
 def _as_found(found: Turn) -> str:
