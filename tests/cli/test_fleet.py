@@ -27,6 +27,14 @@ def fleet(*arguments):
     return main(["fleet", *map(str, arguments)])
 
 
+def test_one_recording_is_counted_as_one(tmp_path, capsys):
+    (tmp_path / "torn.parquet").write_bytes(b"PAR1 torn PAR1")
+    fleet(tmp_path / "torn.parquet", "--vehicle", "midsize-eps", "-o", tmp_path / "results", "--workers", 1)
+    shown = capsys.readouterr()
+    assert shown.out.startswith("1 recording: 1 failed")
+    assert "1 of 1 recording\n" in shown.err
+
+
 def test_a_folder_is_judged_and_shown(drives, capsys):
     arguments = (drives / "drives", "--vehicle", "midsize-eps", "-o", drives / "results", "--monitor", "friction")
     assert fleet(*arguments, "--workers", 2) == 0

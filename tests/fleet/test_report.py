@@ -178,4 +178,15 @@ def test_odds_and_times_are_said_as_people_say_them():
     assert words.odds(np.log(12.0)) == "12 to 1"
     assert words.odds(-np.log(40.0)) == "1 to 40"
     assert words.odds(np.log(1e18)) == "10^18 to 1"
-    assert (words.days(12.3), words.days(800.0), words.days(np.inf)) == ("12 d", "2.2 a", "never")
+    assert (words.days(12.3), words.days(800.0)) == ("12 d", "2.2 a")
+    never = np.inf
+    assert words.time_left(320.0, never, never) == "probably never, 320 d at the earliest"
+    assert words.time_left(30.0, 90.0, never) == "90 d (30 d or later)"
+    assert words.time_left(30.0, 90.0, 200.0) == "90 d (30 d to 200 d)"
+    assert words.time_left(never, never, never) == "more than 10 years"
+
+
+def test_one_recording_is_counted_as_one():
+    rows = [{"recording_name": "a.mf4", "outcome": "failed", "reason": "a.mf4 is empty"}]
+    found = worked_out(findings().empty_table(), pa.Table.from_pylist(rows, schema=ledger()), Design())
+    assert found.remarks == ("1 of 1 recording was not judged; the page lists the reasons",)

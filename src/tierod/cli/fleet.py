@@ -103,7 +103,8 @@ def fleet(
             )  # fmt: skip
         except BaseException:
             if count.total:
-                kept = f"{count.done} of {count.total} recordings are finished and kept in {output}"
+                finished = f"{count.done} of {count.total} recording{'s' * (count.total > 1)}"
+                kept = f"{finished} {'is' if count.done == 1 else 'are'} finished and kept in {output}"
                 count.say(f"{kept}; the same command goes on from there")
             raise
     if as_json:
@@ -149,6 +150,7 @@ def _chosen(names: Sequence[str]) -> tuple[Chosen, ...]:
 
 
 def _show(found: Summary) -> None:
+    from tierod.core.shown import counted
     from tierod.core.statuses import Status
     from tierod.fleet.schema import FAILED, JUDGED, SKIPPED
 
@@ -156,7 +158,8 @@ def _show(found: Summary) -> None:
     counts = found.outcomes
     parts = [f"{counts[each]} {each}" for each in (JUDGED, SKIPPED, FAILED) if counts[each]]
     kept = f", {found.kept} of them before" if found.kept else ""
-    console.print(f"{len(found.recordings)} recordings: {', '.join(parts)}{kept}; {found.hours:.4g} h of driving")
+    recordings = counted(len(found.recordings), "recording")
+    console.print(f"{recordings}: {', '.join(parts)}{kept}; {found.hours:.4g} h of driving")
     cells = [
         (monitor, Status(status), str(count))
         for monitor, each in found.statuses.items()

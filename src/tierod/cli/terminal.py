@@ -195,8 +195,11 @@ class Counting:
         if self._bar is not None:
             self._bar(completed=done, total=total, description=self._name.replace("[", "\\[") or None)
         elif now - self._last >= QUIET_SECONDS or done >= total:
+            from tierod.core.shown import counted
+
             self._last = now
-            self.say(f"{self._name}{': ' if self._name else ''}{done} of {total} {self._what}")
+            title = f"{self._name}: " if self._name else ""
+            self.say(f"{title}{done} of {counted(total, self._what.removesuffix('s'))}")
 
     def say(self, text: str) -> None:
         """Print a line at once."""

@@ -27,6 +27,16 @@ def written(unit: str) -> str:
     return unit.replace("**2", "²").replace("**3", "³").replace("**", "^").replace("*", "·")
 
 
+def counted(number: int, one: str) -> str:
+    """A number of things whose plural ends in s: "1 recording", "3 recordings".
+
+    Args:
+        number: how many
+        one: the word for one of them
+    """
+    return f"{number} {one}{'' if number == 1 else 's'}"
+
+
 def in_words(value: float, unit: str, digits: int = 3) -> str:
     """A value for display, with the label of its unit.
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from tierod.core.shown import counted
 from tierod.fleet.coverage import coverage
 from tierod.fleet.ranking import Ranked, ranked
 from tierod.fleet.schema import JUDGED
@@ -142,7 +143,8 @@ def _left_out(outcomes: Counter[str]) -> tuple[str, ...]:
     total, judged = outcomes.total(), outcomes[JUDGED]
     if judged == total:
         return ()
-    return (f"{total - judged} of {total} recordings were not judged; the page lists the reasons",)
+    were = "was" if total - judged == 1 else "were"
+    return (f"{total - judged} of {counted(total, 'recording')} {were} not judged; the page lists the reasons",)
 
 
 def _ledger(ledger: pa.Table) -> list[LedgerRow]:

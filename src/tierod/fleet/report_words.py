@@ -50,15 +50,25 @@ def left(trends: Trends, car: int) -> str:
         return "no limit known"
     if likely == 0.0:
         return "reached"
+    return time_left(early, likely, late)
+
+
+def time_left(early: float, likely: float, late: float) -> str:
+    """Likeliest time until a limit with its 90 % interval, in words.
+
+    Args:
+        early, likely, late: times [d]; infinite where the limit is never reached
+    """
     if not math.isfinite(early):
         return "more than 10 years"
-    return f"{days(likely)} ({days(early)} to {days(late)})"
+    if not math.isfinite(likely):
+        return f"probably never, {days(early)} at the earliest"
+    latest = f"to {days(late)}" if math.isfinite(late) else "or later"
+    return f"{days(likely)} ({days(early)} {latest})"
 
 
 def days(value: float) -> str:
-    """A time in days, or in years from one year on; "never" if it is not finite."""
-    if not math.isfinite(value):
-        return "never"
+    """A time in days, or in years from one year on."""
     return f"{value:.0f} d" if value < 365.0 else f"{value / 365.25:.1f} a"
 
 
