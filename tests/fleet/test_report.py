@@ -180,8 +180,8 @@ def test_odds_and_times_are_said_as_people_say_them():
     assert words.odds(np.log(1e18)) == "10^18 to 1"
     assert (words.days(12.3), words.days(800.0)) == ("12 d", "2.2 a")
     never = np.inf
-    assert words.time_left(320.0, never, never) == "probably never, 320 d at the earliest"
-    assert words.time_left(30.0, 90.0, never) == "90 d (30 d or later)"
+    assert words.time_left(320.0, never, never) == "more than 10 years, 320 d at the earliest"
+    assert words.time_left(30.0, 90.0, never) == "90 d (30 d to more than 10 years)"
     assert words.time_left(30.0, 90.0, 200.0) == "90 d (30 d to 200 d)"
     assert words.time_left(never, never, never) == "more than 10 years"
 

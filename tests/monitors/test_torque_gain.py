@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
+import re
 
 import pytest
 
@@ -118,6 +119,8 @@ def test_the_torque_of_the_hands_holds_the_gain_too():
     found = diagnose(recording, "midsize-eps", "driver-torque").findings[0]
     exact = diagnose(recording, calibrated(0.0), "driver-torque").findings[0]
     assert "(torque gain ± 8 % included)" in found.headline
+    largest, known_to = map(float, re.search(r", up to (\S+) ± (\S+) N·m\.", found.headline).groups())
+    assert known_to >= 0.08 * largest - 0.01
     assert found.estimate.standard_deviation > exact.estimate.standard_deviation
     assert found.estimate.assumed.keys() == exact.estimate.given.keys() == {"torque_gain_deviation"}
     assert found.estimate.given == exact.estimate.assumed == {}

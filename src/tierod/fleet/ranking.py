@@ -224,10 +224,12 @@ def _change_text(trends: Trends, car: int) -> str:
 
 
 def _near_text(trends: Trends, car: int) -> str:
-    level, limit, unit = trends.level[car, 0], trends.series.limit[car], trends.series.watched.unit.replace("*", "·")
+    limit, unit = trends.series.limit[car], trends.series.watched.unit.replace("*", "·")
+    level, deviation = trends.stated(car)
     stepped = trends.stepped(car)
     since = f"since {date(stepped)}" if math.isfinite(stepped) else "without a change found"
-    return f"{trends.series.watched.quantity} is {level:.3g} {unit}, limit {limit:.3g} {unit}, {since}"
+    now = f"{level:.3g} ± {1.96 * deviation:.1g} {unit}"
+    return f"{trends.series.watched.quantity} is {now}, limit {limit:.3g} {unit}, {since}"
 
 
 def _notable_drives(trends: Trends, car: int, changed: bool) -> np.ndarray:

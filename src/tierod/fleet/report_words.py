@@ -27,6 +27,10 @@ LOOKS = {
 """Symbol and appearance of each state."""
 
 
+BEYOND = "more than 10 years"
+"""Time until a limit that the extrapolation does not reach."""
+
+
 def odds(logarithm: float) -> str:
     """Odds in words, from their natural logarithm: "12 to 1", "1 to 40"."""
     size = abs(logarithm)
@@ -57,14 +61,11 @@ def time_left(early: float, likely: float, late: float) -> str:
     """Likeliest time until a limit with its 90 % interval, in words.
 
     Args:
-        early, likely, late: times [d]; infinite where the limit is never reached
+        early, likely, late: times [d]; infinite beyond the ten years that a trend is extrapolated
     """
-    if not math.isfinite(early):
-        return "more than 10 years"
     if not math.isfinite(likely):
-        return f"probably never, {days(early)} at the earliest"
-    latest = f"to {days(late)}" if math.isfinite(late) else "or later"
-    return f"{days(likely)} ({days(early)} {latest})"
+        return BEYOND + (f", {days(early)} at the earliest" if math.isfinite(early) else "")
+    return f"{days(likely)} ({days(early)} to {days(late) if math.isfinite(late) else BEYOND})"
 
 
 def days(value: float) -> str:

@@ -122,7 +122,8 @@ def test_a_zero_that_leaps_beside_a_slow_motor_accuses_no_currents(tmp_path):
     late = np.arange(len(samples)) >= slow
     true = 4.0 * (samples[:, COLUMN["motor_angle_mechanical"]] - np.where(late, leap.offset(np.zeros(1)), 0.0))
     jumped = finding(samples)
-    assert "by a step of +12.0° electrical" in jumped.headline
+    known_to = math.degrees(jumped.estimate.standard_deviation)
+    assert f"by a step of +12.0 ± {known_to:.1f}° electrical" in jumped.headline
     assert jumped.since == pytest.approx(slow / RATE, abs=0.1)
     samples[:, COLUMN["resolver_sine"]], samples[:, COLUMN["resolver_cosine"]] = np.sin(true), np.cos(true)
     diagnosis = diagnosed(samples, memory=tmp_path / "memory.json")

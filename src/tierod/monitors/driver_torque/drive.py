@@ -26,6 +26,9 @@ TRUTH = "truth_hand_torque"
 SIGNED = ("steering_wheel_angle", "motor_angle_mechanical", "driver_torque", "motor_torque")
 """Signals whose sign is tested."""
 
+SURELY = 2.0
+"""Standard deviations by which the torque of the hands may be smaller [-]: the end of a 95 % band."""
+
 MOSTLY = 0.5
 """Share of the testable time above which a sign must have appeared wrong to count as wrong."""
 
@@ -75,7 +78,7 @@ class Drive(NamedTuple):
     Args:
         ready, off, on, uncertain: time with a known torque, and its parts in each state of the hands
         hand_rms, hand_deviation: root mean squares of the hands' torque and of its estimated standard deviation
-        peak, peak_deviation: largest torque of the hands and its standard deviation
+        peak, peak_deviation: torque of the hands that was surely largest, and its standard deviation
         error: root mean square error against the truth of a simulation; NaN where there is none
         torque_span, angle_span: range of the bar's torque and of the wheel's angle
         nis: mean NIS per measurement; NaN where the observer gives none
@@ -176,8 +179,10 @@ class DriveFigures:
         self.error += float(error @ error)
         self.compared += len(error)
         if ready.any():
-            at = int(np.argmax(np.where(ready, np.abs(hand), -1.0)))
-            if abs(hand[at]) > abs(self.peak):
+            # The largest value would often be the one that is least known: what is surely so large counts.
+            surely = np.where(ready, np.abs(hand) - SURELY * deviation, -math.inf)
+            at = int(np.argmax(surely))
+            if not self.peak or surely[at] > abs(self.peak) - SURELY * self.peak_deviation:
                 self.peak, self.peak_deviation = float(hand[at]), float(deviation[at])
         self.inertia_error, self.torque_offset = float(result["inertia_error"][-1]), float(result["torque_offset"][-1])
 

@@ -116,7 +116,11 @@ def _headline(drive: Drive, estimate: Estimate | None, gain: float) -> str:
     off = f"off for {longest:.1f} s at the longest" if longest > 0.0 else "never off"
     known_to = "" if estimate is None else f" ± {estimate.standard_deviation:.2f}"
     included = "" if estimate is None else f" (torque gain ± {100.0 * gain:.2g} % included)"
-    torque = f"they give {drive.hand_rms:.2f}{known_to} N·m rms{included}, {abs(drive.peak):.1f} N·m at most"
+    # With the same share of the gain, which scales every torque alike.
+    peak_deviation = math.hypot(drive.peak_deviation, gain * drive.peak)
+    peak_known_to = "" if estimate is None else f" ± {peak_deviation:.2f}"
+    torque = f"they give {drive.hand_rms:.2f}{known_to} N·m rms{included}"
+    torque += f", up to {abs(drive.peak):.2f}{peak_known_to} N·m"
     return f"Hands on the wheel {share:.0%} of the time, {off}{unsure}; {torque}."
 
 

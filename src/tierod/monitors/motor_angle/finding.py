@@ -92,7 +92,8 @@ def _judged(drive: Drive, vehicle: Vehicle) -> Finding:
         return Finding(drive.monitor, Status.NOT_ENABLED, headline, None, estimate, evidence, cause, action)
     headline = (
         f"The sensor of the motor's angle is healthy: over {drive.known:.1f} s of turning it differs by "
-        f"{math.degrees(drive.rms):.1f}° electrical rms from the angle that currents and "
+        f"{math.degrees(drive.offset):+z.1f} ± {math.degrees(drive.offset_deviation):.1f}° electrical from the angle "
+        "that currents and "
         f"{'voltages' if drive.lost is None else 'commanded voltages'} give."
     )
     return Finding(drive.monitor, Status.HEALTHY, headline, None, estimate, evidence, action="none")

@@ -48,18 +48,18 @@ class Shape(NamedTuple):
 
     def in_words(self, step: bool) -> str:
         """The error as the end of a sentence: "differs ... by"; `step` where it began at once."""
+        known_to = f" ± {math.degrees(self.deviation):.1f}°"
         if self.kind == OFFSET:
-            return f"by {'a step of ' if step else ''}{math.degrees(self.size):+.1f}° electrical"
+            return f"by {'a step of ' if step else ''}{math.degrees(self.size):+.1f}{known_to} electrical"
         if self.kind == DRIFT:
-            return f"by a drift of {math.degrees(self.size):+.1f}°/s electrical"
+            return f"by a drift of {math.degrees(self.size):+.1f}{known_to}/s electrical"
         if self.kind == GAIN:
-            return f"by a gain of {self.size:.3f}, so that its error grows with the angle"
+            return f"by a gain of {self.size:.3f} ± {self.deviation:.1g}, so that its error grows with the angle"
         if self.kind == RIPPLE:
             about = f", about a mean of {math.degrees(self.mean):+.1f}°" if abs(self.mean) > QUIET else ""
-            return (
-                f"by a ripple of {math.degrees(self.size):.1f}° electrical, {self.order} per turn of the shaft{about}"
-            )
-        return f"by {math.degrees(self.size):.1f}° electrical rms"
+            size = f"{math.degrees(self.size):.1f}{known_to} electrical"
+            return f"by a ripple of {size}, {self.order} per turn of the shaft{about}"
+        return f"by {math.degrees(self.size):.1f}{known_to} electrical rms"
 
 
 class ResidualCourse:
