@@ -38,6 +38,33 @@ def last_true(flags: np.ndarray) -> int | None:
     return at if len(flags) and flags[at] else None
 
 
+class LastRead:
+    """Last reading of each signal across consecutive pieces, since slow buses do not bring it with every sample.
+
+    Args:
+        columns: number of signals
+        fresh: longest time for which a reading holds [s]
+    """
+
+    def __init__(self, columns: int, fresh: float):
+        self._fresh = fresh
+        self._values, self._times = np.full((1, columns), np.nan), np.full((1, columns), -np.inf)
+
+    def held(self, time: np.ndarray, values: np.ndarray) -> np.ndarray:
+        """Last reading at each sample of the next piece, (n, columns); NaN where it is older than `fresh`.
+
+        Args:
+            time: time stamps [s], (n,)
+            values: readings, (n, columns); NaN where there is none
+        """
+        values = np.vstack((self._values, values))
+        times = np.vstack((self._times, np.repeat(time[:, None], values.shape[1], axis=1)))
+        place = np.maximum.accumulate(np.where(np.isfinite(values), np.arange(len(values))[:, None], 0), axis=0)
+        held, read = (np.take_along_axis(each, place, axis=0) for each in (values, times))
+        self._values, self._times = held[-1:], read[-1:]
+        return np.where(times[1:] - read[1:] <= self._fresh, held[1:], np.nan)
+
+
 class Stride:
     """Decimation across consecutive pieces: the first sample of all, then every `step`-th one.
 

@@ -8,7 +8,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from tierod.core.series import runs
+from tierod.core.series import LastRead, runs
 
 _FRESH = 0.25
 """Longest time for which a reading holds [s]; chassis buses send every 10 to 100 ms."""
@@ -91,8 +91,7 @@ class Reversing:
     def __init__(self, rate: float, steering_ratio: float, wheelbase: float, limits: ReversingLimits | None = None):
         self._period, self._ratio, self._wheelbase = 1.0 / rate, steering_ratio, wheelbase
         self._limits = limits or ReversingLimits()
-        self._last = np.full((1, 4), np.nan)
-        self._read = np.full((1, 4), -np.inf)
+        self._read = LastRead(4, _FRESH)
         self._motion: _Motion | None = None
         self._signed = False
         self.found: list[Reversal] = []
@@ -123,9 +122,8 @@ class Reversing:
             wheel_difference: right less left rear wheel speed [m/s], (n,); None without wheel speeds
         """
         difference = np.full(len(time), np.nan) if wheel_difference is None else wheel_difference
-        yaw, angle, speed, difference = self._held(
-            time, np.column_stack((yaw_rate, steering_wheel_angle, speed, difference))
-        )
+        columns = np.column_stack((yaw_rate, steering_wheel_angle, speed, difference))
+        yaw, angle, speed, difference = self._read.held(time, columns).T
         found = np.zeros(len(time), bool)
         with np.errstate(invalid="ignore"):
             self._signed |= bool((speed < -self._limits.standing).any())
@@ -142,15 +140,6 @@ class Reversing:
             if stop < len(time):
                 self._motion = None
         return found
-
-    def _held(self, time: np.ndarray, values: np.ndarray) -> np.ndarray:
-        """Last reading of each signal, (4, n), NaN where it is older than `_FRESH`."""
-        values = np.vstack((self._last, values))
-        times = np.vstack((self._read, np.repeat(time[:, None], values.shape[1], axis=1)))
-        place = np.maximum.accumulate(np.where(np.isfinite(values), np.arange(len(values))[:, None], 0), axis=0)
-        held, read = (np.take_along_axis(each, place, axis=0) for each in (values, times))
-        self._last, self._read = held[-1:], read[-1:]
-        return np.where(times[1:] - read[1:] <= _FRESH, held[1:], np.nan).T
 
     def _contributions(
         self, yaw: np.ndarray, angle: np.ndarray, speed: np.ndarray, difference: np.ndarray

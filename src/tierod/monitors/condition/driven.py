@@ -9,7 +9,7 @@ import numpy as np
 
 from tierod.core.findings import Status
 from tierod.core.graph import Result
-from tierod.core.series import runs
+from tierod.core.series import LastRead, runs
 from tierod.diagnosis.substitution import SubstitutionGraph
 from tierod.monitors.condition.bank.skidding import SLIPPERIEST
 from tierod.monitors.condition.recording_checks.absence import Absence, Loss
@@ -27,6 +27,7 @@ NO_READING = "no sensor gives a reading"
 ALL_ZERO = "all sensors read exactly zero"
 ALL_HELD = "all sensors repeat their previous readings"
 SLID = "the tyres slid, or the vehicle cornered harder than in calibration drives"
+SLIPPED = "both wheels of an axle spun or skidded, or had done so in the second before"
 REVERSED = "the car reversed"
 TOO_FEW = f"fewer than {ALL} sensors give a reading"
 
@@ -66,8 +67,7 @@ class Driven:
     asked: bool = True
     _slides: list[tuple[float, float]] = field(default_factory=list)
     _forward: tuple[np.ndarray, np.ndarray] = (np.zeros(0), np.zeros(0, bool))
-    _wheels: np.ndarray = field(default_factory=lambda: np.full(len(ALL_WHEELS), np.nan))
-    _read: np.ndarray = field(default_factory=lambda: np.full(len(ALL_WHEELS), np.nan))
+    _read: LastRead = field(default_factory=lambda: LastRead(len(ALL_WHEELS), LOST))
 
     @property
     def seconds(self) -> float:
@@ -84,7 +84,7 @@ class Driven:
         self.end = float(time[-1]) + self.period
         self.samples += len(time)
         self.judged += int(np.count_nonzero(covered.judged))
-        speed = self._last_read(values[:, _WHEELS], time)
+        speed = self._read.held(time, values[:, _WHEELS])
         with np.errstate(invalid="ignore"):
             forward = np.asarray((speed > STANDING).any(axis=1))
             self.forward += int(np.count_nonzero(forward))
@@ -112,25 +112,20 @@ class Driven:
         self.absences[_JUDGED].borne = LOST if self.now in ALL_GONE else UNASKED
         self._follow(_ENOUGH, time, reading.sum(axis=1) >= ALL, covered.parked)
 
-    def _last_read(self, wheels: np.ndarray, time: np.ndarray) -> np.ndarray:
-        """Last reading of every wheel, held for `LOST` at most, since slow buses do not bring it with every sample."""
-        values, times = np.vstack([self._wheels, wheels]), np.concatenate([[np.nan], time])
-        there, place = np.isfinite(values), np.arange(len(values))[:, None]
-        last = np.maximum.accumulate(np.where(there, place, 0), axis=0)
-        read = np.where(last > 0, times[last], self._read)
-        held = np.take_along_axis(values, last, axis=0)
-        self._wheels, self._read = held[-1], read[-1]
-        return np.where(times[1:, None] - read[1:] <= LOST, held[1:], np.nan)
+    def leave_out(self, cause: str, there: np.ndarray) -> None:
+        """Add samples of the next piece that are not judged although all sensors give readings.
 
-    def add_reversing(self, reverses: np.ndarray) -> None:
-        """Add the samples of the next piece that are not judged since the car reverses, (n,)."""
-        self._count(REVERSED, reverses)
-        self.judged -= int(np.count_nonzero(reverses))
+        Args:
+            cause: cause, such as `REVERSED`
+            there: whether they are not judged, (n,)
+        """
+        self._count(cause, there)
+        self.judged -= int(np.count_nonzero(there))
 
     @property
     def slid(self) -> float:
         """Time of driving forward in which the tyres slid, so that no fault was declared [s]."""
-        return self.unjudged.get(SLID, 0) * self.period
+        return (self.unjudged.get(SLID, 0) + self.unjudged.get(SLIPPED, 0)) * self.period
 
     def add_low_grip(self, time: np.ndarray, slid: np.ndarray, values: np.ndarray) -> None:
         """Add the slides within the last piece; standstill and reversing are judged in no case, and do not count.

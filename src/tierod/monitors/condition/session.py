@@ -18,9 +18,10 @@ from tierod.io.reversing import MIRRORED, TURN_FORWARD, Reversing, reversed_in_w
 from tierod.models.automated_vehicle import AutomatedVehicle
 from tierod.models.rolling_car import RollingCar
 from tierod.monitors.condition.courses import ElementCourse
-from tierod.monitors.condition.driven import STANDING, Driven
+from tierod.monitors.condition.driven import REVERSED, SLIPPED, STANDING, Driven
 from tierod.monitors.condition.finding import OtherCauses, judge
 from tierod.monitors.condition.kinds.catalogue import OFFSET
+from tierod.monitors.condition.recording_checks.axle_slip import AxleSlip, slips_in_words
 from tierod.monitors.condition.recording_checks.constancy import Constancy
 from tierod.monitors.condition.recording_checks.contradictions import Problem
 from tierod.monitors.condition.recording_checks.coverage import Coverage, ImpossibleValues, TargetPace
@@ -135,6 +136,7 @@ class ConditionSession:
         # The bank of a whole vehicle detects slow offsets itself; that of a car absorbs them as a state.
         self._zero = SteeringZero(car.parameters, rate) if car is not None else None
         self._reversing: Reversing | None = None
+        self._slip = AxleSlip() if car is not None else None
         if car is not None:
             wheelbase = parameters.front_distance + parameters.rear_distance
             self._reversing = Reversing(rate, parameters.steering_ratio, wheelbase)
@@ -168,16 +170,18 @@ class ConditionSession:
         for name, same in self._same.items():
             others = self._steers * readings["steering_wheel_angle"] * speed if name == "yaw_rate" else speed
             same.add(aligned.time, readings[name], _moving(values), others)
-        self._driven.add_reversing(reverses & covered.judged)
+        self._driven.leave_out(REVERSED, reverses & covered.judged)
         if self._pace is not None:
             self._pace.add(values)
+        values, slips = self._without_slips(aligned.time, values)
+        self._driven.leave_out(SLIPPED, slips & covered.judged & ~reverses)
         values, failures = self._without_failed_accelerations(aligned.time, values)
         columns = dict(zip(self.signals, values.T, strict=True))
         for check in (self._asked, self._zero):
             if check is not None:
                 check.add(aligned.time, columns)
         # With too few sensors for any declaration the filters are not run: they take seconds to compile.
-        watched = covered.judged & covered.enough & ~reverses
+        watched = covered.judged & covered.enough & ~reverses & ~slips
         changes = (np.flatnonzero(np.diff(watched)) + 1).tolist()
         # An acceleration that fails with the last sample restarts the filters with the next piece.
         begins, self._anew = failures | ({0} if self._anew else set()), len(values) in failures
@@ -209,6 +213,16 @@ class ConditionSession:
         values = values.copy()
         values[np.ix_(reverses, WHEEL_PLACES)] = -np.abs(wheels[reverses])
         return values, reverses
+
+    def _without_slips(self, time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Samples without wheel speeds where both wheels of an axle slip, and where, (n,)."""
+        if self._slip is None:
+            return values, np.zeros(len(time), bool)
+        slips = self._slip.add(time, values[:, WHEEL_PLACES])
+        if slips.any():
+            values = values.copy()
+            values[np.ix_(slips, WHEEL_PLACES)] = np.nan
+        return values, slips
 
     def _not_done(self) -> tuple[tuple[str, ...], ...]:
         """Inconsistent pairs of targets, without those of the drives if their reference acceleration has failed."""
@@ -272,6 +286,12 @@ class ConditionSession:
         mirrored = self._reversing is not None and self._reversing.mirrored
         return (Problem("sign", ("yaw_rate",), MIRRORED, TURN_FORWARD),) if mirrored else ()
 
+    def _slid_within(self, start: float, end: float) -> bool:
+        """Whether the tyres slid at any time between two times [s], in a turn or with both wheels of an axle."""
+        slipped = () if self._slip is None else self._slip.found
+        beside = any(each.start - BEFORE <= end and each.end >= start for each in slipped)
+        return beside or self._driven.slid_within(start, end)
+
     def _shift_of_zero(self) -> bool:
         """Declare the steering angle if its zero has shifted and the filters had declared nothing by then."""
         shift, end = self._zero.found if self._zero is not None else None, self._driven.end
@@ -288,7 +308,7 @@ class ConditionSession:
         disagreeing = tuple(
             each
             for each in self._accelerations.found.values()
-            if self._whole or not self._driven.slid_within(each.window - BEFORE, each.found)
+            if self._whole or not self._slid_within(each.window - BEFORE, each.found)
         )
         for each in disagreeing:
             if each.sure:
@@ -299,6 +319,11 @@ class ConditionSession:
         for reversal in turned:
             for course in self._courses.values():
                 course.forget(reversal.start, reversal.found)
+        slipped = () if self._slip is None else self._slip.found
+        # The filters took the beginning of a slip, which is smaller, for a fault.
+        for slip in slipped:
+            for course in self._courses.values():
+                course.forget(slip.start - BEFORE, slip.end)
         shifted = self._shift_of_zero()
         faults = [each for course in self._courses.values() for each in course.episodes(self._driven.end)]
         slow = () if self._pace is None else self._pace.problems()
@@ -316,8 +341,8 @@ class ConditionSession:
         # Without any reading, or with all sensors, isolability needs no note.
         notes = limitations(self.vehicle, missing) if missing and self._read.any() else ()
         designed = self.calibrated or bool(self._notes)
-        reversed_ = (reversed_in_words(turned),) if turned else ()
-        notes = (*self._notes, *notes, *reversed_, *self._impossible.notes())
+        facts = (each for each in (reversed_in_words(turned), slips_in_words(slipped)) if each)
+        notes = (*self._notes, *notes, *facts, *self._impossible.notes())
         causes = OtherCauses(disagreeing, self._not_done())
         if not problems:
             states = (*states, *acceleration_elements(disagreeing))
