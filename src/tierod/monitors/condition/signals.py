@@ -49,7 +49,7 @@ SENSOR_TABLE = (
     # unknown time of the reading within the sample; torque and force come from strain gauges.
     Sensor("wheel_speed_rear_left", 0.022, 30.0, 1.0, 0.051),
     Sensor("wheel_speed_rear_right", 0.022, 30.0, 1.0, 0.065),
-    Sensor("yaw_rate", 0.0032, 4.0, 0.3, 0.015, lasting=1.0),
+    Sensor("yaw_rate", 0.0032, 4.0, 0.3, 0.019, lasting=1.0),
     Sensor("steering_wheel_angle", 6e-4, 16.0, 1.5, 0.21, lasting=2.0),
     Sensor("steering_shaft_torque", 0.11, 60.0, 3.0, 3.0, jumps=True),
     Sensor("tie_rod_force", 20.5, 4000.0, 200.0, 200.0),
