@@ -92,7 +92,7 @@ def test_clocks_that_have_run_are_those_of_the_judge():
     face = interface_of(subject_of("condition", "smartload"), Options("single"))
     before, after = initial_memory(face.subject.block), _after(face, 500).values
     (place,) = np.flatnonzero(before != after)
-    assert face.bank.state[place] == "judge.since.time"
+    assert face.bank.state[place] == "judge.spans.time"
     assert after[place] == 5.0
 
 
