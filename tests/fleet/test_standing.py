@@ -31,10 +31,10 @@ def driven(statuses, vehicle="car-1", judged="", monitor="friction", apart=1.0, 
 
 
 @pytest.fixture
-def told(tmp_path, capsys):
+def reported(tmp_path, capsys):
     """The exit code, the terminal, the JSON document, the page, and the table of the web page of some findings."""
 
-    def told(*rows):
+    def reported(*rows):
         folder = tmp_path / "results"
         for name, table in (("findings", findings()), ("ledger", ledger())):
             (folder / name).mkdir(parents=True)
@@ -51,12 +51,12 @@ def told(tmp_path, capsys):
         assert web["title"] == document["title"]
         return code, terminal, document, page, web["rows"]
 
-    return told
+    return reported
 
 
-def test_one_fault_and_one_suspect_drive_are_to_be_confirmed(told):
+def test_one_fault_and_one_suspect_drive_are_to_be_confirmed(reported):
     drives = [("healthy", 2.6), ("healthy", 2.6), ("fault", 6.3), ("suspect", 6.1)]
-    code, terminal, document, page, (row,) = told(*driven(drives))
+    code, terminal, document, page, (row,) = reported(*driven(drives))
     state = "to confirm: 1 fault, 1 suspect"
     assert (code, document["status"], document["symbol"], document["colour"]) == (1, state, "▲", "watch")
     assert document["title"] == "1 of 1 car to look at: 1 to confirm (1 fault, 1 suspect)"
@@ -88,14 +88,16 @@ def test_one_fault_and_one_suspect_drive_are_to_be_confirmed(told):
         (["not enabled", "healthy"], None),
     ],
 )
-def test_the_last_three_judged_drives_decide(told, statuses, state):
-    code, _, document, *_ = told(*driven(statuses))
+def test_the_last_three_judged_drives_decide(reported, statuses, state):
+    code, _, document, *_ = reported(*driven(statuses))
     assert [car["summary"] for car in document["cars"]] == [state] * (state is not None)
     assert code == (state is not None)
 
 
-def test_a_repaired_car_is_green_and_its_history_is_kept(told, tmp_path):
-    _, terminal, document, page, (row,) = told(*driven(["healthy", "fault", "fault", "healthy", "healthy", "healthy"]))
+def test_a_repaired_car_is_green_and_its_history_is_kept(reported, tmp_path):
+    _, terminal, document, page, (row,) = reported(
+        *driven(["healthy", "fault", "fault", "healthy", "healthy", "healthy"])
+    )
     history = "healthy in the last 3 judged drives; before that 2 faults, the last in Wed.parquet, 2026-06-03: fault"
     assert document["title"] == "No car of 1 needs a look"
     (before,) = document["recovered"]
@@ -104,14 +106,14 @@ def test_a_repaired_car_is_green_and_its_history_is_kept(told, tmp_path):
     assert len(drives_of(tmp_path / "results", "car-1")) == 6
 
 
-def test_estimates_alone_make_no_car_green(told):
+def test_estimates_alone_make_no_car_green(reported):
     estimates = ["inconsistent", "estimated", "estimated", "estimated"]
-    _, _, document, _, (row,) = told(*driven(estimates, monitor="sideslip"))
+    _, _, document, _, (row,) = reported(*driven(estimates, monitor="sideslip"))
     assert (document["status"], document["symbol"]) == ("estimated", "≈")
     assert row["why"].startswith("monitor sideslip: estimated in the last 3 judged drives; before that 1 inconsistent")
 
 
-def test_each_monitor_and_each_element_is_judged_by_its_own_drives(told):
+def test_each_monitor_and_each_element_is_judged_by_its_own_drives(reported):
     sound = ["healthy"] * 4
     rows = [
         *driven(["healthy", "fault", "not enabled", "not enabled"]),
@@ -120,7 +122,7 @@ def test_each_monitor_and_each_element_is_judged_by_its_own_drives(told):
         *driven(["healthy", "fault", "fault", "fault"], "car-2", "motor_torque", "condition", kind="offset"),
         *driven(sound, "car-3"),
     ]
-    _, _, document, _, web = told(*rows)
+    _, _, document, _, web = reported(*rows)
     first, second = document["cars"]
     assert (first["vehicle"], first["summary"]) == ("car-2", "fault")
     assert first["reasons"][0]["text"] == "motor_torque: fault (offset) in 3 of the last 3 judged drives"
@@ -131,27 +133,27 @@ def test_each_monitor_and_each_element_is_judged_by_its_own_drives(told):
     assert [row["state"] for row in web] == ["fault", "to confirm", ""]
 
 
-def test_a_drive_of_several_episodes_or_spans_counts_once(told):
+def test_a_drive_of_several_episodes_or_spans_counts_once(reported):
     (row,) = driven(["fault"])
     (last,) = (each for each in driven(["healthy", "healthy"]) if "Tue" in each["recording_name"])
     later = row | {"status": "healthy", "span": 1, "start": MONDAY + dt.timedelta(hours=1)}
-    _, _, document, *_ = told(row, row | {"kind": "offset"}, later, last)
+    _, _, document, *_ = reported(row, row | {"kind": "offset"}, later, last)
     assert document["cars"][0]["summary"] == "to confirm: 1 fault"
 
 
-def test_drives_whose_order_is_unknown_hide_no_fault(told):
+def test_drives_whose_order_is_unknown_hide_no_fault(reported):
     same = list(driven(["fault", *["healthy"] * 4], apart=0.0))
     undated = [row | {"vehicle": "car-2"} for row in driven(["healthy", "fault", *["healthy"] * 4])]
     undated[1]["start"] = None
-    _, _, document, *_ = told(*same, *undated)
+    _, _, document, *_ = reported(*same, *undated)
     assert {car["vehicle"]: car["summary"] for car in document["cars"]} == {
         "car-1": "to confirm: 1 fault",
         "car-2": "to confirm: 1 fault",
     }
 
 
-def test_a_car_without_a_verdict_is_not_green(told):
-    _, terminal, document, page, web = told(*driven(["not enabled"]), *driven(["healthy"], "car-2"))
+def test_a_car_without_a_verdict_is_not_green(reported):
+    _, terminal, document, page, web = reported(*driven(["not enabled"]), *driven(["healthy"], "car-2"))
     assert document["status"] == "no verdict on 1 of 2 cars"
     assert terminal.startswith("? NO VERDICT ON 1 OF 2 CARS No car of the 1 with a verdict needs a look; 1 gave none")
     assert "✓" not in page.partition("<main")[2].partition("</h1>")[0]
@@ -173,8 +175,8 @@ LOW, HIGH = ("healthy", 2.6), ("fault", 6.2)
         ([LOW] * 3 + [("healthy", 4.6)] * 3 + [("fault", 8.0)] * 3, 8.0, "2026-06-07", 4.6),
     ],
 )
-def test_a_level_is_that_after_its_last_step(told, drives, level, since, before, deviation):
-    _, terminal, document, page, (row,) = told(*driven(drives, deviation=deviation))
+def test_a_level_is_that_after_its_last_step(reported, drives, level, since, before, deviation):
+    _, terminal, document, page, (row,) = reported(*driven(drives, deviation=deviation))
     (quantity,) = document["quantities"]
     assert quantity["levels"]["car-1"][0] == pytest.approx(level, abs=0.12)
     step = quantity["steps"]["car-1"]
@@ -197,46 +199,46 @@ def test_a_level_is_that_after_its_last_step(told, drives, level, since, before,
         [2.6 + 0.05 * (number % 3) for number in range(20)] + [6.3],
     ],
 )
-def test_a_slow_ramp_and_a_single_drive_are_no_step(told, values):
-    _, _, document, *_ = told(*driven([("healthy", value) for value in values], apart=3.0))
+def test_a_slow_ramp_and_a_single_drive_are_no_step(reported, values):
+    _, _, document, *_ = reported(*driven([("healthy", value) for value in values], apart=3.0))
     (quantity,) = document["quantities"]
     assert quantity["steps"] == {}
     usual = values[-1] if values[-1] < 6.0 else 2.65
     assert quantity["levels"]["car-1"][0] == pytest.approx(usual, abs=0.15)
 
 
-def test_a_last_drive_that_is_far_off_is_no_part_of_the_level_until_another_agrees(told):
+def test_a_last_drive_that_is_far_off_is_no_part_of_the_level_until_another_agrees(reported):
     drives = [LOW] * 4 + [("fault", 8.1)]
-    _, terminal, document, *_ = told(*driven(drives))
+    _, terminal, document, *_ = reported(*driven(drives))
     trend = document["cars"][0]["reasons"][0]["trend"]
     assert (trend["step"], trend["unconfirmed"]) == (None, 8.1)
     assert trend["level"][0] == pytest.approx(2.6, abs=0.05)
     assert "level 2.6 N·m before the last drive, which gave 8.1 N·m" in terminal
 
 
-def test_a_change_that_was_repaired_is_over(told):
+def test_a_change_that_was_repaired_is_over(reported):
     drives = [LOW] * 12 + [HIGH] * 6
-    _, _, document, *_ = told(*driven(drives, apart=3.0), *driven([*drives, *[LOW] * 4], "car-2", apart=3.0))
+    _, _, document, *_ = reported(*driven(drives, apart=3.0), *driven([*drives, *[LOW] * 4], "car-2", apart=3.0))
     (car,) = document["cars"]
     assert (car["vehicle"], car["summary"]) == ("car-1", "fault")
     assert any("shifted by +3.6" in each["text"] for each in car["reasons"])
     assert [each["vehicle"] for each in document["recovered"]] == ["car-2"]
 
 
-def test_a_level_beyond_its_limit_after_two_drives_is_left_to_their_verdicts(told):
+def test_a_level_beyond_its_limit_after_two_drives_is_left_to_their_verdicts(reported):
     drives = [LOW] * 4 + [("suspect", 8.0), ("suspect", 8.1)]
-    _, _, document, *_ = told(*driven(drives))
+    _, _, document, *_ = reported(*driven(drives))
     assert [car["summary"] for car in document["cars"]] == ["to confirm: 2 suspect"]
     assert document["cars"][0]["reasons"][0]["trend"]["level"][0] == pytest.approx(8.05, abs=0.1)
 
 
-def test_the_level_holds_the_gain_of_the_sensors_which_no_number_of_drives_averages_out(told):
+def test_the_level_holds_the_gain_of_the_sensors_which_no_number_of_drives_averages_out(reported):
     drives = [("healthy", 4.0 + 0.02 * (number % 3)) for number in range(9)] + [("fault", 4.02)]
     rows = [
         *driven(drives, deviation=0.1),
         *driven(drives, vehicle="car-2", deviation=0.33, shared_deviation=0.31),
     ]
-    _, _, document, page, _ = told(*rows)
+    _, _, document, page, _ = reported(*rows)
     (quantity,) = document["quantities"]
     (_, exact), (_, gained) = (quantity["levels"][name] for name in ("car-1", "car-2"))
     assert exact < 0.1
@@ -244,7 +246,7 @@ def test_the_level_holds_the_gain_of_the_sensors_which_no_number_of_drives_avera
     assert "(sensor gains included)" in page
 
 
-def test_a_few_cars_that_agree_do_not_make_their_levels_sure(told):
+def test_a_few_cars_that_agree_do_not_make_their_levels_sure(reported):
     rows = [row for car in range(4) for row in driven([LOW, ("healthy", 2.65), LOW], f"car-{car}", deviation=0.3)]
-    _, _, document, *_ = told(*rows)
+    _, _, document, *_ = reported(*rows)
     assert min(deviation for _, deviation in document["quantities"][0]["levels"].values()) > 0.1

@@ -112,7 +112,7 @@ class Reversing:
     ) -> np.ndarray:
         """Add the next piece, and return whether the car is known to reverse at each sample, (n,).
 
-        Signed speeds tell it themselves; only what unsigned ones hide is in `found`.
+        Signed speeds show reversing directly; `found` holds only what unsigned speeds hide.
 
         Args:
             time: time stamps [s], (n,)

@@ -125,7 +125,7 @@ class ResidualCourse:
             return Shape(OFFSET, mean, left, left, mean)
         error = np.unwrap(residual)
         fits = [self._line(DRIFT, error, time), self._line(GAIN, error, angle)]
-        # Over less than a period a ripple cannot be told from a gain.
+        # Over less than a period a ripple cannot be separated from a gain.
         fits += [_ripple(error, angle, order) for order in ORDERS if order * np.ptp(angle) > 2.0 * math.pi]
         best = min(fits, key=lambda each: each.left)
         if best.left < math.sqrt(BETTER) * left:
