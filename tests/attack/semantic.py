@@ -252,13 +252,13 @@ def pairs(drive: Drive, seed: int, folder: Path, count: int, random: np.random.G
     found: dict[tuple[tuple[str, str], ...], Case] = {}
     while len(found) < count:
         first, second = (single[at] for at in sorted(random.choice(len(single), 2, replace=False)))
-        if set(touched(*first)).isdisjoint(touched(*second)) and not _unobservable(drive, first, second):
+        if set(touched(*first)).isdisjoint(touched(*second)) and not _unobservable(first, second):
             found[first, second] = Case(drive, (first, second), seed)
     return list(found.values())
 
 
-def _unobservable(drive: Drive, first: tuple[str, str], second: tuple[str, str]) -> bool:
-    """Whether two changes are one of `UNOBSERVABLE`: all torques times one factor, or every signal late."""
+def _unobservable(first: tuple[str, str], second: tuple[str, str]) -> bool:
+    """Whether two changes scale both torques by one factor, the one member of `UNOBSERVABLE` with two signals."""
     both = {first[0], second[0]}
     return first[1] == second[1] and first[1] in ALIKE and both == {"driver_torque", "motor_torque"}
 

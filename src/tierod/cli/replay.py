@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 if TYPE_CHECKING:
+    from tierod.live.encoding import Differences
+    from tierod.live.frame import Frame
     from tierod.live.replay import Played
 
 
@@ -33,10 +36,7 @@ def replay(
     as_json: Annotated[bool, typer.Option("--json", help="One JSON document to stdout, all else to stderr.")] = False,
 ) -> None:
     """Play a recording onto a bus until its end or Ctrl-C."""
-    import itertools
-
     from tierod.cli.terminal import print_remark
-    from tierod.core.errors import InputError, ParameterError
     from tierod.io.readers.dbc import load_databases
     from tierod.io.readers.opening import shipped
     from tierod.io.readers.streaming import loaded_map
@@ -45,22 +45,15 @@ def replay(
     from tierod.live.options import interface_options
     from tierod.live.replay import Disturbance, Played, disturbed, frames_of_file, play
 
-    for name, value in (("--loss", loss), ("--doubled", doubled), ("--reordered", reordered)):
-        if not 0.0 <= value <= 1.0:
-            raise ParameterError(f"{name} is a share between 0 and 1, not {value:g}")
-    for name, value in (("--speed", speed), ("--jitter", jitter), ("--bus-off", bus_off)):
-        if not 0.0 <= value < float("inf"):
-            raise ParameterError(f"{name} needs a number from 0 on, not {value:g}")
+    _require_ranges(
+        {"--loss": loss, "--doubled": doubled, "--reordered": reordered},
+        {"--speed": speed, "--jitter": jitter, "--bus-off": bus_off},
+    )
     options = interface_options(interface_option or [], len(channel))
     database = load_databases([shipped(each, ".dbc") for each in dbc]) if dbc else []
     differences = Differences()
-    frames = frames_of_file(recording, database, loaded_map(channel_map), differences)
-    # Reads the first frame, so that an unreadable recording is refused before a bus is opened.
-    first = next(frames, None)
-    if first is None:
-        why = "; ".join(differences.sentences()) or "it holds no frame"
-        raise InputError(f"{recording}: nothing can be sent: {why}; give a recording that has the signals at one time")
-    frames = itertools.chain([first], frames)
+    found = frames_of_file(recording, database, loaded_map(channel_map), differences)
+    frames = _with_a_first(found, recording, differences)
     addresses = [Address(interface, each, None, fd, own) for each, own in zip(channel, options, strict=True)]
     buses, played = [open_bus(each) for each in addresses], Played()
     try:
@@ -78,6 +71,31 @@ def replay(
     for sentence in differences.sentences():
         print_remark(sentence)
     _print(played, as_json)
+
+
+def _require_ranges(shares: Mapping[str, float], amounts: Mapping[str, float]) -> None:
+    """Refuse options outside their range: shares from 0 to 1, amounts from 0 on."""
+    from tierod.core.errors import ParameterError
+
+    for name, value in shares.items():
+        if not 0.0 <= value <= 1.0:
+            raise ParameterError(f"{name} is a share between 0 and 1, not {value:g}")
+    for name, value in amounts.items():
+        if not 0.0 <= value < float("inf"):
+            raise ParameterError(f"{name} needs a number from 0 on, not {value:g}")
+
+
+def _with_a_first(frames: Iterator[Frame], recording: Path, differences: Differences) -> Iterator[Frame]:
+    """The frames, of which the first is read at once: an unreadable recording is refused before a bus is opened."""
+    import itertools
+
+    from tierod.core.errors import InputError
+
+    first = next(frames, None)
+    if first is None:
+        why = "; ".join(differences.sentences()) or "it holds no frame"
+        raise InputError(f"{recording}: nothing can be sent: {why}; give a recording that has the signals at one time")
+    return itertools.chain([first], frames)
 
 
 def _print(played: Played, as_json: bool) -> None:

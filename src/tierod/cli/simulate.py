@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -46,17 +47,14 @@ def simulate(
     from tierod.cli.terminal import messages, print_json, print_remark, progress
     from tierod.io.writers import require_writable, write
     from tierod.proving_ground.scenarios import load
-    from tierod.proving_ground.scenarios.plants import native_code
 
     whole = load(scenario)
     chosen = whole.with_run(seconds, seed)
     require_writable(output)
     if plant is not None:
         chosen = _with_plant(chosen, plant)
-    for caution in native_code([chosen]):
-        print_remark(caution)
-    for fault in (each for each in whole.faults if each not in chosen.faults):
-        print_remark(f"left out, since it begins after the end of the run: {fault.label}")
+    for remark in _before_run(whole, chosen):
+        print_remark(remark)
     began = time.perf_counter()
     with progress(f"driving {chosen.name}") as advance:
         outcome = chosen.run(advance)
@@ -75,6 +73,15 @@ def simulate(
         return HEALTHY
     print_remark(_diverged(chosen, outcome, output))
     return NOT_JUDGED
+
+
+def _before_run(whole: Scenario, chosen: Scenario) -> Iterator[str]:
+    """What a user knows before a run: native code of a foreign unit, and faults that begin after its end."""
+    from tierod.proving_ground.scenarios.plants import native_code
+
+    yield from native_code([chosen])
+    for fault in (each for each in whole.faults if each not in chosen.faults):
+        yield f"left out, since it begins after the end of the run: {fault.label}"
 
 
 def _refuse_plant(plant: Path | None) -> None:
