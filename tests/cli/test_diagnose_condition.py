@@ -87,8 +87,8 @@ def test_the_fault_memory_takes_the_code_and_gives_it_back(place, faulty, capsys
     assert diagnose(faulty, "--no-report", "--memory", "memory.json") == 1
     capsys.readouterr()
     assert main(["faults", "read", "memory.json", "--json"]) == 0
-    stored = json.loads(capsys.readouterr().out)["items"]
-    assert [each["display_code"] for each in stored] == ["C1A33-64"]
+    stored = json.loads(capsys.readouterr().out)["codes"]
+    assert [each["code"] for each in stored] == ["C1A33-64"]
     assert main(["faults", "read", "memory.json"]) == 0
     assert "C1A33-64" in capsys.readouterr().out
 
@@ -98,4 +98,4 @@ def test_a_missing_sensor_is_no_error_and_stores_nothing(place, faulty, capsys):
     assert diagnose(fault_free, "--no-report", "--memory", "memory.json") == 0
     assert "the recording has no tie rod force" in " ".join(capsys.readouterr().out.split())
     assert main(["faults", "read", "memory.json", "--json"]) == 0
-    assert json.loads(capsys.readouterr().out)["items"] == []
+    assert json.loads(capsys.readouterr().out)["codes"] == []

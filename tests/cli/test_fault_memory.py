@@ -31,11 +31,17 @@ def test_read_shows_what_is_stored_and_what_it_asks_for(path, capsys):
     assert "Warning lamp on; reaction: degrade." in printed
 
 
-def test_read_gives_the_resource_and_the_answer_of_an_ecu(path, capsys):
+def test_read_gives_a_document_and_the_answer_of_an_ecu(path, capsys):
     assert main(["faults", "read", str(path), "--json"]) == 0
-    assert json.loads(capsys.readouterr().out)["items"][0]["display_code"] == "C1A01-92"
+    (stored,) = json.loads(capsys.readouterr().out)["codes"]
+    assert (stored["code"], stored["byte"], stored["occurrences"]) == ("C1A01-92", "AF", 2)
+    assert "confirmed" in stored["status"]
     assert main(["faults", "read", str(path), "friction-fault"]) == 0
-    assert json.loads(capsys.readouterr().out)["environment_data"]["snapshots"]
+    assert json.loads(capsys.readouterr().out) == stored
+    assert main(["faults", "snapshot", str(path), "friction-fault", "--json"]) == 0
+    frames = json.loads(capsys.readouterr().out)
+    assert [frames[each]["cycle"] for each in ("first", "last")] == [1, 2]
+    assert frames["last"]["values"]["vehicle_speed"]
     assert main(["faults", "read", str(path), "--uds", "190208"]) == 0
     assert capsys.readouterr().out.strip() == "59 02 FF 5A 01 92 AF"
 

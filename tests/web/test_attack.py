@@ -29,7 +29,7 @@ def paths(analysed):
         "/static//etc/passwd", "/api/site", "/api/files", "/api/recording", "/api/opened", "/api/analyses",
         "/api/proposals", "/api/inspections", "/api/identifications",
         "/api/identifications/x/page", "/api/uploads", "/api/jobs", "/api/jobs/x", "/api/scenarios",
-        "/api/vehicle", "/api/memory", "/api/fleets/x", "/api/fleets/x/cars", "/api/fleets/x/car", "/api/live",
+        "/api/vehicle", "/api/fleets/x", "/api/fleets/x/cars", "/api/fleets/x/car", "/api/live",
         "/api/results/x", "/api/results/x/report/y", result, f"{result}/report/friction", "/api/series/x/window",
         series, *(f"{series}/{each}" for each in ("window", "curves", "pair", "export")),
     ]  # fmt: skip

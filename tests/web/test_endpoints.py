@@ -171,20 +171,6 @@ def test_an_upload_becomes_a_recording(client, bench):
     assert [each.name for each in bench.uploads.iterdir()] == ["small.csv"]
 
 
-def test_a_fault_memory_shows_its_codes(client, analysed):
-    memory = analysed.folder / "memory.json"
-    diagnose(analysed.folder / "weave.parquet", "midsize-eps", "friction", memory=memory, spread=False)
-    before = memory.read_bytes()
-    found = client.get("/api/memory", params={"file": "drives/memory.json"}).json()
-    assert (found["vehicle"], found["cycles"]) == ("midsize-eps", 1)
-    assert memory.read_bytes() == before
-    memory.write_text("{}")
-    answer = client.get("/api/memory", params={"file": "drives/memory.json"})
-    assert answer.status_code == 400
-    assert "memory.json" in answer.json()["error"]
-    memory.unlink()
-
-
 def test_what_was_swept_is_a_sentence(client, analysed, bench):
     import shutil
 

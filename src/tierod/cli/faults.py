@@ -158,7 +158,6 @@ def _opened(path: Path) -> FaultMemory:
 
 
 def _read(path: Path, code: str | None, uds: str | None, json: bool) -> None:
-    from tierod.diagnosis import sovd
     from tierod.diagnosis.uds import answer
 
     memory = _opened(path)
@@ -167,11 +166,25 @@ def _read(path: Path, code: str | None, uds: str | None, json: bool) -> None:
             answer(memory, _request(uds)).hex(" ").upper() or "no answer: the request suppresses the positive response"
         )
     elif json or code is not None:
-        print_json(sovd.faults(memory) if code is None else sovd.fault(memory, code))
+        stored = [each for each, entry in memory.entries.items() if entry.stored]
+        print_json({"codes": [_code(memory, each) for each in stored]} if code is None else _code(memory, code))
     else:
         from tierod.report.terminal import print_memory
 
         print_memory(memory, output())
+
+
+def _code(memory: FaultMemory, name_or_code: str) -> dict[str, Any]:
+    """A stored trouble code with its status, its history and its freeze frames."""
+    name = memory.codes.named(name_or_code)
+    code, entry = memory.codes.codes[name], memory.entries[name]
+    if not entry.stored:
+        raise ParameterError(
+            f"the memory has no entry of {code.code} ({name}): it has not failed since it was cleared, has aged out, "
+            "or was replaced by another"
+        )
+    stated = {"code": code.code, "name": name, "meaning": code.meaning, "severity": code.severity}
+    return {**stated, **entry.document(), "status": entry.status.words, "byte": f"{int(entry.status):02X}"}
 
 
 def _request(digits: str) -> bytes:
@@ -185,7 +198,6 @@ def _request(digits: str) -> bytes:
 
 
 def _snapshot(path: Path, code: str | None, uds: str | None, json: bool) -> None:
-    from tierod.diagnosis import sovd
     from tierod.report.terminal import print_snapshot
 
     if code is None:
@@ -193,11 +205,11 @@ def _snapshot(path: Path, code: str | None, uds: str | None, json: bool) -> None
             f"name a trouble code: tierod faults snapshot {path} CODE; 'tierod faults read' lists them"
         )
     memory = _opened(path)
-    content = sovd.fault(memory, code)
-    entry = memory.entries[memory.codes.named(code)]
+    content = _code(memory, code)
     if json:
-        print_json(content["environment_data"])
+        print_json({each: content[each] for each in ("code", "name", "first", "last")})
         return
+    entry = memory.entries[content["name"]]
     frames = {"first failure": entry.first, "latest failure": entry.last}
     if entry.first == entry.last:
         del frames["latest failure"]

@@ -34,7 +34,7 @@ class TroubleCode:
         failed_by, passed_by: statuses of the monitor that count as failed and as passed result; any other is no result
         increment, decrement, jump: parameters of the debounce counter, see `DebounceCounter`
         priority: 1 is kept longest when the memory is full, 255 shortest
-        severity: as reported by SOVD: 1 fatal, 2 error, 3 warning, 4 information
+        severity: 1 fatal, 2 error, 3 warning, 4 information
         confirmation_cycles: failed operation cycles until confirmation
         healing_cycles: passed cycles until the lamp request is withdrawn
         aging_cycles: passed cycles after healing until the code is deleted

@@ -1,4 +1,4 @@
-"""Endpoints of fleets, vehicles and fault memories."""
+"""Endpoints of fleets and vehicles."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ HELD_BACK = ("rows", "bands", "cars")
 
 
 def fleet_endpoints(bench: Workbench) -> APIRouter:
-    """Endpoints of fleets, vehicles and fault memories.
+    """Endpoints of fleets and vehicles.
 
     Args:
         bench: the workbench to serve
@@ -67,10 +67,5 @@ def fleet_endpoints(bench: Workbench) -> APIRouter:
     def vehicle(name: Text = "") -> dict[str, Any]:
         """Parameters of a vehicle, with standard deviation and source."""
         return bench.parameters(name)
-
-    @router.get("/memory")
-    def memory(file: Text) -> dict[str, Any]:
-        """A fault memory: trouble codes with status and freeze frames."""
-        return bench.memory(file)
 
     return router

@@ -336,20 +336,6 @@ class Workbench:
         return {"name": car.name, "description": car.description, "source": car.source, "good_for": list(car.good_for),
                 "not_good_for": list(car.not_good_for), "parameters": rows}  # fmt: skip
 
-    def memory(self, file: str) -> dict[str, Any]:
-        """Trouble codes of a fault memory, each with its freeze frames.
-
-        Raises:
-            Absent: there is no such file
-            InputError: the file is no fault memory
-        """
-        from tierod.web.memories import memory_document
-
-        path = self.site.file(file)
-        if path.suffix != ".json" or not path.is_file():
-            raise InputError(f"{path.name} is not a fault memory; 'tierod diagnose --memory' writes one as .json")
-        return memory_document(path)
-
     def room(self, name: str) -> Path:
         """Path for an upload.
 

@@ -1,4 +1,4 @@
-// A vehicle: trend of every estimate over its drives, parameters with spread and origin, fault memory.
+// A vehicle: trend of every estimate over its drives, parameters with spread and origin.
 import { html, stack, useMemo } from "./html.js";
 import { get } from "./api.js";
 import { go, link, set } from "./address.js";
@@ -12,8 +12,7 @@ export function Vehicle({ address, site }) {
   const results = address.results || site.results[0] || "";
   return stack`<div class="row"><h1 class="grow">Vehicle ${address.car || address.name || ""}</h1>${site.results.length > 0 && html`<${Choice} site=${site} name=${results} /><${CarChoice} results=${results} car=${address.car || ""} />`}</div>
     ${address.car && results && html`<${Car} key=${results + address.car} results=${results} car=${address.car} />`}
-    <${Parameters} address=${address} site=${site} />
-    <${Memory} address=${address} site=${site} />`;
+    <${Parameters} address=${address} site=${site} />`;
 }
 
 function CarChoice({ results, car }) {
@@ -75,21 +74,4 @@ function Parameters({ address, site }) {
       { title: "unit", show: (p) => shownIn("")[1] + p.unit.replaceAll("**2", "²").replaceAll("*", "·") },
       { title: "origin", text: true, show: (p) => html`${p.assumed && html`<span class="badge watch">assumed</span> `}<span class="small">${p.assumed ? p.source.replace(/^assumed:? ?/i, "") : p.source}</span>` },
     ]} /><p class="small">Which of these your drives can identify, and how well: <a href=${link("identify", { name })}>identify parameters</a>, or <code>tierod identify vehicle drive.mf4 --vehicle ${found.data.name}</code>.</p>`}</section>`;
-}
-
-function Memory({ address, site }) {
-  const file = address.memory || "";
-  const found = useFetched((signal) => (file ? get("/api/memory", { file }, signal) : null), [file]);
-  return stack`<section class="card"><h2>Fault memory</h2><form class="row" onSubmit=${(e) => { e.preventDefault(); set({ memory: e.target.memory.value.trim() }, true); }}><label class="grow">File <input name="memory" class="grow" value=${file} placeholder=${`${site.roots[0] || "folder"}/car.json`} required /></label><button>Read</button></form>
-    ${!file && html`<p class="small">The file that <code>tierod diagnose --memory</code> or <code>tierod live --memory</code> keeps.</p>`}
-    ${found.error && html`<${Trouble} error=${found.error} />`}
-    ${found.data && html`<p>${found.data.vehicle}: ${found.data.cycles} operation cycles, last ${found.data.date || "never"}; lamp ${found.data.lamp ? "on" : "off"}; reaction: ${found.data.reaction}.</p>
-      ${!found.data.codes.length && html`<p>The memory holds no trouble code.</p>`}
-      ${found.data.codes.map((c) => html`<details class="card" key=${c.item.code}><summary><b>${c.item.display_code || c.item.code}</b> ${c.item.fault_name || ""} <${Badge} status=${(c.item.status || {}).aggregatedStatus || "stored"} /></summary><${Frames} data=${c.environment_data} /></details>`)}`}</section>`;
-}
-
-/** Freeze frames and whatever else stands beside a code, as nested lists. */
-function Frames({ data }) {
-  if (data === null || typeof data !== "object") return stack`<span>${typeof data === "number" ? figure(data, 5) : String(data)}</span>`;
-  return stack`<dl class="facts">${Object.entries(data).map(([name, value]) => html`<div><dt>${name.replaceAll("_", " ")}</dt><dd>${Array.isArray(value) && value.every((v) => typeof v !== "object") ? value.slice(0, 12).map((v) => (typeof v === "number" ? figure(v, 4) : v)).join(", ") : html`<${Frames} data=${value} />`}</dd></div>`)}</dl>`;
 }
