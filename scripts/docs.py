@@ -15,7 +15,6 @@ import docs_commands
 import docs_monitors
 import docs_papers
 import docs_schemas
-import docs_tuning
 
 ROOT = Path(__file__).resolve().parent.parent
 DOCS = ROOT / "docs"
@@ -29,7 +28,6 @@ def pages() -> dict[str, Callable[[], str]]:
         **docs_catalogues.pages(),
         **docs_schemas.pages(),
         **docs_papers.pages(),
-        **docs_tuning.pages(),
     }
 
 

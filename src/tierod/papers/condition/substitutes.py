@@ -28,8 +28,8 @@ TEXT = (
     "Every substitute of a sensor beside what the sensor would read without fault and noise, root mean square. The "
     "bank's filter that leaves the sensor out: from the declaration of an offset to its end, on the short and the long "
     "round. Plain relations: over fault-free drives on unseen rounds, standing and all. Both with the parameters that "
-    "a calibration has found, and with those of the shipped, uncalibrated file. `scripts/substitutes.py` "
-    "writes them into the table that the monitor goes by.",
+    "a calibration has found, and with those of the shipped, uncalibrated file. The table "
+    "that the monitor goes by, substitutes.toml, holds these figures.",
 )
 HOURS = 1.0
 """Fault-free driving for the plain relations [h]."""
