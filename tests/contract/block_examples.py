@@ -83,7 +83,6 @@ from tierod.monitors.sideslip.conventional import (
 from tierod.monitors.sideslip.monitor import SideslipMonitor
 from tierod.monitors.sideslip.two_stage import TwoStageKalman, TwoStagePoles, two_stage_kalman, two_stage_poles
 from tierod.papers.column.column_friction import ColumnFrictionObserver
-from tierod.papers.column.control.intervention import DriverIntervention, Noise, SteeringController
 from tierod.papers.column.control.position_control import PositionControl
 from tierod.papers.condition.rules.actuator_set import ActuatorSet, actuator_set
 from tierod.papers.condition.rules.adaptive_speed import AdaptiveSpeed
@@ -156,13 +155,8 @@ EXAMPLES: dict[type, Callable[[], Any]] = {
         ("steering_wheel_angle", "driver_torque", "yaw_rate", "wheel_speed_rear_left"),
         0.05,
     ),
-    DriverIntervention: lambda: DriverIntervention.design(Noise(0.05, 20.0), 1e-3),
     PositionControl: lambda: PositionControl.design(
         COLUMN, 140.0, 1e-3, feed_forward=0.9, friction=0.1, disturbance_compensation=0.2
-    ),
-    SteeringController: lambda: SteeringController(
-        PositionControl.design(COLUMN, 140.0, 1e-3, feed_forward=0.9),
-        DriverIntervention.design(Noise(0.05, 20.0), 1e-3),
     ),
     Cusum: lambda: Cusum(0.5, 4.0, 20.0),
     GeometricAverage: lambda: GeometricAverage(0.2, 0.8, restart=True),
@@ -300,7 +294,6 @@ _OF_COMPOSITES: dict[type, tuple[type, ...]] = {
     AnglePlausibility: (WhichAngle,),
     DelayedHandTorque: (FixedLag,),
     SideslipMonitor: (TwoStageKalman,),
-    SteeringController: (DriverIntervention, PositionControl),
     LeaveOutFilter: (WhitenedInnovations,),
 }
 

@@ -68,7 +68,7 @@ STUDIES: Mapping[str, Study] = {
                 "torque": "Torque of the driver's hands",
                 "hands": "Hands on and off the wheel",
                 "natural": "Natural drives",
-                "position": "Position control, and a driver who takes the wheel",
+                "position": "Position control",
             },
         ),
         Study(

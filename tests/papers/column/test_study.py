@@ -26,7 +26,7 @@ def test_position_control_holds_what_it_claims():
     assert not [claim.id for claim in claims if claim.met is False]
     figure = next(item for item in found if isinstance(item, Chart) and item.name == "figure-10")
     assert len(figure.panels) == 6
-    assert sum(isinstance(item, Table) for item in found) == 7
+    assert sum(isinstance(item, Table) for item in found) == 2
 
 
 @pytest.mark.slow
@@ -40,6 +40,6 @@ def test_a_quick_study_runs_from_end_to_end(tmp_path, capsys):
             assert row["met"] is Goal.read(row["goal"]).holds(row["measured"])
     text = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert Page(text).open == []
-    assert {"figure-10", "takeover"} <= set(charts(text))
+    assert "figure-10" in charts(text)
     printed = capsys.readouterr().err
     assert all(title in printed for title in PARTS.values())

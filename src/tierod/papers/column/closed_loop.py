@@ -10,15 +10,12 @@ import numpy as np
 
 from tierod.core.block import Block, Scalar, Tree, rebuild, skeleton
 from tierod.core.graph import Result, scan
-from tierod.core.graph.maths import where
 from tierod.models.steering_column import ColumnOutput, ColumnParameters
 from tierod.models.two_inertia_column import without_gear
 from tierod.papers.column import swept_bench
-from tierod.papers.column.control.intervention import DriverIntervention, SteeringController, Takeover, noise_of
-from tierod.papers.column.control.margins import Reading, read_estimate
 from tierod.papers.column.control.position_control import ObservedColumn, PositionControl
-from tierod.papers.column.control.reference import Reference, Step, Sweep
-from tierod.proving_ground.cars.column_bench import Acting, Arms, BenchPorts, BenchSignals, BenchState, ColumnBench
+from tierod.papers.column.control.reference import Reference, Sweep
+from tierod.proving_ground.cars.column_bench import Acting, BenchPorts, BenchSignals, BenchState, ColumnBench
 from tierod.proving_ground.parts import NO_FAULT
 from tierod.vehicles import load
 
@@ -29,37 +26,28 @@ NOISE = ColumnOutput(**swept_bench.NOISE)
 """Standard deviations of the sensor noise: both angles [rad], torque of the torsion bar [N m]."""
 
 REQUEST = 1.5
-"""Time of the request for control, after the warm-up of the observer and the quiet time of the hands [s]."""
+"""Time from which control is enabled, after the warm-up of the observer [s]."""
 
 BEGIN = 2.0
 """Time at which the reference begins to move, with control fully engaged [s]."""
 
 
 class Outside(NamedTuple):
-    """External inputs: the reference, noise of the sensors, the driver.
-
-    Args:
-        reference: reference of the output shaft
-        request: whether control is requested (1.0 or 0.0)
-        noise: noise of the sensors
-        grip: grip of hands that hold the wheel at the angle at which they took it, 0 to 1
-    """
+    """External inputs: reference of the output shaft, whether control is enabled (1.0 or 0.0), noise of the sensors."""
 
     reference: Reference
-    request: Annotated[float, ""]
+    enabled: Annotated[float, ""]
     noise: ColumnOutput
-    grip: Annotated[float, ""]
 
 
 class LoopState(NamedTuple):
-    """States of plant, observer and controller, motor torque of this and the last sample, angle held by the hands."""
+    """States of plant, observer and control, motor torque of this and the last sample."""
 
     plant: BenchState
     observer: Tree
-    controller: SteeringController.State
+    control: PositionControl.State
     acting: Scalar
     acted: Scalar
-    held: Scalar
 
 
 class LoopSignals(NamedTuple):
@@ -69,95 +57,79 @@ class LoopSignals(NamedTuple):
     measured: ColumnOutput
     observed: ObservedColumn
     hand_torque: Annotated[float, "N*m"]
-    controller: SteeringController.Output
+    control: PositionControl.Output
+
+
+def read_estimate(estimate: Tree) -> tuple[ObservedColumn, Scalar]:
+    """State and hand torque from an estimate, or from its mean, by the names of its fields."""
+    named: Tree = getattr(estimate, "mean", estimate)
+    motor_angle = named.motor_angle if hasattr(named, "motor_angle") else named.motor_angle_mechanical
+    column = ObservedColumn(
+        named.steering_wheel_rate, named.motor_speed, named.steering_wheel_angle, motor_angle, named.disturbance_torque
+    )
+    return column, named.hand_torque
 
 
 @dataclass(frozen=True)
 class ClosedLoop:
-    """Plant, sensors, observer and controller at 1 kHz.
+    """Plant, sensors, observer and control at 1 kHz.
 
-    The torque that the controller computes from the measurements of one sample acts from the next sample on; the
+    The torque that the control computes from the measurements of one sample acts from the next sample on; the
     observer receives the torque that acted until its sample.
 
     Args:
         bench: the plant
         observer: block whose sample is the motor torque and the measurements
-        controller: controller that acts on the estimates of the observer
-        read: function that extracts the observed column and the hand torque from the output of the observer
+        control: position control that acts on the estimates of the observer
     """
 
     bench: ColumnBench
     observer: Block
-    controller: SteeringController
-    read: Reading = read_estimate
+    control: PositionControl
 
     Sample = Outside
 
     def init(self) -> LoopState:
         """State at rest, control off."""
-        return LoopState(self.bench.init(), self.observer.init(), self.controller.init(), 0.0, 0.0, 0.0)
+        return LoopState(self.bench.init(), self.observer.init(), self.control.init(), 0.0, 0.0)
 
     def step(self, state: LoopState, sample: Outside) -> tuple[LoopState, LoopSignals]:
         """Advance by one sample; the output belongs to the instant of the sample."""
-        # Hands hold the wheel at the angle of the last sample without grip.
-        held = where(sample.grip > 0.0, state.held, state.plant.motion.wheel_angle)
-        acting = Acting(state.acting, 0.0, 0.0, 0.0, sample.grip, held, 0.0, BenchPorts(NO_FAULT))
+        acting = Acting(state.acting, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, BenchPorts(NO_FAULT))
         plant, signals = self.bench.step(state.plant, acting)
         measured = ColumnOutput(*(getattr(signals, name) + noise for name, noise in sample.noise._asdict().items()))
         given = rebuild(skeleton(self.observer.Sample), [state.acted, *measured])
         observer, estimate = self.observer.step(state.observer, given)
-        observed, hands = self.read(estimate)
-        asked = SteeringController.Sample(observed, hands, sample.reference, sample.request)
-        controller, output = self.controller.step(state.controller, asked)
-        after = LoopState(plant, observer, controller, output.control.motor_torque, state.acting, held)
+        observed, hands = read_estimate(estimate)
+        asked = PositionControl.Sample(observed, sample.reference, sample.enabled)
+        control, output = self.control.step(state.control, asked)
+        after = LoopState(plant, observer, control, output.motor_torque, state.acting)
         return after, LoopSignals(signals, measured, observed, hands, output)
 
 
 class Belief(NamedTuple):
-    """Parameters of the column as observer and controller assume them; those of the plant may differ.
+    """Parameters of the column as observer and control assume them; those of the plant may differ.
 
     Args:
         column: parameters of the column
         friction: dry friction at the motor [N m]
-        inertia_uncertainty: twice the standard deviation of the inertia of the steering wheel [kg m^2]
     """
 
     column: ColumnParameters
     friction: float
-    inertia_uncertainty: float
 
 
 def belief(vehicle: str = "column-bench") -> Belief:
     """Assumed parameters from a vehicle file."""
     known = load(vehicle)
-    uncertain = 2.0 * (known.parameters["steering_wheel_inertia"].standard_deviation or 0.0)
-    return Belief(known.parameters_for(ColumnParameters), known["motor_friction"], uncertain)
-
-
-def intervention(known: Belief, observer: Block, takeover: Takeover | None = None) -> DriverIntervention:
-    """Design the driver detection for the noise of an observer on this bench at rest."""
-    seconds = 100.0
-    still = np.column_stack([np.zeros(round(seconds / SAMPLE_TIME)), _noise(round(seconds / SAMPLE_TIME), 77)])
-    result = scan(observer, still)
-    # The first 5 s are warm-up of the observer.
-    found = noise_of(result["hand_torque"][round(5.0 / SAMPLE_TIME) :])
-    return DriverIntervention.design(found, SAMPLE_TIME, takeover, known.inertia_uncertainty)
+    return Belief(known.parameters_for(ColumnParameters), known["motor_friction"])
 
 
 def loop_of(observer: Block, known: Belief) -> ClosedLoop:
     """The closed loop with an observer, and with feed-forward of friction."""
     column, stiffness = without_gear(known.column), known.column.torsion_bar_stiffness
     position = PositionControl.design(column, stiffness, SAMPLE_TIME, friction=known.friction)
-    return ClosedLoop(ColumnBench(), observer, SteeringController(position, intervention(known, observer)))
-
-
-def holding(stiffness: float) -> ColumnBench:
-    """The bench with arms that hold the wheel at the angle at which they took it.
-
-    Args:
-        stiffness: stiffness of the arms [N m/rad]; 10 is a light hold, 30 a firm one, 100 two hands and stiff arms
-    """
-    return ColumnBench(arms=Arms(stiffness=stiffness))
+    return ClosedLoop(ColumnBench(), observer, position)
 
 
 class Run(NamedTuple):
@@ -168,34 +140,20 @@ class Run(NamedTuple):
     signals: Result
 
 
-def run(
-    loop: ClosedLoop,
-    source: Sweep | Step,
-    seconds: float,
-    seed: int = 0,
-    grip: float = math.inf,
-    request_end: float = math.inf,
-) -> Run:
+def run(loop: ClosedLoop, source: Sweep, seconds: float, seed: int = 0) -> Run:
     """Simulate the loop with a reference that begins at `BEGIN`.
 
     Args:
-        loop: plant, observer and controller
+        loop: plant, observer and control
         source: reference, with its time counted from `BEGIN`
         seconds: duration of the whole run [s]
         seed: seed of the sensor noise
-        grip: time at which hands take the wheel [s]
-        request_end: time at which the request for control ends [s]
     """
     time = np.arange(round(seconds / SAMPLE_TIME)) * SAMPLE_TIME
     reference = source.at(np.maximum(time - BEGIN, 0.0))
-    request = ((time >= REQUEST) & (time < request_end)).astype(float)
-    gripped = np.clip((time - grip) / GRIPPING, 0.0, 1.0)
-    rows = np.column_stack([*reference, request, _noise(len(time), seed), gripped])
+    enabled = (time >= REQUEST).astype(float)
+    rows = np.column_stack([*reference, enabled, _noise(len(time), seed)])
     return Run(time, reference, scan(loop, rows))
-
-
-GRIPPING = 0.03
-"""Time in which hands close round the wheel [s]."""
 
 
 def _noise(count: int, seed: int) -> np.ndarray:
@@ -208,13 +166,11 @@ class Followed(NamedTuple):
     Args:
         rms, largest: root mean square and largest error [deg]
         phase: phase of the angle against the reference, negative for a lag [deg]; NaN where no frequency was given
-        found: number of detections of a driver
     """
 
     rms: float
     largest: float
     phase: float
-    found: int
 
 
 def error(done: Run) -> np.ndarray:
@@ -238,8 +194,7 @@ def followed(done: Run, after: float, until: float = math.inf, frequency: float 
         turning = np.exp(-2j * math.pi * frequency * done.time[chosen])
         shaft = done.signals["plant.truth_gear_angle"][chosen] @ turning
         phase = math.degrees(np.angle(shaft / (done.reference.angle[chosen] @ turning)))
-    found = int(done.signals["controller.driver.found"].sum())
-    return Followed(float(np.sqrt(np.mean(wrong**2))), float(np.abs(wrong).max()), phase, found)
+    return Followed(float(np.sqrt(np.mean(wrong**2))), float(np.abs(wrong).max()), phase)
 
 
 def sine(loop: ClosedLoop, frequency: float, seed: int = 0, quick: bool = False) -> Followed:

@@ -1,4 +1,4 @@
-"""Three columns with the eigenvalues of Raffone's Table 3 to all ten digits, and benches that scatter about one.
+"""Three columns with the eigenvalues of Raffone's Table 3 to all ten digits.
 
 The table fixes five numbers and the model has eight parameters, so that torsion bar, ratio and inertia of the wheel
 are free. S1 has a typical torsion bar of 2.4 N m per degree and is shipped as `column-bench`; S3 has a softer one.
@@ -7,7 +7,6 @@ are free. S1 has a typical torsion bar of 2.4 N m per degree and is shipped as `
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -125,24 +124,7 @@ SCATTERED = (
     "motor_inertia",
     "motor_damping",
 )
-"""Scattered parameters of the bench; its friction scatters too for control, the torque sensor gain for the hands."""
-
-
-def scattered(deviation: float, seed: int) -> ColumnBench:
-    """Draw a bench whose parameters differ independently from the nominal ones.
-
-    Args:
-        deviation: relative standard deviation
-        seed: seed of the draw
-    """
-    bench = ColumnBench()
-    factors = 1.0 + deviation * np.random.default_rng([seed, 53]).normal(size=len(SCATTERED) + 1)
-    off = {name: float(getattr(bench, name) * factor) for name, factor in zip(SCATTERED, factors, strict=False)}
-    return replace(
-        bench,
-        friction=replace(bench.friction, level=float(bench.friction.level * factors[-1])),
-        **off,  # type: ignore[arg-type]  # all of these fields are floats
-    )
+"""Parameters of the bench that are made wrong for the observer of the hands, with the gain of its torque sensor."""
 
 
 def bench_of(p: ColumnParameters) -> ColumnBench:

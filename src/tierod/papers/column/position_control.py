@@ -9,7 +9,7 @@ import numpy as np
 from tierod.core.content import Chart, Heading, Item, Lines, Panel
 from tierod.core.graph import scan
 from tierod.experiments.effort import Effort
-from tierod.papers.column import robustness, takeover, tracking
+from tierod.papers.column import tracking
 from tierod.papers.column.closed_loop import BEGIN, SAMPLE_TIME, ClosedLoop, Run, belief, sweep
 
 TEXT = (
@@ -20,23 +20,17 @@ TEXT = (
     "The plant is the simulated bench with its gear and Dahl friction; noise of 0.05° and 0.2° on the angles of "
     "steering wheel and motor, 0.02 N·m on the torsion bar. The angle that counts is that of the gear, which no sensor "
     "measures. Where nothing else is said, the observer is the paper's mechanical reduction.",
-    "A driver who takes the wheel ends control: a cumulative sum of the observed torque of the hands above 0.75 N·m, "
-    "whose threshold finds 1 N·m in the estimate within 30 ms. The torque is let go within 100 ms. Control comes back "
-    "when it is asked for anew and the hands have been still for a second.",
 )
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Items of section 6 of the paper and figure 10, then robustness and takeover by a driver."""
+    """Items of section 6 of the paper and figure 10."""
     loops = {name: tracking.loop_with(name) for name in tracking.observers(belief())}
     chosen = loops[tracking.CHOSEN]
     yield Heading("Position control", TEXT)
     yield from tracking.items(loops, effort)
     shown = {name: loops[name] for name in tracking.PRINTED}
     yield chart(sweep(chosen, 1, effort.quick)[0], shown)
-    yield from robustness.items(chosen, effort)
-    yield Heading("A driver takes the wheel")
-    yield from takeover.items(loops, effort)
 
 
 EVERY = 10
@@ -57,7 +51,7 @@ def chart(done: Run, loops: Mapping[str, ClosedLoop]) -> Chart:
         "figure-10",
         "Figure 10 anew",
         "The sweep of the output shaft, 30° from 0.1 to 3 Hz, on the simulated bench. Differences are averaged over "
-        f"{WINDOW} ms without delay, afterwards; the filtered and estimated curves are what the controller had.",
+        f"{WINDOW} ms without delay, afterwards; the filtered and estimated curves are what the control had.",
         "Six graphs of the sweep. Reference and shaft lie on each other; estimated curves lie on those from "
         "differences; the observers see torques of hands of some tenths of a newton metre where there are none.",
         tuple(Panel(title, "time in s", unit, marks) for (title, unit), marks in _marks(done, loops).items()),
@@ -66,7 +60,7 @@ def chart(done: Run, loops: Mapping[str, ClosedLoop]) -> Chart:
 
 def _marks(done: Run, loops: Mapping[str, ClosedLoop]) -> dict[tuple[str, str], tuple[Lines, ...]]:
     """Curves by title and unit of the graph."""
-    signals, ratio = done.signals, next(iter(loops.values())).controller.position.column.motor_ratio
+    signals, ratio = done.signals, next(iter(loops.values())).control.column.motor_ratio
     wheel, motor = signals["measured.steering_wheel_angle"], signals["measured.motor_angle_mechanical"] / ratio
 
     def curve(name: str, values: np.ndarray, dashed: bool = False) -> Lines:

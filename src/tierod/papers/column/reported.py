@@ -27,7 +27,6 @@ BY_INSTRUMENTS, BY_LIKELIHOOD, FITS = (
     "identified under other conditions",
 )
 HANDS, COMPARED, FAR_OFF, STILL = "hands", "hands, thresholds compared", "hands, parameters far off", "still hands"
-SWEEPS, GRIPS, SCATTERED = "controlled sweeps", "drivers who take the wheel", "columns that differ"
 
 SEEDS = ReportedSeeds(
     _judged,
@@ -35,12 +34,9 @@ SEEDS = ReportedSeeds(
         NATURAL: 5,
         BENCH: 11,
         SENSITIVITY: 19,
-        SWEEPS: 40,
         FREQUENCY: 60,
         MODEL: 70,
-        GRIPS: 100,
         FITS: 200,
-        SCATTERED: 1000,
         HANDS: 2000,
         COMPARED: 3000,
         FAR_OFF: 4000,

@@ -1,1 +1,1 @@
-"""Position control of the column: controller design, control blocks, stability margins and references."""
+"""Position control of the column: design of the control, its block and references."""
