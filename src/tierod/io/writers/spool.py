@@ -82,6 +82,10 @@ class SpooledGroup:
         """The samples of every channel from `begin` up to `end`."""
         return [column.part(begin, end) for column in self._values]
 
+    def column(self, place: int) -> np.ndarray:
+        """All samples of the channel at a place."""
+        return self._values[place].part(0, self.count)
+
     def rows(self) -> Iterator[tuple[np.ndarray, list[np.ndarray]]]:
         """(time [s], values of every channel), some rows at a time; one empty pair without rows."""
         for begin in range(0, max(self.count, 1), ROWS):
