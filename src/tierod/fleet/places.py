@@ -52,6 +52,11 @@ class Place:
             self._opened.append(storage_of(self.root))
         return self._opened[0]
 
+    def _address(self, path: str = "") -> str:
+        """A path in the folder as the storage names it."""
+        base = str(self.storage._strip_protocol(self.root))
+        return posixpath.join(base, path) if path else base
+
     def shown(self, path: str = "") -> str:
         """A path in the folder as messages name it."""
         return posixpath.join(self.root, path) if path else self.root
@@ -66,9 +71,9 @@ class Place:
             top = Path(self.root)
             found = (path.relative_to(top).as_posix() for path in (top / folder).rglob(f"*{ending}"))
         else:
-            base = _bare(self.root)
             with answering(self.root):
-                names = self.storage.find(posixpath.join(base, folder))
+                base = self._address()
+                names = self.storage.find(self._address(folder))
             found = (name[len(base) + 1 :] for name in names if name.endswith(ending))
         return sorted(path for path in found if not posixpath.basename(path).startswith("."))
 
@@ -81,7 +86,7 @@ class Place:
         if self.local:
             return os.path.exists(os.path.join(self.root, path))
         with answering(self.root):
-            return bool(self.storage.exists(posixpath.join(_bare(self.root), path)))
+            return bool(self.storage.exists(self._address(path)))
 
     @contextmanager
     def open(self, path: str) -> Iterator[IO[bytes]]:
@@ -94,7 +99,7 @@ class Place:
             with open(os.path.join(self.root, path), "rb") as file:
                 yield file
         else:
-            with self.storage.open(posixpath.join(_bare(self.root), path), "rb") as file:
+            with self.storage.open(self._address(path), "rb") as file:
                 yield file
 
     def read(self, path: str) -> bytes:
@@ -121,7 +126,7 @@ class Place:
             if self.local:
                 _write_local(Path(self.root, path), content, sync)
             else:
-                self.storage.pipe_file(posixpath.join(_bare(self.root), path), content)
+                self.storage.pipe_file(self._address(path), content)
         except Exception as error:
             if not isinstance(error, OSError) and not of_storage(error):
                 raise
@@ -136,7 +141,7 @@ class Place:
             if self.local:
                 os.unlink(os.path.join(self.root, path))
             else:
-                self.storage.rm_file(posixpath.join(_bare(self.root), path))
+                self.storage.rm_file(self._address(path))
 
 
 @contextmanager
@@ -204,10 +209,6 @@ def reason_of(error: BaseException) -> str:
 def of_storage(error: BaseException) -> bool:
     """Whether an error comes from the library of a storage, which may have error classes of its own."""
     return type(error).__module__.split(".")[0] in ("aiohttp", "botocore", "aiobotocore", "s3fs", "fsspec")
-
-
-def _bare(address: str) -> str:
-    return address.partition("://")[2]
 
 
 def _write_local(path: Path, content: bytes, sync: bool) -> None:

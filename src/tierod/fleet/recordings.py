@@ -93,12 +93,13 @@ def _looked_at(path: str) -> Found:
 
 
 def _elsewhere(given: str) -> Iterator[Found]:
-    protocol, _, bare = given.partition("://")
+    protocol = protocol_of(given)
     with answering(given):
         storage = storage_of(given)
+        bare = str(storage._strip_protocol(given))
         # fsspec caches listings: files added since an earlier call in this process would be missed.
         storage.invalidate_cache()
-        base = folder_of(bare) if is_pattern(bare) else bare.rstrip("/")
+        base = folder_of(bare) if is_pattern(bare) else bare
         listed: dict[str, Any] = storage.find(base, detail=True)
     wanted = text_of(bare) if is_pattern(bare) else ""
     for name, about in listed.items():
