@@ -85,14 +85,6 @@ def test_live_refuses_the_fault_memory_of_another_car(tmp_path, capsys):
     refused(capsys, ["live", *BUS, *car, "--memory", tmp_path / "car.json"], "another-car", "midsize-eps")
 
 
-def test_live_refuses_identifiers_of_results_that_messages_of_the_car_have(tmp_path, capsys):
-    path = database_file(tmp_path)
-    path.write_text(path.read_text().replace("BO_ 768 Never", f"BO_ {0x6E0} Never"))
-    car = ["--vehicle", "midsize-eps", "--dbc", path, "--send", "cli", "--results-dbc", tmp_path / "r.dbc"]
-    refused(capsys, ["live", *BUS, *car], "the databases have Never at 0x6E0; give --results-id 0x")
-    refused(capsys, ["live", *BUS, *car, "--results-id", "none"], "expected an identifier such as 0x6E0")
-
-
 def test_options_of_interfaces():
     from tierod.core.errors import ParameterError
     from tierod.live.options import interface_options

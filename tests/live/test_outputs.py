@@ -1,30 +1,22 @@
-"""What a drive gives beside its verdicts: an MCAP log, results on the bus, events for several readers."""
+"""What a drive gives beside its verdicts: an MCAP log, events for several readers."""
 
 import asyncio
 import json
-import math
 import threading
 
 import numpy as np
 import pytest
 
 from live_drives import DBC, START, database_file, driven, frames_of_drive, started
-from tierod.core.errors import InputError
-from tierod.core.findings import Status
 from tierod.core.recording import Channel
 from tierod.io.readers import read
 from tierod.io.readers.dbc import load_databases
 from tierod.live.agreement import disagreements
-from tierod.live.buses import Address
 from tierod.live.drive import Outputs
 from tierod.live.events import Events, line
-from tierod.live.frame import Frame
-from tierod.live.judge import Shown
 from tierod.live.log import FrameLog, is_unfinished
 from tierod.live.mcap_log import McapLog
-from tierod.live.results import Sender, database, layouts, payload
 
-can = pytest.importorskip("can")
 pytest.importorskip("cantools")
 mcap = pytest.importorskip("mcap")
 
@@ -84,48 +76,6 @@ def test_an_mcap_log_that_was_cut_off_can_be_read(tmp_path):
     (name,) = [each for each in found.channels if "yaw_rate" in each]
     assert len(found[name].time) > 5900 - 400
     np.testing.assert_allclose(found[name].values, np.sin(times[: len(found[name].time)]))
-
-
-def test_results_are_described_by_their_dbc(tmp_path):
-    monitors = [("friction", {"friction_torque": "N*m", "friction_torque_standard_deviation": "N*m"}), ("wiring", {})]
-    made = layouts(monitors)
-    (tmp_path / "results.dbc").write_text(database(made))
-    first, second = load_databases([tmp_path / "results.dbc"])
-    shown = Shown("friction", Status.FAULT, 12.34, "", {"friction_torque": 1.625})
-    decoded = first.decode(payload(made[0], shown))
-    assert decoded["status"] == "fault"
-    assert decoded["since"] == pytest.approx(12.34)
-    assert decoded["friction_torque"] == 1.625
-    assert first.signals[-1].unit == "N*m"
-    assert second.decode(payload(made[1], Shown("wiring", Status.NOT_READY, 0.0, "")))["status"] == "not ready"
-    unknown = Shown("friction", Status.NOT_READY, 0.0, "", {})
-    assert math.isnan(first.decode(payload(made[0], unknown))["friction_torque"])
-    with pytest.raises(InputError, match="do not fit into 11 bits"):
-        layouts(monitors, 0x7FF)
-
-
-def test_results_are_sent_ten_times_a_second(tmp_path):
-    shown = [Shown("friction", Status.HEALTHY, 0.0, "")]
-    with can.Bus(interface="virtual", channel="results") as bus:
-        sender = Sender(Address("virtual", "results"), tmp_path / "results.dbc")
-        for step in range(100):
-            sender.send(shown, 0.01 * step)
-        sender.close()
-        assert sender.sent == 10
-        assert bus.recv(1.0).arbitration_id == 0x6E0
-    assert "Tierod_friction" in (tmp_path / "results.dbc").read_text()
-
-
-def test_results_that_the_bus_gives_back_neither_keep_a_drive_going_nor_begin_one(tmp_path):
-    run, inbox, events = started(tmp_path, Outputs(silence=4.0))
-    run.own = {0x6E0}
-    frames = frames_of_drive(tmp_path, 4.0)
-    driven(run, inbox, frames)
-    for step in range(1, 80):
-        now = frames[-1].time + 0.1 * step
-        inbox.put(Frame(now, 0x6E0, 1, bytes(8)))
-        run.tick(now, now)
-    assert [each["event"] for each in events if each["event"] in ("begin", "end")] == ["begin", "end"]
 
 
 def test_several_readers_get_all_events_and_late_ones_the_newest_state():

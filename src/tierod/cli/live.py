@@ -11,10 +11,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
-    from tierod.live.buses import Address
     from tierod.live.drive import Drive
     from tierod.live.events import Hub, Socket
-    from tierod.live.results import Sender
 
 
 def live(
@@ -30,9 +28,6 @@ def live(
     ] = None,
     log: Annotated[Path | None, typer.Option(help="MF4 file to which every frame is logged.")] = None,
     mcap: Annotated[Path | None, typer.Option(help="MCAP file of signals, estimates and findings.")] = None,
-    send: Annotated[str | None, typer.Option(help="Channel of the interface to which results are sent.")] = None,
-    results_dbc: Annotated[Path | None, typer.Option(help="DBC file to write for the results.")] = None,
-    results_id: Annotated[str, typer.Option(help="Identifier of the first message of the results.")] = "0x6E0",
     memory: Annotated[Path | None, typer.Option(help="Fault memory; every drive is one operation cycle.")] = None,
     report: Annotated[Path | None, typer.Option(help="HTML page at the end of the drive.")] = None,
     checkpoint: Annotated[
@@ -62,17 +57,13 @@ def live(
 
     wanted = Wanted(
         vehicle, tuple(dbc or ()), channel_map, tuple(monitor or ()), log, mcap, report, checkpoint, memory, baselines,
-        period, silence, ignition, fd, bitrate, send, results_dbc, results_id,
+        period, silence, ignition, fd, bitrate,
     )  # fmt: skip
     refuse_unfit(wanted)
-    # One set of options more: the bus of the results gets the options that apply to all buses.
-    *options, further = interface_options(interface_option or [], len(channel) + 1)
+    options = interface_options(interface_option or [], len(channel))
     addresses = [Address(interface, each, bitrate, fd, own) for each, own in zip(channel, options, strict=True)]
     drive, hub = drive_of(wanted, addresses)
     with contextlib.ExitStack() as stack:
-        if send and results_dbc:
-            address = Address(interface, send, bitrate, fd, further)
-            stack.callback(_sender(drive, address, results_dbc, int(results_id, 0)).close)
         if websocket is not None:
             stack.callback(_socket(hub, websocket).close)
         stack.enter_context(quiet())
@@ -87,25 +78,6 @@ def _socket(hub: Hub, port: int) -> Socket:
     hub.add(socket)
     print(f"events: ws://127.0.0.1:{socket.port}", file=sys.stderr)
     return socket
-
-
-def _sender(drive: Drive, address: Address, path: Path, first: int) -> Sender:
-    """Start sending results to a bus, ten times a second while a drive is judged."""
-    from tierod.core.errors import TierodError
-    from tierod.live.results import Sender
-
-    sender = Sender(address, path, first)
-    drive.own = sender.identifiers
-
-    def look(now: float) -> None:
-        if drive.engine.tally.frames:
-            try:
-                sender.send(drive.engine.shown(), now)
-            except TierodError as error:
-                drive.once("results", str(error))
-
-    drive.looking.append(look)
-    return sender
 
 
 def _end_cleanly(drive: Drive) -> None:

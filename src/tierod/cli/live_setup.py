@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from tierod.live.drive import Drive
     from tierod.live.events import Hub
 
-ENDINGS = {"log": (".mf4",), "mcap": (".mcap",), "results_dbc": (".dbc",), "report": (".html", ".htm")}
+ENDINGS = {"log": (".mf4",), "mcap": (".mcap",), "report": (".html", ".htm")}
 """Permitted file endings by option; another ending would suggest another format."""
 
 
@@ -39,16 +39,13 @@ class Wanted:
     ignition: str
     fd: bool
     bitrate: int | None
-    send: str | None
-    results_dbc: Path | None
-    results_id: str
 
 
 def refuse_unfit(wanted: Wanted) -> None:
     """Refuse options whose errors can be detected without a bus.
 
     Raises:
-        ParameterError: a time, an identifier or a file ending is not valid
+        ParameterError: a time or a file ending is not valid
         InputError: the fault memory is damaged, or belongs to another vehicle
         OutputError: a file cannot be written
     """
@@ -61,16 +58,8 @@ def refuse_unfit(wanted: Wanted) -> None:
         if not value > 0.0:
             raise ParameterError(f"{name} needs a positive time, not {value:g} s")
     car = load(wanted.vehicle)
-    if (wanted.send is None) != (wanted.results_dbc is None):
-        raise ParameterError(
-            "--send and --results-dbc work only together: give both --send CHANNEL and --results-dbc FILE"
-        )
-    try:
-        int(wanted.results_id, 0)
-    except ValueError:
-        raise ParameterError(f"--results-id is '{wanted.results_id}'; expected an identifier such as 0x6E0") from None
     _refuse_endings(wanted)
-    targets = [wanted.log, wanted.mcap, wanted.results_dbc, wanted.report, wanted.checkpoint, wanted.memory]
+    targets = [wanted.log, wanted.mcap, wanted.report, wanted.checkpoint, wanted.memory]
     _refuse_what_cannot_be_written(targets, [*wanted.dbc, wanted.channel_map])
     if wanted.memory is not None:
         FaultMemory.opened(wanted.memory, car.name, load_trouble_codes())
@@ -82,10 +71,9 @@ def _refuse_endings(wanted: Wanted) -> None:
     for name, endings in ENDINGS.items():
         path: Path | None = getattr(wanted, name)
         if path is not None and path.suffix.lower() not in endings:
-            option = f"--{name.replace('_', '-')}"
             later = "; tierod convert writes other formats from it later" if name in ("log", "mcap") else ""
             raise ParameterError(
-                f"{option} writes {endings[0]}, not '{path.name}': name it {path.stem}{endings[0]}{later}"
+                f"--{name} writes {endings[0]}, not '{path.name}': name it {path.stem}{endings[0]}{later}"
             )
 
 
@@ -121,7 +109,6 @@ def drive_of(wanted: Wanted, addresses: Sequence[Address]) -> tuple[Drive, Hub]:
     from tierod.live.events import Hub
     from tierod.live.judge import Plan
     from tierod.live.receiving import receiver
-    from tierod.live.results import refuse_clash
     from tierod.live.traffic import Traffic
     from tierod.monitors.together import usual
     from tierod.vehicles import load
@@ -131,8 +118,6 @@ def drive_of(wanted: Wanted, addresses: Sequence[Address]) -> tuple[Drive, Hub]:
     paths, database = files.paths, files.database
     _refuse_unknown_ignition(wanted.ignition, database)
     names = wanted.monitors or [each.monitor for each in usual()]
-    if wanted.send:
-        refuse_clash(database, len(names), int(wanted.results_id, 0))
     plan = Plan(car, wanted.memory, wanted.baselines, command_line())
     hub, inbox = Hub(), queue.SimpleQueue[Any]()
     width = 64 if wanted.fd else 8

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Container, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from tierod.core.errors import TierodError
@@ -61,8 +61,7 @@ class Drive:
         pace: periods and waiting times of the engine
         origin: provenance printed on the report; None writes no report
 
-    The functions in `looking` are called after every tick with the computer's clock [s]. Frames with the identifiers
-    `own` were sent by this program, and many interfaces return them: they neither begin a drive nor prolong it.
+    The functions in `looking` are called after every tick with the computer's clock [s].
     """
 
     def __init__(
@@ -86,7 +85,6 @@ class Drive:
         self.statuses: list[Status] = []
         self.marks: list[float] = []
         self.looking: list[Callable[[float], None]] = []
-        self.own: Container[int] = ()
         self._origin = origin
         self._made: Callable[[], Engine] = lambda: Engine(
             database, channel_map, monitors, plan, hub.say, pace, ignition=outputs.ignition
@@ -169,10 +167,8 @@ class Drive:
         self.health.ticks += 1
         frames = received(self.inbox, self.health, self.hub)
         self.health.traffic.add(frames, now)
-        alive = any(each.identifier not in self.own for each in frames)
-        if alive:
+        if frames:
             self._came = now
-        if frames and (alive or self._running):
             if not self._running:
                 self._begin(frames[0], now, calendar)
             self.engine.take(frames, now, calendar)
