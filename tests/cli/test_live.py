@@ -66,7 +66,6 @@ def test_live_refuses_in_one_sentence(tmp_path, capsys):
     ("option", "name", "sentence"),
     [
         ("--log", "x.csv", "--log writes .mf4, not 'x.csv': name it x.mf4; tierod convert writes other formats"),
-        ("--mcap", "x.mf4", "--mcap writes .mcap, not 'x.mf4': name it x.mcap"),
         ("--report", "x.pdf", "--report writes .html, not 'x.pdf': name it x.html"),
     ],
 )

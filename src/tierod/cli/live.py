@@ -27,7 +27,6 @@ def live(
         list[str] | None, typer.Option(help="What to watch; every monitor that can run where not given.")
     ] = None,
     log: Annotated[Path | None, typer.Option(help="MF4 file to which every frame is logged.")] = None,
-    mcap: Annotated[Path | None, typer.Option(help="MCAP file of signals, estimates and findings.")] = None,
     memory: Annotated[Path | None, typer.Option(help="Fault memory; every drive is one operation cycle.")] = None,
     report: Annotated[Path | None, typer.Option(help="HTML page at the end of the drive.")] = None,
     checkpoint: Annotated[
@@ -56,7 +55,7 @@ def live(
     from tierod.live.quiet import quiet
 
     wanted = Wanted(
-        vehicle, tuple(dbc or ()), channel_map, tuple(monitor or ()), log, mcap, report, checkpoint, memory, baselines,
+        vehicle, tuple(dbc or ()), channel_map, tuple(monitor or ()), log, report, checkpoint, memory, baselines,
         period, silence, ignition, fd, bitrate,
     )  # fmt: skip
     refuse_unfit(wanted)

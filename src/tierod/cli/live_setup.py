@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from tierod.live.drive import Drive
     from tierod.live.events import Hub
 
-ENDINGS = {"log": (".mf4",), "mcap": (".mcap",), "report": (".html", ".htm")}
+ENDINGS = {"log": (".mf4",), "report": (".html", ".htm")}
 """Permitted file endings by option; another ending would suggest another format."""
 
 
@@ -29,7 +29,6 @@ class Wanted:
     channel_map: Path | None
     monitors: tuple[str, ...]
     log: Path | None
-    mcap: Path | None
     report: Path | None
     checkpoint: Path | None
     memory: Path | None
@@ -59,7 +58,7 @@ def refuse_unfit(wanted: Wanted) -> None:
             raise ParameterError(f"{name} needs a positive time, not {value:g} s")
     car = load(wanted.vehicle)
     _refuse_endings(wanted)
-    targets = [wanted.log, wanted.mcap, wanted.report, wanted.checkpoint, wanted.memory]
+    targets = [wanted.log, wanted.report, wanted.checkpoint, wanted.memory]
     _refuse_what_cannot_be_written(targets, [*wanted.dbc, wanted.channel_map])
     if wanted.memory is not None:
         FaultMemory.opened(wanted.memory, car.name, load_trouble_codes())
@@ -71,7 +70,7 @@ def _refuse_endings(wanted: Wanted) -> None:
     for name, endings in ENDINGS.items():
         path: Path | None = getattr(wanted, name)
         if path is not None and path.suffix.lower() not in endings:
-            later = "; tierod convert writes other formats from it later" if name in ("log", "mcap") else ""
+            later = "; tierod convert writes other formats from it later" if name == "log" else ""
             raise ParameterError(
                 f"--{name} writes {endings[0]}, not '{path.name}': name it {path.stem}{endings[0]}{later}"
             )
@@ -121,9 +120,7 @@ def drive_of(wanted: Wanted, addresses: Sequence[Address]) -> tuple[Drive, Hub]:
     plan = Plan(car, wanted.memory, wanted.baselines, command_line())
     hub, inbox = Hub(), queue.SimpleQueue[Any]()
     width = 64 if wanted.fd else 8
-    outputs = Outputs(
-        wanted.log, wanted.report, wanted.checkpoint, 5.0, wanted.silence, wanted.ignition, width, wanted.mcap
-    )
+    outputs = Outputs(wanted.log, wanted.report, wanted.checkpoint, 5.0, wanted.silence, wanted.ignition, width)
     receivers = [receiver(number, each, inbox) for number, each in enumerate(addresses, 1)]
     if len(paths) > 1 and (text := disagreements({path: load_databases([path]) for path in paths})):
         print(f"tierod: {text}", file=sys.stderr)

@@ -273,6 +273,5 @@ class Drive:
         Closing(self.plan, report, self.logs.path, self._origin, self.hub).write(engine, finished)
         if checkpoints is not None:
             guarded(self.hub, lambda: checkpoints.store_end(engine.judges))
-        self.logs.end()
         self.drives += 1
         self.engine = self._made()

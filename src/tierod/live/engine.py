@@ -108,8 +108,7 @@ class Engine:
         log: log of the frames; None for none
         ignition: column of the databases ("Message.Signal") whose zero ends the drive; "" for none
 
-    `heard` is called with the frames on arrival, with times of the drive. `tap`, if set, is called with the channels of
-    every piece.
+    `heard` is called with the frames on arrival, with times of the drive.
     """
 
     def __init__(
@@ -135,7 +134,6 @@ class Engine:
         self._waiting: list[Frame] = []
         self._ignition_on = False
         self.ticks = Ticks(pace.wait)
-        self.tap: Callable[[Sequence[Channel]], None] | None = None
         self._until = -np.inf
         self._first = np.inf
         self._newest: dict[str, float] = {}
@@ -247,8 +245,6 @@ class Engine:
             judge.reason = str(error)
             return
         self._follow(channels, cut)
-        if self.tap is not None:
-            self.tap(channels)
         whole = joined(stream.rest, Recording({channel.name: channel for channel in channels}))
         if not any(len(channel.time) for channel in whole.channels.values()):
             return

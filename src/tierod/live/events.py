@@ -47,11 +47,6 @@ class Hub:
         """Add a listener, which receives every event from now on as one line of JSON."""
         self._listeners.append(listener)
 
-    def remove(self, listener: Callable[[str], None]) -> None:
-        """Remove a listener."""
-        if listener in self._listeners:
-            self._listeners.remove(listener)
-
     def say(self, kind: str, content: Mapping[str, Any]) -> None:
         """Send an event to all listeners."""
         text = line(kind, content)

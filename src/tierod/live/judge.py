@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -89,7 +89,6 @@ class _Newest:
         self.values: dict[str, float] = {}
         self.history: dict[str, tuple[float, ...]] = {}
         self.enabled = math.nan
-        self.tap: Callable[[np.ndarray, Mapping[str, np.ndarray]], None] | None = None
 
     def add(self, time: np.ndarray, shown: Mapping[str, np.ndarray]) -> None:
         if not len(time):
@@ -102,8 +101,6 @@ class _Newest:
         }
         if "enabled" in shown:
             self.enabled = float(np.mean(shown["enabled"]))
-        if self.tap is not None:
-            self.tap(time, shown)
 
 
 class Judge:
@@ -241,15 +238,6 @@ class Judge:
             if self.ticker.status is not None:
                 status, since = self.ticker.status.status, self.ticker.status.time
         return Shown(self.name, status, since, "", values, dict(own), self._newest.enabled, history, ticking)
-
-    def tap(self, take: Callable[[np.ndarray, Mapping[str, np.ndarray]], None]) -> None:
-        """Pass every sample judged from now on to a function: time [s], signals and estimates by name, (n,) each."""
-        self._newest.tap = take
-
-    @property
-    def units(self) -> Mapping[str, str]:
-        """Units of its estimates, by name; empty before it runs."""
-        return {} if self.run is None else self.run.session.traces
 
     def go_on(self, memory: Memory) -> None:
         """Continue from the block state of an earlier session, which replaces the state reached in this one."""

@@ -10,10 +10,8 @@ from typing import Annotated
 from tierod.core.errors import TierodError
 from tierod.live.engine import Engine
 from tierod.live.events import Hub
-from tierod.live.findings import Findings
 from tierod.live.judge import Plan
 from tierod.live.log import FrameLog, is_unfinished
-from tierod.live.mcap_log import McapLog
 
 
 @dataclass(frozen=True)
@@ -28,7 +26,6 @@ class Outputs:
         silence: time without a frame after which the drive has ended; infinite for a single drive
         ignition: column of the databases ("Message.Signal") whose zero ends the drive; "" for none
         width: bytes of a payload in the log
-        mcap: MCAP file of signals, estimates and findings
     """
 
     log: Path | None = None
@@ -38,11 +35,10 @@ class Outputs:
     silence: Annotated[float, "s"] = 30.0
     ignition: str = ""
     width: int = 8
-    mcap: Path | None = None
 
 
 class Logs:
-    """Opens and closes the logs of successive drives, each under a name of its own.
+    """Opens the logs of successive drives, each under a name of its own.
 
     Args:
         outputs: paths of the first drive
@@ -55,7 +51,6 @@ class Logs:
         self.path: Path | None = None
         self.concluded: Path | None = None
         """Log of an interrupted drive that has been concluded at the start of this session."""
-        self._mcap: Findings | None = None
 
     def begin(self, engine: Engine, drives: int, goes_on: bool) -> None:
         """Open the logs of a drive, once the origin of its clock is set.
@@ -72,19 +67,6 @@ class Logs:
                 engine.log = FrameLog(path, engine.clock.origin, self._outputs.width, comment)
             except TierodError as error:
                 self._hub.say("problem", {"text": f"{error}; monitoring goes on without a log"})
-        if self._outputs.mcap is not None:
-            guarded(self._hub, lambda: self._open_mcap(engine, drives, goes_on))
-
-    def _open_mcap(self, engine: Engine, drives: int, goes_on: bool) -> None:
-        path = self._free(self._outputs.mcap, drives, goes_on)
-        assert path is not None
-        self._mcap = Findings(McapLog(path, engine.clock.origin), engine, self._hub)
-
-    def end(self) -> None:
-        """Close the MCAP log, which the engine does not close."""
-        if self._mcap is not None:
-            guarded(self._hub, self._mcap.close)
-            self._mcap = None
 
     def _free(self, path: Path | None, drives: int, goes_on: bool) -> Path | None:
         """Path of this drive's log: the next free name, as an existing file may be all that a killed session left."""
