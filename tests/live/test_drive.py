@@ -7,7 +7,6 @@ import signal
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -332,25 +331,6 @@ def test_the_fault_memory_of_another_car_does_not_keep_from_judging(tmp_path):
     problems = [each["text"] for each in events if each["event"] == "problem"]
     assert len([each for each in problems if "monitoring goes on without the fault memory" in each]) == 1
     assert next(each for each in events if each["event"] == "end")["verdicts"]["friction"]
-
-
-@pytest.mark.parametrize("good", [True, False])
-def test_a_report_of_the_drive_so_far_is_said_when_it_is_there_or_failed(tmp_path, good):
-    drive, inbox, events = started(tmp_path, Outputs(log=tmp_path / "log.mf4"))
-    drive.interim.make()
-    assert "start with --log" in events[-1]["text"]
-    driven(drive, inbox, frames_of_drive(tmp_path, 8.0))
-    monitor = "friction" if good else "fricton"  # refused at once
-    drive.interim.words = ["--vehicle", "midsize-eps", "--monitor", monitor, "--dbc", str(tmp_path / "car.dbc")]
-    drive.interim.make()
-    drive.interim.make()
-    assert "is being made" in events[-1]["text"]
-    drive.interim.look(wait=True)
-    if good:
-        assert events[-1]["event"] == "report"
-        assert Path(events[-1]["path"]).exists()
-    else:
-        assert "was not made: there is no monitor 'fricton'" in events[-1]["text"]
 
 
 def test_the_view_and_the_state_say_how_late_a_verdict_may_be(tmp_path):

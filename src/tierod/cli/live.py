@@ -137,7 +137,5 @@ def _press(drive: Drive, key: str) -> None:
         drive.mark()
     elif key == "p":
         drive.paused = not drive.paused
-    elif key == "r":
-        drive.interim.make()
     elif key == "q":
         drive.ended = True

@@ -117,7 +117,10 @@ def drive_of(wanted: Wanted, addresses: Sequence[Address]) -> tuple[Drive, Hub]:
     paths, database = files.paths, files.database
     _refuse_unknown_ignition(wanted.ignition, database)
     names = wanted.monitors or [each.monitor for each in usual()]
-    plan = Plan(car, wanted.memory, wanted.baselines, command_line())
+    databases = (word for path in paths for word in ("--dbc", str(path)))
+    mapped = ("--map", str(files.map_named)) if files.map_named else ()
+    reading = ("--vehicle", wanted.vehicle, "--monitor", "all", *databases, *mapped)
+    plan = Plan(car, wanted.memory, wanted.baselines, command_line(), reading)
     hub, inbox = Hub(), queue.SimpleQueue[Any]()
     width = 64 if wanted.fd else 8
     outputs = Outputs(wanted.log, wanted.report, wanted.checkpoint, 5.0, wanted.silence, wanted.ignition, width)
@@ -127,9 +130,6 @@ def drive_of(wanted: Wanted, addresses: Sequence[Address]) -> tuple[Drive, Hub]:
     pace = Pace(period=wanted.period)
     drive = Drive(receivers, inbox, database, files.channel_map, names, plan, outputs, hub, pace, origin)
     drive.health.traffic = Traffic(wanted.bitrate)
-    mapped = ["--map", str(files.map_named)] if files.map_named else []
-    databases = [word for path in paths for word in ("--dbc", str(path))]
-    drive.interim.words = ["--vehicle", wanted.vehicle, "--monitor", "all", *databases, *mapped]
     return drive, hub
 
 

@@ -17,7 +17,6 @@ from tierod.live.engine import PACE, Engine, Pace
 from tierod.live.events import Hub
 from tierod.live.frame import Frame
 from tierod.live.health import Health, received
-from tierod.live.interim import Interim
 from tierod.live.judge import Plan
 from tierod.live.judging import Judging
 from tierod.live.outputs import Logs, Outputs, guarded, numbered
@@ -92,7 +91,6 @@ class Drive:
         self.engine = self._made()
         self._came = self._checked = self._begun = self._stated = time.monotonic()
         self._watching = Watching(hub)
-        self.interim = Interim(hub)
         self._running = self._goes_on = self._prepared = False
         self.logs = Logs(outputs, plan, hub)
         self._databases = databases_digest(database, channel_map)
@@ -148,7 +146,6 @@ class Drive:
             self._judging.close()
             if self._checkpoints is not None:
                 self._checkpoints.close()
-            self.interim.close()
         return self.exit_code
 
     @property
@@ -181,9 +178,6 @@ class Drive:
         if self._running and now - self._stated >= STATED:
             self._stated = now
             self.hub.say("state", self.state())
-        self.interim.log = self.engine.log.path if self.engine.log is not None else None
-        self.interim.time = self.engine.clock.latest
-        self.interim.look()
 
     def _silent_sentence(self) -> str:
         if self.health.notices["error frame"] > 10 and not self._running:

@@ -47,12 +47,14 @@ class Plan:
         memory: file of the fault memory; None for none
         baselines: folder with the baseline of each monitor, as NAME.json; None for none
         command: the command line
+        reading: options with which `tierod diagnose` reads a log of the drive
     """
 
     vehicle: Vehicle
     memory: Path | None = None
     baselines: Path | None = None
     command: str = ""
+    reading: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

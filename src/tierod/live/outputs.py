@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -84,9 +85,10 @@ class Logs:
             return f"{before} exists already and holds the drive up to the restart; it continues in {found}"
         text = f"{before} exists already; this drive is written to {found}"
         known = self.concluded is not None and before.absolute() == self.concluded.absolute()
-        if is_unfinished(before) and self._plan.memory is not None and not known:
-            words = f"tierod diagnose {before} --vehicle {self._plan.vehicle.name} --memory {self._plan.memory}"
-            text += f". Its drive was cut off and is not in the fault memory: {words} takes it there"
+        if is_unfinished(before) and not known:
+            text += f". Its drive was cut off: {shlex.join(['tierod', 'diagnose', str(before), *self._plan.reading])}"
+            if self._plan.memory is not None:
+                text += "; with --monitor NAME --memory FILE in place of --monitor all the fault memory takes it"
         return text
 
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from tierod.live.drive import Drive
     from tierod.live.judge import Shown
 
-KEYS = "m mark   p pause   r report now   q end"
+KEYS = "m mark   p pause   q end"
 
 OLDEST_SHOWN = 4
 """Number of signals whose age is shown, the oldest first."""
