@@ -79,17 +79,6 @@ def drive(seconds: float = 12.0) -> Recording:
     return Recording(made, {"origin": START})
 
 
-def simulated_frames(folder: Path, scenario: str, seconds: float, seed: int) -> list[Frame]:
-    """The frames of a drive of a virtual car, by the calendar."""
-    import tierod
-    from tierod.io.writers import write
-    from tierod.live.encoding import encoded
-
-    write(tierod.simulate(scenario, seconds=seconds, seed=seed).recording, folder / "simulated.parquet")
-    found = encoded(folder / "simulated.parquet", messages(folder), None)
-    return [frame._replace(time=START + 0.25 + frame.time) for frame in found]
-
-
 def frames_of_drive(folder: Path, seconds: float = 12.0) -> list[Frame]:
     """The frames of that drive, by the calendar."""
     from tierod.io.writers import write

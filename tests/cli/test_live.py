@@ -58,7 +58,7 @@ def test_live_refuses_in_one_sentence(tmp_path, capsys):
     refused(capsys, ["live", *BUS, *car, *dbc, "--period", "0"], "--period needs a positive time")
     refused(capsys, ["live", *BUS, *car, *dbc, "--monitor", "frictoin"], "did you mean 'friction'")
     refused(capsys, ["live", *BUS, *car, *dbc, "--log", tmp_path / "no" / "x.mf4"], "there is no folder")
-    same = ["--log", tmp_path / "x.mf4", "--checkpoint", tmp_path / "x.mf4"]
+    same = ["--log", tmp_path / "x.mf4", "--memory", tmp_path / "x.mf4"]
     refused(capsys, ["live", *BUS, *car, *dbc, *same], "would overwrite")
 
 

@@ -29,9 +29,6 @@ def live(
     log: Annotated[Path | None, typer.Option(help="MF4 file to which every frame is logged.")] = None,
     memory: Annotated[Path | None, typer.Option(help="Fault memory; every drive is one operation cycle.")] = None,
     report: Annotated[Path | None, typer.Option(help="HTML page at the end of the drive.")] = None,
-    checkpoint: Annotated[
-        Path | None, typer.Option(help="File that keeps the states of the monitors; a restart continues from it.")
-    ] = None,
     baselines: Annotated[Path | None, typer.Option(help="Folder with the baseline that each monitor learnt.")] = None,
     bitrate: Annotated[int | None, typer.Option(help="Bit rate [bit/s]; that of the driver if not given.")] = None,
     fd: Annotated[bool, typer.Option("--fd", help="Receive frames of CAN FD.")] = False,
@@ -55,7 +52,7 @@ def live(
     from tierod.live.quiet import quiet
 
     wanted = Wanted(
-        vehicle, tuple(dbc or ()), channel_map, tuple(monitor or ()), log, report, checkpoint, memory, baselines,
+        vehicle, tuple(dbc or ()), channel_map, tuple(monitor or ()), log, report, memory, baselines,
         period, silence, ignition, fd, bitrate,
     )  # fmt: skip
     refuse_unfit(wanted)

@@ -30,7 +30,6 @@ class Wanted:
     monitors: tuple[str, ...]
     log: Path | None
     report: Path | None
-    checkpoint: Path | None
     memory: Path | None
     baselines: Path | None
     period: float
@@ -58,7 +57,7 @@ def refuse_unfit(wanted: Wanted) -> None:
             raise ParameterError(f"{name} needs a positive time, not {value:g} s")
     car = load(wanted.vehicle)
     _refuse_endings(wanted)
-    targets = [wanted.log, wanted.report, wanted.checkpoint, wanted.memory]
+    targets = [wanted.log, wanted.report, wanted.memory]
     _refuse_what_cannot_be_written(targets, [*wanted.dbc, wanted.channel_map])
     if wanted.memory is not None:
         FaultMemory.opened(wanted.memory, car.name, load_trouble_codes())
@@ -119,11 +118,13 @@ def drive_of(wanted: Wanted, addresses: Sequence[Address]) -> tuple[Drive, Hub]:
     names = wanted.monitors or [each.monitor for each in usual()]
     databases = (word for path in paths for word in ("--dbc", str(path)))
     mapped = ("--map", str(files.map_named)) if files.map_named else ()
-    reading = ("--vehicle", wanted.vehicle, "--monitor", "all", *databases, *mapped)
+    one = wanted.monitors[0] if len(wanted.monitors) == 1 else ""
+    memory = ("--memory", str(wanted.memory)) if one and wanted.memory else ()
+    reading = ("--vehicle", wanted.vehicle, "--monitor", one or "all", *databases, *mapped, *memory)
     plan = Plan(car, wanted.memory, wanted.baselines, command_line(), reading)
     hub, inbox = Hub(), queue.SimpleQueue[Any]()
     width = 64 if wanted.fd else 8
-    outputs = Outputs(wanted.log, wanted.report, wanted.checkpoint, 5.0, wanted.silence, wanted.ignition, width)
+    outputs = Outputs(wanted.log, wanted.report, wanted.silence, wanted.ignition, width)
     receivers = [receiver(number, each, inbox) for number, each in enumerate(addresses, 1)]
     if len(paths) > 1 and (text := disagreements({path: load_databases([path]) for path in paths})):
         print(f"tierod: {text}", file=sys.stderr)

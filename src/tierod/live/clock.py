@@ -99,20 +99,3 @@ class DriveClock:
             added = others[0] - time
         made = self._buses[frame.bus] = _Bus(added, time + added, came)
         return made
-
-    def follow(self, frame: Frame) -> None:
-        """Advance the clock by a frame logged after a checkpoint; its arrival moves by as much as its stamp."""
-        bus = self._buses.get(frame.bus)
-        if bus is not None and frame.time > bus.newest:
-            bus.came += frame.time - bus.newest
-            bus.newest = frame.time
-        self.latest = max(self.latest, frame.time)
-
-    def shift(self, seconds: float) -> None:
-        """Adapt to another monotonic clock of the computer, as after a restart of the system.
-
-        Args:
-            seconds: lead of the new clock over the old one [s]
-        """
-        for bus in self._buses.values():
-            bus.came += seconds

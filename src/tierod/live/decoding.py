@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from tierod.core.recording import Channel
 from tierod.io.readers.dbc import Described, Rows, channel_of, described, silent_channels
@@ -54,16 +54,6 @@ class Decoder:
         if self.known is None or found.found.keys() != self.known.found.keys():
             self.known = found
             self.version += 1
-
-    @property
-    def heard(self) -> dict[str, object]:
-        """Numbers of frames received, by bus number and identifier, and the bus numbers by name, for a checkpoint."""
-        return {"counts": self._counts, "buses": self._buses}
-
-    def resume(self, heard: Mapping[str, Any]) -> None:
-        """Restore the counts of a checkpoint, as given by `heard`."""
-        self._counts, self._buses = dict(heard["counts"]), dict(heard["buses"])
-        self._look_up()
 
     @property
     def buses(self) -> dict[int, str]:

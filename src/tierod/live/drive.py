@@ -1,27 +1,23 @@
-"""A live session: buses, one drive after another, events, checkpoints, and an orderly end."""
+"""A live session: buses, one drive after another, events, and an orderly end."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from tierod.core.errors import TierodError
 from tierod.core.statuses import Status, worst
 from tierod.io.readers.channel_map import ChannelMap
 from tierod.live.buses import Inbox, Receiver
-from tierod.live.checkpoint import State
 from tierod.live.closing import Closing, Finished
-from tierod.live.cut_off import conclude_cut_off
 from tierod.live.engine import PACE, Engine, Pace
 from tierod.live.events import Hub
 from tierod.live.frame import Frame
 from tierod.live.health import Health, received
 from tierod.live.judge import Plan
 from tierod.live.judging import Judging
-from tierod.live.outputs import Logs, Outputs, guarded, numbered
+from tierod.live.outputs import Logs, Outputs, numbered
 from tierod.live.receiving import ProcessReceiver
-from tierod.live.resuming import Checkpoints, databases_digest
 from tierod.live.shown_state import shown_state
 from tierod.live.watching import Watching
 
@@ -37,9 +33,6 @@ TICK = 0.01
 
 STATED = 1.0
 """Period of the events with the state of the drive [s]."""
-
-LEEWAY = 0.5
-"""Allowed delay of a piece beyond its period [s]."""
 
 SILENT = 5.0
 """Time without a frame after which the bus is reported as silent [s]."""
@@ -89,31 +82,11 @@ class Drive:
             database, channel_map, monitors, plan, hub.say, pace, ignition=outputs.ignition
         )
         self.engine = self._made()
-        self._came = self._checked = self._begun = self._stated = time.monotonic()
+        self._came = self._stated = time.monotonic()
         self._watching = Watching(hub)
-        self._running = self._goes_on = self._prepared = False
+        self._running = False
         self.logs = Logs(outputs, plan, hub)
-        self._databases = databases_digest(database, channel_map)
-        self._checkpoints: Checkpoints | None = None
         self._judging = Judging(threaded=False)
-
-    def prepare(self) -> None:
-        """Resume from the checkpoint before the first frame arrives; called by `run` and `tick`."""
-        if self._prepared:
-            return
-        self._prepared = True
-        path, hub = self.outputs.checkpoint, self.hub
-        if path is None:
-            return
-
-        def say(monitor: str, text: str) -> None:
-            hub.say("checkpoint", ({"monitor": monitor} if monitor else {}) | {"text": text})
-
-        self._checkpoints = Checkpoints(path, self.plan.vehicle, self._databases, say)
-        self._goes_on = self._checkpoints.resume(self.engine)
-        if self._checkpoints.cut_off is not None:
-            closing = (self.plan, self.outputs, self._origin, hub)
-            self.logs.concluded = conclude_cut_off(self._made(), self._checkpoints, *closing)
 
     def run(self) -> int:
         """Receive and judge until the end.
@@ -121,7 +94,6 @@ class Drive:
         Returns:
             exit code of the worst verdict: 0 healthy, 1 fault, 2 could not judge or no drive
         """
-        self.prepare()
         self._judging = Judging(threaded=True)
         for receiver in self.receivers:
             receiver.start()
@@ -144,8 +116,6 @@ class Drive:
             self.tick(time.monotonic(), time.time())
             self.close()
             self._judging.close()
-            if self._checkpoints is not None:
-                self._checkpoints.close()
         return self.exit_code
 
     @property
@@ -160,7 +130,6 @@ class Drive:
             now: time of the computer's monotonic clock [s]
             calendar: calendar time of the computer [s]
         """
-        self.prepare()
         self.health.ticks += 1
         frames = received(self.inbox, self.health, self.hub)
         self.health.traffic.add(frames, now)
@@ -174,7 +143,7 @@ class Drive:
         elif now - self._came > SILENT:
             self.once("silent", self._silent_sentence())
         if self._running:
-            self._judge(now, calendar)
+            self._judge()
         if self._running and now - self._stated >= STATED:
             self._stated = now
             self.hub.say("state", self.state())
@@ -199,36 +168,22 @@ class Drive:
         self._watching.once(key, text)
 
     def _begin(self, first: Frame, now: float, calendar: float) -> None:
-        self._running, self._begun, self._checked = True, now, now
+        self._running = True
         self._watching.begin()
-        if not self._goes_on:
-            self.engine.clock.begin(first, now, calendar)
-        self.logs.begin(self.engine, self.drives, self._goes_on)
+        self.engine.clock.begin(first, now, calendar)
+        self.logs.begin(self.engine, self.drives)
         path = self.logs.path
-        self.hub.say(
-            "begin",
-            {"origin": self.engine.clock.origin, "log": str(path) if path else None, "goes_on": self._goes_on},
-        )
+        self.hub.say("begin", {"origin": self.engine.clock.origin, "log": str(path) if path else None})
 
-    def _judge(self, now: float, calendar: float) -> None:
+    def _judge(self) -> None:
         """Start judging a piece where one is complete, and process the result of one that was judged."""
         if self.engine.due and not self.paused and not self._judging.busy:
-            # Taken just after a piece, when no frames wait to be judged: the checkpoint is as recent as possible.
-            due = now - self._checked > self.outputs.every - self.engine.pace.period - LEEWAY
-            checkpoints, judges = self._checkpoints, self.engine.judges
-            self._judging.begin(
-                self.engine, lambda: checkpoints.collected(judges) if checkpoints is not None and due else None
-            )
-        judged, states = self._judging.ended(self.engine)
-        if judged:
-            if states is not None:
-                self._store(states, now, calendar)
+            self._judging.begin(self.engine)
+        if self._judging.ended(self.engine):
             self._look()
 
     def _look(self) -> None:
-        """Update checkpoint, messages and ignition after a piece was judged."""
-        if self._checkpoints is not None:
-            self._checkpoints.settle(self.engine.judges)
+        """Update messages and ignition after a piece was judged."""
         self._watching.missing(self.engine.missing, self.engine.clock.latest)
         known = self.engine.decoder.known
         if known is None:
@@ -245,27 +200,16 @@ class Drive:
         self.marks.append(self.engine.clock.latest)
         self.hub.say("mark", {"time": self.engine.clock.latest, "text": text})
 
-    def _store(self, states: Mapping[str, State], now: float, calendar: float) -> None:
-        if self._checkpoints is None:
-            return
-        self._checked = now
-        try:
-            self._checkpoints.store(self.engine, states, now, calendar, self.logs.path)
-        except TierodError as error:
-            self.once("checkpoint", str(error))
-
     def close(self) -> None:
-        """End the drive: judge the rest, finish the log, and write fault memory, baselines, report and checkpoint."""
+        """End the drive: judge the rest, finish the log, and write fault memory, baselines and report."""
         if not self._running:
             return
-        self._running = self._goes_on = False
+        self._running = False
         self._judging.ended(self.engine, wait=True)
-        engine, checkpoints = self.engine, self._checkpoints
+        engine = self.engine
         finished = [Finished(*each) for each in engine.finish()]
         self.statuses.append(worst(each.diagnosis.status for each in finished))
         report = numbered(self.outputs.report, self.drives)
         Closing(self.plan, report, self.logs.path, self._origin, self.hub).write(engine, finished)
-        if checkpoints is not None:
-            guarded(self.hub, lambda: checkpoints.store_end(engine.judges))
         self.drives += 1
         self.engine = self._made()

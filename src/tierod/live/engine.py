@@ -21,7 +21,7 @@ from tierod.io.readers.streaming import completed
 from tierod.live.clock import DriveClock
 from tierod.live.counting import Gaps, sentences
 from tierod.live.decoding import Decoder
-from tierod.live.frame import Frame, frames_of, packed, unpacked
+from tierod.live.frame import Frame, frames_of
 from tierod.live.judge import Judge, Plan, Shown
 from tierod.live.stepping import Ticks
 from tierod.monitors.harness.pieces import joined
@@ -306,55 +306,10 @@ class Engine:
                 content = {"time": time, "monitor": each.monitor, **each.status.document(), "since": each.since}
                 self.say("verdict", content | ({"reason": each.reason} if each.reason else {}))
 
-    def held(self) -> dict[str, Any]:
-        """State of the drive apart from the monitors, for a checkpoint; valid only when a judged piece was settled."""
-        return {
-            "clock": self.clock, "gaps": self.gaps, "tally": self.tally, "heard": self.decoder.heard,
-            "waiting": packed(self._waiting), "ignition": self._ignition_on,
-            "times": [float(self._until), float(self._first)], "newest": self._newest, "ages": self.ages,
-            "statuses": self._statuses,
-            "streams": {name: [each.past, each.rest, each.doubts] for name, each in self._streams.items()},
-        }  # fmt: skip
-
-    def resume(self, held: Mapping[str, Any]) -> None:
-        """Resume from the state in a checkpoint; objects were restored in place and are not assigned.
-
-        Args:
-            held: state as given by `held`
-        """
-        self.decoder.resume(held["heard"])
-        self._waiting, self._ignition_on = unpacked(held["waiting"]), held["ignition"]
-        (self._until, self._first), self.ages = held["times"], held["ages"]
-        for name, (past, rest, doubts) in held["streams"].items():
-            stream = self._streams[name]
-            stream.past, stream.rest, stream.doubts = past, rest, doubts
-
-    @property
-    def judged_until(self) -> float:
-        """Time of the drive up to which frames were judged [s]."""
-        return float(self._until)
-
     @property
     def identity(self) -> str:
         """Identity of this drive among all others: calendar time of its origin, and time of its first frame."""
         return f"live {self.clock.origin:.0f} {self._first:.6f}"
-
-    def again(self, frames: Sequence[Frame]) -> int:
-        """Add frames that were logged after the checkpoint, to be judged with the next piece.
-
-        Args:
-            frames: frames with their times in the drive
-
-        Returns:
-            how many were new
-        """
-        known = {(frame.time, frame.identifier, frame.bus) for frame in self._waiting}
-        new = [each for each in frames if each.time >= self._until and (each.time, *each[1:3]) not in known]
-        self._waiting += new
-        self.tally.frames += len(new)
-        for frame in new:
-            self.clock.follow(frame)
-        return len(new)
 
     def finish(self) -> list[tuple[Judge, Diagnosis, MemoryFeed | None]]:
         """Judge the rest and finish the log; diagnosis and memory feed of every monitor that ran."""

@@ -61,18 +61,3 @@ def frames_of(parts: Sequence[Frame], origin: float) -> Frames:
         tuple(f"CAN{bus}" for bus in buses),
         origin,
     )
-
-
-def packed(frames: Sequence[Frame]) -> list[np.ndarray]:
-    """Frames packed into four arrays: times, identifiers and buses, lengths, and the concatenated payloads."""
-    numbers = np.array([(frame.identifier, frame.bus, len(frame.data)) for frame in frames], np.int64).reshape(-1, 3)
-    payload = np.frombuffer(b"".join(frame.data for frame in frames), np.uint8)
-    return [np.array([frame.time for frame in frames], float), numbers[:, :2], numbers[:, 2], payload]
-
-
-def unpacked(parts: Sequence[np.ndarray]) -> list[Frame]:
-    """The frames from the arrays of `packed`."""
-    times, numbers, lengths, payload = parts
-    data, ends = payload.tobytes(), np.cumsum(lengths).tolist()
-    rows = zip(times.tolist(), numbers.tolist(), lengths.tolist(), ends, strict=True)
-    return [Frame(time, key, bus, data[end - length : end]) for time, (key, bus), length, end in rows]

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,11 +18,10 @@ from tierod.monitors.harness.baseline import Baseline, load_baseline
 from tierod.monitors.harness.into_memory import MemoryFeed
 from tierod.monitors.harness.pieces import joined
 from tierod.monitors.harness.run import Run, fitting
-from tierod.monitors.harness.session import BlockSession, Monitor, Variant
+from tierod.monitors.harness.session import Monitor, Variant
 from tierod.vehicles import Vehicle
 
 if TYPE_CHECKING:
-    from tierod.core.graph import Memory
     from tierod.live.ticking import Ticker
 
 HISTORY = 60
@@ -171,48 +170,6 @@ class Judge:
         self.run = run
         return run
 
-    def reopen(self, variant: str, rate: float) -> dict[str, object]:
-        """Open the run of a checkpoint, to be filled with its stored state.
-
-        Args:
-            variant: name of the variant
-            rate: sampling rate of its grid [Hz]
-
-        Returns:
-            the state as given by `held`
-
-        Raises:
-            KeyError: there is no such variant
-            InputError: the baseline is of another vehicle or variant
-            ParameterError: the variant cannot run with this vehicle
-        """
-        chosen = self.definition.variants[variant]
-        needing = self.definition if chosen is self.variant else self.definition.needing(chosen)
-        self._open(replace(needing, rate=rate), chosen)
-        return self.held()
-
-    def held(self) -> dict[str, object]:
-        """State of the judge over the drive, for a checkpoint."""
-        parts = {"run": self.run, "newest": self._newest, "feed": self._feed}
-        return parts | {"first": self._first, "reason": self.reason, "start": self._start}
-
-    def resume(self, held: Mapping[str, Any]) -> None:
-        """Resume from the state in a checkpoint; objects were restored in place and are not assigned.
-
-        Args:
-            held: state as given by `held`
-        """
-        self._first, self.reason, self._start = held["first"], held["reason"], held["start"]
-
-    def begin_anew(self) -> None:
-        """Discard the run that was opened for a checkpoint."""
-        self.run, self._newest, self._first, self._start, self._feed = None, _Newest(), None, None, None
-
-    @property
-    def calibration(self) -> object:
-        """Calibration with which its session is opened in addition to the vehicle: the baseline of earlier drives."""
-        return self._baseline()
-
     def _baseline(self) -> Baseline | None:
         path = self.baseline_path
         return load_baseline(path) if path is not None and path.exists() else None
@@ -240,11 +197,6 @@ class Judge:
             if self.ticker.status is not None:
                 status, since = self.ticker.status.status, self.ticker.status.time
         return Shown(self.name, status, since, "", values, dict(own), self._newest.enabled, history, ticking)
-
-    def go_on(self, memory: Memory) -> None:
-        """Continue from the block state of an earlier session, which replaces the state reached in this one."""
-        if self.run is not None and isinstance(self.run.session, BlockSession):
-            self.run.session.memory = memory
 
     def cut(self, piece: Recording, until: float) -> float:
         """Time just after the last grid step, at which a piece can be cut without an effect on the result [s].

@@ -1,15 +1,10 @@
-"""Judging of pieces in a thread, so that work of tens of milliseconds does not delay a tick."""
+"""Judging of pieces in a thread, so that work of tens of milliseconds delays neither log nor display."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 
-from tierod.live.checkpoint import State
 from tierod.live.engine import Engine, Piece
-
-Collect = Callable[[], Mapping[str, State] | None]
-"""Function that collects the states of the monitors for a checkpoint; None if no checkpoint is due."""
 
 
 class Judging:
@@ -22,47 +17,41 @@ class Judging:
     def __init__(self, threaded: bool):
         self._pool = ThreadPoolExecutor(1, "judge") if threaded else None
         self._piece: Piece | None = None
-        self._future: Future[Mapping[str, State] | None] | None = None
-        self._done: Mapping[str, State] | None = None
+        self._future: Future[None] | None = None
 
     @property
     def busy(self) -> bool:
         """Whether a piece is being judged, or was judged and is not settled yet."""
         return self._piece is not None
 
-    def begin(self, engine: Engine, collect: Collect) -> None:
+    def begin(self, engine: Engine) -> None:
         """Judge the frames received so far; must not be called while `busy`.
 
         Args:
             engine: engine of the drive
-            collect: called after the piece was judged
         """
         piece = self._piece = engine.cut()
         if piece is None:
             return
-
-        def work() -> Mapping[str, State] | None:
-            engine.work(piece)
-            return collect()
-
         if self._pool is None:
-            self._done = work()
+            engine.work(piece)
         else:
-            self._future = self._pool.submit(work)
+            self._future = self._pool.submit(engine.work, piece)
 
-    def ended(self, engine: Engine, wait: bool = False) -> tuple[bool, Mapping[str, State] | None]:
-        """Whether a piece was judged since the last call, and the states collected; the ticks continue from it.
+    def ended(self, engine: Engine, wait: bool = False) -> bool:
+        """Whether a piece was judged since the last call.
 
         Args:
             engine: engine of the drive
             wait: whether to wait for a piece that is being judged
         """
         if self._piece is None or (self._future is not None and not wait and not self._future.done()):
-            return False, None
-        found = self._done if self._future is None else self._future.result()
-        piece, self._piece, self._future, self._done = self._piece, None, None, None
+            return False
+        if self._future is not None:
+            self._future.result()
+        piece, self._piece, self._future = self._piece, None, None
         engine.settle(piece)
-        return True, found
+        return True
 
     def close(self) -> None:
         """End the thread after its current work."""

@@ -33,12 +33,6 @@ _CODES = {length: code for code, length in enumerate(_LENGTHS)}
 _PAYLOAD = 17
 """Byte offset of the payload in a record."""
 
-HEAD = 1 << 14
-"""Number of bytes read from the beginning of a log, enough for everything before the records."""
-
-MIXED = 5.0
-"""Largest disorder of the frames in a log [s]."""
-
 
 class _Blocks:
     """Blocks of the file with their addresses, and links between them."""
@@ -103,50 +97,6 @@ def is_unfinished(path: Path) -> bool:
             return file.read(7) == b"UnFinMF"
     except OSError:
         return False
-
-
-def tail(path: Path, since: float) -> list[Frame]:
-    """Last frames of an unfinished log; none if the file is not an unfinished log of tierod.
-
-    Args:
-        path: path of the log
-        since: time of the first wanted frame [s]; the file is read from MIXED before it
-    """
-    try:
-        with path.open("rb") as file:
-            head = file.read(HEAD)
-            found = _laid_out(head)
-            if found is None:
-                return []
-            begin, width = found
-            size = _PAYLOAD + width
-            count = (file.seek(0, os.SEEK_END) - begin) // size
-            at, step = count, 1000
-            while at > 0:
-                at = max(at - step, 0)
-                file.seek(begin + at * size)
-                (time,) = struct.unpack("<d", file.read(8))
-                if time < since - MIXED:
-                    break
-            file.seek(begin + at * size)
-            data = file.read((count - at) * size)
-    except (OSError, struct.error):
-        return []
-    rows = struct.Struct(f"<dBIBBBB{width}s").iter_unpack(data)
-    return [
-        Frame(time, identifier | (EXTENDED if extended else 0), bus, payload[:length])
-        for time, bus, identifier, extended, _, _, length, payload in rows
-        if time >= since
-    ]
-
-
-def _laid_out(head: bytes) -> tuple[int, int] | None:
-    """(address of the first record, bytes of a payload) of an unfinished log of tierod; None for another file."""
-    data, group = head.rfind(b"##DT"), head.find(b"##CG")
-    if not head.startswith(b"UnFinMF ") or head[16:24] != b"tierod  " or min(data, group) < 0:
-        return None
-    (size,) = struct.unpack_from("<I", head, group + _LINKS + 48 + 24)
-    return data + _LINKS, size - _PAYLOAD
 
 
 def refused(path: Path, error: OSError) -> OutputError:

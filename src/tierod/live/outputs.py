@@ -22,8 +22,6 @@ class Outputs:
     Args:
         log: MF4 file of all frames; "-2" is appended to the name for the second drive
         report: HTML page at the end of a drive
-        checkpoint: file of the checkpoint
-        every: period of the checkpoints
         silence: time without a frame after which the drive has ended; infinite for a single drive
         ignition: column of the databases ("Message.Signal") whose zero ends the drive; "" for none
         width: bytes of a payload in the log
@@ -31,8 +29,6 @@ class Outputs:
 
     log: Path | None = None
     report: Path | None = None
-    checkpoint: Path | None = None
-    every: Annotated[float, "s"] = 5.0
     silence: Annotated[float, "s"] = 30.0
     ignition: str = ""
     width: int = 8
@@ -50,18 +46,15 @@ class Logs:
     def __init__(self, outputs: Outputs, plan: Plan, hub: Hub):
         self._outputs, self._plan, self._hub = outputs, plan, hub
         self.path: Path | None = None
-        self.concluded: Path | None = None
-        """Log of an interrupted drive that has been concluded at the start of this session."""
 
-    def begin(self, engine: Engine, drives: int, goes_on: bool) -> None:
+    def begin(self, engine: Engine, drives: int) -> None:
         """Open the logs of a drive, once the origin of its clock is set.
 
         Args:
             engine: engine of the drive
             drives: number of drives that have ended
-            goes_on: whether the drive is resumed from a checkpoint, so that an earlier log holds its first part
         """
-        self.path = self._free(self._outputs.log, drives, goes_on)
+        self.path = self._free(self._outputs.log, drives)
         if self.path is not None:
             path, comment = self.path, f"tierod live, {self._plan.vehicle.name}"
             try:
@@ -69,7 +62,7 @@ class Logs:
             except TierodError as error:
                 self._hub.say("problem", {"text": f"{error}; monitoring goes on without a log"})
 
-    def _free(self, path: Path | None, drives: int, goes_on: bool) -> Path | None:
+    def _free(self, path: Path | None, drives: int) -> Path | None:
         """Path of this drive's log: the next free name, as an existing file may be all that a killed session left."""
         number = drives
         while (found := numbered(path, number)) is not None and found.exists():
@@ -77,18 +70,15 @@ class Logs:
         if number > drives:
             before = numbered(path, number - 1)
             assert before is not None
-            self._hub.say("problem", {"text": self._there_already(before, found, goes_on)})
+            self._hub.say("problem", {"text": self._there_already(before, found)})
         return found
 
-    def _there_already(self, before: Path, found: Path | None, goes_on: bool) -> str:
-        if goes_on:
-            return f"{before} exists already and holds the drive up to the restart; it continues in {found}"
+    def _there_already(self, before: Path, found: Path | None) -> str:
         text = f"{before} exists already; this drive is written to {found}"
-        known = self.concluded is not None and before.absolute() == self.concluded.absolute()
-        if is_unfinished(before) and not known:
+        if is_unfinished(before):
             text += f". Its drive was cut off: {shlex.join(['tierod', 'diagnose', str(before), *self._plan.reading])}"
-            if self._plan.memory is not None:
-                text += "; with --monitor NAME --memory FILE in place of --monitor all the fault memory takes it"
+            if self._plan.memory is not None and "--memory" not in self._plan.reading:
+                text += f"; the fault memory takes it with --monitor NAME --memory {self._plan.memory}"
         return text
 
 

@@ -179,16 +179,11 @@ class Run:
         if self._start is None:
             refuse_unsuitable(self.monitor, self.vehicle, complete_piece)
             self._start = begin
-            self.open_spread()
+            self._spread = None if self._uncertain is None else self._uncertain.spread()
         self._inputs.refuse_slow()
         self._before = piece.slice(last - OVERLAP)
         # Later steps have to wait, since the next piece may hold samples that belong to them.
         self._judge(whole, begin, last - ROUNDING)
-
-    def open_spread(self) -> None:
-        """Open the sessions for perturbed parameters; called with the first piece, or for a checkpoint."""
-        if self._uncertain is not None:
-            self._spread = self._uncertain.spread()
 
     def _judge(self, whole: Recording, begin: float, stop: float) -> None:
         """Judge the samples that follow those judged already, up to a time."""

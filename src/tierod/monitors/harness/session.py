@@ -121,7 +121,7 @@ class BlockSession(ABC):
         self.moved = False
         """Whether it runs for perturbed parameters; defective signals are then named by the session of the vehicle."""
         self.memory: Memory | None = None
-        """State of the block after the last piece, for the next piece or a checkpoint; None before the first."""
+        """State of the block after the last piece, for the next piece; None before the first."""
         self._scanner: Scanner[Any, Any, Any] | None = None
 
     @property

@@ -7,12 +7,7 @@ import pytest
 
 from rolling_car import OWN, car, monitor
 from tierod.core.recording import Channel, Recording
-from tierod.live.restoring import restored
-from tierod.live.snapshot import snapshot
-from tierod.live.states import OPENINGS
 from tierod.monitors.harness.run import Run
-
-PACKAGES = frozenset({"tierod", "rolling_car"})
 
 
 def recording(seconds: float, turns_from: float, straight_again: float = np.inf) -> Recording:
@@ -62,23 +57,3 @@ def test_bands_do_not_depend_on_how_a_recording_is_cut(turns_from):
         assert found.parameter_effects == at_once.parameter_effects
         mine, other = (each.traces["angle_standard_deviation"] for each in (found, at_once))
         assert (mine.upper.tolist(), mine.lower.tolist()) == (other.upper.tolist(), other.lower.tolist())
-
-
-@pytest.mark.parametrize("at", [7.0, 50.0, 181.0, 260.0])
-def test_a_spread_that_goes_on_from_a_checkpoint_gives_the_same(at):
-    """In the first stretch, behind it, in a later one, and where its directions are followed."""
-    whole, vehicle, watched = recording(320.0, 165.0), car(1.2, 0.2, 500.0), monitor()
-    expected = judged(whole, vehicle, [at])
-
-    def opened():
-        return Run(watched, watched.variants["only"], vehicle, uncertain=True)
-
-    first, second = opened(), opened()
-    first.add(whole.slice(0.0, at))
-    held = snapshot({"run": first}, PACKAGES)
-    restored(held, {"run": second}, PACKAGES, OPENINGS)
-    second.add(whole.slice(at))
-    found = second.finish()
-    assert found.parameter_effects == expected.parameter_effects
-    assert found.findings[0].estimate == expected.findings[0].estimate
-    assert found.findings[0].status is expected.findings[0].status

@@ -124,18 +124,6 @@ class ParameterSpread:
             points.fit_as(self._session)
         return Screen(points, self.names, self._main, length, self._block, fresh)
 
-    def reopen(self, alone: Sequence[Mapping[str, float]], along: Sequence[Mapping[str, float]]) -> None:
-        """Open the sessions of a checkpoint, which then receive their stored states.
-
-        Args:
-            alone: perturbations of the vehicles of a stretch in progress, standard deviations by parameter; empty
-                without a stretch
-            along: perturbations of the vehicles along directions; empty without directions
-        """
-        own, others = (Points(self._open, self.vehicle, each) for each in (alone, along))
-        self._screen = Screen(own, self.names, self._main, 0, self._block, False) if alone else None
-        self._carried = Carried(others, (), False) if along else None
-
     def absorb(self, aligned: Aligned, shown: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
         """Process one more piece and return its traces with wider bands.
 
