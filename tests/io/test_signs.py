@@ -83,3 +83,58 @@ def test_straight_driving_says_nothing():
     noise = {name: turns(name, 0.0, 0.001) for name in ("yaw_rate", "lateral_acceleration")}
     assert sign_warnings(Recording(noise)) == ()
     assert sign_warnings(Recording({})) == ()
+
+
+def parking(speed, angle, unsigned=True):
+    """Motion sensors of a car that rolls without slip at a speed and a road wheel angle over `TIME`."""
+    yaw = speed * np.tan(angle) / 2.6
+    read = np.abs if unsigned else np.asarray
+    signals = {
+        "steering_wheel_angle": 16.0 * angle,
+        "yaw_rate": yaw,
+        "lateral_acceleration": speed * yaw,
+        "wheel_speed_rear_left": read(speed - 0.75 * yaw),
+        "wheel_speed_rear_right": read(speed + 0.75 * yaw),
+        "vehicle_speed": read(speed),
+    }
+    noise = {"yaw_rate": 0.003, "lateral_acceleration": 0.05}
+    return Recording({
+        name: Channel(name, TIME, values + noise.get(name, 0.0) * RANDOM.normal(size=len(TIME)), SIGNALS[name].unit)
+        for name, values in signals.items()
+    })  # fmt: skip
+
+
+BACK = 2.5 * np.interp(TIME, [0, 2, 4, 24, 26, 60], [0, 0, -1, -1, 0, 0])
+BACK_AND_OUT = BACK + 2.2 * np.interp(TIME, [48, 50, 57, 59], [0, 1, 1, 0])
+STEER = 0.4 * np.sin(0.5 * TIME)
+
+
+def test_parking_with_reversing_is_no_wrong_sign():
+    assert sign_warnings(parking(BACK_AND_OUT, STEER)) == ()
+
+
+def test_reversing_with_signed_speeds_is_no_wrong_sign():
+    longer = BACK + 2.4 * np.interp(TIME, [28, 30, 57, 59], [0, 1, 1, 0])
+    assert sign_warnings(parking(longer, STEER, unsigned=False)) == ()
+
+
+def test_reversing_alone_leaves_the_sign_open():
+    (warning,) = sign_warnings(parking(BACK, STEER))
+    assert warning.startswith("every turn mirrors the steering angle: the car reversed all the time, or the yaw rate")
+    assert "record turns forward as well" in warning
+
+
+def test_a_negative_speed_at_walking_pace_may_be_reversing():
+    (warning,) = sign_warnings(parking(BACK, STEER, unsigned=False))
+    assert warning == (
+        "vehicle_speed is negative for 100 % of the driving time: the car reversed, or the speed has the wrong sign; "
+        "if the car drove forward, set the sign of vehicle_speed in the channel map"
+    )
+
+
+@pytest.mark.parametrize("wrong", ["yaw_rate", "steering_wheel_angle"])
+def test_a_drive_with_parking_names_the_wrong_sign_as_before(wrong):
+    whole = parking(BACK + 15.0 * np.interp(TIME, [30, 36, 58, 60], [0, 1, 1, 0]), STEER * np.where(TIME > 28, 0.1, 1))
+    turned = whole[wrong]
+    (warning,) = sign_warnings(whole.with_channels([Channel(wrong, TIME, -turned.values, turned.unit)]))
+    assert warning.startswith(f"{wrong} probably has the wrong sign")

@@ -10,6 +10,7 @@ import numpy as np
 
 from tierod.core.recording import Recording
 from tierod.io.quality import impossible
+from tierod.methods.detectors.reversing import MIRRORED, TURN_FORWARD, ReversingLimits, reversing_of_any_car
 
 COMPARED = 3600.0
 """Length from the beginning that is compared [s]: a sign does not change, and memory must stay bounded."""
@@ -43,7 +44,8 @@ def sign_warnings(recording: Recording, limits: SignLimits | None = None) -> tup
 
     Steering angle, yaw rate and lateral acceleration over speed must agree in sign, and so must driver and motor
     torque, and the steering rate and the change of the angle. With three signals the deviating one is named; with two,
-    both. Only the first hour (COMPARED) is evaluated.
+    both. A car that reverses with unsigned speeds mirrors its yaw rate: there it is not compared. Only the first hour
+    (COMPARED) is evaluated.
     """
     limits = limits or SignLimits()
     names = (
@@ -54,27 +56,38 @@ def sign_warnings(recording: Recording, limits: SignLimits | None = None) -> tup
         "vehicle_speed",
         "driver_torque",
         "motor_torque",
+        "wheel_speed_rear_left",
+        "wheel_speed_rear_right",
     )
     known = Recording({name: recording[name] for name in names if name in recording and len(recording[name].time)})
     if not known.channels:
         return ()
     aligned = known.slice(stop=known.span[0] + COMPARED).align(names, limits.rate, maximum_age=0.2)
     columns = {
-        name: _smooth(np.where(impossible(name, column), np.nan, column), limits)
+        name: np.where(impossible(name, column), np.nan, column)
         for name, column in zip(names, aligned.values.T, strict=True)
     }
+    reverses, reversing = reversing_of_any_car(aligned.time, columns, limits.rate)
+    if not (columns["vehicle_speed"] < 0.0).any():
+        columns["yaw_rate"] = np.where(reverses, np.nan, columns["yaw_rate"])
+    columns = {name: _smooth(column, limits) for name, column in columns.items()}
     torques = {name: columns[name] for name in ("driver_torque", "motor_torque")}
     speed = columns["vehicle_speed"][np.abs(columns["vehicle_speed"]) > limits.slowest]
     if len(speed) and np.mean(speed < 0.0) > 0.5:
-        share = f"{100.0 * np.mean(speed < 0.0):.0f} %"
+        said = f"vehicle_speed is negative for {100.0 * np.mean(speed < 0.0):.0f} % of the driving time"
+        if speed.min() < -ReversingLimits().fastest:
+            return (f"{said}: its sign is probably wrong; set it in the channel map",)
         return (
-            f"vehicle_speed is negative for {share} of the driving time: its sign is probably wrong; set it in "
-            "the channel map",
+            f"{said}: the car reversed, or the speed has the wrong sign; if the car drove forward, set the sign of "
+            "vehicle_speed in the channel map",
         )
     angle, rate = columns["steering_wheel_angle"], columns["steering_wheel_rate"]
     rates = {"steering_wheel_rate": rate, "steering_wheel_angle": np.gradient(angle) if len(angle) > 1 else angle}
+    turns = _odd_ones(_turns(columns, limits), limits, "in turns")
+    if reversing.mirrored and not turns:
+        turns = [f"{MIRRORED}; {TURN_FORWARD}"]
     return (
-        *_odd_ones(_turns(columns, limits), limits, "in turns"),
+        *turns,
         *_odd_ones(torques, limits, "among the torques"),
         *_odd_ones(rates, limits, "angle against rate"),
     )
@@ -95,7 +108,7 @@ def _turns(columns: Mapping[str, np.ndarray], limits: SignLimits) -> dict[str, n
     if len(turning) and np.std(turning) < limits.yaw_rate:
         return {}
     scales = {
-        "steering_wheel_angle": speed * np.abs(speed),
+        "steering_wheel_angle": speed * speed,
         "yaw_rate": speed,
         "lateral_acceleration": np.ones(len(yaw)),
     }

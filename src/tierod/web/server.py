@@ -106,9 +106,9 @@ def server_of(app: App, limits: Limits) -> uvicorn.Server:
     """
     import uvicorn
 
-    from tierod.web.connections import bounded
+    from tierod.web.connections import BoundedConfig
 
-    return uvicorn.Server(uvicorn.Config(app, http=bounded(limits), **_SERVER))
+    return uvicorn.Server(BoundedConfig(app, limits, **_SERVER))
 
 
 def outward(bind: str) -> str:

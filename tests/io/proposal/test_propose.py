@@ -176,3 +176,23 @@ def test_a_bus_with_units_gets_the_signs_of_the_map_that_was_written_by_hand():
     for name, entry in by_hand.items():
         assert entries[name].sign.sign == entry.sign, name
         assert (entries[name].unit.unit.name == "count") == (entry.unit == "count"), name
+
+
+@pytest.mark.parametrize("read", [np.abs, np.asarray])
+@pytest.mark.parametrize("wrong", ["none", "yaw_rate", "all"])
+def test_parking_in_reverse_turns_no_sign(tmp_path, wrong, read):
+    time = np.arange(0.0, LENGTH, STEP)
+    speed = np.interp(time, [0, 2, 4, 50, 52, 60, 70, 118, 120], [0, 0, -2.5, -2.5, 0, 0, 12.0, 12.0, 0])
+    angle = np.where(time < 55.0, 0.5, 0.01) * np.sin(0.5 * time)
+    yaw = speed * np.tan(angle) / WHEELBASE + np.random.default_rng(5).normal(0.0, 0.003, len(time))
+    signals = {"steering_wheel_angle": angle / RATIO, "yaw_rate": yaw, "lateral_acceleration": speed * yaw}
+    for side, name in ((-0.5, "left"), (0.5, "right")):
+        signals[f"wheel_speed_rear_{name}"] = read(speed + side * TRACK * yaw)
+    signals["vehicle_speed"] = read(speed)
+    turned = {"none": (), "yaw_rate": ("yaw_rate",), "all": TURNED}[wrong]
+    path = written(tmp_path, signals, time, TITLES, dict.fromkeys(turned, -1.0))
+    signs = {entry.signal: entry.sign.sign for entry in propose(path).entries}
+    assert {name for name, sign in signs.items() if sign == -1} == set(turned)
+
+
+TURNED = ("steering_wheel_angle", "yaw_rate", "lateral_acceleration")

@@ -9,7 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tierod.core.recording import Recording
+from tierod.core.recording import Aligned, Recording
+from tierod.methods.detectors.reversing import STEERING_RATIO, WHEELBASE, reversing_of_any_signs
 
 RATE, SMOOTHING, LONGEST = 20.0, 20, 3600.0
 """Rate of the comparison [Hz], samples of the moving average before it, and length that is compared [s]."""
@@ -20,8 +21,8 @@ SECONDS = 5.0
 STRONG = 0.6
 """Smallest magnitude of the correlation coefficient at which two signals count as related [-]."""
 
-WHEELBASE, STEERING_RATIO, UNDERSTEER, TRACK = 2.7, 1.0 / 15.5, 0.0025, 1.5
-"""Parameters of a usual car, good enough to separate degrees from radians: [m], [-], [rad s^2/m], [m]."""
+UNDERSTEER, TRACK = 0.0025, 1.5
+"""Further parameters of a usual car, good enough to separate degrees from radians: [rad s^2/m], [m]."""
 
 
 class Relation(NamedTuple):
@@ -56,13 +57,26 @@ class Motion:
     @classmethod
     def of(cls, raw: Recording) -> Motion:
         """Motion of a recording whose channels have the names of signals and the values of the file."""
-        begin = raw.span[0]
-        aligned = raw.slice(stop=begin + LONGEST).align(raw.names, RATE, maximum_age=0.25)
+        return cls._smoothed(_aligned(raw).columns)
+
+    @classmethod
+    def forward(cls, raw: Recording, factors: Mapping[str, float]) -> Motion:
+        """The same in SI units, without the samples at which the car reverses, which mirrors turns.
+
+        Args:
+            raw: as in `of`
+            factors: factor of each signal from the value of the file to SI
+        """
+        aligned = _aligned(raw)
+        columns = {name: factors.get(name, 1.0) * column for name, column in aligned.columns.items()}
+        reverses = reversing_of_any_signs(aligned.time, columns, RATE)
+        return cls._smoothed({name: np.where(reverses, np.nan, column) for name, column in columns.items()})
+
+    @classmethod
+    def _smoothed(cls, columns: Mapping[str, np.ndarray]) -> Motion:
         kernel = np.full(SMOOTHING, 1.0 / SMOOTHING)
-        values = aligned.columns
-        if len(aligned.time) <= SMOOTHING:
-            return cls({})
-        return cls({name: np.convolve(column, kernel, "valid") for name, column in values.items()})
+        long = all(len(column) > SMOOTHING for column in columns.values())
+        return cls({name: np.convolve(column, kernel, "valid") for name, column in columns.items()} if long else {})
 
     def pair(self, end: str) -> tuple[np.ndarray, np.ndarray] | None:
         """Left and right wheel speed of an axle, where both are recorded."""
@@ -141,6 +155,13 @@ class Motion:
             powers = {"longitudinal_acceleration": 1, basis: -1}
             add("longitudinal acceleration over change of speed", forward, np.gradient(speed) * RATE, powers, 0.35)
         return found
+
+
+def _aligned(raw: Recording) -> Aligned:
+    """The first hour of all columns on one grid; empty without columns."""
+    if not raw.channels:
+        return Aligned(np.zeros(0), np.zeros((0, 0)), ())
+    return raw.slice(stop=raw.span[0] + LONGEST).align(raw.names, RATE, maximum_age=0.25)
 
 
 def compared(a: np.ndarray, b: np.ndarray) -> tuple[float, float]:

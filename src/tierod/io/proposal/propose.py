@@ -101,9 +101,10 @@ def propose(path: str | Path, dbc: Paths = None, progress: Callable[[float], Non
         )
     picks = tuple(Pick(name, (name,), "", Entry((name,)), Scale(1.0)) for name in (c.name for c in best.values()))
     raw = _loaded(Reading(path, source, kind, Plan(picks)), {c.name: s for s, c in best.items()}, progress)
-    motion = Motion.of(raw) if raw.channels else Motion({})
+    motion = Motion.of(raw)
     possible = {name: _candidates(name, column, raw) for name, column in best.items()}
-    units, signs = chosen_units(motion, possible), chosen_signs(motion)
+    units = chosen_units(motion, possible)
+    signs = chosen_signs(Motion.forward(raw, {name: unit.unit.factor for name, unit in units.items()}))
     radii = _radii(motion, units)
     entries = tuple(
         _entry(name, column, meant[column.name], units[name], signs.get(name, Sign(1)), radii, others[name])

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tierod.io.proposal.motion import STRONG, Motion, compared
+from tierod.methods.detectors.reversing import ReversingLimits
 
 TURNING = ("yaw_rate", "lateral_acceleration", "steering_wheel_angle")
 
@@ -39,7 +40,7 @@ def chosen_signs(motion: Motion) -> dict[str, Sign]:
     """The sign of every signal whose direction other signals show.
 
     Args:
-        motion: the columns as recorded, whose units are positive factors
+        motion: the columns in SI units, without reversing
     """
     found = {**_of_speeds(motion), **_of_turns(motion)}
     for name, others in FOLLOWERS.items():
@@ -55,8 +56,10 @@ def _of_speeds(motion: Motion) -> dict[str, Sign]:
         if name == "vehicle_speed" or name.startswith("wheel_speed_"):
             known = values[np.isfinite(values) & (values != 0.0)]
             backwards = float(np.mean(known < 0.0)) if len(known) else 0.0
-            turned = backwards > 0.5
-            found[name] = Sign(-1, f"turned: {100 * backwards:.0f} % of samples negative") if turned else Sign(1)
+            slow = len(known) and known.min() > -ReversingLimits().fastest
+            check = "; check that the car did not reverse" if slow else ""
+            reason = f"turned: {100 * backwards:.0f} % of samples negative{check}"
+            found[name] = Sign(-1, reason) if backwards > 0.5 else Sign(1)
     return found
 
 

@@ -14,7 +14,7 @@ from tierod.core.graph import Memory, Scanner
 from tierod.core.recording import Aligned
 from tierod.core.signals import SIGNALS
 from tierod.diagnosis.substitution import SubstitutionGraph
-from tierod.io.reversing import MIRRORED, TURN_FORWARD, Reversing, reversed_in_words
+from tierod.methods.detectors.reversing import MIRRORED, TURN_FORWARD, Reversing, reversed_in_words
 from tierod.models.automated_vehicle import AutomatedVehicle
 from tierod.models.rolling_car import RollingCar
 from tierod.monitors.condition.courses import ElementCourse

@@ -7,8 +7,8 @@ from dataclasses import replace
 from typing import Annotated
 
 from tierod.core.findings import Estimate, Finding, Status
-from tierod.io.reversing import MIRRORED, TURN_FORWARD
 from tierod.methods.detectors import Detector
+from tierod.methods.detectors.reversing import MIRRORED, TURN_FORWARD
 from tierod.methods.detectors.rule_design import alarms_at
 from tierod.monitors.harness.verdict import Obstacle
 from tierod.monitors.sideslip.consistency import FILE_WEIGHT as FILE

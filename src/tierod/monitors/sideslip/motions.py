@@ -9,7 +9,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from tierod.core.series import runs
-from tierod.io.reversing import ReversingLimits
+from tierod.methods.detectors.reversing import ReversingLimits
 from tierod.monitors.sideslip.grip_limit import BAND
 
 STANDING = ReversingLimits().standing

@@ -12,8 +12,8 @@ from tierod.core.findings import Defect, Finding, Status
 from tierod.core.graph import Result
 from tierod.core.recording import Aligned
 from tierod.core.statement import code_of
-from tierod.io.reversing import Reversing, reversed_in_words
 from tierod.methods.analysis.consistency import ConsistencyAccumulator
+from tierod.methods.detectors.reversing import Reversing, reversed_in_words
 from tierod.models.single_track import SingleTrack
 from tierod.monitors.harness.session import BlockSession, Conclusion
 from tierod.monitors.harness.verdict import nis_figures, withheld

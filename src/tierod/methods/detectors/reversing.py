@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -177,6 +177,56 @@ class Reversing:
             self.found.append(Reversal(before.start, found, float(time[-1])))
         self._motion = _Motion(before.start, found if known[-1] else np.nan, float(fastest[-1]), sums[-1])
         return np.asarray(known)
+
+
+STEERING_RATIO, WHEELBASE = 1.0 / 15.5, 2.7
+"""Parameters of a usual car [-], [m], for recordings whose car is not known."""
+_ANY_CAR = ReversingLimits(ratio=10.0)
+"""Limits for such recordings: ratio and wheelbase may be those of a kart or of a lorry."""
+
+
+def reversing_of_any_car(
+    time: np.ndarray, columns: Mapping[str, np.ndarray], rate: float
+) -> tuple[np.ndarray, Reversing]:
+    """Whether an unknown car reverses at each sample, (n,), and how that was found.
+
+    Args:
+        time: time stamps [s], (n,)
+        columns: signals by canonical name, (n,) each; NaN or absent if missing
+        rate: sampling rate [Hz]
+    """
+    missing = np.full(len(time), np.nan)
+    left, right = (columns.get(f"wheel_speed_rear_{side}", missing) for side in ("left", "right"))
+    speed, wheels = columns.get("vehicle_speed", missing), 0.5 * (left + right)
+    made = Reversing(rate, STEERING_RATIO, WHEELBASE, _ANY_CAR)
+    yaw, angle = (columns.get(name, missing) for name in ("yaw_rate", "steering_wheel_angle"))
+    return made.add(time, yaw, angle, np.where(np.isfinite(speed), speed, wheels), right - left), made
+
+
+def reversing_of_any_signs(time: np.ndarray, columns: Mapping[str, np.ndarray], rate: float) -> np.ndarray:
+    """Whether a car reverses at each sample, (n,), whatever the signs of yaw rate and angle.
+
+    Arguments are those of `reversing_of_any_car`. Where turns agree with the angle in some motions and mirror it in
+    others, or signed speeds differ in sign, the car reversed in the shorter ones; where all are alike, it went forward.
+    """
+    wheels = [columns.get(f"wheel_speed_rear_{side}") for side in ("left", "right")]
+    speed = columns.get("vehicle_speed") if wheels[0] is None or wheels[1] is None else 0.5 * (wheels[0] + wheels[1])
+    yaw, angle = columns.get("yaw_rate"), columns.get("steering_wheel_angle")
+    none = np.zeros(len(time), bool)
+    if speed is not None and (backward := speed < -_ANY_CAR.standing).any():
+        forward = speed > _ANY_CAR.standing
+        return backward if backward.sum() <= forward.sum() else forward
+    if speed is None or yaw is None or angle is None:
+        return none
+    kinds = []
+    for sign in (1.0, -1.0):
+        made = Reversing(rate, STEERING_RATIO, WHEELBASE, replace(_ANY_CAR, fastest=np.inf))
+        mirrored = made.add(time, sign * yaw, angle, speed)
+        slow = not mirrored.any() or float(np.nanmax(speed[mirrored])) <= _ANY_CAR.fastest
+        kinds.append((mirrored.sum(), slow, mirrored))
+    if not all(count for count, _, _ in kinds):
+        return none
+    return min(((count, mirrored) for count, slow, mirrored in kinds if slow), default=(0, none), key=lambda k: k[0])[1]
 
 
 def reversed_in_words(found: Sequence[Reversal]) -> str:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tierod.io.reversing import Reversing, reversed_in_words
+from tierod.methods.detectors.reversing import Reversing, reversed_in_words
 
 RATE, WHEELBASE, TRACK, RATIO = 50.0, 2.5, 1.5, 1.0 / 14.0
 TIME = np.arange(0.0, 60.0, 1.0 / RATE)
