@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from monitors.condition.motion_alone import drive
+from monitors.condition.small_car import STEP, SmallCar, recordings, vehicle_of
 from tierod.core.findings import Status
 from tierod.core.recording import Channel, Recording
 from tierod.monitors.diagnose import diagnose
@@ -67,3 +68,21 @@ def test_a_fault_free_drive_with_bends_is_healthy(bends):
 
 def test_a_fault_free_straight_road_is_healthy(straight):
     assert diagnose(straight, load("rav4"), "condition").findings[0].status is Status.HEALTHY
+
+
+def test_a_steering_angle_that_related_signals_call_stuck_is_neither_fault_free_nor_a_fault_of_the_yaw_rate():
+    """A steering angle that rests in a slalom, whose yaw rate then looks wrong to the filters."""
+    car = SmallCar(1100.0, 1600.0, 0.95, 1.5, 1.45, 40e3, 0.95, zero=0.01)
+    time = np.arange(0.0, 60.0, STEP)
+    (read,) = recordings([(car, (np.full(len(time), 12.0), 0.03 * np.sin(0.6 * time)))], 5)
+    yaw, speed = read["yaw_rate"], read["vehicle_speed"]
+    across = Channel("lateral_acceleration", yaw.time, np.round(yaw.values * speed.values / 0.03) * 0.03, "m/s**2")
+    held = Injected("steering_wheel_angle", STUCK, math.nan, 42.0, 52.0).fault
+    found = diagnose(injected(read.with_channels([across]), [held]), vehicle_of(car, "small"), "condition")
+    states = {each.name: each for each in found.elements}
+    cause = "its reading stayed the same from 42.00 s to 52.00 s while related signals moved"
+    assert states["steering_wheel_angle"].status is Status.NOT_TESTABLE
+    assert states["steering_wheel_angle"].cause.startswith(cause)
+    assert states["yaw_rate"].status is not Status.FAULT
+    assert found.findings[0].headline.startswith(f"Steering wheel angle: {cause}")
+    assert "bus" not in found.findings[0].action

@@ -179,6 +179,8 @@ def _lost(
     rest = f"{len(healthy)} of {_judged(states)} sensors and actuators are fault-free"
     headline = f"{who}{first.cause}; {rest if healthy else 'nothing is judged from then on'}."
     action = "check the bus, supply or logger that they share, and then the sensors themselves; record again"
+    if len(alike) == 1:
+        action = f"check {listed(alike)}: the sensor itself, its wiring, its supply and its messages; record again"
     return Finding(
         name, first.status, headline[:1].upper() + headline[1:], first.since, None, evidence, first.cause, action,
         warnings,

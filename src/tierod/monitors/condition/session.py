@@ -22,7 +22,7 @@ from tierod.monitors.condition.driven import REVERSED, SLIPPED, STANDING, Driven
 from tierod.monitors.condition.finding import OtherCauses, judge
 from tierod.monitors.condition.kinds.catalogue import OFFSET
 from tierod.monitors.condition.recording_checks.axle_slip import AxleSlip, slips_in_words
-from tierod.monitors.condition.recording_checks.constancy import Constancy
+from tierod.monitors.condition.recording_checks.constancy import Constancy, stuck_readings
 from tierod.monitors.condition.recording_checks.contradictions import Problem
 from tierod.monitors.condition.recording_checks.coverage import Coverage, ImpossibleValues, TargetPace
 from tierod.monitors.condition.recording_checks.filter_inputs import AccelerationCheck, TargetCheck
@@ -48,6 +48,7 @@ from tierod.monitors.condition.statements import (
 from tierod.monitors.condition.states import acceleration_elements, code_courses, elements, losses
 from tierod.monitors.condition.structure import limitations
 from tierod.monitors.harness.session import Conclusion
+from tierod.monitors.harness.stuck_over_drive import Stuck
 from tierod.vehicles import Vehicle
 
 WHEEL_PLACES = [ConditionSample._fields.index(name) for name in ALL_WHEELS]
@@ -142,6 +143,7 @@ class ConditionSession:
             self._reversing = Reversing(rate, parameters.steering_ratio, wheelbase)
         self._impossible, self._accelerations = ImpossibleValues(), AccelerationCheck(parameters, rate)
         self._read = np.zeros(len(self._measured), bool)
+        self.stuck: tuple[Stuck, ...] = ()
         # Driver and road let a coarse steering angle repeat itself for ten seconds, but no noisy yaw rate or wheel.
         self._same = {"yaw_rate": Constancy(1.0 / rate)}
         self._same |= {name: Constancy(1.0 / rate, noisy=True) for name in ALL_WHEELS if name in self._measured}
@@ -324,6 +326,11 @@ class ConditionSession:
         for slip in slipped:
             for course in self._courses.values():
                 course.forget(slip.start - BEFORE, slip.end)
+        stuck = stuck_readings(self.stuck)
+        # A reading that stays the same in bends looks like a fault of the sensors that move.
+        for each in (each for each in self.stuck if each.name in stuck):
+            for name in self._courses.keys() - stuck.keys():
+                self._courses[name].forget(each.start, (self._driven.end if each.end is None else each.end) + BEFORE)
         shifted = self._shift_of_zero()
         faults = [each for course in self._courses.values() for each in course.episodes(self._driven.end)]
         slow = () if self._pace is None else self._pace.problems()
@@ -335,7 +342,7 @@ class ConditionSession:
         problems = (*wired, *slow)
         interruptions = self._coverage.interruptions
         same = {name: loss for name, each in self._same.items() if (loss := each.loss()) is not None}
-        lost = same | losses(self._courses, self._driven)
+        lost = stuck | same | losses(self._courses, self._driven)
         states = elements(self._courses, self._driven, problems, self.graph, lost)
         missing = [name for name, read in zip(self._measured, self._read, strict=True) if not read]
         # Without any reading, or with all sensors, isolability needs no note.

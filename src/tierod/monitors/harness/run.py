@@ -24,7 +24,16 @@ from tierod.monitors.harness.over_time import OverTime
 from tierod.monitors.harness.pieces import CHUNK, OVERLAP, Silence, together
 from tierod.monitors.harness.quality_over_chunks import Shared
 from tierod.monitors.harness.sample_digest import SampleDigest
-from tierod.monitors.harness.session import BlockSession, Conclusion, Monitor, Session, StatusChange, Variant, opened
+from tierod.monitors.harness.session import (
+    BlockSession,
+    Conclusion,
+    Monitor,
+    Session,
+    StatusChange,
+    SubjectsSession,
+    Variant,
+    opened,
+)
 from tierod.monitors.harness.spread.joining import joined as with_parameter_spread
 from tierod.monitors.harness.spread.joining import with_own_interval
 from tierod.monitors.harness.spread.opening import Uncertain
@@ -277,6 +286,8 @@ class Run:
 
     def _concluded(self) -> tuple[Conclusion, tuple[ParameterEffect, ...]]:
         """Conclusion of the session including the spread of the parameters, and the effects of the parameters on it."""
+        if isinstance(self.session, SubjectsSession):
+            self.session.stuck = self._inputs.stuck.spans()
         conclusion = self.session.conclude()
         if self._uncertain is None:
             return with_own_interval(conclusion, self.vehicle, self._may_turn, self.monitor.learns), ()

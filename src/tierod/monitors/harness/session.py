@@ -8,7 +8,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
-from typing import Annotated, Any, NamedTuple, Protocol, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, NamedTuple, Protocol, get_args, get_origin, get_type_hints, runtime_checkable
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from tierod.core.graph.trace import Interface
 from tierod.core.recording import Aligned, Recording
 from tierod.monitors.harness.baseline import Baseline
 from tierod.monitors.harness.decision import Decision
+from tierod.monitors.harness.stuck_over_drive import Stuck
 from tierod.vehicles import Vehicle
 
 
@@ -91,6 +92,14 @@ class Session(Protocol):
 
     def conclude(self) -> Conclusion:
         """Conclusion over all pieces."""
+
+
+@runtime_checkable
+class SubjectsSession(Protocol):
+    """Session that judges sensors itself, and learns before its conclusion when their signals were stuck."""
+
+    stuck: tuple[Stuck, ...]
+    """Spans in which signals were stuck, in the order of time."""
 
 
 class BlockSession(ABC):

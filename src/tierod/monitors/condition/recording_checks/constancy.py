@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from itertools import pairwise
 from typing import Annotated, NamedTuple
 
@@ -10,6 +11,8 @@ import numpy as np
 
 from tierod.core.findings import Status
 from tierod.monitors.condition.recording_checks.absence import Loss
+from tierod.monitors.condition.signals import SENSORS
+from tierod.monitors.harness.stuck_over_drive import Stuck
 
 LONG = 5.0
 """Time of driving for which a reading must stay the same [s]; coarse sensors on straight roads reach 3 s."""
@@ -100,5 +103,22 @@ class Constancy:
         least = SHORT if never else math.inf if self._noisy else SHORT if changed > TURNED else LONG
         if longest.samples * self._period < least or not longest.samples > UNUSUAL * second > 0.0:
             return None
-        cause = f"its reading stayed the same from {longest.start:.2f} s to {longest.end:.2f} s of driving"
-        return Loss(Status.NOT_TESTABLE, cause, longest.start, longest.end)
+        return _same(longest.start, longest.end, "of driving")
+
+
+def stuck_readings(spans: Iterable[Stuck]) -> dict[str, Loss]:
+    """Sensors whose readings stayed the same while related signals moved, at the first such time of each.
+
+    Args:
+        spans: spans in which signals were stuck, in the order of time
+    """
+    found: dict[str, Loss] = {}
+    for each in spans:
+        if each.name in SENSORS:
+            found.setdefault(each.name, _same(each.start, each.end, "while related signals moved"))
+    return found
+
+
+def _same(start: float, end: float | None, while_: str) -> Loss:
+    until = "on" if end is None else f"to {end:.2f} s"
+    return Loss(Status.NOT_TESTABLE, f"its reading stayed the same from {start:.2f} s {until} {while_}", start, end)
