@@ -11,7 +11,7 @@ TEXTS = ["", "a", "../../etc/passwd", "%2e%2e%2f", "\0", "\ud7ff", "x" * 5000, "
          "é" * 300, "drives/deep/notes.txt"]  # fmt: skip
 
 PARAMETERS = ["folder", "search", "sort", "offset", "count", "file", "name", "start", "stop", "points", "result",
-              "kind", "along", "up", "vehicle", "state", "cohort", "token"]  # fmt: skip
+              "kind", "vehicle", "state", "cohort", "token"]  # fmt: skip
 
 VALUES = [None, True, -1, 0, 1e308, 2**70, "x", "", [], {}, ["x"], {"a": {"b": []}}, "../..", "x" * 3000]
 
@@ -27,11 +27,10 @@ def paths(analysed):
     return [
         "/", "/recording", "/nothing", "/static/main.js", "/static/../app.py", "/static/%2e%2e/app.py",
         "/static//etc/passwd", "/api/site", "/api/files", "/api/recording", "/api/opened", "/api/analyses",
-        "/api/proposals", "/api/inspections", "/api/identifications",
-        "/api/identifications/x/page", "/api/uploads", "/api/jobs", "/api/jobs/x", "/api/scenarios",
+        "/api/proposals", "/api/inspections", "/api/uploads", "/api/jobs", "/api/jobs/x", "/api/scenarios",
         "/api/vehicle", "/api/fleets/x", "/api/fleets/x/cars", "/api/fleets/x/car", "/api/live",
         "/api/results/x", "/api/results/x/report/y", result, f"{result}/report/friction", "/api/series/x/window",
-        series, *(f"{series}/{each}" for each in ("window", "curves", "pair", "export")),
+        series, *(f"{series}/{each}" for each in ("window", "curves", "export")),
     ]  # fmt: skip
 
 

@@ -1,4 +1,4 @@
-"""Endpoints over an analysed recording: signals, stretches, pairs, exports, findings, reports."""
+"""Endpoints over an analysed recording: signals, stretches, exports, findings, reports."""
 
 import io
 import json
@@ -81,18 +81,6 @@ def test_programs_get_lists(client, analysed):
     found = client.get(f"/api/series/{analysed.series}/curves", params={"name": "slow"}).json()
     assert found[0]["lower"][:3] == [None, 1.0, 2.0]
     assert found[0]["exact"]
-
-
-def test_a_pair_is_two_signals_at_common_times(client, analysed):
-    along, up = "steering_wheel_angle", "vehicle_speed"
-    parameters = {"along": along, "up": up, "start": 5.0, "stop": 6.0}
-    found = client.get(f"/api/series/{analysed.series}/pair", params=parameters).json()
-    recorded = drive(40.0)
-    time = recorded[along].time
-    np.testing.assert_allclose(found["along"], recorded[along].values[(time >= 5.0) & (time < 6.0)])
-    expected = np.interp(found["time"], recorded[up].time, recorded[up].values)
-    np.testing.assert_allclose(found["up"], expected)
-    assert found["step"] == 1
 
 
 @pytest.mark.parametrize("kind", ["csv", "parquet"])

@@ -74,8 +74,7 @@ VIEWS = {
     "/fleet": "Worst first",
     "/vehicle?results=fleet&car=car-01": "Drives (",
     "/new": "Upload a recording",
-    f"/identify?files={FILE}": "Identify parameters",
-    f"/recording?file={FILE}&x=steering_wheel_angle&y=driver_torque&a=10&b=20": "Measured",
+    f"/recording?file={FILE}&a=10&b=20": "Measured",
     "/scenario": "Drive a virtual car",
     "/live": "No bus is followed",
     "/jobs": "Work",
@@ -189,11 +188,6 @@ def test_dragging_zooms_all_charts_and_the_wheel_goes_on(page):
 def test_a_second_drive_lies_over_the_first(page):
     opened(page, f"/recording?file={FILE}&signals=driver_torque&over={FILE}&shift=2", "Driver torque (second)")
     page.get_by_text("overlaid: weave.parquet").wait_for()
-
-
-def test_a_pair_is_drawn(page):
-    opened(page, f"/recording?file={FILE}&x=steering_wheel_angle&y=driver_torque", "One signal against another")
-    page.locator("canvas.pair").wait_for()
 
 
 def test_a_report_opens_in_a_frame_of_its_own(page, analysed):

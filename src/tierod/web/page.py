@@ -21,7 +21,7 @@ STATIC = Path(__file__).parent / "static"
 COLOURS = TEMPLATES / "tokens.css"
 """Colours of all pages, including reports."""
 
-VIEWS = ("", "recording", "vehicle", "fleet", "live", "new", "identify", "scenario", "jobs", "interface")
+VIEWS = ("", "recording", "vehicle", "fleet", "live", "new", "scenario", "jobs", "interface")
 """Paths that return the page; the page itself selects the view."""
 
 SCRIPT, STYLE = "first.js", "first.css"

@@ -1,4 +1,4 @@
-"""Endpoints of analysed recordings: signals, time spans, pairs, exports, findings, reports."""
+"""Endpoints of analysed recordings: signals, time spans, exports, findings, reports."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from starlette.background import BackgroundTask
 
 from tierod.web import windows
 from tierod.web.guard import REPORT_POLICY
-from tierod.web.shapes import Curve, Pair, SeriesShape
+from tierod.web.shapes import Curve, SeriesShape
 from tierod.web.work_endpoints import PROBLEMS
 from tierod.web.workbench import Workbench
 
@@ -59,11 +59,6 @@ def recording_endpoints(bench: Workbench) -> APIRouter:
         """Time spans of signals, as lists for programs."""
         return windows.curves(windows.windows(bench.readers(key, result), name, start, stop, points))
 
-    @router.get("/series/{key}/pair")
-    def pair(key: str, along: Key, up: Key, result: Key = "", start: Time = None, stop: Time = None) -> Pair:
-        """Two signals against each other over a time span."""
-        return windows.pair(bench.readers(key, result), along, up, start, stop)
-
     _exports(router, bench)
     _results(router, bench)
     return router
@@ -97,23 +92,6 @@ def _results(router: APIRouter, bench: Workbench) -> None:
     def result(key: str) -> dict[str, Any]:
         """Findings of the monitors in a recording."""
         return bench.result(key)
-
-    @router.get("/identifications/{key}")
-    def identified(key: str) -> dict[str, Any]:
-        """Parameters that were identified from recordings."""
-        return bench.identified(key)
-
-    @router.get("/identifications/{key}/page", response_class=HTMLResponse)
-    def page(key: str) -> Response:
-        """The page of an identification; it runs in a sandbox without access to this page."""
-        text = bench.identified_text(key, "page.html")
-        return HTMLResponse(text, headers={"content-security-policy": REPORT_POLICY})
-
-    @router.get("/identifications/{key}/vehicle", response_class=Response)
-    def vehicle(key: str) -> Response:
-        """The vehicle file with the identified parameters."""
-        attached = {"content-disposition": 'attachment; filename="vehicle.toml"'}
-        return Response(bench.identified_text(key, "vehicle.toml"), media_type="application/toml", headers=attached)
 
     @router.get("/results/{key}/report/{monitor}", response_class=HTMLResponse)
     def report(key: str, monitor: str) -> Response:

@@ -39,16 +39,6 @@ class Asked(Given):
     dbc: list[str] = Field(default_factory=list, max_length=10)
 
 
-class Identified(Given):
-    """Request to identify parameters of a vehicle from recordings; `free` names them, by default the usual ones."""
-
-    subject: str = Field("vehicle", pattern="^(vehicle|column|motor|inverter|thresholds)$")
-    files: list[str] = Field(min_length=1, max_length=50)
-    vehicle: str = Field("", max_length=4096)
-    free: list[str] = Field(default_factory=list, max_length=30)
-    channel_map: dict[str, Any] | None = None
-
-
 class ChosenFault(Given):
     """A fault of a scenario: size as text with unit, start [s]; by default those of its file."""
 
@@ -144,15 +134,6 @@ class Curve(BaseModel):
     time: list[float | None]
     lower: list[float | None]
     upper: list[float | None]
-
-
-class Pair(BaseModel):
-    """Two signals against each other over a time span; each point stands for `step` samples."""
-
-    along: list[float | None]
-    up: list[float | None]
-    time: list[float]
-    step: int
 
 
 class SiteShape(BaseModel):

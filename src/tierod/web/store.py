@@ -2,7 +2,6 @@
 
 series/KE/KEY/      the signals of a recording
 results/KE/KEY/     results of the monitors: findings, estimates, reports
-identified/KE/KEY/  identified parameters: document, page, vehicle file
 known/STAMP.json    results that belong to a file, given by its path, size and time of change
 """
 
@@ -25,7 +24,7 @@ from tierod.core.processes import runs
 from tierod.core.version import __version__
 from tierod.web.errors import Absent
 
-KINDS = ("series", "results", "identified")
+KINDS = ("series", "results")
 
 KEY = re.compile(r"(?:p-)?[0-9a-f]{64}")
 """Form of the folder names; the key of a preview, made before a file is read to its end, begins with "p-"."""

@@ -1,4 +1,4 @@
-"""Time spans of signals for pictures, as numbers in one packet or as lists; pairs of signals; exports."""
+"""Time spans of signals for pictures, as numbers in one packet or as lists; exports."""
 
 from __future__ import annotations
 
@@ -14,19 +14,13 @@ from tierod.core.errors import InputError
 from tierod.core.recording import Recording
 from tierod.web.errors import TooLarge
 from tierod.web.pyramid import SeriesReader, Window
-from tierod.web.shapes import Curve, Pair
+from tierod.web.shapes import Curve
 
 MOST_NAMES = 64
 """Largest number of signals in one picture."""
 
 MOST_POINTS = 10_000
 """Largest number of points in a picture."""
-
-MOST_PAIRS = 20_000
-"""Largest number of points of two signals against each other."""
-
-MARGIN = 1.0
-"""Time by which the second signal of a pair is read beyond the span on both sides [s]."""
 
 MOST_EXPORTED = 20_000_000
 """Largest number of samples of an export, over all signals."""
@@ -101,32 +95,6 @@ def curves(found: Sequence[tuple[str, Window]]) -> list[Curve]:
 def listed(values: np.ndarray) -> list[float | None]:
     """Numbers as a list for JSON; values that are not finite are null."""
     return [float(each) if np.isfinite(each) else None for each in values]
-
-
-def pair(readers: Sequence[SeriesReader], along: str, up: str, start: float | None, stop: float | None) -> Pair:
-    """Two signals against each other: the second interpolated at the time stamps of the first.
-
-    Args:
-        readers, start, stop: as in `windows`
-        along, up: names of the signals
-
-    Raises:
-        InputError: the span is empty
-        Absent: there is no such signal
-    """
-    begin, end = _stretch(readers[0], start, stop)
-    time, x = _holding(readers, along).samples(along, begin, end)
-    # Samples beyond the span, so that its edges can be interpolated.
-    other, y = _holding(readers, up).samples(up, begin - MARGIN, end + MARGIN)
-    step = max(-(-len(time) // MOST_PAIRS), 1)
-    time, x = time[::step], x[::step]
-    known = np.isfinite(y)
-    at = (
-        np.interp(time, other[known], y[known], left=np.nan, right=np.nan)
-        if known.any()
-        else np.full(len(time), np.nan)
-    )
-    return Pair(along=listed(x), up=listed(at), time=time.tolist(), step=step)
 
 
 def export(

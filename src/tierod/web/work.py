@@ -57,12 +57,6 @@ def _inspect(given: Mapping[str, Any], say: Say) -> dict[str, Any]:
     return document
 
 
-def _identify(given: Mapping[str, Any], say: Say) -> dict[str, Any]:
-    from tierod.web.identifying import identify
-
-    return identify(Store(Path(given["cache"])), given, say)
-
-
 def _simulate(given: Mapping[str, Any], say: Say) -> dict[str, Any]:
     """Simulate a scenario into a recording among the uploads, and judge it."""
     from tierod.web.scenarios import drive
@@ -92,7 +86,6 @@ WORKS: dict[str, Callable[[Mapping[str, Any], Say], dict[str, Any]]] = {
     "analyse": _analyse,
     "propose": _propose,
     "inspect": _inspect,
-    "identify": _identify,
     "simulate": _simulate,
     "fleet": _fleet,
     "demo": _demo,

@@ -10,7 +10,7 @@ from starlette.requests import ClientDisconnect
 from tierod.core.errors import InputError
 from tierod.core.files import replacing
 from tierod.web.listing import Listing
-from tierod.web.shapes import Analysed, Asked, ChosenScenario, Identified, JobShape, Opened, Problem, SiteShape, State
+from tierod.web.shapes import Analysed, Asked, ChosenScenario, JobShape, Opened, Problem, SiteShape, State
 from tierod.web.workbench import Workbench
 
 Text = Annotated[str, Query(max_length=4096)]
@@ -67,11 +67,6 @@ def work_endpoints(bench: Workbench) -> APIRouter:
     def inspections(asked: Asked) -> JobShape:
         """Examine the content of a recording, and the requirements of each monitor that it does not meet."""
         return JobShape.of(bench.inspect(asked))
-
-    @router.post("/identifications", status_code=202)
-    def identifications(asked: Identified) -> JobShape:
-        """Identify parameters of a vehicle from recordings."""
-        return JobShape.of(bench.identify(asked))
 
     _uploads(router, bench)
     _jobs(router, bench)

@@ -167,40 +167,6 @@ class Workbench:
         given = self._given(asked)
         return self.jobs.submit("inspect", given, f"looking into {Path(given['path']).name}")
 
-    def identify(self, asked: shapes.Identified) -> Job:
-        """Start the identification of vehicle parameters from recordings; a stored result is reused.
-
-        Raises:
-            Absent: there is no such file
-            ParameterError: no vehicle is given, or there is none of this name
-            Busy: too many jobs are waiting
-        """
-        paths = [str(self.site.file(each[:4096])) for each in asked.files]
-        vehicle = self.vehicle(asked.vehicle)
-        if not vehicle:
-            raise ParameterError("no vehicle is given; choose the one from whose values the identification starts")
-        given = {"subject": asked.subject, "paths": paths, "vehicle": vehicle, "free": asked.free,
-                 "channel_map": asked.channel_map or self.site.channel_map or None, "cache": str(self.site.cache),
-                 "folder": str(self.uploads / "identified")}  # fmt: skip
-        count = f"{len(paths)} recordings" if len(paths) > 1 else Path(paths[0]).name
-        return self.jobs.submit("identify", given, f"identifying the {asked.subject} from {count}")
-
-    def identified(self, key: str) -> dict[str, Any]:
-        """Result of an identification.
-
-        Raises:
-            Absent: nothing is stored under this key
-        """
-        found: dict[str, Any] = json.loads(self.identified_text(key, "identification.json"))
-        return {**found, "key": key, "written": (self.store.path("identified", key) / "vehicle.toml").is_file()}
-
-    def identified_text(self, key: str, name: str) -> str:
-        """The file "page.html" or "vehicle.toml" of an identification; raises as `identified`."""
-        try:
-            return (self.store.path("identified", key) / name).read_text(encoding="utf-8")
-        except OSError:
-            raise Absent("this result is not kept any more; run it again") from None
-
     def _given(self, asked: shapes.Analysed | shapes.Asked) -> dict[str, Any]:
         path = self.site.file(asked.file)
         if path.stat().st_size == 0:

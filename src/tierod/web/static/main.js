@@ -21,7 +21,7 @@ function later(fetched, name) {
 const jobs = () => import("./jobs.js");
 
 const VIEWS = { "": [Files, "Recordings"], recording: [Recording, ""],
-  new: [later(() => import("./new.js"), "New"), "New recording"], identify: [later(() => import("./identify.js"), "Identify"), "Identify"],
+  new: [later(() => import("./new.js"), "New"), "New recording"],
   fleet: [later(() => import("./fleet.js"), "Fleet"), "Fleet"], vehicle: [later(() => import("./vehicle.js"), "Vehicle"), "Vehicle"],
   scenario: [later(() => import("./scenario.js"), "Scenario"), "Scenario"], live: [later(() => import("./live.js"), "Live"), "Live"],
   jobs: [later(jobs, "JobList"), "Work"], interface: [later(jobs, "Interface"), ""] };

@@ -1,4 +1,4 @@
-// A recording: findings over time, signals in panels, two recordings, measuring, pairs, export.
+// A recording: findings over time, signals in panels, two recordings, measuring, export.
 import { html, stack, useCallback, useEffect, useLayoutEffect, useMemo, useRef, useState } from "./html.js";
 import { get, post, query, site as served, windows } from "./api.js";
 import { go, link, set } from "./address.js";
@@ -8,7 +8,6 @@ import { added, names, parse, usual, without, write } from "./panels.js";
 import { TimeAxis, Verdict } from "./findings.js";
 import { Remarks, shared } from "./remarks.js";
 import { Tree } from "./tree.js";
-import { PairChart } from "./pair.js";
 
 /** What is kept of a recording; what is not there yet is worked out by a job. */
 export function useAnalysed(file, vehicle) {
@@ -46,7 +45,7 @@ function Bench({ address }) {
   const one = useAnalysed(address.file, address.vehicle), other = useAnalysed(address.over || "", address.vehicle);
   const series = one.series.data, result = one.result.data;
   const title = address.file.split("/").pop(), warnings = (series && series.facts.warnings) || [];
-  return stack`<div class="row"><h1 class="grow">${title}</h1><${VehicleChoice} address=${address} now=${result && result.vehicle} /><a class="button tools" href=${link("identify", { files: address.file, name: address.vehicle || (one.state.data && one.state.data.state.result && one.state.data.state.vehicle) })}>Identify from it</a></div>
+  return stack`<div class="row"><h1 class="grow">${title}</h1><${VehicleChoice} address=${address} now=${result && result.vehicle} /></div>
     ${one.state.error && html`<${Trouble} error=${one.state.error} again=${one.state.again} />`}
     <${Work} job=${one.job} again=${one.start} />
     ${one.job && one.job.state === "failed" && html`<p>Signals under other names, or a bus log without database? <a href=${link("new", { file: address.file })}>Choose them under “New recording”</a>.</p>`}
@@ -99,7 +98,6 @@ function Charts({ address, series, result, over, overResult }) {
       ${panels.map((panel, at) => html`<${Panel} key=${panel[0]} at=${at} panel=${panel} panels=${panels} byName=${byName} result=${result} data=${data.found} overData=${overData.found} shift=${shift} view=${view} onView=${onView} measured=${measured} change=${change} />`)}
       <div class="card panel target tools" onDragOver=${(e) => e.preventDefault()} onDrop=${(e) => { e.preventDefault(); const n = e.dataTransfer.getData("text/plain"); if (byName.has(n)) change(added(panels, n)); }}><span class="small">Drop a signal here for a panel of its own. Drag in a chart zooms, the wheel too; Shift-drag or arrow keys pan; double click shows all; keys a and b set the measuring cursors.</span></div>
       <${Measured} seriesKey=${series.key} result=${result} wanted=${wanted} byName=${byName} measured=${measured} />
-      <${PairChart} address=${address} signals=${signals} byName=${byName} seriesKey=${series.key} result=${result} view=${view} />
     </div></div>`;
 }
 

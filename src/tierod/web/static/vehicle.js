@@ -73,5 +73,5 @@ function Parameters({ address, site }) {
       { title: "value", n: true, show: (p) => figure(p.value, 5) }, { title: "± standard deviation", n: true, show: (p) => (p.standard_deviation === null ? html`<span title="not known">?</span>` : figure(p.standard_deviation, 2)) },
       { title: "unit", show: (p) => shownIn("")[1] + p.unit.replaceAll("**2", "²").replaceAll("*", "·") },
       { title: "origin", text: true, show: (p) => html`${p.assumed && html`<span class="badge watch">assumed</span> `}<span class="small">${p.assumed ? p.source.replace(/^assumed:? ?/i, "") : p.source}</span>` },
-    ]} /><p class="small">Which of these your drives can identify, and how well: <a href=${link("identify", { name })}>identify parameters</a>, or <code>tierod identify vehicle drive.mf4 --vehicle ${found.data.name}</code>.</p>`}</section>`;
+    ]} /><p class="small">Which of these your drives can identify, and how well: <code>tierod identify vehicle drive.mf4 --vehicle ${found.data.name}</code>.</p>`}</section>`;
 }
