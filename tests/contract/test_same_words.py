@@ -198,5 +198,5 @@ def test_the_web_page_gets_the_same_from_its_endpoint_and_its_script(word, folde
     key = analyse(store, Reading(folder / name_of(word)), "midsize-eps", False, lambda *_, **__: None)["result"]
     content = json.loads((store.path("results", key) / "result.json").read_text(encoding="utf-8"))
     assert in_json(content["monitors"]["stated"]) == (word, *LOOKS[word])
-    (table,) = map(json.loads, re.findall(r"const STATUSES = (\{.*\});", files().content["first.js"].decode()))
+    (table,) = map(json.loads, re.findall(r"const STATUSES = (\{.*\});", files().content["statuses.js"].decode()))
     assert table[word] == [*LOOKS[word]][::-1]

@@ -2,6 +2,7 @@
 
 import io
 import json
+import posixpath
 import re
 import shutil
 import struct
@@ -178,17 +179,28 @@ def test_the_interface_describes_itself(client):
 def test_the_files_of_the_page_are_kept_under_their_content(client):
     html = client.get("/").text
     modules = re.findall(r'="(/static/[0-9a-f]{16}/[^"]+)"', html)
-    assert {each.split("/")[-1] for each in modules} >= {"first.js", "first.css"}
+    assert {each.split("/")[-1] for each in modules} >= {"main.js", "page.css", "uPlot.iife.min.js"}
     for address in modules:
         answer = client.get(address)
         assert answer.status_code == 200
         assert "immutable" in answer.headers["cache-control"]
-    plain = client.get("/static/first.js")
-    assert plain.content == client.get(next(each for each in modules if each.endswith("/first.js"))).content
+    plain = client.get("/static/main.js")
+    assert plain.content == client.get(next(each for each in modules if each.endswith("/main.js"))).content
     assert plain.headers["cache-control"] == "no-cache"
     tag = {"if-none-match": plain.headers["etag"]}
-    assert client.get("/static/first.js", headers=tag).status_code == 304
+    assert client.get("/static/main.js", headers=tag).status_code == 304
     assert client.get("/static/0123456789abcdef/main.js").status_code == 404
+
+
+def test_the_page_names_every_module_of_its_first_view(client):
+    html, found, waiting = client.get("/").text, set(), ["main.js"]
+    while waiting:
+        found.add(name := waiting.pop())
+        text = client.get(f"/static/{name}").text
+        others = {posixpath.join(posixpath.dirname(name), each) for each in re.findall(r'from "\./([^"]+)"', text)}
+        waiting += others - found
+    named = re.findall(r'rel="modulepreload" href="/static/[0-9a-f]{16}/([^"]+)"', html)
+    assert sorted(named) == sorted(found - {"main.js"})
 
 
 def test_the_page_begins_with_the_requests_of_its_view(client):

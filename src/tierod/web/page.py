@@ -15,7 +15,6 @@ from starlette.exceptions import HTTPException
 
 from tierod.core.statuses import SEVERITY
 from tierod.report.html import TEMPLATES
-from tierod.web.bundle import bundled
 
 STATIC = Path(__file__).parent / "static"
 COLOURS = TEMPLATES / "tokens.css"
@@ -23,13 +22,6 @@ COLOURS = TEMPLATES / "tokens.css"
 
 VIEWS = ("", "recording", "vehicle", "fleet", "live", "new", "scenario", "jobs", "interface")
 """Paths that return the page; the page itself selects the view."""
-
-SCRIPT, STYLE = "first.js", "first.css"
-"""Bundled files, so that the first view needs few requests."""
-
-DRAWING = "vendor/uPlot.iife.min.js"
-
-STYLES = ("vendor/uPlot.min.css", COLOURS.name, "page.css")
 
 KINDS = {".js": "text/javascript; charset=utf-8", ".css": "text/css; charset=utf-8", ".svg": "image/svg+xml"}
 
@@ -57,7 +49,6 @@ def files() -> Files:
     paths[COLOURS.name] = COLOURS
     content = {name: path.read_bytes() for name, path in sorted(paths.items())}
     content["statuses.js"] = _statuses().encode()
-    content |= _together(content)
     index = (STATIC / "index.html").read_text(encoding="utf-8")
     whole = hashlib.sha256(index.encode())
     for name, each in content.items():
@@ -74,16 +65,6 @@ def _statuses() -> str:
     table = {WORDS[urgency]: (colour, symbol) for urgency, (symbol, colour) in LOOKS.items()}
     table |= {status.value: (status.colour, status.symbol) for status in SEVERITY}
     return f"export const STATUSES = {json.dumps(table, ensure_ascii=False)};\n"
-
-
-def _together(content: dict[str, bytes]) -> dict[str, bytes]:
-    """Bundled files of the first view: its style sheets, and its modules after the plotting library."""
-    texts = {name: each.decode() for name, each in content.items() if name.endswith((".js", ".css"))}
-    first, stands = bundled(texts, "main.js", SCRIPT)
-    made = {name: text.encode() for name, text in stands.items()}
-    made[SCRIPT] = f"{texts[DRAWING]}\n{first}".encode()
-    made[STYLE] = "\n".join(texts[name] for name in STYLES).encode()
-    return made
 
 
 def page(app: FastAPI) -> None:
