@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from tierod.methods.estimators.fixed_lag import FixedLag
-from tierod.methods.estimators.imm import ImmFilter
 from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.methods.estimators.stationary import StationaryFilter
 from tierod.methods.estimators.stationary_bank import StationaryBank
@@ -78,32 +77,7 @@ class PlainFilter:
         return found, time.perf_counter() - start
 
 
-class InteractingModels:
-    """filterpy's `IMMEstimator` over Kalman filters."""
-
-    def __init__(self, block: ImmFilter, system: LinearSystem):
-        from filterpy.kalman import IMMEstimator
-        from filterpy.kalman import KalmanFilter as Peer
-
-        filters = [
-            filled(Peer, system, each.process_noise, each.measurement_noise, np.diag(each.initial_variance))
-            for each in block.filters
-        ]
-        self.peer = IMMEstimator(filters, np.array(block.initial_probabilities), np.array(block.switching))
-
-    def __call__(self, samples: np.ndarray) -> tuple[np.ndarray, float]:
-        """Estimates, and duration [s]."""
-        peer, found = self.peer, np.empty((len(samples), len(self.peer.x)))
-        inputs, measured = samples[:, :1, None], samples[:, 1:, None]
-        start = time.perf_counter()
-        for k in range(len(samples)):
-            peer.predict(inputs[k])
-            peer.update(measured[k])
-            found[k] = peer.x[:, 0]
-        return found, time.perf_counter() - start
-
-
-class BankOfConstantGains(InteractingModels):
+class BankOfConstantGains:
     """filterpy's `IMMEstimator` over filters with constant gain, by filterpy's steady-state functions."""
 
     def __init__(self, block: StationaryBank, system: LinearSystem):
@@ -126,6 +100,17 @@ class BankOfConstantGains(InteractingModels):
             filters.append(peer)
         count = len(filters)
         self.peer = IMMEstimator(filters, np.full(count, 1.0 / count), np.array(block.switching))
+
+    def __call__(self, samples: np.ndarray) -> tuple[np.ndarray, float]:
+        """Estimates, and duration [s]."""
+        peer, found = self.peer, np.empty((len(samples), len(self.peer.x)))
+        inputs, measured = samples[:, :1, None], samples[:, 1:, None]
+        start = time.perf_counter()
+        for k in range(len(samples)):
+            peer.predict(inputs[k])
+            peer.update(measured[k])
+            found[k] = peer.x[:, 0]
+        return found, time.perf_counter() - start
 
 
 class AugmentedLag:

@@ -13,16 +13,12 @@ from benchmarks.observer_peers import (
     AugmentedLag,
     BankOfConstantGains,
     ExtendedFilter,
-    InteractingModels,
     PlainFilter,
-    full,
 )
 from tierod.core.block import Block
 from tierod.core.graph.kernel import kernel
 from tierod.core.graph.trace import initial_memory
-from tierod.methods.estimators.imm import ImmFilter
 from tierod.methods.estimators.kalman import KalmanFilter
-from tierod.methods.estimators.stationary_bank import StationaryBank
 from tierod.models.steering_column import ColumnParameters
 from tierod.monitors.driver_torque.delayed import DelayedHandTorque, smoothing
 from tierod.monitors.driver_torque.design import design, process_noises
@@ -75,7 +71,6 @@ def column_comparisons() -> list[Comparison]:
     made = design(parameters, 1e-3, tuning)
     system, bank = made.observation.discrete, made.bank
     mean = tuple(f"mean.{name}" for name in system.states)
-    interacting = _interacting(bank, process_noises(system.states, parameters, 1e-3, tuning), tuning)
     printed = PrintedObserver.of_column(parameters, "full").filter
     lagged = DelayedHandTorque.of_parameters(parameters).smoother
     (slow,) = process_noises(system.states, parameters, 1e-3, smoothing(tuning))
@@ -84,7 +79,6 @@ def column_comparisons() -> list[Comparison]:
     return [
         Comparison("observer-printed", printed, samples, PlainFilter.stationary(printed), ("mean.hand_torque",)),
         Comparison("observer-bank", bank, samples, BankOfConstantGains(bank, system), mean),
-        Comparison("observer-interacting", interacting, samples, InteractingModels(interacting, system), mean),
         Comparison("observer-20-ms-later", lagged, samples, delayed, ("smoothed.hand_torque",)),
         Comparison("observer-friction", friction, samples, ExtendedFilter(friction), _means(friction)),
     ]
@@ -95,23 +89,6 @@ def _samples() -> np.ndarray:
     run = swept("steps", STEPS * 1e-3, 1)
     before = np.r_[0.0, run["motor_torque"][:-1]]
     return np.column_stack([before, run["steering_wheel_angle"], run["motor_angle_mechanical"], run["driver_torque"]])
-
-
-def _interacting(bank: StationaryBank, noises: Sequence[np.ndarray], tuning: ColumnTuning) -> ImmFilter:
-    """Default bank, with covariances that are recomputed at every sample."""
-    start = tuple(map(float, np.diag(full(bank.noises[0].covariance))))
-    filters = tuple(
-        KalmanFilter(
-            bank.model,
-            bank.parameters,
-            (0.0,) * len(start),
-            start,
-            tuple(float(q) if q > 0.0 else None for q in noise),
-            tuning.variances(),
-        )
-        for noise in noises
-    )
-    return ImmFilter(filters, bank.switching, (1.0 / len(filters),) * len(filters))
 
 
 def sideslip_comparisons() -> list[Comparison]:

@@ -28,7 +28,6 @@ SAID = {
     "condition-on-board": "condition monitor on board: bank of fifty filters, rules, substitutes, fault counters",
     "observer-printed": "column observer as printed, six states",
     "observer-bank": "torque of the hands, bank of three constant gains",
-    "observer-interacting": "torque of the hands, interacting filters with their covariances",
     "observer-20-ms-later": "torque of the hands 20 ms later",
     "observer-friction": "column with Dahl friction, extended filter",
     "sideslip-conventional-kalman": "sideslip, conventional observer, Kalman gains",

@@ -15,19 +15,17 @@ from tierod.diagnosis.substitution import Substitute, SubstitutionGraph
 from tierod.diagnosis.switchover import Switchover
 from tierod.methods.detectors.control_charts import Cusum, GeometricAverage, HeldThreshold
 from tierod.methods.detectors.likelihood_ratio import LikelihoodRatio
-from tierod.methods.detectors.moments import BatchMoments, ExponentialMoments, MovingMoments
+from tierod.methods.detectors.moments import MovingMoments
 from tierod.methods.detectors.sequential_test import SequentialTest, TwoSided
-from tierod.methods.detectors.threshold import Debounce, Hysteresis
+from tierod.methods.detectors.threshold import Debounce
 from tierod.methods.estimators.fixed_lag import FixedLag
-from tierod.methods.estimators.imm import ImmFilter
 from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.methods.estimators.luenberger import Luenberger
-from tierod.methods.estimators.mixing import switching_of
 from tierod.methods.estimators.stationary import StationaryFilter
 from tierod.methods.estimators.stationary_bank import StationaryBank
 from tierod.methods.estimators.unscented import UnscentedFilter
 from tierod.methods.filters.butterworth import Butterworth
-from tierod.methods.filters.each import Delay, InputHold
+from tierod.methods.filters.each import InputHold
 from tierod.methods.filters.first_order import Differentiator, FirstOrderLowPass
 from tierod.methods.filters.jump_gate import JumpGate
 from tierod.methods.identification.drive_likelihood import DriveLikelihood
@@ -164,20 +162,16 @@ EXAMPLES: dict[type, Callable[[], Any]] = {
     LikelihoodRatio: lambda: LikelihoodRatio(1.0, 6.0, (3, 12, 48)),
     SequentialTest: lambda: SequentialTest(1.0, 1.0, 5.0, -5.0),
     TwoSided: lambda: TwoSided(SequentialTest(1.0, 1.0, 5.0, -5.0), SequentialTest(-1.0, 1.0, 5.0, -5.0)),
-    BatchMoments: lambda: BatchMoments(50),
-    ExponentialMoments: lambda: ExponentialMoments(1.0, DT),
     MovingMoments: lambda: MovingMoments(50),
     Debounce: lambda: Debounce(0.05, 0.1, DT),
     DebounceCounter: lambda: DebounceCounter(2.0, 3.0),
     DebounceCounters: lambda: DebounceCounters((DebounceCounter(127.0, 128.0), DebounceCounter()), ((), (0,))),
     Switchover: lambda: Switchover(SUBSTITUTES, (1.0, 1.0), 0.1, DT),
     Reconfiguration: lambda: Reconfiguration.of_vehicle(load("smartload"), DT),
-    Hysteresis: lambda: Hysteresis(0.4, 0.1, 0.05, DT),
     KindOfFault: lambda: KindOfFault(7.5, 0.75, 0.75, 3e-4),
     KalmanFilter: lambda: replace(consistent(CAR).filter, hold_missing_input=True),
     UnscentedFilter: lambda: replace(unscented(CAR).filter, hold_missing_input=True),
     Butterworth: lambda: Butterworth(SteeringSample, DT, 0.0, 5.0),
-    Delay: lambda: Delay(SteeringSample, 7),
     FirstOrderLowPass: lambda: FirstOrderLowPass(SteeringSample, DT, 0.05, 0.2),
     Differentiator: lambda: Differentiator(SteeringSample, DT, 0.05, 0.02),
     InputHold: lambda: InputHold(SteeringSample, DT, 0.05),
@@ -206,11 +200,6 @@ EXAMPLES: dict[type, Callable[[], Any]] = {
     HandsMonitor: lambda: HandsMonitor.of_vehicle(load("column-bench"), 1e-3),
     VarianceFrictionMonitor: lambda: VarianceFrictionMonitor(
         load("midsize-eps").parameters_for(VarianceParameters), threshold=1000.0, gate=None
-    ),
-    ImmFilter: lambda: ImmFilter(
-        tuple(replace(consistent(CAR).filter, maskable=(), hold_missing_input=True) for _ in range(2)),
-        switching_of((1.0, 0.1), DT),
-        (0.5, 0.5),
     ),
     LeaveOutFilter: lambda: LeaveOutFilter.of_vehicle(load("smartload"), DT),
     RollingFilter: lambda: RollingFilter.of_vehicle(load("rav4"), DT),

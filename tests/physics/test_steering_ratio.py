@@ -12,13 +12,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tierod.physics import steering_ratio as gear
-from tierod.physics.gear import superposed_motor_angle, superposed_target
 from tierod.physics.steering_ratio import (
     ackermann_angle,
     ackermann_slope,
     pinion_angle,
-    road_wheel_angle,
-    road_wheel_angle_of_ratio,
     torsion_bar_torque,
     torsion_bar_twist,
 )
@@ -74,14 +71,3 @@ def test_the_pinion_angle_is_the_root_of_the_cubic(angle, growth):
     roots = np.roots([growth / 3.0, 0.0, 1.0, -15.5 * steer]) if growth else np.array([15.5 * steer])
     near = roots[np.argmin(np.abs(roots - angle))]
     assert pinion_angle(steer, 1.0 / 15.5, growth) == pytest.approx(near.real, abs=1e-9)
-
-
-def test_a_wanted_overall_ratio_is_what_comes_out():
-    """Equations (1) to (4) round: motor angle for i_V, pinion by (1), steer by (2), and its ratio by (3)."""
-    for wheel, wanted in ((1.2, 12.0), (-2.0, 19.0)):
-        pinion = pinion_angle(road_wheel_angle_of_ratio(wheel, wanted), 1.0 / 15.5, 0.06)
-        motor = superposed_motor_angle(pinion, wheel, 22.5, 1.1)
-        steer = road_wheel_angle(motor / 22.5 + wheel / 1.1, 1.0 / 15.5, 0.06)
-        assert wheel / steer == pytest.approx(wanted)
-    plain = superposed_motor_angle(1.3 * 0.5 / 1.1, 0.5, 22.5, 1.1)
-    assert superposed_target(0.5, 1.3, 22.5, 1.1) == pytest.approx(plain)

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Annotated, NamedTuple, Protocol
+from typing import Protocol
 
 from tierod.core.block import Scalar
 from tierod.core.graph.maths import Number, exp
-from tierod.physics.friction import coulomb, viscous
 from tierod.physics.lag import share_reached
 from tierod.physics.steering_ratio import column_torque_of_motor, torque_at_steering_wheel
 
@@ -38,63 +36,6 @@ class SampledColumn(Protocol):
     @property
     def column_inertia(self) -> float:
         """Moment of inertia at the steering wheel axis [kg m^2]."""
-
-
-class EpsColumn:
-    """Balance of torques about the steering wheel axis: inertia, damping, Coulomb friction, driver, motor, tyres.
-
-    Validity: frequencies below some 5 Hz, at which the torsion bar is stiff; motion beyond the pre-sliding range.
-    Source: Mohtat et al., eq (2). The motor torque is the one at the shaft, T_m = K_t i: K_t is not applied twice.
-    """
-
-    class State(NamedTuple):
-        """Angle and rate of the steering wheel."""
-
-        steering_wheel_angle: Annotated[float, "rad"]
-        steering_wheel_rate: Annotated[float, "rad/s"]
-
-    class Input(NamedTuple):
-        """Torques of driver (at the wheel), motor (at its shaft) and tyres (about the kingpins, resisting)."""
-
-        driver_torque: Annotated[float, "N*m"]
-        motor_torque: Annotated[float, "N*m"]
-        self_aligning_torque: Annotated[float, "N*m"]
-
-    class Output(NamedTuple):
-        """Measured angle and rate."""
-
-        steering_wheel_angle: Annotated[float, "rad"]
-        steering_wheel_rate: Annotated[float, "rad/s"]
-
-    @dataclass(frozen=True)
-    class Parameters:
-        """Parameters referred to the steering wheel axis.
-
-        Args:
-            column_inertia: J_eq [kg m^2]
-            column_damping: B_eq [N m s/rad]
-            nominal_friction: T_f [N m]
-            motor_ratio: turns of the motor per turn of the wheel, n [-]
-            steering_ratio: road wheel angle per steering wheel angle, rho [-]
-        """
-
-        column_inertia: Annotated[float, "kg*m**2"]
-        column_damping: Annotated[float, "N*m*s/rad"]
-        nominal_friction: Annotated[float, "N*m"]
-        motor_ratio: Annotated[float, ""]
-        steering_ratio: Annotated[float, ""]
-
-    @staticmethod
-    def derivative(x: State, u: Input, p: Parameters) -> State:
-        """Rates of angle and angular rate, eq (2)."""
-        friction = coulomb(x.steering_wheel_rate, p.nominal_friction) + viscous(x.steering_wheel_rate, p.column_damping)
-        net = driving_torque(u.driver_torque, u.motor_torque, u.self_aligning_torque, p) - friction
-        return EpsColumn.State(x.steering_wheel_rate, net / p.column_inertia)
-
-    @staticmethod
-    def output(x: State, u: Input, p: Parameters) -> Output:
-        """Angle and rate of the steering wheel."""
-        return EpsColumn.Output(x.steering_wheel_angle, x.steering_wheel_rate)
 
 
 def driving_torque(

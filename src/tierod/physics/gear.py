@@ -67,22 +67,6 @@ def superposed_target(input_angle: Scalar, gain: Scalar, motor_ratio: Scalar, in
     return motor_ratio * (gain - 1.0) / input_ratio * input_angle
 
 
-def superposed_motor_angle(pinion: Scalar, input_angle: Scalar, motor_ratio: Scalar, input_ratio: Scalar) -> Scalar:
-    """Angle of the motor [rad] for an angle of the pinion: `superposed_angle` solved for the motor.
-
-    With the pinion angle of (2) and the steer of (3) it is the desired angle delta_Md for an overall ratio i_V.
-
-    Args:
-        pinion: delta_G [rad]
-        input_angle: of the shaft from the steering wheel, delta_S [rad]
-        motor_ratio: turns of the motor per turn of the pinion, i_M [-]
-        input_ratio: turns of the shaft per turn of the pinion, i_D [-]
-
-    Source: Reinelt et al., eqs (1) to (4).
-    """
-    return motor_ratio * (pinion - input_angle / input_ratio)
-
-
 def lash_torque(twist: Scalar, twist_rate: Scalar, stiffness: Scalar, damping: Scalar, play: Scalar) -> Scalar:
     """Torque [N*m] that meshing gears transmit, in the direction of their twist; a force if twist is a distance [m].
 

@@ -3,35 +3,12 @@ import dataclasses
 import numpy as np
 import pytest
 
-from example_models import assert_floats_equal_scan, with_gaps
+from example_models import assert_floats_equal_scan
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
-from tierod.methods.detectors import Condition, Debounce, Hysteresis
+from tierod.methods.detectors import Condition, Debounce
 
-SWITCH = Hysteresis(on=1.0, off=-1.0, hold_time=0.05, sample_time=0.01)
 DEBOUNCE = Debounce(on_time=0.05, off_time=0.1, sample_time=0.01)
-
-
-def test_hysteresis_agrees_with_its_description():
-    rng = np.random.default_rng(0)
-    values = with_gaps(rng, rng.normal(size=400) * 1.2, 0.2)
-    result = assert_floats_equal_scan(SWITCH, values)
-    active, changed, expected = 0.0, -100, []
-    for k, value in enumerate(values):
-        if np.isfinite(value) and k - changed >= 5:
-            wanted = 1.0 if value > 1.0 else 0.0 if value < -1.0 else active
-            changed = k if wanted != active else changed
-            active = wanted
-        expected.append(active)
-    np.testing.assert_array_equal(result["active"], expected)
-    assert 0.1 < np.mean(expected) < 0.9
-
-
-def test_hysteresis_without_hold_time_is_plain():
-    block = dataclasses.replace(SWITCH, hold_time=0.0)
-    result = scan(block, [0.0, 1.1, 0.0, -0.9, -1.1, 0.5, 1.5])["active"]
-    np.testing.assert_array_equal(result, [0, 1, 1, 1, 0, 0, 1])
-    assert block.step(block.init(), 5.0, enabled=0.0)[1].active == 0.0
 
 
 def test_debounce_agrees_with_counting():
@@ -71,8 +48,6 @@ def test_false_alarms_of_debounce_are_as_far_apart_as_documented():
 @pytest.mark.parametrize(
     ("block", "changes", "words"),
     [
-        (SWITCH, {"off": 2.0}, "off at or below on"),
-        (SWITCH, {"hold_time": -1.0}, "hold_time is -1.0"),
         (DEBOUNCE, {"on_time": -1.0}, "on_time is -1.0"),
         (DEBOUNCE, {"sample_time": 0.0}, "sample_time is 0.0"),
     ],

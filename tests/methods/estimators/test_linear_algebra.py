@@ -41,12 +41,10 @@ def test_scaled_congruence_is_g_q_g(n, m, seed):
 
 
 @given(sizes, seeds)
-def test_cholesky_and_solve(n, seed):
-    rng = np.random.default_rng(seed)
-    P, b = spd(rng, n), rng.normal(size=n)
+def test_cholesky(n, seed):
+    P = spd(np.random.default_rng(seed), n)
     packed = la.pack(as_floats(P))
     np.testing.assert_allclose(la.cholesky(packed), np.linalg.cholesky(P), rtol=1e-9, atol=1e-12)
-    np.testing.assert_allclose(la.solve(packed, b.tolist()), np.linalg.solve(P, b), rtol=1e-7, atol=1e-10)
 
 
 @given(st.integers(2, 6), seeds)

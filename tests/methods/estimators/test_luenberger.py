@@ -7,7 +7,6 @@ from example_models import (
     Cart,
     CartParameters,
     ContinuousCart,
-    Position,
     Two,
     assert_floats_equal_scan,
     random_linear,
@@ -15,7 +14,7 @@ from example_models import (
 )
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
-from tierod.methods.estimators import Luenberger, observer_gain, reduced_observer_gain
+from tierod.methods.estimators import Luenberger, observer_gain
 from tierod.models.linear import linearise
 
 SYSTEM = linearise(Cart, CartParameters(), (0.0, 0.0), (0.0,))
@@ -53,23 +52,6 @@ def test_the_error_dies_away_with_the_chosen_poles():
     assert error[0] > 0.1
     assert error[-1] < 1e-9
     np.testing.assert_allclose(error[31] / error[30], 0.6, rtol=1e-2)
-
-
-def test_reduced_order_observer_finds_the_speed_from_the_position():
-    class Seen(Cart):
-        Output = Position
-
-        @staticmethod
-        def output(x, u, p):
-            return Position(x.position)
-
-    system = linearise(Seen, CartParameters(), (0.0, 0.0), (0.0,))
-    block = Luenberger(Seen, CartParameters(), (0.0, 0.0), reduced_observer_gain(system, (0.3,)))
-    samples = drive(Two(3.0, -2.0), np.sin(np.arange(60) / 5.0))
-    result = scan(block, samples[:, :2])
-    np.testing.assert_allclose(result["mean.position"], samples[:, 1], rtol=1e-12)
-    error = result["mean.speed"] - samples[:, 2]
-    np.testing.assert_allclose(error[5] / error[4], 0.3, rtol=1e-6)
 
 
 def test_missing_outputs_predict_and_missing_inputs_hold():

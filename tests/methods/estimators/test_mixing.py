@@ -1,26 +1,13 @@
 """Switching, mixing and probabilities of interacting models."""
 
 import numpy as np
-import pytest
 
-from tierod.core.errors import ParameterError
 from tierod.methods.estimators.mixing import (
     mixing,
-    mixture_covariance,
     mixture_variance,
     posterior,
-    switching_of,
     weighed,
 )
-
-
-def test_switching_from_mean_times():
-    rows = np.array(switching_of((10.0, 0.1, 1.0), 0.01))
-    np.testing.assert_allclose(rows.sum(axis=1), 1.0)
-    np.testing.assert_allclose(np.diag(rows), [0.999, 0.9, 0.99])
-    assert switching_of((5.0,), 0.01) == ((1.0,),)
-    with pytest.raises(ParameterError, match="more than a sample"):
-        switching_of((0.01, 1.0), 0.01)
 
 
 def test_mixing_is_the_rule_of_bayes():
@@ -43,8 +30,6 @@ def test_moments_of_a_mixture_are_those_of_its_draws():
     mean = weighed(weights, means)
     spread = np.cov(draws.T)
     np.testing.assert_allclose(mean, draws.mean(axis=0), atol=0.01)
-    found = mixture_covariance(weights, mean, means, covariances)
-    np.testing.assert_allclose(found, [spread[0, 0], spread[0, 1], spread[1, 1]], rtol=0.01)
     variances = mixture_variance(weights, mean, means, [(each[0], each[2]) for each in covariances])
     np.testing.assert_allclose(variances, np.diag(spread), rtol=0.01)
 

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 from example_models import random_linear
 from tierod.core.errors import ParameterError
-from tierod.methods.estimators.pole_placement import discrete_poles, observer_gain, place, reduced_observer_gain
+from tierod.methods.estimators.pole_placement import discrete_poles, observer_gain, place
 from tierod.models.linear import LinearSystem, sampled
 
 
@@ -63,17 +63,6 @@ def test_order_of_magnitude_of_units_does_not_matter():
     assert_poles(closed(scaled, observer_gain(scaled, poles)), poles, rtol=1e-4)
 
 
-@settings(deadline=None, max_examples=30)
-@given(st.integers(0, 10_000), st.integers(2, 5), st.integers(1, 3))
-def test_reduced_observer_trusts_the_outputs_and_places_the_rest(seed, n, outputs):
-    outputs = min(outputs, n)
-    system = observable(seed, n, outputs)
-    poles = np.linspace(0.3, 0.6, n - outputs)
-    gain = np.array(reduced_observer_gain(system, tuple(poles)))
-    np.testing.assert_allclose(system.C @ gain, np.eye(outputs), atol=1e-9)
-    assert_poles(closed(system, gain), [*poles, *[0.0] * outputs], rtol=1e-4)
-
-
 def test_an_output_that_shows_nothing_gets_no_gain():
     """Position and speed over 0.1 s, poles at 0.5: l1 = 1 and l2 = 2.5 by comparison of coefficients."""
     gain = place(LinearSystem.of([[1.0, 0.1], [0.0, 1.0]], [[1.0, 0.0], [0.0, 0.0]]), (0.5, 0.5))
@@ -90,9 +79,6 @@ HIDDEN = LinearSystem.of(np.diag([0.9, 0.8, 0.7]), [[1.0, 0.0, 1.0]], states=("a
         (lambda: observer_gain(HIDDEN, (0.1, 0.2)), "2 poles for 3 states"),
         (lambda: observer_gain(HIDDEN, (0.1, 0.2, 0.3j)), "not in complex pairs"),
         (lambda: observer_gain(HIDDEN, (0.1, 0.2, np.nan)), "not all finite"),
-        (lambda: reduced_observer_gain(HIDDEN, (0.1, 0.2)), "the direction .* is not observable"),
-        (lambda: reduced_observer_gain(LinearSystem.of(np.eye(2), np.ones((2, 2))), ()), "depend on each other"),
-        (lambda: reduced_observer_gain(LinearSystem.of(np.eye(2), np.eye(2)), (0.1,)), "no poles to choose"),
     ],
 )
 def test_what_cannot_be_placed_is_refused_with_its_name(call, words):

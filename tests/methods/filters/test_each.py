@@ -13,7 +13,7 @@ from example_models import assert_floats_equal_scan, with_gaps
 from tierod.core.block import units
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
-from tierod.methods.filters import Butterworth, Delay, Differentiator, FirstOrderLowPass, InputHold, JumpGate
+from tierod.methods.filters import Butterworth, Differentiator, FirstOrderLowPass, InputHold, JumpGate
 
 
 class Signals(NamedTuple):
@@ -131,15 +131,6 @@ def test_a_slow_signal_that_is_held_between_its_values_is_not_taken_for_a_leapin
     np.testing.assert_array_equal(scan(dataclasses.replace(gate, interval=0.05), samples)["angle"], angle)
 
 
-@pytest.mark.parametrize("samples", [1, 4])
-def test_delay(samples):
-    rng = np.random.default_rng(0)
-    values = with_gaps(rng, rng.normal(size=(40, 2)))
-    result = assert_floats_equal_scan(Delay(Signals, samples), values)
-    np.testing.assert_array_equal(result.values[samples:], values[:-samples])
-    assert np.isnan(result.values[:samples]).all()
-
-
 @pytest.mark.parametrize(
     ("block", "changes", "words"),
     [
@@ -158,8 +149,3 @@ def test_delay(samples):
 def test_wrong_tuning_is_refused(block, changes, words):
     with pytest.raises(ParameterError, match=words):
         dataclasses.replace(BLOCKS[block], **changes)
-
-
-def test_a_delay_of_no_sample_is_refused():
-    with pytest.raises(ParameterError, match="at least 1 sample"):
-        Delay(Signals, 0)

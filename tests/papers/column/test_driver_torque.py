@@ -7,10 +7,10 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
+from tierod.core.block import Ring
 from tierod.core.claims import Claim
 from tierod.core.content import Chart, Table
 from tierod.experiments.effort import Effort
-from tierod.methods.filters.each import Delay
 from tierod.monitors.driver_torque.starting import ColumnSample
 from tierod.papers.column.driver_torque import items
 from tierod.papers.column.observer_sensitivity import SENSORS
@@ -72,16 +72,15 @@ class Estimate(NamedTuple):
 class LateBar:
     """Takes the torque of the bar of some samples ago for that of the hands."""
 
-    delay: Delay
+    samples: int
 
     Sample = ColumnSample
 
     def init(self):
-        return self.delay.init()
+        return Ring(self.samples, math.nan)
 
     def step(self, state, sample):
-        state, late = self.delay.step(state, sample)
-        return state, Estimate(late.driver_torque)
+        return state.push(sample.driver_torque), Estimate(state.oldest)
 
 
 def test_errors_take_the_lag_into_account():
@@ -93,7 +92,7 @@ def test_errors_take_the_lag_into_account():
         changed[:, 3] = true
         return changed
 
-    block = LateBar(Delay(ColumnSample, 3))
+    block = LateBar(3)
     found = errors(block, driven("ramps", QUICK), 3, with_hands)
     assert found.hand_torque == 0.0
     assert math.isnan(found.nis)

@@ -1,4 +1,4 @@
-"""Threshold with hysteresis, and debouncing of a condition."""
+"""Debouncing of a condition."""
 
 from __future__ import annotations
 
@@ -8,65 +8,7 @@ from typing import Annotated, NamedTuple
 from tierod.core.block import Scalar, Truth
 from tierod.core.errors import ParameterError
 from tierod.core.graph.maths import any_of, both, maximum, minimum, negated, where
-from tierod.methods.detectors.value import Condition, Value, counts, number
-
-
-@dataclass(frozen=True)
-class Hysteresis:
-    """Threshold with hysteresis: on above one threshold, off below another, for at least a hold time each.
-
-    Args:
-        on: threshold above which the output switches on [unit of the value]; a higher one gives fewer false alarms and
-            later detection
-        off: threshold below which it switches off [same unit], at most `on`. The difference must exceed the ripple of
-            the value
-        hold_time: minimum time between two switches [s]; suppresses flicker, and delays the next switch by as much
-        sample_time: sampling interval [s]
-
-    A missing value, or one that is not enabled, does not switch; the hold time runs on. For a white Gaussian value with
-    standard deviation sigma, a false alarm occurs every 1 / (1 - Phi(on / sigma)) samples on average: 741 at 3 sigma. A
-    `Debounce` after it, or a `Cusum` in its place, gives orders of magnitude fewer for a little delay.
-    """
-
-    on: Annotated[float, "unit of the signal"]
-    off: Annotated[float, "unit of the signal"]
-    hold_time: Annotated[float, "s"]
-    sample_time: Annotated[float, "s"]
-
-    Sample = Value
-
-    class State(NamedTuple):
-        """The output, and the time since it changed [s]."""
-
-        active: float
-        since: float
-
-    class Output(NamedTuple):
-        """Whether the output is on (1.0) or off (0.0), and the time since it switched, at most the hold time."""
-
-        active: Annotated[float, ""]
-        since: Annotated[float, "s"]
-
-    def __post_init__(self) -> None:
-        if not self.off <= self.on:
-            raise ParameterError(f"off is {self.off} and on {self.on}; expected off at or below on")
-        _require_times(hold_time=self.hold_time)
-        _require_sample_time(self.sample_time)
-
-    def init(self) -> State:
-        """State before the first sample: off, and free to switch at once."""
-        return self.State(0.0, self.hold_time)
-
-    def step(self, state: State, sample: Value | Scalar, enabled: Truth = True) -> tuple[State, Output]:
-        """State and output after one value; `enabled` (logic) is whether the value counts."""
-        value = number(sample)
-        since = minimum(state.since + self.sample_time, self.hold_time)
-        # Half a sampling interval covers the rounding of the summed time.
-        free = both(counts(value, enabled), since + 0.5 * self.sample_time > self.hold_time)
-        wanted = where(value > self.on, 1.0, where(value < self.off, 0.0, state.active))
-        active = where(free, wanted, state.active)
-        since = where(active > state.active, 0.0, where(active < state.active, 0.0, since))
-        return self.State(active, since), self.Output(active, since)
+from tierod.methods.detectors.value import Condition, counts, number
 
 
 @dataclass(frozen=True)

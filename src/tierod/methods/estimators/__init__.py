@@ -1,12 +1,10 @@
 """State estimators: blocks that compute estimates with variances from a discrete model and its noise."""
 
-from tierod.methods.estimators.augment import augment, remember
+from tierod.methods.estimators.augment import augment
 from tierod.methods.estimators.fixed_lag import FixedLag
-from tierod.methods.estimators.imm import ImmFilter
 from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.methods.estimators.luenberger import Luenberger
-from tierod.methods.estimators.mixing import switching_of
-from tierod.methods.estimators.pole_placement import discrete_poles, observer_gain, reduced_observer_gain
+from tierod.methods.estimators.pole_placement import discrete_poles, observer_gain
 from tierod.methods.estimators.riccati import StationaryGain, stationary_gain
 from tierod.methods.estimators.stationary import StationaryFilter
 from tierod.methods.estimators.stationary_bank import StationaryBank
@@ -14,7 +12,6 @@ from tierod.methods.estimators.unscented import UnscentedFilter
 
 __all__ = [
     "FixedLag",
-    "ImmFilter",
     "KalmanFilter",
     "Luenberger",
     "StationaryBank",
@@ -24,8 +21,5 @@ __all__ = [
     "augment",
     "discrete_poles",
     "observer_gain",
-    "reduced_observer_gain",
-    "remember",
     "stationary_gain",
-    "switching_of",
 ]

@@ -156,30 +156,3 @@ def cholesky(packed: Vector) -> list[list[Scalar]]:
         for i in range(j + 1, n):
             factor[i][j] = minus(full[i][j], dot(factor[i][:j], factor[j][:j])) / root
     return factor
-
-
-def solve(packed: Vector, right: Vector) -> tuple[Scalar, ...]:
-    """Solution x of P x = b, by L D L' without square roots.
-
-    Args:
-        packed: P, positive definite
-        right: b
-    """
-    full = unpack(packed)
-    n = len(full)
-    unit: list[list[Scalar]] = [[0.0] * n for _ in range(n)]
-    inverse: list[Scalar] = [0.0] * n
-    forward: list[Scalar] = []
-    for j in range(n):
-        weighted = [0.0] * j if j == 0 else [times(unit[j][k], full[k][k]) for k in range(j)]
-        pivot = minus(full[j][j], dot(weighted, unit[j][:j]))
-        full[j][j] = pivot
-        inverse[j] = 1.0 / pivot
-        for i in range(j + 1, n):
-            unit[i][j] = times(minus(full[i][j], dot(weighted, unit[i][:j])), inverse[j])
-        forward.append(minus(right[j], dot(unit[j][:j], forward)))
-    backward: list[Scalar] = [times(value, scale) for value, scale in zip(forward, inverse, strict=True)]
-    for j in reversed(range(n - 1)):
-        below = [unit[i][j] for i in range(j + 1, n)]
-        backward[j] = minus(backward[j], dot(below, backward[j + 1 :]))
-    return tuple(backward)

@@ -1,4 +1,4 @@
-"""Observer with a fixed gain, full or reduced order."""
+"""Observer with a fixed gain."""
 
 from __future__ import annotations
 
@@ -60,8 +60,8 @@ class Luenberger:
         model: discrete model
         parameters: of the model; its floats are tuning
         initial_mean: state before the first sample, one float per state
-        gain: L, rows by state, columns by output, from `observer_gain` (full order) or `reduced_observer_gain` (outputs
-            taken as measured); faster poles follow changes sooner and pass more noise
+        gain: L, rows by state, columns by output, from `observer_gain`; faster poles follow changes sooner and pass
+            more noise
 
     A sample is `input` and `measured`; a missing output (NaN) corrects nothing, a missing input holds the state. The
     output is `mean` and `innovation` (measured minus expected; NaN where missing).

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 from tierod.core.block import Scalar
 from tierod.core.errors import ParameterError
 from tierod.core.graph.maths import exp, greatest_of, present, where
 from tierod.methods.estimators.linear_algebra import Matrix, Vector, dot, plus, times
-from tierod.methods.estimators.linear_algebra import upper as pairs
 
 Switching = tuple[tuple[float, ...], ...]
 """Transition probabilities from one model (row) to another (column) in one sample; each row sums to 1."""
@@ -29,25 +27,6 @@ def check_switching(switching: Switching, count: int) -> None:
                 f"row {k} of switching is {row}; expected probabilities greater than zero whose sum is 1: a model "
                 "that can never be entered is lost for good, so give it a small probability instead of none"
             )
-
-
-def switching_of(lasting: Sequence[float], sample_time: float) -> Switching:
-    """Transition probabilities from the mean duration of each model, with equal probabilities of all successors.
-
-    Args:
-        lasting: mean duration of each model [s]
-        sample_time: sampling interval [s]
-
-    Raises:
-        ParameterError: a model that does not last longer than a sampling interval
-    """
-    if not all(time > sample_time > 0.0 for time in lasting):
-        raise ParameterError(f"models last {tuple(lasting)} s; expected more than a sample of {sample_time} s each")
-    others = max(len(lasting) - 1, 1)
-    leave = [sample_time / time if len(lasting) > 1 else 0.0 for time in lasting]
-    return tuple(
-        tuple(1.0 - leave[i] if i == j else leave[i] / others for j in range(len(lasting))) for i in range(len(lasting))
-    )
 
 
 class Mixing(NamedTuple):
@@ -75,16 +54,6 @@ def weighed(weights: Vector, vectors: Matrix) -> tuple[Scalar, ...]:
     return tuple(dot(weights, column) for column in zip(*vectors, strict=True))
 
 
-def mixture_covariance(weights: Vector, mean: Vector, means: Matrix, covariances: Matrix) -> tuple[Scalar, ...]:
-    """Packed covariance of a mixture: the covariances within its parts plus that of their means."""
-    total: list[Scalar] = [0.0] * len(covariances[0])
-    for weight, part, covariance in zip(weights, means, covariances, strict=True):
-        away = [a - b for a, b in zip(part, mean, strict=True)]
-        spread = [plus(value, away[i] * away[j]) for value, (i, j) in zip(covariance, pairs(len(mean)), strict=True)]
-        total = [plus(done, times(weight, value)) for done, value in zip(total, spread, strict=True)]
-    return tuple(total)
-
-
 def posterior(predicted: Vector, log_likelihoods: Vector) -> tuple[Scalar, ...]:
     """Probability of each model after the sample; the largest likelihood is scaled to 1, so that none underflows."""
     best = greatest_of(*log_likelihoods)
@@ -101,13 +70,3 @@ def mixture_variance(weights: Vector, mean: Vector, means: Matrix, variances: Ma
             away = where(present(a), a - b, 0.0)
             total[k] = plus(total[k], times(weight, variance + away * away))
     return tuple(total)
-
-
-def check_probabilities(values: Sequence[float], count: int) -> None:
-    """Check that there is one probability per model.
-
-    Raises:
-        ParameterError: another length, a negative probability, or a sum other than 1
-    """
-    if len(values) != count or not all(value >= 0.0 for value in values) or abs(sum(values) - 1.0) > 1e-9:
-        raise ParameterError(f"initial_probabilities is {values}; expected {count} of them whose sum is 1")

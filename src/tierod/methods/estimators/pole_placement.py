@@ -39,41 +39,6 @@ def observer_gain(system: LinearSystem, poles: Sequence[complex]) -> Gain:
     return _rows(place(replace(system, C=system.C @ system.A), poles))
 
 
-def reduced_observer_gain(system: LinearSystem, poles: Sequence[complex]) -> Gain:
-    """Gain of the reduced-order observer: outputs are taken as measured, only the rest of the state is estimated.
-
-    Args:
-        system: discrete, its outputs independent
-        poles: wanted eigenvalues of the error of the unmeasured part, as many as states less outputs
-
-    Returns:
-        a gain for `Luenberger`, with which C x = y after every sample; its other error poles are zero
-
-    Raises:
-        ParameterError: as `observer_gain`; outputs that depend on each other
-
-    With y = C x and z = N' x, N spanning the null space of C: z <- z- + L (y - y-), L by pole placement on
-    (A22, A12), so K = C^+ + N L.
-
-    Source: D. G. Luenberger, 1971, doi 10.1109/TAC.1971.1099826, section IV, without its change of variables.
-    """
-    A, C = system.A, system.C
-    count, n = C.shape
-    _, values, rows = np.linalg.svd(C)
-    if count > n or values.min() < TOLERANCE * values.max():
-        raise ParameterError(
-            f"the outputs {', '.join(system.outputs)} depend on each other; a reduced observer needs independent ones"
-        )
-    null, inverse = rows[count:].T, np.linalg.pinv(C)
-    names = tuple(describe(column, system.states) for column in null.T)
-    if not names:
-        if poles:
-            raise ParameterError("every state is measured, so a reduced observer has no poles to choose; give none")
-        return _rows(inverse)
-    rest = LinearSystem.of(null.T @ A @ null, C @ A @ null, states=names)
-    return _rows(inverse + null @ place(rest, poles))
-
-
 def place(system: LinearSystem, poles: Sequence[complex]) -> np.ndarray:
     """Gain L that places the eigenvalues of A - L C at the poles, (n, outputs).
 

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from functools import lru_cache
+from typing import Annotated, NamedTuple, get_type_hints
 
 import numpy as np
 
-from tierod.core.block import Scalar, Tree, rebuild, skeleton
+from tierod.core.block import Scalar, Tree, named_tuple, rebuild, skeleton
 from tierod.core.errors import ParameterError
 from tierod.core.graph.maths import all_of, present, select, where
 from tierod.core.model import Model, require_discrete
-from tierod.methods.estimators.imm import imm_estimate_class
 from tierod.methods.estimators.kernels import usable
 from tierod.methods.estimators.linear_algebra import Matrix, Vector, add, diagonal, dot, pack, product, unpack
 from tierod.methods.estimators.luenberger import check_gain
@@ -20,6 +20,7 @@ from tierod.methods.estimators.mixing import Switching, check_switching, mixing,
 from tierod.methods.estimators.pole_placement import Gain
 from tierod.methods.estimators.riccati import Noises, stationary_gain
 from tierod.methods.estimators.shapes import (
+    estimate_class,
     filled,
     leaf_values,
     sample_class,
@@ -65,9 +66,9 @@ class StationaryBank:
         parameters: of the model; its floats are tuning
         initial_mean: state before the first sample, one float per state
         noises: gain and covariances of each filter; `design` computes them
-        switching: between the filters, see `mixing.switching_of`
+        switching: between the filters, each row with sum 1
 
-    A sample is `input` and `measured`. The estimate is that of `ImmFilter`. A missing output (NaN) corrects
+    A sample is `input` and `measured`. A missing output (NaN) corrects
     nothing, and a sample with one gives no likelihood; a missing input holds the state.
 
     Source: Blom and Bar-Shalom, IEEE Trans. Automatic Control 33 (1988) 780, doi 10.1109/9.1299, with the covariance of
@@ -121,7 +122,7 @@ class StationaryBank:
     @property
     def Estimate(self) -> type:
         """NamedTuple class of the output."""
-        return imm_estimate_class(self.model, len(self.noises))
+        return _estimate_class(self.model, len(self.noises))
 
     def at(self, mean: Tree) -> BankState:
         """The state of a bank that starts at a mean, with equal probabilities of all filters.
@@ -199,3 +200,13 @@ def stationary_noise(system: LinearSystem, process_noise: Noises, measurement_no
         pack(np.linalg.inv(found.innovation_covariance).tolist()),
         float(np.linalg.slogdet(found.innovation_covariance)[1]),
     )
+
+
+@lru_cache(maxsize=64)
+def _estimate_class(model: Model, count: int) -> type:
+    """Class of the output of a bank: the fields of one filter, and the probability of each model."""
+    single = estimate_class(model, False)
+    hints = get_type_hints(single, include_extras=True)
+    fields = [(name, hints[name]) for name in single._fields]  # type: ignore[attr-defined]
+    shares = tuple[(Annotated[float, ""],) * count]  # type: ignore[misc, valid-type]
+    return named_tuple("ImmEstimate", [*fields, ("probabilities", shares)])

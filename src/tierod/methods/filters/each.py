@@ -1,4 +1,4 @@
-"""Base of filters that treat several signals alike and bridge missing samples, with a hold and a delay."""
+"""Base of filters that treat several signals alike and bridge missing samples, with a hold."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Annotated, NamedTuple
 
-from tierod.core.block import Ring, Scalar, Tree, Truth, leaves, rebuild, skeleton, values_of
+from tierod.core.block import Scalar, Tree, Truth, leaves, rebuild, skeleton, values_of
 from tierod.core.errors import ParameterError
 from tierod.core.graph.maths import both, negated, present, where
 
@@ -120,34 +120,3 @@ class InputHold(EachSignal):
 
     def _advance(self, memory: tuple[()], value: Scalar) -> tuple[tuple[()], Scalar]:
         return memory, value
-
-
-@dataclass(frozen=True)
-class Delay:
-    """Delay of every signal by a number of samples; NaN where a sample is missing and before the first one.
-
-    Args:
-        signals: NamedTuple class of the signals; sample and output
-        samples: delay in samples, at least 1
-    """
-
-    signals: type
-    samples: int
-
-    def __post_init__(self) -> None:
-        if self.samples < 1:
-            raise ParameterError(f"samples is {self.samples}; expected a delay of at least 1 sample")
-
-    @property
-    def Sample(self) -> type:
-        """The NamedTuple class of the signals."""
-        return self.signals
-
-    def init(self) -> tuple[Ring, ...]:
-        """Delay lines filled with NaN."""
-        return tuple(Ring(self.samples, math.nan) for _ in leaves(skeleton(self.signals)))
-
-    def step(self, state: tuple[Ring, ...], sample: Tree) -> tuple[tuple[Ring, ...], Tree]:
-        """Delay lines and delayed signals after one sample."""
-        after = tuple(ring.push(value) for ring, (_, value) in zip(state, leaves(sample), strict=True))
-        return after, rebuild(skeleton(self.signals), [ring.oldest for ring in state])
