@@ -116,7 +116,7 @@ def test_a_sensor_of_noise_is_named_and_not_the_currents_of_a_salient_motor():
     angle += np.nanstd(angle) * np.random.default_rng(1).normal(size=len(angle))
     found = finding(samples, 3.0)
     assert found.status is Status.FAULT
-    assert found.cause == "the motor's angle contradicts currents and voltages, which fit each other"
+    assert found.cause == "the readings of the motor's angle sensor have noise"
 
 
 @pytest.mark.parametrize("ratio", [1.5, 3.0])

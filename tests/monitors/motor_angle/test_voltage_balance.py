@@ -151,7 +151,7 @@ def test_a_sensor_of_noise_is_named_and_not_the_currents():
     noise = np.random.default_rng(1).normal(size=len(angle))
     found = finding(changed(motor_angle_mechanical=angle + np.nanstd(angle) * noise))
     assert found.status is Status.FAULT
-    assert found.cause == "the motor's angle contradicts currents and voltages, which fit each other"
+    assert found.cause == "the readings of the motor's angle sensor have noise"
 
 
 @pytest.mark.parametrize("factor", [-1.0, 2.0])

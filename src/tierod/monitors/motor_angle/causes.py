@@ -6,7 +6,7 @@ import math
 
 from tierod.monitors.motor_angle.alarms import ALARMS, BY_NAME
 from tierod.monitors.motor_angle.drive import COMPARED, Drive
-from tierod.monitors.motor_angle.residual_shape import DRIFT, GAIN, OFFSET, RIPPLE
+from tierod.monitors.motor_angle.residual_shape import DRIFT, GAIN, NOISE, OFFSET, RIPPLE
 from tierod.monitors.motor_angle.signals import MEASURED
 from tierod.monitors.motor_angle.voltage_balance import FITS
 from tierod.monitors.motor_angle.which_angle import MOTOR, NOT_MOTOR, PINION, WHEEL
@@ -58,6 +58,18 @@ UNSETTLED = (
     "check sign, gain and phases of currents and voltages, and the sensor's magnet and its zero",
 )
 """Cause and action of `angle` and `speed` where the induced voltage rotates otherwise than its magnitude requires."""
+
+NOISY_SENSOR = (
+    "the readings of the motor's angle sensor have noise",
+    "check the sensor, its line and its resolution",
+)
+"""Cause and action of an alarm that noise of the readings explains."""
+
+PASSED, UNDECIDED = "passed", "undecided"
+"""A contradiction that has passed; one in which neither the sensor nor currents and voltages are accused alone."""
+
+FROM_NOISE = ("model", "backwards", "angle", "speed", "electrical.angle_gradient", "not_following")
+"""Alarms that noise of the readings can raise."""
 
 CONFIRMED = (
     "the motor's angle stays away from target_motor_angle_mechanical, though currents and voltages confirm the "
@@ -124,14 +136,37 @@ def onset_of(root: str, drive: Drive) -> tuple[float, bool]:
     return min((begin, *earlier)), bool(earlier) or begin < drive.onset
 
 
+def accused_by(root: str, drive: Drive) -> str:
+    """The alarm whose meaning the root alarm has, often itself; or NOISE, PASSED or UNDECIDED.
+
+    Args:
+        root: name of the root alarm
+        drive: results of the drive
+    """
+    if root in FROM_NOISE and drive.shape is not None and drive.shape.kind == NOISE:
+        return NOISE
+    passed = root == "model" and drive.surprised < PASSING
+    if root not in COMPARED and not passed:
+        return root
+    fits = drive.closes and not drive.departure
+    if drive.voltages != MEASURED or fits or not drive.contradicting > FITS:
+        return PASSED if passed else root
+    # A motor with other parameters whose flux turns with the sensor: currents and voltages are at fault.
+    agrees = abs(drive.turned) < FIVE_DEGREES if drive.closes else not drive.starts.keys() & set(COMPARED)
+    return "model" if agrees else UNDECIDED
+
+
 def cause_of(root: str, drive: Drive, vehicle: Vehicle) -> tuple[str, str]:
     """Cause and action of the root alarm."""
-    if root == "model" and drive.surprised < PASSING:
+    root = accused_by(root, drive)
+    if root == NOISE:
+        return NOISY_SENSOR
+    if root == UNDECIDED:
+        return UNSETTLED[0] + _together(drive), UNSETTLED[1]
+    if root == PASSED:
         return ONCE if drive.rms_since_model < FIVE_DEGREES else UNKNOWN
     if root == "model" and drive.voltages == MEASURED and drive.contradicting < FITS:
         return SENSOR_ALONE
-    if root in COMPARED and drive.voltages == MEASURED and drive.contradicting > FITS:
-        return UNSETTLED
     confirmed = drive.known >= LEAST_KNOWN and drive.rms < FIVE_DEGREES
     if root == "not_following" and confirmed and set(drive.starts) <= {root, "plausibility"}:
         return CONFIRMED
@@ -146,8 +181,16 @@ def cause_of(root: str, drive: Drive, vehicle: Vehicle) -> tuple[str, str]:
         )
         cause += _or_torque(drive, vehicle)
     if root == "model" and drive.departure:
-        cause += f"; they fit {drive.departure} of the vehicle file"
+        cause += f"; they fit {drive.departure}"
     return cause, action
+
+
+def _together(drive: Drive) -> str:
+    """The motor and the offset of the sensor that currents, voltages and angle fit together; "" without any."""
+    if not drive.closes:
+        return ""
+    offset = f"an angle sensor that is off by {-math.degrees(drive.turned):+.1f}° electrical"
+    return f"; together they fit {drive.departure}, and {offset}"
 
 
 def _or_torque(drive: Drive, vehicle: Vehicle) -> str:

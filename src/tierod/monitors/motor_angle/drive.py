@@ -14,7 +14,7 @@ from tierod.models.stator_frame_motor import CommandedMotorParameters
 from tierod.monitors.motor_angle.alarms import AlarmCourses, Spell
 from tierod.monitors.motor_angle.misread import CLEAN, LEAST_WINDOWS, Departure, misread
 from tierod.monitors.motor_angle.monitor import MotorAngleMonitor
-from tierod.monitors.motor_angle.residual_shape import ResidualCourse, Shape
+from tierod.monitors.motor_angle.residual_shape import NOISE, NOISY, NoiseCourse, ResidualCourse, Shape
 from tierod.monitors.motor_angle.signals import MEASURED, VARIANTS
 from tierod.monitors.motor_angle.voltage_balance import InducedVoltage, VoltageBalance
 from tierod.monitors.motor_angle.which_angle import NOT_MOTOR
@@ -31,6 +31,9 @@ KNEE_REACHED = 0.95
 
 COMPARED = ("angle", "speed")
 """Alarms of the comparison of the sensor with the observer."""
+
+BY_OBSERVER = ("model", *COMPARED)
+"""Alarms after which currents and voltages are compared without the sensor."""
 
 
 class InverterLoss(NamedTuple):
@@ -78,13 +81,18 @@ class Drive(NamedTuple):
         until: end of the drive [s]
         onset, settled, end: begin of the error behind the alarm of `angle` or `speed`, whether the sensor agreed
             before, and end
-        shape: error of the sensor from then to the end of the alarm; None without such an alarm
+        shape: error of the sensor from then to the end of the alarm, or noise; None without such an alarm
+        noise, noise_limit: noise of a reading since the first alarm, or over the drive without one, and that from which
+            it is named, mechanical
         rms_since_model: root mean square of the residuals since the last alarm of `model`; NaN with too few of them
         voltages: source of the observer's voltages
         lost: voltage loss of the inverter; None where the voltages were measured
         misread: cause and action, where the whole recording is consistent after another reading
-        departure: parameters of the motor that differ from the vehicle file since `model` alarmed, in words
-        contradicting: share of the induced voltage that contradicts its rotation since `model` alarmed; else NaN
+        contradicting: share of the induced voltage that contradicts its rotation since the first of `BY_OBSERVER`; else
+            NaN
+        closes: whether currents, voltages and angle since then are those of some motor
+        departure: parameters of that motor that differ from the vehicle file, in words
+        turned: direction of its flux relative to the sensor's, electrical
         mismatch: largest mismatch of the three angles during its alarm, at the pinion
         untwisted: whether the three angles were not compared for lack of the driver's torque
     """
@@ -110,12 +118,16 @@ class Drive(NamedTuple):
     settled: bool = False
     end: Annotated[float, "s"] = math.nan
     shape: Shape | None = None
+    noise: Annotated[float, "rad"] = math.nan
+    noise_limit: Annotated[float, "rad"] = math.nan
     rms_since_model: Annotated[float, "rad"] = math.nan
     voltages: str = MEASURED
     lost: InverterLoss | None = None
     misread: tuple[str, str] | None = None
     contradicting: float = math.nan
+    closes: bool = False
     departure: str = ""
+    turned: Annotated[float, "rad"] = 0.0
     mismatch: Annotated[float, "rad"] = 0.0
     untwisted: bool = False
 
@@ -144,7 +156,8 @@ class DriveFigures:
         self.seen = self.known = self.since_model = self.surprised = 0
         self.nis = self.mismatch = 0.0
         self.residuals = np.zeros(3)  # count, sum and sum of squares
-        self._course, self._until = ResidualCourse(p.motor_pole_pairs), 0.0
+        self._course, self._noise, self._until = ResidualCourse(p.motor_pole_pairs), NoiseCourse(), 0.0
+        self._alarmed = False
         self.gains = np.zeros(4)  # windows, and products of the gains: both, the observer's, the sensor's
         self.suspected = np.zeros(round(NOT_MOTOR) + 1, dtype=int)
         self.resistance = self.flux = np.nan
@@ -164,6 +177,7 @@ class DriveFigures:
         self.residuals += _powers(residual[counts])
         angle, total = (result[f"{name}"][counts] for name in ("estimate.motor_angle", "compared.angle_sum"))
         self._course.add(time[counts], residual[counts], angle, total)
+        self._noise.add(time, signals["motor_angle_mechanical"])
         self._until = float(time[-1])
         sensor, observer = (result[f"compared.{name}_gain"][complete] for name in ("sensor", "observer"))
         self.gains += (len(sensor), sensor @ observer, observer @ observer, sensor @ sensor)
@@ -190,7 +204,9 @@ class DriveFigures:
         if isinstance(parameters, CommandedMotorParameters):
             taken = phase_signs(current, parameters.inverter_knee_current)
         voltage = result["voltage.alpha"] + 1j * result["voltage.beta"]
-        alarmed = np.maximum.accumulate(result["alarms.model"] > 0.5) | (self.since_model > 0)
+        flags = np.logical_or.reduce([result[f"alarms.{name}"] > 0.5 for name in BY_OBSERVER])
+        alarmed = np.maximum.accumulate(flags) | self._alarmed
+        self._alarmed = bool(alarmed[-1])
         self._induced.add(_complex(current)[alarmed], voltage[alarmed])
         columns = (_complex(current), voltage, signals["motor_angle_mechanical"], _complex(taken))
         self._balance.add(*columns)
@@ -215,7 +231,13 @@ class DriveFigures:
             last = max(courses.spells[name].last for name in COMPARED if name in courses.spells)
             end = self._course.end(last)
             shape = self._course.shape(declared, end)
+        last = max((each.last for each in courses.spells.values()), default=self._until)
+        noise, deviation = self._noise.between(min(courses.starts.values(), default=0.0), last)
+        limit = NOISY * monitor.observer.tuning.sensor_noise
+        if noise > limit:
+            shape, (onset, end) = Shape(NOISE, noise, deviation, 0.0), self._noise.span(limit)
         model = courses.spells.get("model")
+        closes, departure, turned = self._departure()
         return Drive(
             seconds=self.seen / rate,
             known=self.known / rate,
@@ -238,22 +260,27 @@ class DriveFigures:
             lost=lost,
             misread=misread(self._balance, parameters, monitor.observer.tuning.current_noise),
             contradicting=self._induced.share(),
-            departure=self._departure(),
+            closes=closes,
+            departure=departure,
+            turned=turned,
             mismatch=self.mismatch,
             onset=onset,
             settled=settled,
             end=end,
             shape=shape,
+            noise=noise,
+            noise_limit=limit,
             rms_since_model=math.nan if model is None else self._course.root_mean_square(model.last),
             untwisted=monitor.plausibility is not None and self.pinion and not self.torque,
         )
 
-    def _departure(self) -> str:
-        """The parameters of the motor that currents and voltages fit since `model` alarmed, in words."""
+    def _departure(self) -> tuple[bool, str, float]:
+        """Whether there is a motor that fits since the observer alarmed, what differs of it, and its flux direction."""
         axes, observer = self._contradicting.axes(), self._monitor.observer
         if axes is None or axes.windows < LEAST_WINDOWS or axes.unexplained > CLEAN:
-            return ""
-        return Departure.of(axes, observer.parameters, observer.tuning.current_noise).in_words()
+            return False, "", 0.0
+        departure = Departure.of(axes, observer.parameters, observer.tuning.current_noise).in_words()
+        return True, departure, axes.flux_direction
 
 
 def _complex(vector: StatorVector[NDArray[np.float64]]) -> NDArray[np.complex128]:

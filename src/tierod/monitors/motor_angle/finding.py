@@ -7,9 +7,17 @@ from dataclasses import replace
 
 from tierod.core.findings import Episode, Estimate, Finding, Status
 from tierod.monitors.motor_angle.alarms import ALARMS, BY_NAME
-from tierod.monitors.motor_angle.causes import FIVE_DEGREES, LEAST_KNOWN, UNSETTLED, cause_of, onset_of, root_of
+from tierod.monitors.motor_angle.causes import (
+    FIVE_DEGREES,
+    LEAST_KNOWN,
+    UNDECIDED,
+    accused_by,
+    cause_of,
+    onset_of,
+    root_of,
+)
 from tierod.monitors.motor_angle.drive import COMPARED, Drive, InverterLoss
-from tierod.monitors.motor_angle.residual_shape import DRIFT, GAIN, RIPPLE, SCATTER, Shape
+from tierod.monitors.motor_angle.residual_shape import DRIFT, GAIN, NOISE, RIPPLE, SCATTER, Shape
 from tierod.monitors.motor_angle.signals import IN_WORDS
 from tierod.vehicles import Vehicle
 
@@ -48,9 +56,11 @@ def judge(drive: Drive, vehicle: Vehicle) -> Finding:
         vehicle: vehicle of the motor
     """
     finding = _judged(drive, vehicle)
-    untwisted = (UNTWISTED,) if drive.untwisted else ()
-    remarks = inverter_remarks(drive.lost, drive.voltages)
-    return replace(finding, warnings=(*finding.warnings, *untwisted, *remarks))
+    remarks: tuple[str, ...] = (UNTWISTED,) if drive.untwisted else ()
+    if drive.noise > drive.noise_limit and not drive.starts:
+        noise, limit = math.degrees(drive.noise), math.degrees(drive.noise_limit)
+        remarks += (f"the readings of the angle sensor have noise of {noise:.2f}° mechanical, above {limit:.2f}°",)
+    return replace(finding, warnings=(*finding.warnings, *remarks, *inverter_remarks(drive.lost, drive.voltages)))
 
 
 def _wrong_recording(drive: Drive, vehicle: Vehicle) -> tuple[str, str] | None:
@@ -103,15 +113,15 @@ def _fault(drive: Drive, vehicle: Vehicle, evidence: dict[str, float]) -> Findin
     root = root_of(drive)
     assert root is not None
     cause, action = cause_of(root, drive, vehicle)
-    unsettled = (cause, action) == UNSETTLED
+    accused = accused_by(root, drive)
     # The difference from the observer is the magnitude of the fault only where it decided.
-    shape = drive.shape if root in COMPARED and not unsettled else None
+    shape = drive.shape if accused in (*COMPARED, NOISE) else None
     by = "" if shape is None else f" {shape.in_words(drive.settled)}"
     episode, seen = _episode(root, drive)
     headline = f"{cause[0].upper()}{cause[1:]}{by}, {_when(episode, seen)}."
     return Finding(
         drive.monitor,
-        Status.SUSPECT if unsettled else Status.FAULT,
+        Status.SUSPECT if accused == UNDECIDED else Status.FAULT,
         headline,
         episode.start,
         None if shape is None else _magnitude(shape),
@@ -131,14 +141,19 @@ def _magnitude(shape: Shape) -> Estimate:
         GAIN: "turn of the motor's angle sensor over that which its currents give",
         RIPPLE: f"amplitude of the ripple of {DIFFERENCE}",
         SCATTER: f"root mean square of {DIFFERENCE}",
+        NOISE: "noise of the readings of the motor's angle sensor, mechanical",
     }.get(shape.kind, DIFFERENCE)
     unit = {DRIFT: "rad/s", GAIN: ""}.get(shape.kind, "rad")
-    limit = {"smallest offset worth an alarm": FIVE_DEGREES} if unit == "rad" else {}
+    limit = {"smallest offset worth an alarm": FIVE_DEGREES} if unit == "rad" and shape.kind != NOISE else {}
     return Estimate(quantity, shape.size, shape.deviation, unit, limit)
 
 
 def _episode(root: str, drive: Drive) -> tuple[Episode, bool]:
     """Onset, declaration and end of the error behind the root alarm, and whether it was seen to begin."""
+    if accused_by(root, drive) == NOISE:
+        lasts = drive.until - drive.end < ENDED
+        onset = min(drive.onset, drive.starts[root])
+        return Episode("", onset, None if lasts else drive.end, declared=drive.starts[root]), True
     onset, seen = onset_of(root, drive)
     last = drive.end if root in COMPARED else drive.spells[root].last
     # A sensor that stalls the drive, or leaps, is no longer seen by its own test.
@@ -188,6 +203,8 @@ def _evidence(drive: Drive) -> dict[str, float]:
         "angle_residual_rms_electrical_rad": drive.rms if drive.counted else math.nan,
         "nis_mean": drive.nis,
         "sensor_turns_per_observed_turn": drive.slope,
+        "sensor_noise_mechanical_rad": drive.noise,
+        "smallest_named_sensor_noise_mechanical_rad": drive.noise_limit,
         "resistance_over_nominal": drive.resistance,
         "flux_over_nominal": drive.flux,
     }

@@ -170,7 +170,13 @@ class Departure(NamedTuple):
             for name, value in self._asdict().items()
             if not math.isnan(value) and not _near(value, 1.0, limits[name])
         ]
-        return " and ".join(apart)
+        return " and ".join(apart) and f"{' and '.join(apart)} of the vehicle file{self._scaled()}"
+
+    def _scaled(self) -> str:
+        """The wrong scale of the currents that explains the departure, in words; "" without one."""
+        if not _near(self.flux, 1.0) or _near(self.across, 1.0) or not _near(self.resistance, self.across, WARMTH):
+            return ""
+        return f", as with currents {1.0 / self.across:.1f} times the true ones"
 
 
 def other_inductances(

@@ -11,10 +11,12 @@ from tierod.core.findings import Status
 from tierod.core.graph import Result, scan
 from tierod.core.recording import Aligned
 from tierod.monitors.harness.session import BlockSession, Conclusion
-from tierod.monitors.motor_angle.causes import DISTURBING, PASSING, root_of
+from tierod.monitors.motor_angle.alarms import BY_NAME
+from tierod.monitors.motor_angle.causes import DISTURBING, PASSING, accused_by, root_of
 from tierod.monitors.motor_angle.drive import DriveFigures
 from tierod.monitors.motor_angle.finding import judge
 from tierod.monitors.motor_angle.monitor import MotorAngleMonitor
+from tierod.monitors.motor_angle.residual_shape import NOISE
 from tierod.monitors.motor_angle.signals import DUTY_CYCLES, SIGNALS
 from tierod.vehicles import Vehicle
 
@@ -146,6 +148,11 @@ class MotorAngleSession(BlockSession):
         disturbed = root in DISTURBING or (root == "angle" and "model" in drive.starts and drive.surprised < PASSING)
         mute = "motor-angle-stuck" if root == "model" else "motor-currents" if disturbed else ""
         codes = {name: courses.of_code(name, mute=name == mute) for name in courses.codes}
+        accused = None if root is None else accused_by(root, drive)
+        accused = "angle" if accused == NOISE else accused
+        if root is not None and accused in BY_NAME and BY_NAME[accused].code != BY_NAME[root].code:
+            codes[BY_NAME[accused].code] = courses.of_code(BY_NAME[root].code)
+            codes[BY_NAME[root].code] = courses.of_code(BY_NAME[root].code, mute=True)
         return Conclusion(finding, course=tuple(courses.course), code_courses=codes)
 
 

@@ -96,6 +96,7 @@ class AxisBalance:
 
     Args:
         resistance, flux: resistance [ohm] and flux of the magnets [V s]
+        flux_direction: electrical direction of the flux, relative to that of the sensor [rad]
         along, across: inductances along and across the flux [H]
         change_along, change_across: change of each current over a window, root mean square [A]
         unexplained: root mean square of the residual, as a share of the voltage's
@@ -104,6 +105,7 @@ class AxisBalance:
 
     resistance: float
     flux: float
+    flux_direction: float
     along: float
     across: float
     change_along: float
@@ -181,7 +183,7 @@ class VoltageBalance:
 
         Args:
             reading: reading of currents and angle
-            share: first and last share of the windows that count
+            share: first and last share of the voltage's energy over the windows that count
         """
         gram, windows = self._sums(share)
         if not windows:
@@ -198,7 +200,7 @@ class VoltageBalance:
         """The balance of the recording as it is with free inductances; None where the windows do not determine it.
 
         Args:
-            share: first and last share of the windows that count
+            share: first and last share of the voltage's energy over the windows that count
             known: inductances along and across the flux that are not free [H]
         """
         balance = self.over(AS_RECORDED, share)
@@ -224,7 +226,8 @@ class VoltageBalance:
         assert found is not None
         changes = [math.sqrt(float((np.conj(each) @ gram @ each).real) / windows) for each in columns[:2]]
         unexplained = math.sqrt(found.left / gram[_VOLTAGE, _VOLTAGE].real)
-        return AxisBalance(resistance, math.hypot(*flux), along, across, changes[0], changes[1], unexplained, windows)
+        size, (change_along, change_across) = math.hypot(*flux), changes
+        return AxisBalance(resistance, size, zero, along, across, change_along, change_across, unexplained, windows)
 
     def _axes_columns(self, zero: float, signs: bool) -> np.ndarray:
         """Weights of the rows: one line each for the inductances along and across, R, flux along and across, signs."""
@@ -235,7 +238,9 @@ class VoltageBalance:
 
     def _sums(self, share: tuple[float, float]) -> tuple[np.ndarray, int]:
         """Sums over a share of the windows, and their number."""
-        at = np.cumsum(self._windows) / max(sum(self._windows), 1)
+        # By energy, since a motor that stands for half of the drive says nothing about it.
+        energy = np.cumsum([part[_VOLTAGE, _VOLTAGE].real for part in self._parts])
+        at = energy / max(energy.max(initial=0.0), 1e-12)
         counted = np.flatnonzero((at > share[0]) & (at <= share[1] + 1e-9))
         gram = np.sum([self._parts[k] for k in counted], axis=0) if len(counted) else np.zeros((0, 0))
         return gram, sum(self._windows[k] for k in counted)

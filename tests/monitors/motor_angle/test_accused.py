@@ -1,0 +1,100 @@
+"""What a finding accuses: the sensor with its noise, or currents and voltages where these contradict each other."""
+
+import math
+
+import numpy as np
+import pytest
+
+from exact_vehicle import diagnose
+from monitors.motor_angle.monitored import COLUMN, FAULT_FREE, changed, recording
+from tierod.core.findings import Status
+from tierod.diagnosis.fault_memory import FaultMemory
+from tierod.papers.motor_angle.fault_drives import RATE, drive
+from tierod.papers.motor_angle.fault_kinds import offset
+
+ANGLE = FAULT_FREE().samples[:, COLUMN["motor_angle_mechanical"]]
+TIME = np.arange(len(ANGLE)) / RATE
+CURRENTS, VOLTAGES = (tuple(f"motor_{name}_{axis}" for axis in ("alpha", "beta")) for name in ("current", "voltage"))
+
+
+def finding(samples, **more):
+    """Of samples of the bench."""
+    return diagnose(recording(samples), "motor-bench", "motor-angle", **more).findings[0]
+
+
+def times(factor, names, samples=None):
+    """A drive in which some signals are multiplied."""
+    samples = (FAULT_FREE().samples if samples is None else samples).copy()
+    for name in names:
+        samples[:, COLUMN[name]] *= factor
+    return samples
+
+
+def noisy(degrees, until=math.inf):
+    noise = np.random.default_rng(9).normal(size=len(ANGLE)) * (until > TIME)
+    return changed(motor_angle_mechanical=ANGLE + math.radians(degrees) * noise)
+
+
+@pytest.mark.parametrize("degrees", [0.25, 2.0, 8.0])
+def test_noise_of_the_angle_has_its_size(degrees, tmp_path):
+    found = finding(noisy(degrees), memory=tmp_path / "memory.json")
+    assert found.status is Status.FAULT
+    assert found.headline.startswith("The readings of the motor's angle sensor have noise of ")
+    assert math.degrees(found.estimate.value) == pytest.approx(degrees, rel=0.05)
+    assert found.estimate.quantity.startswith("noise of the readings")
+    assert found.since < 0.1
+    assert found.end is None
+    raised = FaultMemory.opened(tmp_path / "memory.json", "motor-bench").entries
+    assert {name for name, each in raised.items() if each.status & 0x08} == {"motor-angle-offset"}
+
+
+def test_noise_that_ended_has_an_end():
+    found = finding(noisy(1.0, until=4.0))
+    assert "have noise of 1.0" in found.headline
+    assert found.end == pytest.approx(4.0, abs=0.05)
+
+
+@pytest.mark.parametrize(("degrees", "warned"), [(0.02, False), (0.1, False), (0.16, True)])
+def test_a_quiet_sensor_has_the_smallest_noise_that_is_named(degrees, warned):
+    found = finding(noisy(degrees))
+    limit = found.evidence["smallest_named_sensor_noise_mechanical_rad"]
+    assert 0.1 < math.degrees(limit) < 0.2
+    assert (found.evidence["sensor_noise_mechanical_rad"] > limit) == warned
+    assert warned == ("noise of 0.16" in found.headline + " ".join(found.warnings))
+
+
+def test_a_leap_of_the_angle_is_no_noise():
+    found = finding(changed(motor_angle_mechanical=ANGLE + 1.5 * (np.arange(len(ANGLE)) % 500 == 0)))
+    assert found.status is Status.FAULT
+    assert "noise" not in found.headline
+
+
+def test_currents_that_grow_alike_are_blamed_and_not_the_angle(tmp_path):
+    found = finding(times(1.0 + np.clip(TIME / 3.0 - 1.0, 0.0, 1.0), CURRENTS), memory=tmp_path / "memory.json")
+    assert found.headline.startswith("Currents and voltages contradict the model of the motor; they fit ")
+    assert "as with currents" in found.cause
+    assert "angle sensor" not in found.headline + found.action
+    assert found.estimate is None
+    raised = FaultMemory.opened(tmp_path / "memory.json", "motor-bench").entries
+    assert {name for name, each in raised.items() if each.status & 0x08} == {"motor-currents"}
+
+
+@pytest.mark.parametrize(("names", "factor"), [(CURRENTS, 2.0), (CURRENTS, 0.5), (VOLTAGES, 2.0)])
+def test_a_wrong_scale_beside_an_offset_of_the_angle_has_both(names, factor):
+    found = finding(times(factor, names, drive(101, 8.0, offset(10.0), 5.0).samples))
+    assert found.status is Status.SUSPECT
+    assert "these contradict each other too" in found.cause
+    assert "an angle sensor that is off by +10.0° electrical" in found.cause
+    assert names is VOLTAGES or f"as with currents {factor:.1f} times the true ones" in found.cause
+
+
+@pytest.mark.parametrize(("names", "factor"), [(CURRENTS, 2.0), (CURRENTS, 0.5), (VOLTAGES, 2.0), (VOLTAGES, 0.5)])
+def test_a_wrong_scale_of_a_drive_that_stands_for_half_of_it_is_named(names, factor):
+    samples = drive(102, 8.0).samples
+    standing = np.repeat(samples[:1], 60_000, axis=0)
+    random = np.random.default_rng(4)
+    for name, noise in {**dict.fromkeys(CURRENTS, 0.15), **dict.fromkeys(VOLTAGES, 0.03)}.items():
+        standing[:, COLUMN[name]] = noise * random.normal(size=len(standing))
+    found = finding(times(factor, names, np.vstack([standing, samples])))
+    assert found.status is Status.NOT_TESTABLE
+    assert f"the recorded {'currents are' if names is CURRENTS else 'voltages'}" in found.cause
