@@ -67,8 +67,7 @@ def test_the_document_fits_its_schema_and_names_the_worst_first(found):
     jsonschema.validate(content, SCHEMA)
     assert content["vehicles"] == 50
     assert content["recordings"] == {"failed": 2, "judged": 1500}
-    trends = [reason for car in content["cars"] for reason in car["reasons"] if "judged drives" not in reason["text"]]
-    changed = [reason for reason in trends if reason["trend"]["alarmed"]]
+    changed = [reason for car in content["cars"] for reason in car["reasons"] if (reason["trend"] or {}).get("alarmed")]
     assert len(changed) == 2
     assert [car["rank"] for car in content["cars"]] == list(range(1, len(content["cars"]) + 1))
     best = changed[0]
@@ -134,6 +133,26 @@ def test_a_standing_fault_comes_before_all_else_and_has_drives():
     assert "no date" in render(found)
 
 
+def test_every_reason_stands_once_in_the_list_with_the_times_of_its_episode():
+    def row(judged, status, **more):
+        whole = {"vehicle": "car 7", "monitor": "condition", "judged": judged, "recording_name": "a.csv"}
+        return {**whole, "status": status, **more}
+
+    times = {"since_s": 100.0, "declared_s": 104.5, "end_s": 160.0}
+    rows = [row("", "fault"), row("yaw_rate", "fault", **times), row("steering_wheel_angle", "fault")]
+    rows += [{**row("", "suspect"), "monitor": "friction"}]
+    found = worked_out(made(rows), ledger().empty_table(), Design())
+    (car,) = found.cars
+    subjects = [reason.text.partition(":")[0] for reason in car.reasons]
+    assert sorted(subjects) == ["monitor friction", "steering_wheel_angle", "yaw_rate"]
+    assert all(car.why.count(f"{subject}: ") == 1 for subject in subjects)
+    assert car.inspect.count("these drives") == 1
+    (drive,) = next(each for each in document(found)["cars"][0]["reasons"] if "yaw" in each["text"])["drives"]
+    assert {name: drive[name] for name in times} == times
+    page = render(found)
+    assert all(f">{each}<" in page for each in ("1 min 40 s", "1 min 44.5 s", "2 min 40 s"))
+
+
 def test_a_car_without_a_verdict_is_not_one_without_a_fault(tmp_path, monkeypatch):
     open_ = [
         {"vehicle": name, "monitor": "friction", "judged": "friction", "status": "not identifiable"} for name in "ab"
@@ -163,6 +182,7 @@ def test_one_finding_without_a_date_is_named_in_the_singular():
     one, two = (worked_out(made([row] * count), ledger().empty_table(), Design()).remarks[0] for count in (1, 2))
     assert one.startswith("1 finding has no date, but a trend needs one")
     assert two.startswith("2 findings have no date")
+    assert "'tierod fleet RECORDINGS --vehicles FLEET.toml -o RESULTS'" in two
 
 
 def test_alike_reasons_stand_together_though_they_name_their_recordings():

@@ -221,7 +221,9 @@ def test_a_change_that_was_repaired_is_over(reported):
     _, _, document, *_ = reported(*driven(drives, apart=3.0), *driven([*drives, *[LOW] * 4], "car-2", apart=3.0))
     (car,) = document["cars"]
     assert (car["vehicle"], car["summary"]) == ("car-1", "fault")
-    assert any("shifted by +3.6" in each["text"] for each in car["reasons"])
+    (reason,) = car["reasons"]
+    assert "level 6.2 N·m since" in reason["text"]
+    assert reason["trend"]["change"]["size"][0] == pytest.approx(3.6, abs=0.05)
     assert [each["vehicle"] for each in document["recovered"]] == ["car-2"]
 
 

@@ -47,3 +47,24 @@ def in_words(value: float, unit: str, digits: int = 3) -> str:
     """
     factor, label = shown(unit)
     return f"{factor * value:z.{digits}g} {label}".rstrip()
+
+
+def plus_minus(value: float, deviation: float, unit: str = "", signed: bool = False) -> str:
+    """A value ± one standard deviation for display, with the label of its unit: "4.01 ± 0.35 N·m".
+
+    Both have the decimals of the first digit of the standard deviation, or of its second where it is below 3.55 of that
+    place, as particle physicists round; without one, the value has three digits.
+
+    Args:
+        value, deviation: value and standard deviation, in the unit
+        unit: in the notation of the catalogue of signals
+        signed: whether a positive value has its sign
+    """
+    factor, label = shown(unit)
+    value, deviation, sign = factor * value, factor * deviation, "+" if signed else ""
+    if not (math.isfinite(deviation) and deviation > 0.0):
+        text = f"{value:{sign}z.3g}"
+    else:
+        decimals = min(max(-math.floor(math.log10(deviation / 3.55)), 0), 9)
+        text = f"{value:{sign}z.{decimals}f} ± {deviation:.{decimals}f}"
+    return f"{text.replace('-', chr(0x2212))} {label}".rstrip()

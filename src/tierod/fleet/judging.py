@@ -167,6 +167,8 @@ def _of_finding(finding: Finding) -> Row:
         "role": "",
         "status": str(finding.status),
         "since_s": finding.since,
+        "declared_s": finding.declared,
+        "end_s": finding.end,
         "kind": "",
         "cause": finding.cause,
         "action": finding.action,
@@ -198,7 +200,8 @@ def _of_element(element: Element) -> Iterator[Row]:
         }
         if episode is not None:
             size = episode.magnitude
-            row |= {"since_s": episode.start, "kind": episode.kind or " or ".join(episode.candidates)}
+            row |= {"since_s": episode.start, "declared_s": episode.declared, "end_s": episode.end}
+            row |= {"kind": episode.kind or " or ".join(episode.candidates)}
             if size is not None:
                 row |= {
                     "magnitude": _finite(size.value),

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import IntEnum
 
 import numpy as np
 
+from tierod.core.shown import in_words, plus_minus
 from tierod.core.statuses import Status, worst
 from tierod.fleet.standing import JUDGED, LAST, Drive, Standing, counted, drives_in_words
 from tierod.fleet.trends import Trends
@@ -37,9 +38,6 @@ WORDS = {
 
 SURE, POSSIBLE = 0.5, 0.05
 """Probability of reaching the limit soon from which a changed car is urgent, and from which any car is listed."""
-
-SHOWN = 2
-"""Number of reasons of a car in the list; its own section and the JSON document have all."""
 
 INSPECT = {
     "friction torque at the steering wheel axis": (
@@ -73,6 +71,23 @@ class Reason:
     to_confirm: tuple[Drive, ...] = ()
     weight: float = 0.0
 
+    def and_also(self, trend: Reason, text: str) -> Reason:
+        """This reason together with the trend of the same quantity: one reason, as urgent as the more urgent one.
+
+        Args:
+            trend: the reason of the trend
+            text: what it adds in words; "" if that is said
+        """
+        inspect = "; ".join(dict.fromkeys((*self.inspect.split("; "), *trend.inspect.split("; "))))
+        return replace(
+            self,
+            urgency=min(self.urgency, trend.urgency),
+            text="; ".join(filter(None, (self.text, text))),
+            inspect=inspect,
+            rows=tuple(dict.fromkeys((*self.rows, *trend.rows))),
+            weight=self.weight + trend.weight,
+        )
+
 
 @dataclass(frozen=True)
 class Ranked:
@@ -98,8 +113,7 @@ class Ranked:
             return ()
         drives: dict[object, Status] = {}
         for each in (drive for reason in self.reasons for drive in reason.to_confirm):
-            key = each.name or each.row
-            drives[key] = worst((drives.get(key, each.status), each.status))
+            drives[each.key] = worst((drives.get(each.key, each.status), each.status))
         return tuple(drives.values())
 
     @property
@@ -110,13 +124,13 @@ class Ranked:
 
     @property
     def why(self) -> str:
-        """The first reasons in words."""
-        return "; ".join(each.text for each in self.reasons[:SHOWN])
+        """The reasons in words, each once."""
+        return "; ".join(dict.fromkeys(each.text for each in self.reasons))
 
     @property
     def inspect(self) -> str:
-        """The parts or drives to inspect for these reasons."""
-        return "; ".join(dict.fromkeys(each.inspect for each in self.reasons[:SHOWN]))
+        """The parts or drives to inspect for these reasons, each once."""
+        return "; ".join(dict.fromkeys(part for each in self.reasons for part in each.inspect.split("; ")))
 
 
 def ranked(trends: Sequence[Trends], standing: Iterable[Standing]) -> list[Ranked]:
@@ -126,24 +140,48 @@ def ranked(trends: Sequence[Trends], standing: Iterable[Standing]) -> list[Ranke
         trends: trends of all quantities
         standing: verdicts of the last judged drives
     """
-    reasons: dict[str, list[Reason]] = {}
+    reasons: dict[str, dict[tuple[str, str], Reason]] = {}
     followed = {
         (vehicle, series.series.watched.monitor, series.series.watched.judged): (series, car)
         for series in trends
         for car, vehicle in enumerate(series.series.vehicles)
     }
-    for each in standing:
-        if each.drives:
-            trend = followed.get((each.vehicle, each.monitor, each.judged))
-            reasons.setdefault(each.vehicle, []).append(_of_standing(each, trend))
-    for series in trends:
-        for car in np.flatnonzero(_named(series)):
-            reasons.setdefault(series.series.vehicles[car], []).append(_of_trend(series, int(car)))
+    named = {(id(series), int(car)) for series in trends for car in np.flatnonzero(_named(series))}
+    for each in _distinct([each for each in standing if each.drives]):
+        key = each.monitor, each.judged
+        trend = followed.get((each.vehicle, *key))
+        reason = _of_standing(each, _level_text(trend), trend)
+        reasons.setdefault(each.vehicle, {})[key] = reason
+    for (vehicle, *key), (series, car) in followed.items():
+        if (id(series), car) in named:
+            of_car, reason = reasons.setdefault(vehicle, {}), _of_trend(series, car)
+            before = of_car.get((key[0], key[1]))
+            # A level that stepped on the day of the change is said already.
+            said = math.isfinite(day := series.stepped(car)) and (not series.changed(car) or day == series.onset(car))
+            of_car[key[0], key[1]] = reason if before is None else before.and_also(reason, "" if said else reason.text)
     cars = [
-        Ranked(vehicle, tuple(sorted(found, key=lambda each: (each.urgency, -each.weight))))
+        Ranked(vehicle, tuple(sorted(found.values(), key=lambda each: (each.urgency, -each.weight))))
         for vehicle, found in reasons.items()
     ]
     return sorted(cars, key=lambda car: (car.urgency, -car.reasons[0].weight, car.vehicle))
+
+
+def _distinct(standing: Sequence[Standing]) -> list[Standing]:
+    """Standings without those of a whole monitor whose drives all show a fault of one of its elements as well."""
+    by_elements: dict[tuple[str, str], dict[object, Status]] = {}
+    for each in standing:
+        if each.judged:
+            known = by_elements.setdefault((each.vehicle, each.monitor), {})
+            for drive in each.drives:
+                known[drive.key] = worst((known.get(drive.key, drive.status), drive.status))
+
+    def hidden(each: Standing) -> bool:
+        known = by_elements.get((each.vehicle, each.monitor), {})
+        return not each.judged and all(
+            drive.key in known and worst((known[drive.key], drive.status)) is known[drive.key] for drive in each.drives
+        )
+
+    return [each for each in standing if not hidden(each)]
 
 
 def beyond(trends: Trends) -> np.ndarray:
@@ -163,18 +201,18 @@ def _named(trends: Trends) -> np.ndarray:
     return np.asarray(np.array(changed, bool) | near | beyond(trends))
 
 
-def _of_standing(each: Standing, trend: tuple[Trends, int] | None) -> Reason:
+def _of_standing(each: Standing, level: str, trend: tuple[Trends, int] | None) -> Reason:
     rows = tuple(drive.row for drive in reversed(each.drives))
     action = each.action.removeprefix("inspect ")
     weight = sum(10.0 ** -JUDGED.index(drive.status) for drive in each.drives)
     if not each.persistent:
         listed = "; ".join(drive.text for drive in each.drives)
         found = counted(drive.status for drive in each.drives)
-        text = f"{each.subject}: to confirm: {found} in {drives_in_words(each.of)} ({listed}){_level_text(trend)}"
+        text = f"{each.subject}: to confirm: {found} in {drives_in_words(each.of)} ({listed}){level}"
         inspect = "these drives with 'tierod diagnose'" + (f"; {action}" if action else "")
         return Reason(Urgency.CONFIRM, text, inspect, trend, rows, each.drives, weight)
     kind = f" ({each.kind})" if each.kind else ""
-    text = f"{each.subject}: fault{kind} in {each.faults} of {drives_in_words(each.of)}{_level_text(trend)}"
+    text = f"{each.subject}: fault{kind} in {each.faults} of {drives_in_words(each.of)}{level}"
     part = f"{each.judged.replace('_', ' ')}, its plug and its wiring" if each.judged else ""
     inspect = action or part or "the parts that the reports of these drives name"
     return Reason(Urgency.FAULT, text, inspect, trend, rows, (), weight)
@@ -185,11 +223,14 @@ def _level_text(trend: tuple[Trends, int] | None) -> str:
     if trend is None:
         return ""
     trends, car = trend
-    unit = trends.series.watched.unit.replace("*", "·")
-    if math.isfinite(last := trends.unconfirmed[car]):
-        return f"; level {trends.level[car, 0]:.3g} {unit} before the last drive, which gave {last:.3g} {unit}"
+    level, before, last = (
+        in_words(value, trends.series.watched.unit)
+        for value in (trends.level[car, 0], trends.before[car], trends.unconfirmed[car])
+    )
+    if math.isfinite(trends.unconfirmed[car]):
+        return f"; level {level} before the last drive, which gave {last}"
     if math.isfinite(day := trends.stepped(car)):
-        return f"; level {trends.level[car, 0]:.3g} {unit} since {date(day)}, {trends.before[car]:.3g} {unit} before"
+        return f"; level {level} since {date(day)}, {before} before"
     return ""
 
 
@@ -215,21 +256,19 @@ def _of_trend(trends: Trends, car: int) -> Reason:
 
 
 def _change_text(trends: Trends, car: int) -> str:
-    size, unit = trends.size[car], trends.series.watched.unit.replace("*", "·")
+    (size, deviation), unit = trends.size[car], trends.series.watched.unit
     if int(trends.kind[car]) == RAMP:
-        what = f"changes by {100.0 * size[0]:+.2g} ± {196.0 * size[1]:.1g} {unit} per 100 days"
+        what = f"changes by {plus_minus(100.0 * size, 100.0 * deviation, unit, signed=True)} per 100 days"
     else:
-        what = f"shifted by {size[0]:+.2g} ± {1.96 * size[1]:.1g} {unit}"
+        what = f"shifted by {plus_minus(size, deviation, unit, signed=True)}"
     return f"{trends.series.watched.quantity} {what} since {date(trends.onset(car))}"
 
 
 def _near_text(trends: Trends, car: int) -> str:
-    limit, unit = trends.series.limit[car], trends.series.watched.unit.replace("*", "·")
-    level, deviation = trends.stated(car)
-    stepped = trends.stepped(car)
+    unit, stepped = trends.series.watched.unit, trends.stepped(car)
     since = f"since {date(stepped)}" if math.isfinite(stepped) else "without a change found"
-    now = f"{level:.3g} ± {1.96 * deviation:.1g} {unit}"
-    return f"{trends.series.watched.quantity} is {now}, limit {limit:.3g} {unit}, {since}"
+    now, limit = plus_minus(*trends.stated(car), unit), in_words(trends.series.limit[car], unit)
+    return f"{trends.series.watched.quantity} is {now}, limit {limit}, {since}"
 
 
 def _notable_drives(trends: Trends, car: int, changed: bool) -> np.ndarray:

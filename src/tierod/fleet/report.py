@@ -20,10 +20,13 @@ from tierod.fleet.trends import Design, Trends, trends
 if TYPE_CHECKING:
     import pyarrow as pa
 
+TIMES = ("since_s", "declared_s", "end_s")
+"""Columns of the findings with onset, declaration and end of an episode."""
+
 COLUMNS = (
     "vehicle", "cohort", "recording_name", "start", "mileage_m", "temperature_K", "monitor", "judged", "quantity",
     "unit", "status", "kind", "estimate", "deviation", "shared_deviation", "nominal", "limit", "cause", "action",
-    "span",
+    "span", *TIMES,
 )  # fmt: skip
 """Columns of the findings that a report needs."""
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from tierod.core.errors import InputError, ParameterError
 from tierod.core.screen import printable
+from tierod.core.shown import plus_minus
 from tierod.core.statuses import COLOURS
 from tierod.fleet.cohorts import NOMINAL, expected_of, write_prior
 from tierod.fleet.places import LOCAL, protocol_of
@@ -78,7 +79,7 @@ def _written_prior(found: FleetReport, path: Path, cohort: Sequence[str]) -> str
         raise InputError(f"these results give no expected level of a new car: {why}")
     expected = expected_of(followed.cohorts.cohorts, followed.series, labels)
     write_prior(path, followed.series, expected)
-    size = f"{expected.value:.4g} ± {expected.standard_deviation:.2g} {followed.series.watched.unit}"
+    size = plus_minus(expected.value, expected.standard_deviation, followed.series.watched.unit)
     return f"{path}: {NOMINAL[followed.series.watched.quantity]} is {size} ({expected.source})"
 
 
@@ -99,10 +100,10 @@ def _show(found: FleetReport) -> None:
     for each in found.trends:
         for cohort in each.cohorts.differing:
             name = f"{cohort.kind} {cohort.name} ({cohort.cars} cars)"
-            effect = f"{cohort.effect:+.2g} {each.series.watched.unit}"
+            effect = plus_minus(cohort.effect, cohort.deviation, each.series.watched.unit, signed=True)
             console.print(f"{name} differs by {effect}, odds {words.odds(cohort.log_odds)}", markup=False)
     if found.cars:
-        table = Table("vehicle", "state", "level now", "time left", box=None)
+        table = Table("vehicle", "state", "level now (± 1 σ)", "time left (90 %)", box=None)
         for car in found.cars[:SHOWN]:
             level, left, _ = words.followed(words.first_trend(car))
             table.add_row(*(escape(printable(cell)) for cell in (car.vehicle, car.state, level, left)))

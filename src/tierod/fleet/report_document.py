@@ -12,7 +12,7 @@ from tierod.core.statuses import Status
 from tierod.core.version import __version__
 from tierod.fleet import report_words as words
 from tierod.fleet.ranking import WORDS, Ranked, Reason, date
-from tierod.fleet.report import FleetReport
+from tierod.fleet.report import TIMES, FleetReport
 from tierod.fleet.standing import Standing
 from tierod.fleet.trends import Trends
 from tierod.methods.trends.change_evidence import STEP
@@ -97,7 +97,7 @@ def _recovered(report: FleetReport, standing: Standing) -> dict[str, Any]:
 
 
 def _drives(report: FleetReport, rows: Sequence[int]) -> list[dict[str, Any]]:
-    drives = report.findings.select(["recording_name", "start", "status", "estimate", "deviation"])
+    drives = report.findings.select(["recording_name", "start", "status", *TIMES, "estimate", "deviation"])
     return [
         {
             **row,

@@ -7,13 +7,13 @@ from collections.abc import Iterator
 import numpy as np
 
 from tierod.core.content import Band, Chart, Heading, Item, Lines, Panel, Points, Table
-from tierod.core.shown import written
+from tierod.core.shown import plus_minus, written
 from tierod.core.statuses import Status
 from tierod.fleet import report_words as words
 from tierod.fleet.ranking import Ranked, date
-from tierod.fleet.report import FleetReport
+from tierod.fleet.report import TIMES, FleetReport
 from tierod.fleet.trends import Trends
-from tierod.report.display import INTERVAL, number
+from tierod.report.display import INTERVAL, instant, number
 
 LISTED = 200
 """Largest number of cars in the list on the page; the JSON document has all."""
@@ -65,14 +65,14 @@ def _list(report: FleetReport) -> Table:
     more = len(report.cars) - LISTED
     return Table(
         "Cars to look at",
-        ("rank", "vehicle", "state", "why", "level now (95 %)", "time left (90 %)", "cohort", "inspect"),
+        ("rank", "vehicle", "state", "why", "level now (± 1 σ)", "time left (90 %)", "cohort", "inspect"),
         tuple(rows),
         f"{more} more are in the JSON document." if more > 0 else "",
     )
 
 
 def _card(report: FleetReport, car: Ranked, place: int) -> Iterator[Item]:
-    lines = [f"{reason.text[:1].upper()}{reason.text[1:]}. Inspect {reason.inspect}." for reason in car.reasons[:4]]
+    lines = [f"{reason.text[:1].upper()}{reason.text[1:]}. Inspect {reason.inspect}." for reason in car.reasons]
     found = words.first_trend(car)
     if found is not None:
         trends, number_of = found
@@ -133,21 +133,20 @@ def _drives(report: FleetReport, car: Ranked) -> Table:
     cells = []
     for row in part.take(rows).to_pylist():
         value, spread = row["estimate"], row["deviation"]
-        estimate = "–" if value is None else f"{number(value, 3)} ± {number(INTERVAL * (spread or 0.0), 2)} "
+        estimate = "–" if value is None else plus_minus(value, spread or 0.0, row["unit"] or "")
         when = "no date" if row["start"] is None else f"{row['start']:%Y-%m-%d}"
-        judged = row["judged"] or row["monitor"]
-        estimate += written(row["unit"] or "")
-        cells.append(
-            (when, row["recording_name"] or "–", judged, Status(row["status"] or Status.NOT_AVAILABLE), estimate)
-        )
+        judged, status = row["judged"] or row["monitor"], Status(row["status"] or Status.NOT_AVAILABLE)
+        times = (instant(row[name]) for name in TIMES)
+        cells.append((when, row["recording_name"] or "–", judged, status, *times, estimate))
     return Table(
         f"Drives that show it: {car.vehicle}",
-        ("date", "recording", "judged", "verdict of the drive", "estimate"),
+        ("date", "recording", "judged", "verdict of the drive", "from", "declared", "to", "estimate (± 1 σ)"),
         tuple(cells),
+        "From, declared and to: times in the recording; a fault without an end lasts to the end of the recording.",
     )
 
 
-_OF_DRIVES = ["start", "recording_name", "monitor", "judged", "status", "estimate", "deviation", "unit"]
+_OF_DRIVES = ["start", "recording_name", "monitor", "judged", "status", *TIMES, "estimate", "deviation", "unit"]
 
 
 def _cohorts(trends: Trends, place: int) -> Iterator[Item]:
@@ -157,7 +156,7 @@ def _cohorts(trends: Trends, place: int) -> Iterator[Item]:
     unit = written(trends.series.watched.unit)
     differing = trends.cohorts.differing
     text = "; ".join(
-        f"{each.kind} {each.name}: {each.effect:+.2g} ± {INTERVAL * each.deviation:.1g} {unit}, "
+        f"{each.kind} {each.name}: {plus_minus(each.effect, each.deviation, trends.series.watched.unit, signed=True)}, "
         f"odds {words.odds(each.log_odds)}"
         for each in differing
     )
@@ -168,7 +167,7 @@ def _cohorts(trends: Trends, place: int) -> Iterator[Item]:
             f"{each.kind} {each.name}",
             str(each.cars),
             f"{each.effect:+.3g}",
-            f"{INTERVAL * each.deviation:.2g}",
+            f"{each.deviation:.2g}",
             words.odds(each.log_odds),
             ", ".join(f"{kind} {name}" for kind, name in each.alike) or "–",
         )
@@ -180,7 +179,7 @@ def _cohorts(trends: Trends, place: int) -> Iterator[Item]:
     )
     yield Table(
         f"Cohorts, likeliest first, of {len(found.all)}",
-        ("cohort", "cars", f"effect [{unit}]", "± (95 %)", "odds that it differs", "not separated from"),
+        ("cohort", "cars", f"effect [{unit}]", "± (1 σ)", "odds that it differs", "not separated from"),
         rows,
         note,
     )

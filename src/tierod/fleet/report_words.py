@@ -6,12 +6,12 @@ import math
 from collections import Counter
 from typing import TYPE_CHECKING
 
-from tierod.core.shown import written
+from tierod.core.shown import plus_minus
 from tierod.core.statuses import Status
 from tierod.fleet.ranking import WORDS, Ranked, Urgency, date
 from tierod.fleet.standing import LAST, OFTEN, counted
 from tierod.fleet.trends import Trends
-from tierod.report.display import INTERVAL, number, share
+from tierod.report.display import share
 
 if TYPE_CHECKING:
     from tierod.fleet.report import FleetReport
@@ -40,11 +40,9 @@ def odds(logarithm: float) -> str:
 
 
 def level(trends: Trends, car: int) -> str:
-    """Current level of a car with its 95 % interval, which includes what its drives share, and unit."""
-    value, deviation = trends.stated(car)
-    half = INTERVAL * deviation
+    """Current level of a car ± one standard deviation, which includes what its drives share."""
     included = " (sensor gains included)" if trends.series.shared[car] > 0.0 else ""
-    return f"{number(value, 3)} ± {number(half, 2)} {written(trends.series.watched.unit)}{included}"
+    return f"{plus_minus(*trends.stated(car), trends.series.watched.unit)}{included}"
 
 
 def left(trends: Trends, car: int) -> str:

@@ -52,6 +52,7 @@ def findings() -> pa.Schema:
     quantity, unit          estimated quantity in words, and its unit
     status                  word of `tierod.core.statuses`: healthy, fault, estimated, ..., or why none is given
     since_s                 beginning of the status in the recording's time [s]; null if it holds throughout
+    declared_s, end_s       its declaration and its end [s]; null if it was not declared, or lasts to the end
     kind                    kind of fault, in words; "" if there is none or it is not identifiable
     magnitude, magnitude_deviation, magnitude_unit
                             fault magnitude with one standard deviation, and its unit
@@ -84,7 +85,7 @@ _FINDINGS = (
     ("time", "start"),
     ("number", "start_s duration_s judged_s mileage_m temperature_K"),
     ("text", "monitor variant judged role quantity unit status"),
-    ("number", "since_s"),
+    ("number", "since_s declared_s end_s"),
     ("text", "kind"),
     ("number", "magnitude magnitude_deviation"),
     ("text", "magnitude_unit"),

@@ -92,7 +92,10 @@ def series_of(findings: pa.Table, until: float | None = None) -> tuple[list[Seri
     remarks = []
     if undated := int((estimated & ~np.isfinite(day)).sum()):
         have = "finding has" if undated == 1 else "findings have"
-        remarks.append(f"{undated} {have} no date, but a trend needs one; give the recordings their time")
+        remarks.append(
+            f"{undated} {have} no date, but a trend needs one: put the date into the file names, and run 'tierod fleet "
+            "RECORDINGS --vehicles FLEET.toml -o RESULTS' with a pattern in FLEET.toml that reads (?P<start>...)"
+        )
     if late := int(future.sum()):
         remarks.append(
             f"{late} findings have a date in the future and are left out of trends; set the clock of the logger"

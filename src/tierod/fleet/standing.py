@@ -42,6 +42,11 @@ class Drive(NamedTuple):
     status: Status
 
     @property
+    def key(self) -> object:
+        """The drive itself: its name or, where that is unknown, its row."""
+        return self.name or self.row
+
+    @property
     def text(self) -> str:
         """Name, date and verdict."""
         return f"{', '.join(filter(None, (self.name or 'a drive', self.date)))}: {self.status}"

@@ -79,7 +79,7 @@ _CAMPAIGNS = {
 }
 
 _FLEETS = {
-    "level now (95 %)": "Level of the quantity at 15 °C, estimated from all drives, with its 95 % interval.",
+    "level now (± 1 σ)": "Level at 15 °C, estimated from the drives since its last step, ± one standard deviation.",
     "time left (90 %)": "Time until the level reaches the limit, if its trend continues, with its 90 % interval.",
     "cohort": "Cars that share a label: supplier, batch, plant. Named where they differ from the rest of the fleet.",
     "odds that it differs": "Odds that the mean of the cohort differs from the rest, after seeing the drives.",

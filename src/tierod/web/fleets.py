@@ -226,8 +226,8 @@ def drives_of(results: Path, vehicle: str) -> list[dict[str, Any]]:
     from tierod.report.document import plain
 
     names = ["vehicle", "recording_name", "start", "start_s", "mileage_m", "temperature_K", "monitor", "judged", "kind",
-             "quantity", "unit", "status", "since_s", "estimate", "deviation", "nominal", "limit", "cause", "action",
-             "key", "cohort", "span"]  # fmt: skip
+             "quantity", "unit", "status", "since_s", "declared_s", "end_s", "estimate", "deviation", "nominal",
+             "limit", "cause", "action", "key", "cohort", "span"]  # fmt: skip
     table = findings_of(results, names)
     table = table.filter(pc.field("vehicle") == vehicle)
     if not len(table):
