@@ -152,13 +152,13 @@ def ranked(trends: Sequence[Trends], standing: Iterable[Standing]) -> list[Ranke
         trend = followed.get((each.vehicle, *key))
         reason = _of_standing(each, _level_text(trend), trend)
         reasons.setdefault(each.vehicle, {})[key] = reason
-    for (vehicle, *key), (series, car) in followed.items():
+    for (vehicle, monitor, judged), (series, car) in followed.items():
         if (id(series), car) in named:
             of_car, reason = reasons.setdefault(vehicle, {}), _of_trend(series, car)
-            before = of_car.get((key[0], key[1]))
+            before = of_car.get((monitor, judged))
             # A level that stepped on the day of the change is said already.
             said = math.isfinite(day := series.stepped(car)) and (not series.changed(car) or day == series.onset(car))
-            of_car[key[0], key[1]] = reason if before is None else before.and_also(reason, "" if said else reason.text)
+            of_car[monitor, judged] = reason if before is None else before.and_also(reason, "" if said else reason.text)
     cars = [
         Ranked(vehicle, tuple(sorted(found.values(), key=lambda each: (each.urgency, -each.weight))))
         for vehicle, found in reasons.items()
