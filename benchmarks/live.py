@@ -1,6 +1,6 @@
-"""Live monitoring: processor share, tick delays, and memory over a long drive.
+"""Live monitoring: processor share, and memory over a long drive.
 
-python -m benchmarks.live                 processor share of the monitors and of the column monitor at 1 kHz; ticks
+python -m benchmarks.live                 processor share of the monitors and of the column monitor at 1 kHz; loopback
 python -m benchmarks.live --soak 20       twenty minutes of driving at 5 000 frames/s with 1 000 disturbances, seed 5
 
 Processor shares and the long drive are measured by feeding frames to the engine as fast as it accepts them, in terms
@@ -13,7 +13,6 @@ import argparse
 import queue
 import random
 import resource
-import statistics
 import subprocess
 import sys
 import tempfile
@@ -24,13 +23,12 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 
 from live_drives import START, frames_of_drive, messages
-from tierod.live.drive import TICK, Drive, Outputs
+from tierod.live.drive import Drive, Outputs
 from tierod.live.engine import PACE, Engine, Pace
 from tierod.live.events import Hub
 from tierod.live.frame import Frame
 from tierod.live.judge import Plan
 from tierod.live.log import FrameLog
-from tierod.live.quiet import quiet
 from tierod.vehicles import load
 
 MONITORS = ("friction", "sideslip", "driver-torque", "condition")
@@ -102,8 +100,8 @@ def used() -> float:
     return time.process_time()
 
 
-SHORT = 0.2
-"""Judging period with which a verdict is at most half a second late [s]."""
+LONG = 2.0
+"""Judging period of a computer with little to spare [s]."""
 
 BEGUN = 75.0
 """Time of a drive after which all monitors are active; the driver torque monitor waits for a minute [s]."""
@@ -114,8 +112,8 @@ def share(folder: Path, rate: float = 2000.0, seconds: float = 150.0) -> None:
     drive = padded(frames_of_drive(folder, 30.0), rate)
     making = generated(drive, seconds)
     cases = [(VEHICLE, names, PACE) for names in ((), *((name,) for name in MONITORS[:3]), MONITORS[:3])]
-    judged = [("smartload", ("condition",), PACE), ("smartload", ("condition",), Pace(period=SHORT))]
-    for vehicle, names, pace in [*cases, *judged, (VEHICLE, MONITORS[:3], Pace(period=SHORT))]:
+    judged = [("smartload", ("condition",), PACE), ("smartload", ("condition",), Pace(period=LONG))]
+    for vehicle, names, pace in [*cases, *judged, (VEHICLE, MONITORS[:3], Pace(period=LONG))]:
         log = FrameLog(folder / "log.mf4", START)
         engine = Engine(messages(folder), None, names, Plan(load(vehicle)), pace=pace, log=log)
         spent = cost(engine, repeated(drive, seconds), 40) - making
@@ -153,8 +151,8 @@ def column(folder: Path, seconds: float = 150.0) -> None:
     fast = [each._replace(time=each.time + 0.001 * n) for each in frames for n in range(10)]
     engine = Engine(messages(folder), None, ("driver-torque",), Plan(load(VEHICLE)))
     spent = cost(engine, repeated(sorted(fast, key=lambda each: each.time), seconds), 10)
-    ticker = engine.ticks.tickers.get("driver-torque")
-    rate = ticker.rate if ticker else 0.0
+    run = engine.judges[0].run
+    rate = run.monitor.rate if run else 0.0
     print(f"column monitor at {rate:g} Hz: {100 * spent:.1f} % of a core")
 
 
@@ -166,15 +164,15 @@ def generated(drive: list[Frame], seconds: float) -> float:
     return (used() - begun) / seconds
 
 
-def ticks(folder: Path, rate: float = 5000.0, seconds: float = 20.0) -> None:
-    """Print received and sent frames over loopback in real time, processor share, and tick delays."""
+def loopback(folder: Path, rate: float = 5000.0, seconds: float = 20.0) -> None:
+    """Print received and sent frames over loopback in real time, and processor share."""
     from tierod.live.buses import Address
     from tierod.live.receiving import receiver
 
     inbox: queue.SimpleQueue = queue.SimpleQueue()
     hub = Hub()
     bus = receiver(1, Address("udp_multicast", CHANNEL), inbox)
-    plan, outputs = Plan(load(VEHICLE)), Outputs(folder / "ticks.mf4")
+    plan, outputs = Plan(load(VEHICLE)), Outputs(folder / "loopback.mf4")
     drive = Drive([bus], inbox, messages(folder), None, ("friction", "sideslip"), plan, outputs, hub)
     code = f"import sys; sys.path[:0] = {sys.path!r}; from benchmarks.live import send; send({rate}, {seconds})"
     sender = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
@@ -183,21 +181,11 @@ def ticks(folder: Path, rate: float = 5000.0, seconds: float = 20.0) -> None:
     drive.looking.append(lambda now: setattr(drive, "ended", sender.poll() is not None and drive.inbox.empty()))
     begun = used()
     wall = time.monotonic()
-    with quiet():
-        drive.run()
+    drive.run()
     wall = time.monotonic() - wall
     sent = int(sender.communicate()[0])
     spent = used() - begun
-    late = sorted(1e3 * each for each in drive.health.late)
     print(f"udp_multicast: {max(seen)} of {sent} frames; {100 * spent / wall:.1f} % of a core beside the receiver")
-    print(f"ticks late by: median {statistics.median(late):.2f} ms, 99 % {late[int(0.99 * len(late))]:.2f} ms")
-    pauses = []
-    for _ in range(500):
-        due = time.monotonic() + TICK
-        time.sleep(TICK)
-        pauses.append(1e3 * (time.monotonic() - due))
-    pauses.sort()
-    print(f"timer of this computer: median {statistics.median(pauses):.2f} ms, 99 % {pauses[494]:.2f} ms")
 
 
 def send(rate: float, seconds: float) -> None:
@@ -248,8 +236,6 @@ def soak(folder: Path, minutes: float, rate: float = 5000.0, seed: int = 5) -> N
     change = 100.0 * (max(settled) - settled[0]) / settled[0]
     print(f"memory: {settled[0] / 1024:.0f} MB after 35 % of the time, {max(settled) / 1024:.0f} MB at the most then "
           f"({change:+.1f} %), {resident() / 1024:.0f} MB with the conclusion at the end")  # fmt: skip
-    for name, ticker in engine.ticks.tickers.items():
-        print(f"ticks of {name}: {ticker.steps} steps, {ticker.corrected} pieces that differed")
 
 
 def main() -> None:
@@ -258,12 +244,11 @@ def main() -> None:
     chosen = parser.parse_args()
     with tempfile.TemporaryDirectory() as name:
         if chosen.soak:
-            with quiet():
-                soak(Path(name), chosen.soak)
+            soak(Path(name), chosen.soak)
         else:
             share(Path(name))
             column(Path(name))
-            ticks(Path(name))
+            loopback(Path(name))
 
 
 if __name__ == "__main__":

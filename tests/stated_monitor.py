@@ -40,7 +40,7 @@ class StatedSession(BlockSession):
     """Gives the status of the mean speed."""
 
     def __init__(self):
-        super().__init__(Stated(), {}, ("statement.status", STATUSES))
+        super().__init__(Stated(), {})
         self.codes = []
 
     def collect(self, time, signals, result):

@@ -154,9 +154,6 @@ def test_judging_in_a_thread_gives_the_same(tmp_path, monkeypatch):
         driven(beside, inbox, frames[begin : begin + 20])
         time.sleep(0.01)
     assert max(overlapped) > 50, "ticks took frames while a piece was judged"
-    for name in ("friction", "sideslip"):
-        assert beside.engine.ticks.tickers[name].live
-        assert beside.engine.ticks.tickers[name].corrected == 0
     first, second = straight.engine.finish(), None
     beside._judging.ended(beside.engine, wait=True)
     second = beside.engine.finish()
@@ -179,7 +176,7 @@ def test_events_over_websocket():
         while not socket._clients and time.monotonic() < until:
             time.sleep(0.01)
         socket(line("mark", {"time": 1.5, "value": float("nan")}))
-        assert json.loads(connection.recv(5.0)) == {"event": "mark", "schema": 1, "time": 1.5, "value": None}
+        assert json.loads(connection.recv(5.0)) == {"event": "mark", "schema": 2, "time": 1.5, "value": None}
     socket.close()
 
 
@@ -336,13 +333,10 @@ def test_the_view_and_the_state_say_how_late_a_verdict_may_be(tmp_path):
     drive, inbox, _ = started(tmp_path, Outputs())
     driven(drive, inbox, frames_of_drive(tmp_path, 8.0))
     (shown,) = drive.state()["monitors"]
-    assert shown["delay"] == 0.03
-    drive.engine.judges[0].ticker = None
-    (shown,) = drive.state()["monitors"]
-    assert shown["delay"] == pytest.approx(2.3)
+    assert shown["delay"] == pytest.approx(0.8)
     console = Console(width=160, file=io.StringIO())
     console.print(picture(drive))
-    assert "(up to 2.3 s late)" in console.file.getvalue()
+    assert "(up to 0.8 s late)" in console.file.getvalue()
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the option is of Linux")

@@ -51,7 +51,7 @@ def as_truck(frames):
         yield frame._replace(identifier=0x201, data=b"\2" + b"\x55" * 7)
 
 
-def test_ticks_follow_j1939_and_multiplexed_messages(tmp_path):
+def test_j1939_and_multiplexed_messages_are_judged(tmp_path):
     text = DBC[: DBC.index("BO_ 512")] + HEAVY
     (tmp_path / "truck.dbc").write_text(text)
     frames = list(as_truck(frames_of_drive(tmp_path)))
@@ -62,8 +62,6 @@ def test_ticks_follow_j1939_and_multiplexed_messages(tmp_path):
         if engine.due:
             engine.judge()
     assert [each.reason for each in engine.shown()] == [""]
-    ticker = engine.ticks.tickers["friction"]
-    assert (ticker.live, ticker.corrected) == (True, 0)
     speed = engine.judges[0]._newest.values["vehicle_speed"]
     assert speed == pytest.approx(20.0, abs=0.3)
 
@@ -72,8 +70,6 @@ def test_a_bus_that_was_off_is_taken_up_again(tmp_path):
     frames = [each for each in frames_of_drive(tmp_path) if not 6.0 < each.time - START < 6.6]
     run, inbox, _ = started(tmp_path, Outputs())
     driven(run, inbox, frames)
-    ticker = run.engine.ticks.tickers["friction"]
-    assert (ticker.live, ticker.corrected) == (True, 0)
     assert run.engine.missing == ()
     assert run.engine.clock.jumps == 0
 

@@ -35,7 +35,7 @@ def live(
     interface_option: Annotated[
         list[str] | None, typer.Option(help="NAME=VALUE for python-can, N:NAME=VALUE for the N-th bus alone.")
     ] = None,
-    period: Annotated[float, typer.Option(help="Length of the pieces in which the drive is judged [s].")] = 2.0,
+    period: Annotated[float, typer.Option(help="Length of the pieces in which the drive is judged [s].")] = 0.5,
     silence: Annotated[float, typer.Option(help="Time without a frame after which the drive has ended [s].")] = 30.0,
     ignition: Annotated[
         str, typer.Option(help='Signal of a database, as "Message.Signal", whose value 0 ends the drive.')
@@ -49,7 +49,6 @@ def live(
     from tierod.cli.live_setup import Wanted, drive_of, refuse_unfit
     from tierod.live.buses import Address
     from tierod.live.options import interface_options
-    from tierod.live.quiet import quiet
 
     wanted = Wanted(
         vehicle, tuple(dbc or ()), channel_map, tuple(monitor or ()), log, report, memory, baselines,
@@ -62,7 +61,6 @@ def live(
     with contextlib.ExitStack() as stack:
         if websocket is not None:
             stack.callback(_socket(hub, websocket).close)
-        stack.enter_context(quiet())
         return _followed(drive, drives, seconds, as_json or not sys.stdout.isatty())
 
 

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
-
 import numpy as np
 
 
@@ -103,27 +100,11 @@ class Rows:
     Args:
         columns: number of columns
         most: largest number of rows; further ones are dropped; None keeps all
-
-    While `reserving` is True, every new table takes the memory of `most` rows at once.
     """
-
-    reserving = False
-    """Set by programs that run for hours, so that their memory is known after minutes."""
 
     def __init__(self, columns: int, most: int | None = None):
         self._most, self._count = most, 0
-        # `full`, not `zeros`: a page of memory is taken only when it is written, which here shall happen at once.
-        self._values = np.full((most if Rows.reserving and most is not None else 0, columns), 0.0)
-
-    @classmethod
-    @contextmanager
-    def growing(cls) -> Iterator[None]:
-        """Context in which no table reserves its memory, for short work."""
-        before, Rows.reserving = Rows.reserving, False
-        try:
-            yield
-        finally:
-            Rows.reserving = before
+        self._values = np.empty((0, columns))
 
     def __len__(self) -> int:
         return self._count

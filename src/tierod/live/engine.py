@@ -23,8 +23,6 @@ from tierod.live.counting import Gaps, sentences
 from tierod.live.decoding import Decoder
 from tierod.live.frame import Frame, frames_of
 from tierod.live.judge import Judge, Plan, Shown
-from tierod.live.stepping import Ticks
-from tierod.monitors.harness.pieces import joined
 
 if TYPE_CHECKING:
     from cantools.database.can import Message
@@ -43,14 +41,12 @@ class Pace:
     Args:
         period: length of a piece that is judged; each piece costs a monitor some milliseconds
         order: frames that arrive later than this behind newer ones are not judged
-        wait: time that a step of a monitor waits for frames of a slower bus
         listening: time before the first judgement, in which the frames on the buses are registered
         oldest: age beyond which a signal is reported as missing
     """
 
-    period: Annotated[float, "s"] = 2.0
+    period: Annotated[float, "s"] = 0.5
     order: Annotated[float, "s"] = 0.3
-    wait: Annotated[float, "s"] = 0.03
     listening: Annotated[float, "s"] = 3.0
     oldest: Annotated[float, "s"] = 0.5
 
@@ -60,14 +56,13 @@ PACE = Pace()
 
 @dataclass
 class _Stream:
-    """Input of one monitor: its columns, the previous piece, and samples that wait for the next step of its grid."""
+    """Input of one monitor: its columns, and the previous piece."""
 
     names: tuple[str, ...]
     plan: Mapping_ | None = None
     version: int = -1
     doubts: Doubts = field(default_factory=Doubts)
     past: Recording | None = None
-    rest: Recording | None = None
 
 
 @dataclass(frozen=True)
@@ -133,7 +128,6 @@ class Engine:
         self._streams = {judge.name: _Stream(judge.needs) for judge in self.judges}
         self._waiting: list[Frame] = []
         self._ignition_on = False
-        self.ticks = Ticks(pace.wait)
         self._until = -np.inf
         self._first = np.inf
         self._newest: dict[str, float] = {}
@@ -156,8 +150,6 @@ class Engine:
         self.tally.frames += len(placed)
         self._first = min(self._first, placed[0].time)
         self._waiting += placed
-        if self.ticks.take(placed, self.clock.latest):
-            self._note_changes()
         if self.log is not None:
             try:
                 self.log.append(placed)
@@ -219,12 +211,9 @@ class Engine:
                 self._feed(judge, self._streams[judge.name], frames, piece)
 
     def settle(self, piece: Piece) -> None:
-        """Complete a judged piece: ticks continue from its state, and changed verdicts are reported."""
-        if self.decoder.known is None:
-            return
-        picks = [pick for stream in self._streams.values() if stream.plan is not None for pick in stream.plan.picks]
-        self.ticks.settle(self.judges, self.decoder, picks, [*piece.frames, *self._waiting])
-        self._note_changes()
+        """Report the verdicts that a judged piece changed."""
+        if self.decoder.known is not None:
+            self._note_changes()
 
     def _feed(self, judge: Judge, stream: _Stream, frames: Frames, cut: Piece) -> None:
         known = self.decoder.known
@@ -245,15 +234,10 @@ class Engine:
             judge.reason = str(error)
             return
         self._follow(channels, cut)
-        whole = joined(stream.rest, Recording({channel.name: channel for channel in channels}))
-        if not any(len(channel.time) for channel in whole.channels.values()):
-            return
-        until = np.inf if cut.rest else judge.cut(whole, cut.until)
-        stream.rest, part = whole.slice(until), whole.slice(stop=until)
-        if not any(len(channel.time) for channel in part.channels.values()):
+        if not any(len(channel.time) for channel in channels):
             return
         metadata = {"format": "live", "origin": self.clock.origin, "path": cut.log}
-        piece = Recording(part.channels, metadata)
+        piece = Recording({channel.name: channel for channel in channels}, metadata)
         piece = completed(piece.warned(*stream.plan.warnings), stream.past, stream.names)
         stream.past = piece
         judge.add(piece)
@@ -289,13 +273,10 @@ class Engine:
         """States of all monitors for display."""
         return [judge.shown() for judge in self.judges]
 
-    def delay(self, each: Shown) -> float:
-        """Longest delay of a monitor's verdict [s]: the waiting time of a tick, or a whole piece if it is not stepped.
-
-        Args:
-            each: displayed state of the monitor
-        """
-        return self.pace.wait if each.ticking else self.pace.period + self.pace.order
+    @property
+    def delay(self) -> float:
+        """Longest delay of a verdict [s]: a piece, and the time in which frames out of order are awaited."""
+        return self.pace.period + self.pace.order
 
     def _note_changes(self) -> None:
         for each in self.shown():

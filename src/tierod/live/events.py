@@ -23,7 +23,7 @@ from typing import Any
 from tierod.core.errors import InputError, MissingExtra
 from tierod.report.document import plain
 
-SCHEMA = 1
+SCHEMA = 2
 """Version of the events: each is one JSON object with "event", "schema", and what `docs/how-to/run-live.md` lists."""
 
 

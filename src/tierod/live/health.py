@@ -1,10 +1,10 @@
-"""Health of a live session itself: ticks and their lateness, load of computer and buses, and notices of the buses."""
+"""Health of a live session itself: load of computer and buses, and notices of the buses."""
 
 from __future__ import annotations
 
 import queue
 import time
-from collections import Counter, deque
+from collections import Counter
 from dataclasses import dataclass, field
 
 from tierod.live.buses import Inbox
@@ -13,7 +13,7 @@ from tierod.live.frame import Frame, Notice
 from tierod.live.traffic import Traffic
 
 MOST = 10_000
-"""Largest number of frames processed in one tick; the rest waits for the next one."""
+"""Largest number of frames processed at once; the rest waits for the next one."""
 
 SAID = (1, 10, 100, 1000)
 """Numbers of error frames at which a notice is reported."""
@@ -21,10 +21,8 @@ SAID = (1, 10, 100, 1000)
 
 @dataclass
 class Health:
-    """Counters of the session: ticks, their recent delays [s], notices by kind, and traffic on the buses."""
+    """Notices by kind, traffic on the buses, and load of this process."""
 
-    ticks: int = 0
-    late: deque[float] = field(default_factory=lambda: deque(maxlen=3000))
     notices: Counter[str] = field(default_factory=Counter)
     traffic: Traffic = field(default_factory=Traffic)
     _used: tuple[float, float] = (0.0, 0.0)

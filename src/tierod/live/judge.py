@@ -6,7 +6,6 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,23 +17,19 @@ from tierod.monitors.harness.baseline import Baseline, load_baseline
 from tierod.monitors.harness.into_memory import MemoryFeed
 from tierod.monitors.harness.pieces import joined
 from tierod.monitors.harness.run import Run, fitting
-from tierod.monitors.harness.session import Monitor, Variant
 from tierod.vehicles import Vehicle
 
-if TYPE_CHECKING:
-    from tierod.live.ticking import Ticker
-
-HISTORY = 60
-"""Number of past values of each estimate kept for the terminal."""
+HISTORY, SPACING = 24, 2.0
+"""Number of past values of each estimate kept for the terminal, and time between them [s]."""
 
 BINS = 4096
 """Smallest number of bins of a trace: twice what a page shows at once, in memory that does not grow with the drive."""
 
+SETTLING = 2.0
+"""Shortest piece from which variant and rate of a monitor are chosen [s]: some samples of the slowest message."""
+
 LEAST_STEPS = 3
 """Grid steps of a first piece beyond the listening time of its session, since steps at its edges are judged later."""
-
-BEHIND = 1.5e-6
-"""Time after a grid step within which a sample still belongs to it, as where a recording is aligned [s]."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +64,6 @@ class Shown:
         units: units of the estimates, by name
         enabled: share of the last piece in which it learnt; NaN where it does not report it
         history: past values of every estimate, by name
-        ticking: whether status and values are those of the last tick, not of the last piece
     """
 
     monitor: str
@@ -80,7 +74,6 @@ class Shown:
     units: Mapping[str, str] = field(default_factory=dict)
     enabled: float = math.nan
     history: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
-    ticking: bool = False
 
 
 class _Newest:
@@ -90,6 +83,7 @@ class _Newest:
         self.values: dict[str, float] = {}
         self.history: dict[str, tuple[float, ...]] = {}
         self.enabled = math.nan
+        self._kept = -math.inf
 
     def add(self, time: np.ndarray, shown: Mapping[str, np.ndarray]) -> None:
         if not len(time):
@@ -97,9 +91,11 @@ class _Newest:
         last = {name: float(values[-1]) for name, values in shown.items()}
         # Replaced, not changed, since another thread may be reading them.
         self.values = self.values | last
-        self.history = self.history | {
-            name: (*self.history.get(name, ()), value)[-HISTORY:] for name, value in last.items()
-        }
+        if time[-1] - self._kept >= SPACING:
+            self._kept = float(time[-1])
+            self.history = self.history | {
+                name: (*self.history.get(name, ()), value)[-HISTORY:] for name, value in last.items()
+            }
         if "enabled" in shown:
             self.enabled = float(np.mean(shown["enabled"]))
 
@@ -127,8 +123,6 @@ class Judge:
         self.broken = False
         self.memory_problem = ""
         """Why the fault memory takes nothing of this drive; "" if it does, or if there is none."""
-        self.ticker: Ticker | None = None
-        self._start: float | None = None
         self._first: Recording | None = None
         self.needs: tuple[str, ...] = ()
         try:
@@ -141,25 +135,31 @@ class Judge:
         if self.broken:
             return
         try:
-            if self.run is None:
-                self._open(*fitting(self.definition, self.variant, piece, asked=False))
-            assert self.run is not None
+            if self.run is not None and self.run.begun:
+                self.run.add(piece)
+                return
             self._first = whole = joined(self._first, piece)
+            seconds = whole.span[1] - whole.span[0]
+            if self.run is None:
+                if seconds < SETTLING:
+                    return
+                self.run = self._opened(whole)
             listens = getattr(self.run.session, "listens", 0.0)
-            if not self.run.begun and whole.span[1] - whole.span[0] < listens + LEAST_STEPS / self.run.monitor.rate:
+            if seconds < listens + LEAST_STEPS / self.run.monitor.rate:
                 self.reason = f"listens for {listens:.0f} s before it judges"
                 return
             self._first = None
-            self.run.add(piece if self.run.begun else replace(whole, metadata=piece.metadata))
+            self.run.add(replace(whole, metadata=piece.metadata))
             self.reason = ""
         except TierodError as error:
-            self.reason = str(error)
+            self.reason, self._first = str(error), None
             if self.run is not None and self.run.begun:
                 self.broken = True
             else:
                 self.run = None
 
-    def _open(self, definition: Monitor, variant: Variant) -> Run:
+    def _opened(self, piece: Recording) -> Run:
+        definition, variant = fitting(self.definition, self.variant, piece, asked=False)
         run = Run(definition, variant, self.plan.vehicle, self._baseline(), None, uncertain=True, bins=BINS)
         run.kept = self._newest  # type: ignore[assignment]  # takes the same two arguments
         if self.plan.memory is not None:
@@ -167,7 +167,6 @@ class Judge:
                 run.feed = self._feed = MemoryFeed(self.plan.memory, self.plan.vehicle.name, definition.name)
             except TierodError as error:  # the verdict does not depend on the memory
                 self.memory_problem = str(error)
-        self.run = run
         return run
 
     def _baseline(self) -> Baseline | None:
@@ -191,31 +190,15 @@ class Judge:
         own = run.session.traces
         values = {name: value for name, value in self._newest.values.items() if name in own}
         history = {name: each for name, each in self._newest.history.items() if name in own}
-        ticking = self.ticker is not None and self.ticker.live
-        if self.ticker is not None and ticking:
-            values |= self.ticker.values()
-            if self.ticker.status is not None:
-                status, since = self.ticker.status.status, self.ticker.status.time
-        return Shown(self.name, status, since, "", values, dict(own), self._newest.enabled, history, ticking)
-
-    def cut(self, piece: Recording, until: float) -> float:
-        """Time just after the last grid step, at which a piece can be cut without an effect on the result [s].
-
-        Args:
-            piece: samples that wait, from the first sample of the drive or the last cut on
-            until: end of the samples received [s]
-        """
-        suited = self.run.monitor if self.run else fitting(self.definition, self.variant, piece, asked=False)[0]
-        if self._start is None:
-            self._start = piece.span[0]
-        return self._start + math.floor((until - self._start) * suited.rate) / suited.rate + BEHIND
+        return Shown(self.name, status, since, "", values, dict(own), self._newest.enabled, history)
 
     def finish(self) -> tuple[Diagnosis, MemoryFeed | None] | None:
         """Diagnosis over the drive, and feed of the fault memory; None where the monitor did not run."""
-        if self.run is None or self.broken:
+        if self.broken or (self.run is None and self._first is None):
             return None
         try:
-            if self._first is not None and not self.run.begun:
+            self.run = self.run or self._opened(self._first)
+            if self._first is not None:
                 self.run.add(self._first)
             diagnosis = self.run.finish(self.plan.command)
         except TierodError as error:

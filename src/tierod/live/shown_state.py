@@ -30,10 +30,9 @@ def shown_state(engine: Engine, health: Health) -> dict[str, Any]:
             for bus, each in health.traffic.loads().items()
         },
         "processor": round(health.load(), 3),
-        "latest_tick_ms": round(1e3 * max(health.late, default=0.0), 2),
         "missing": list(engine.missing),
         "ages": {name: round(age, 3) for name, age in engine.ages.items()},
-        "monitors": [_monitor(each, engine.delay(each)) for each in engine.shown()],
+        "monitors": [_monitor(each, engine.delay) for each in engine.shown()],
     }
 
 

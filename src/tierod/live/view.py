@@ -54,8 +54,8 @@ def picture(drive: Drive) -> Group:
         rows = _estimates(each) or [("", "")]
         learning = "" if math.isnan(each.enabled) else f"{each.enabled:.0%}"
         verdict = Text(f"{each.status.symbol} {each.status}", style=each.status.style)
-        if not each.reason and (delay := engine.delay(each)) >= LATE:
-            verdict.append(f" (up to {delay:.1f} s late)", style="dim")
+        if not each.reason and engine.delay >= LATE:
+            verdict.append(f" (up to {engine.delay:.1f} s late)", style="dim")
         for place, (estimate, bars) in enumerate(rows[:3]):
             first = (each.monitor, verdict, f"{each.since:.1f}", learning) if not place else ("", "", "", "")
             table.add_row(*first, Text(estimate), Text(bars))
@@ -65,7 +65,6 @@ def picture(drive: Drive) -> Group:
 def _lines(drive: Drive) -> list[str]:
     """Lines with time, counts of frames, loads, missing signals, ages, and keys."""
     engine = drive.engine
-    late = max(drive.health.late, default=0.0)
     happened = "".join(f"   {what} {count}" for what, count in sorted(drive.health.notices.items()))
     missing = f"missing: {', '.join(engine.missing[:6])}" if engine.missing else "all signals are there"
     oldest = sorted(engine.ages.items(), key=lambda each: -each[1])[:OLDEST_SHOWN]
@@ -74,7 +73,7 @@ def _lines(drive: Drive) -> list[str]:
     return [
         f"time {max(engine.clock.latest, 0.0):.1f} s   frames {engine.tally.frames}   lost {engine.gaps.lost}"
         f"   late {engine.clock.late}   doubled {engine.clock.doubled}   jumps {engine.clock.jumps}{happened}",
-        f"{_bus_loads(drive)}   latest tick {1e3 * late:.1f} ms late   processor {drive.health.load():.0%}",
+        f"{_bus_loads(drive)}   processor {drive.health.load():.0%}",
         missing + (f"   oldest: {ages}" if ages else ""),
         *(f"not run: {each.monitor}: {each.reason}" for each in engine.shown() if each.reason),
         ("PAUSED   " if drive.paused else "") + KEYS,

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import asyncio
-import json
 from collections import deque
 from collections.abc import Sequence
 
 from tierod.core.processes import interpreter
+from tierod.live.events import line as event
 
 KEPT = 3000
 """Number of past lines that a new page receives: the last minutes."""
@@ -80,6 +80,4 @@ class Relay:
         said = (await errors).decode("utf-8", "replace").strip().splitlines()
         if not self._ending:
             text = said[-1].removeprefix("tierod: ") if said else "the process that follows the buses has ended"
-            self.give(
-                json.dumps({"event": "problem", "schema": 1, "text": f"{text}; end the server and start it again"})
-            )
+            self.give(event("problem", {"text": f"{text}; end the server and start it again"}))

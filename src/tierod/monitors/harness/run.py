@@ -137,22 +137,6 @@ class Run:
         """Whether at least one step of the grid was judged."""
         return self._steps > 0
 
-    @property
-    def start(self) -> float:
-        """Time of the first step of the grid [s]; NaN before the first piece."""
-        return math.nan if self._start is None else self._start
-
-    @property
-    def steps(self) -> int:
-        """Number of steps of the grid that were judged or skipped."""
-        return self._steps
-
-    @property
-    def removed(self) -> frozenset[str]:
-        """Signals that are stuck now and therefore removed from the input of the monitor."""
-        stuck = self._inputs.stuck
-        return frozenset(stuck.lasting()) - stuck.passed_on
-
     def fitted(self, piece: Recording, asked: bool) -> Run:
         """Run on the grid and with the variant that suit a recording; see `fitting`.
 

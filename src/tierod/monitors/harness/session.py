@@ -18,10 +18,14 @@ from tierod.core.findings import Defect, Element, Finding, Status
 from tierod.core.graph import Memory, Result, Scanner, trace
 from tierod.core.graph.trace import Interface
 from tierod.core.recording import Aligned, Recording
+from tierod.core.statement import STATUSES
 from tierod.monitors.harness.baseline import Baseline
 from tierod.monitors.harness.decision import Decision
 from tierod.monitors.harness.stuck_over_drive import Stuck
 from tierod.vehicles import Vehicle
+
+STATED = "statement.status"
+"""Output of a block that holds the status of its estimate."""
 
 
 class StatusChange(NamedTuple):
@@ -108,7 +112,8 @@ class BlockSession(ABC):
     Args:
         block: block whose sample is a flat NamedTuple of canonical signals
         traces: outputs to be shown over time: output -> (name in the report, unit)
-        running: output with the code of the running verdict, and the status of each code; None without such an output
+        running: output with the code of the running verdict, and the status of each code; None takes that of the
+            block's statement, where it has one
     """
 
     def __init__(
@@ -119,10 +124,11 @@ class BlockSession(ABC):
     ):
         self.block = block
         self.course: list[StatusChange] = []
-        self.signals = trace(block).sample
+        graph = trace(block)
+        self.signals = graph.sample
         self.traces: Mapping[str, str] = dict(traces.values())
         self._outputs = {name: output for output, (name, _) in traces.items()}
-        self.running = running
+        self._running = running or ((STATED, STATUSES) if STATED in graph.output else None)
         self.fitted: object = None
         """Data of the recording that the block was fitted to; None if the block follows from the vehicle alone."""
         self.pictured = True
@@ -132,11 +138,6 @@ class BlockSession(ABC):
         self.memory: Memory | None = None
         """State of the block after the last piece, for the next piece; None before the first."""
         self._scanner: Scanner[Any, Any, Any] | None = None
-
-    @property
-    def shown_outputs(self) -> Mapping[str, str]:
-        """Outputs of the block by their names in a report."""
-        return self._outputs
 
     @property
     def stepped(self) -> Interface | None:
@@ -164,8 +165,8 @@ class BlockSession(ABC):
     def taken(self, aligned: Aligned, result: Result) -> Mapping[str, np.ndarray]:
         """Store the result of the block over a piece and return its traces, (n,) each."""
         self.memory = result.state
-        if self.running is not None:
-            self._follow(aligned.time, result[self.running[0]], self.running[1])
+        if self._running is not None:
+            self._follow(aligned.time, result[self._running[0]], self._running[1])
         self.collect(aligned.time, aligned.columns, result)
         return {name: result[output] for name, output in self._outputs.items()}
 

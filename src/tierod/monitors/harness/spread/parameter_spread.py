@@ -12,7 +12,6 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from tierod.core.recording import Aligned
-from tierod.core.series import Rows
 from tierod.monitors.harness.decision import Decision
 from tierod.monitors.harness.session import Conclusion, Session
 from tierod.monitors.harness.spread.block_sum import BlockSum
@@ -119,9 +118,8 @@ class ParameterSpread:
         self._held, self._compared = 0, 0
 
     def _screened(self, length: int, fresh: bool) -> Screen:
-        with Rows.growing():
-            points = Points(self._open, self.vehicle, moves_alone(self.names, fresh))
-            points.fit_as(self._session)
+        points = Points(self._open, self.vehicle, moves_alone(self.names, fresh))
+        points.fit_as(self._session)
         return Screen(points, self.names, self._main, length, self._block, fresh)
 
     def absorb(self, aligned: Aligned, shown: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
