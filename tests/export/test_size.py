@@ -14,7 +14,7 @@ from tierod.export.subject import subject_of
 pytestmark = pytest.mark.skipif(shutil.which(GCC) is None, reason=f"no {GCC} is installed")
 
 
-@pytest.mark.parametrize(("variant", "most_text", "most_state"), [("bank", 150_000, 70_000), ("rules", 60_000, 8_000)])
+@pytest.mark.parametrize(("variant", "most_text", "most_state"), [("bank", 260_000, 70_000), ("rules", 60_000, 8_000)])
 def test_text_and_state_are_in_the_budget(tmp_path, variant, most_text, most_state):
     face = interface_of(subject_of("condition", "smartload", variant), Options("single"))
     write_folder(monitor_files(face), tmp_path)

@@ -12,7 +12,7 @@ from tierod.core.block import values_of
 from tierod.core.errors import TraceError
 from tierod.core.graph.bank_graph import BankGraph
 from tierod.core.graph.initial import initial_program
-from tierod.core.graph.operations import NEXT_STATE, OUTPUT, RING, SAMPLE, STATE, TUNING, Program, program
+from tierod.core.graph.operations import OUTPUT, SAMPLE, TUNING, Program, program
 from tierod.core.graph.trace import Graph
 from tierod.export.described import Described, described
 from tierod.export.interface import Interface
@@ -231,17 +231,6 @@ class BankInterface(_OfBank):
         if not 0 <= first < width or any(each != positions[0] + width * k for k, each in enumerate(positions)):
             return None
         return f"x->said[{number}].{self._said[first]}"
-
-    @cached_property
-    def rolling(self) -> dict[str, dict[tuple[int, int], str]]:
-        """Dotted names of the judge's inputs and outputs, from which its loops over lanes or sensors are derived."""
-        judge = self.bank.judge
-        inputs = ((STATE, judge.state), (RING, [path for path, _ in judge.rings]), (SAMPLE, judge.sample))
-        outputs = ((NEXT_STATE, judge.state), (OUTPUT, judge.output))
-        return {
-            word: {(group, k): name for group, names in groups for k, name in enumerate(names)}
-            for word, groups in (("input", inputs), ("output", outputs))
-        }
 
     @cached_property
     def _said(self) -> tuple[str, ...]:

@@ -163,7 +163,7 @@ def _steps(face: BankInterface) -> str:
     """Functions of one lane, the judge and the copying of lane states."""
     lane = step(face.lane, "lane", _arguments(face, "ckxuof", "xo"))
     judged = {word: declared(face, word) for word in "cxuy"} | {"a": f"{face.spelling.real} a[{face.bank.count}U]"}
-    judge = step(face, "judge", judged, face.gathered, face.rolling)
+    judge = step(face, "judge", judged, face.gathered)
     adopt = _ADOPT.replace("PREFIX", face.prefix).replace("COUNT", str(face.bank.count))
     limit = face.spelling.number(float(face.bank.count))
     return f"{lane}\n{judge}\n{adopt.replace('ZERO', face.spelling.number(0.0)).replace('LIMIT', limit)}"

@@ -32,7 +32,7 @@ def helpers(spelling: Spelling, text: str, libm: bool = True) -> str:
         return "".join(f"{spelling.literals(made)}\n" for name in wanted if (made := _helper(spelling, name)))
     own = [name for name in wanted if name in _OF_ONE or name in _OF_TWO]
     functions = _renamed(spelling, _reached(definitions(own, spelling.precision == "single"), own))
-    basic = [name for name in ("fma", "member", "sign") if f"{spelling.prefix}_{name}(" in text + functions]
+    basic = [name for name in ("fma", "sign") if f"{spelling.prefix}_{name}(" in text + functions]
     return "".join(f"{spelling.literals(_helper(spelling, name))}\n" for name in basic) + functions
 
 
@@ -75,13 +75,6 @@ def _helper(spelling: Spelling, name: str) -> str:
         plain = f"#if {_fast(spelling)}\n    return M(fma)(a, b, c);\n#else\n    return (a * b) + c;\n#endif\n"
         body = "    return M(fma)(a, b, c);\n" if spelling.fused else plain
         return f"static {real} {prefix}_fma({real} a, {real} b, {real} c)\n{{\n{body}}}\n"
-    if name == "member":
-        return (
-            f"static bool {prefix}_member({real} a, uint32_t low, uint32_t high)\n{{\n"
-            f"    const uint32_t number = ((a >= R(0.0)) && (a < R(64.0))) ? (uint32_t)a : 0U;\n"
-            f"    const uint32_t set = (number < 32U) ? low : high;\n\n"
-            f"    return (a == ({real})number) && (((set >> (number & 31U)) & 1U) != 0U);\n}}\n"
-        )
     if name == "sign":
         return (
             f"static {real} {prefix}_sign({real} a)\n{{\n"

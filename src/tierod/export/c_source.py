@@ -10,7 +10,6 @@ from tierod.export.c_maths import helpers
 from tierod.export.clocks import Clock
 from tierod.export.cut_printer import CutPrinter
 from tierod.export.interface import PARAMETER, Interface
-from tierod.export.rolled_printer import RolledPrinter, Rolling
 from tierod.export.statements import Body, Gathered, Group, Reach
 
 
@@ -98,7 +97,6 @@ def step(
     name: str = "step",
     arguments: Mapping[str, str] | None = None,
     gathered: Gathered | None = None,
-    rolling: Rolling | None = None,
 ) -> str:
     """Function that advances the state by one sample.
 
@@ -107,13 +105,12 @@ def step(
         name: of the function
         arguments: C of the declaration of each argument, by its name, of a static function; None for the exported step
         gathered: see `CutPrinter`
-        rolling: see `RolledPrinter`; None for a step without loops
     """
     notes = {(OUTPUT, k): path for k, path in enumerate(face.graph.output)}
     types = {(OUTPUT, k): f"{face.prefix}_status_t" for k in face.statuses}
     reach = Reach(face.taken, face.given, face.carried, notes, types)
     words = arguments or {word: declared(face, word) for word in "cxuy"}
-    text = printed(face, face.program, reach, face.clocks, name, words, arguments is not None, gathered, rolling)
+    text = printed(face, face.program, reach, face.clocks, name, words, arguments is not None, gathered)
     more = "".join(
         f"    {head} = (({head} + 1U) < {line.size}U) ? ({index_type(line.size)})({head} + 1U) : 0U;\n"
         for line in face.lines.arrays
@@ -138,12 +135,10 @@ def printed(
     arguments: Mapping[str, str],
     static: bool = False,
     gathered: Gathered | None = None,
-    rolling: Rolling | None = None,
 ) -> str:
     """C functions of a program."""
     body = Body(face.graph, operations, face.spelling, reach, gathered)
-    printer = CutPrinter(body, clocks) if rolling is None else RolledPrinter(body, clocks, rolling)
-    return printer.functions(f"{face.prefix}_{name}", arguments, static)
+    return CutPrinter(body, clocks).functions(f"{face.prefix}_{name}", arguments, static)
 
 
 def _reason(face: Interface) -> str:

@@ -20,8 +20,6 @@ class OutputPrinter(StatementPrinter):
     def __init__(self, body: Body, clocks: Mapping[int, Clock]):
         super().__init__(body)
         self.clocks = clocks
-        # Clock increments are read from the original program, because rolling it into loops may rewrite it.
-        self.meant = self.program
 
     def _stored(self, target: Group, named: dict[int, str], indent: str) -> str:
         value = self.program.outputs[target]
@@ -55,29 +53,29 @@ class OutputPrinter(StatementPrinter):
 
     def _count(self, index: int, position: int, named: dict[int, str]) -> str:
         """C code of the next step count of a clock."""
-        operation, own = self.meant.operations[index], self.reach.given((NEXT_STATE, position))
+        operation, own = self.program.operations[index], self.reach.given((NEXT_STATE, position))
         if operation.name in ("select", "if"):
             first = self._count(operation.arguments[1], position, named)
             other = self._count(operation.arguments[2], position, named) if operation.name == "select" else "0U"
             return f"({self._truth(operation.arguments[0], named)} ? {first} : {other})"
-        more = added(self.meant, index, position)
+        more = added(self.program, index, position)
         if more is not None:
             asked = "" if more.condition is None else f"{self._truth(more.condition, named)} && "
             # The count saturates, because an overflow would restart the clock.
             return f"(({asked}({own} < UINT32_MAX)) ? ({own} + 1U) : {own})"
-        return own if is_own(self.meant, index, position) else "0U"
+        return own if is_own(self.program, index, position) else "0U"
 
     def _needed(self, target: Group) -> set[int]:
         """Values that the store of an output uses; for a clock, the conditions on which its next count depends."""
 
         def conditions(index: int) -> set[int]:
-            operation = self.meant.operations[index]
-            more = added(self.meant, index, target[1])
+            operation = self.program.operations[index]
+            more = added(self.program, index, target[1])
             if more is not None and more.condition is not None:
                 return {more.condition}
             if operation.name not in ("select", "if"):
                 return set()
             return {operation.arguments[0]}.union(*map(conditions, operation.arguments[1:]))
 
-        value = self.meant.outputs[target]
+        value = self.program.outputs[target]
         return conditions(value) if self._is_clock(target) else {value}

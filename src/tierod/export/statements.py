@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from tierod.core.graph.branching_printer import BranchingPrinter
 from tierod.core.graph.line_printer import COMPARE, Places
-from tierod.core.graph.membership import MEMBER
 from tierod.core.graph.operations import NEXT_STATE, Operation, Program
 from tierod.core.graph.trace import Graph
 from tierod.export.nested import Nested
@@ -48,7 +47,7 @@ class Body:
         operations: its program
         spelling: of names and numbers
         reach: C code of inputs and outputs
-        gathered, truths: see `BranchingPrinter`
+        gathered: see `BranchingPrinter`
     """
 
     graph: Graph
@@ -56,7 +55,6 @@ class Body:
     spelling: Spelling
     reach: Reach
     gathered: Gathered | None = None
-    truths: frozenset[int] | None = None
 
 
 class StatementPrinter(BranchingPrinter):
@@ -67,7 +65,7 @@ class StatementPrinter(BranchingPrinter):
     """
 
     def __init__(self, body: Body):
-        super().__init__(body.graph, body.operations, body.gathered, body.truths)
+        super().__init__(body.graph, body.operations, body.gathered)
         self.spelling, self.reach = body.spelling, body.reach
 
     def _places(self) -> Places:
@@ -124,22 +122,11 @@ class StatementPrinter(BranchingPrinter):
             return f" {'&&' if name == 'and' else '||'} ".join(self._truth(each, named) for each in arguments)
         if name == "not":
             return f"!{self._truth(arguments[0], named)}"
-        if name == MEMBER:
-            return self.membership(self._real(arguments[0], named), *map(hexadecimal, halves(operation.constant)))
         reals = {each: self._real(each, named) for each in arguments if each in self._whole and name != "select"}
         if name in ("select", "if"):
             condition, _, rest = super().expression(operation, named).partition(" ? ")
             return f"({condition}) ? {rest}" if " " in condition else f"{condition} ? {rest}"
         return super(BranchingPrinter, self).expression(operation, named | reals)
-
-    def membership(self, number: str, low: str, high: str) -> str:
-        """C condition that a number is a member of a set.
-
-        Args:
-            number: C code of the number
-            low, high: C code of the bit masks of the members from 0 to 31 and from 32 to 63
-        """
-        return f"tierod_member({number}, {low}, {high})"
 
     def _real(self, index: int, named: dict[int, str]) -> str:
         """C code of a value as a number."""
@@ -196,22 +183,3 @@ class StatementPrinter(BranchingPrinter):
         if value is None:
             return "false" if logical else self.spelling.number(0.0)
         return self._truth(value, named) if logical else self._real(value, named)
-
-
-def halves(members: Iterable[int]) -> tuple[int, int]:
-    """Bit masks of a set of whole numbers: those from 0 to 31, and those from 32 on.
-
-    Args:
-        members: of the set, below 64
-    """
-    bits = sum(1 << each for each in members)
-    return bits & 0xFFFFFFFF, bits >> 32
-
-
-def hexadecimal(bits: int) -> str:
-    """C literal of 32 bits.
-
-    Args:
-        bits: as a whole number
-    """
-    return f"0x{bits:X}U"

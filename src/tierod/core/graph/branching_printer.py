@@ -19,7 +19,6 @@ class BranchingPrinter(LinePrinter):
         operations: its program
         gathered: gives C of one of several inputs from their positions in the sample and C of the number that picks;
             None where their positions do not allow that
-        truths: values that are 0 or 1, of a program that is printed unchanged; None to turn its chains into picks
     """
 
     def __init__(
@@ -27,10 +26,9 @@ class BranchingPrinter(LinePrinter):
         graph: Graph,
         operations: Program,
         gathered: Callable[[Sequence[int], str], str | None] | None = None,
-        truths: frozenset[int] | None = None,
     ):
-        super().__init__(graph, with_picks(operations) if truths is None else operations)
-        self._whole = truths_of(self.program) if truths is None else truths
+        super().__init__(graph, with_picks(operations))
+        self._whole = truths_of(self.program)
         self._logical = frozenset(self.program.operations[index] for index in self._whole)
         self._gathers = self._gathered(gathered) if gathered else {}
         self._left_out = self._gathered_alone()
