@@ -10,7 +10,6 @@ from scipy.linalg import solve_discrete_lyapunov
 
 from tierod.core.errors import ParameterError
 from tierod.methods.estimators.pole_placement import discrete_poles
-from tierod.models.exponential import discretise_pair
 from tierod.models.steered_vehicle import SteeredVehicle, TorqueShownVehicle
 from tierod.monitors.sideslip.conventional import placed
 from tierod.monitors.sideslip.schedule import (
@@ -22,6 +21,7 @@ from tierod.monitors.sideslip.schedule import (
     scheduled,
 )
 from tierod.monitors.sideslip.two_stage import decoupled
+from tierod.papers.condition.rules.exponential import discretise_pair
 from tierod.vehicles import load
 
 CAR = dataclasses.replace(load("steer-by-wire").parameters_for(SteeredVehicle.Parameters), road_wheel_friction=0.0)

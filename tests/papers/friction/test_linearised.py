@@ -7,8 +7,8 @@ import pytest
 
 from models.friction_paper import CAR
 from tierod.core.graph import scan
-from tierod.models.linearised_friction import VariableRatioParameters
 from tierod.papers.friction.linearised import linearised
+from tierod.papers.friction.linearised_model import VariableRatioParameters
 from tierod.vehicles import load
 
 GROWTH, FRICTION = 0.06, 6.0

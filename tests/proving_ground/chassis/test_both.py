@@ -9,7 +9,7 @@ import pytest
 from proving_ground.chassis.bench import Bench, Inputs, columns, drive, finite, surroundings
 from tierod.core.block import leaves
 from tierod.core.graph import scan
-from tierod.experiments.plant_checks import understeer_error, unresisted, yaw_gain_error
+from tierod.papers.friction.plant_checks import understeer_error, unresisted, yaw_gain_error
 from tierod.proving_ground.chassis import SingleTrack, TwoTrack, demonstrator
 
 G = 9.81

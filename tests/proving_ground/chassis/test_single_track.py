@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from proving_ground.chassis.bench import drive
-from tierod.experiments.plant_checks import unresisted
+from tierod.papers.friction.plant_checks import unresisted
 from tierod.physics.tyre import parking_torque
 from tierod.proving_ground.chassis import SingleTrack
 

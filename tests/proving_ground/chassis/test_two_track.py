@@ -7,7 +7,7 @@ import pytest
 
 from proving_ground.chassis.bench import Bench, Inputs, columns, drive, finite, surroundings
 from tierod.core.graph import scan
-from tierod.experiments.plant_checks import energy_error, unresisted
+from tierod.papers.friction.plant_checks import energy_error, unresisted
 from tierod.proving_ground.chassis import TYRES, TwoTrack, demonstrator
 from tierod.proving_ground.integration import runge_kutta
 from tierod.proving_ground.parts import Road, Steer, Wheels, Wind

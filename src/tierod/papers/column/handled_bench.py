@@ -11,8 +11,8 @@ import numpy as np
 
 from tierod.core.graph import Memory, scan
 from tierod.core.graph.kernel import kernel
-from tierod.methods.detectors.measured_ratios import RatioDesign, threshold_from_ratios
 from tierod.monitors.driver_torque.hands import UNCERTAIN, HandsMonitor
+from tierod.papers.column.measured_ratios import RatioDesign, threshold_from_ratios
 from tierod.papers.column.parameter_sets import SCATTERED
 from tierod.proving_ground.cars.column_bench import ColumnBench
 from tierod.proving_ground.courses.bench import BenchHands

@@ -17,8 +17,6 @@ from tierod.core.model import Model
 from tierod.experiments.effort import Effort
 from tierod.methods.estimators import UnscentedFilter
 from tierod.models.discretise import discretise
-from tierod.models.stiff_rack import StiffRack
-from tierod.models.two_body_rack import TwoBodyRack
 from tierod.papers.condition.drives import TEST_SECONDS, Drive
 from tierod.papers.condition.faults import LOSS, Injected
 from tierod.papers.condition.recorded import fault_free, recorded
@@ -31,6 +29,8 @@ from tierod.papers.condition.rules.angle_filters import (
 )
 from tierod.papers.condition.rules.catalogue import PAPER
 from tierod.papers.condition.rules.parameters import ResidualParameters
+from tierod.papers.condition.rules.stiff_rack import StiffRack
+from tierod.papers.condition.rules.two_body_rack import TwoBodyRack
 from tierod.papers.condition.vehicles import SHORT
 from tierod.vehicles import load
 

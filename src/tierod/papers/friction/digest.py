@@ -14,9 +14,9 @@ from tierod.core.findings import Status
 from tierod.core.graph import Result, scan
 from tierod.core.recording import Aligned, Recording
 from tierod.core.statement import STATUSES
-from tierod.methods.analysis.warping import warped
 from tierod.papers.friction.cases import Case
 from tierod.papers.friction.estimators import BASELINES, DEFAULT, ESTIMATORS, monitor
+from tierod.papers.friction.warping import warped
 
 RATE = 100.0
 KEPT = 20

@@ -15,11 +15,11 @@ from tierod.core.content import Heading, Item
 from tierod.core.errors import InputError
 from tierod.core.graph import scan
 from tierod.core.recording import Recording
-from tierod.experiments.plant_agreement import Agreement, commonroad_agreement, commonroad_tyre
-from tierod.experiments.plant_checks import STEP, energy_error, understeer_error, unresisted, yaw_gain_error
-from tierod.experiments.plant_recordings import ferrari_agreement, rav4_agreement
 from tierod.methods.identification.hysteresis import HysteresisIdentification
 from tierod.papers.friction.fleet import GOAL
+from tierod.papers.friction.plant_agreement import Agreement, commonroad_agreement, commonroad_tyre
+from tierod.papers.friction.plant_checks import STEP, energy_error, understeer_error, unresisted, yaw_gain_error
+from tierod.papers.friction.plant_recordings import ferrari_agreement, rav4_agreement
 from tierod.papers.real_data import NO_DATA, recorded
 from tierod.proving_ground import ColumnEps, EpsCar, TwoTrack, lock_to_lock, with_friction
 from tierod.proving_ground.courses import Start

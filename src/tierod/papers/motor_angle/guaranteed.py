@@ -14,13 +14,13 @@ from tierod.core.errors import InputError
 from tierod.experiments.effort import Effort
 from tierod.methods.identification.experiment import INTERVAL
 from tierod.methods.identification.motor import identify_motor
-from tierod.methods.identification.motor_bounds import NAMES, MotorErrorBounds, guaranteed_motor
 from tierod.methods.identification.motor_recording import motor_recording
-from tierod.methods.identification.set_membership import Box
 from tierod.models.stator_frame_motor import MotorParameters
 from tierod.papers.motor_angle.identified import Drawn, drawn, recording
+from tierod.papers.motor_angle.motor_bounds import NAMES, MotorErrorBounds, guaranteed_motor
 from tierod.papers.motor_angle.observer_drives import NOISE, ObserverDrive, noises
 from tierod.papers.motor_angle.reported import GUARANTEED, SEEDS
+from tierod.papers.motor_angle.set_membership import Box
 from tierod.physics.pm_motor import flux_at, resistance_at
 from tierod.vehicles import load
 

@@ -15,7 +15,6 @@ from tierod.core.model import Model
 from tierod.experiments.effort import Effort
 from tierod.models.discretise import discretise
 from tierod.models.single_track import SingleTrack
-from tierod.models.steered_single_track import TurnedSingleTrack, TurnedSteeredVehicle
 from tierod.models.steered_vehicle import SteeredVehicle
 from tierod.monitors.sideslip.conventional import ConventionalKalman, conventional_kalman
 from tierod.monitors.sideslip.observer import finer_steps
@@ -23,6 +22,7 @@ from tierod.papers.sideslip.estimators import Course, error, observed, open_loop
 from tierod.papers.sideslip.matching import matched
 from tierod.papers.sideslip.reported import SEEDS, SIDE_BY_SIDE
 from tierod.papers.sideslip.setting import CARS, FAST, RATE, SLOW, Drive, on
+from tierod.papers.sideslip.steered_single_track import TurnedSingleTrack, TurnedSteeredVehicle
 from tierod.papers.sideslip.table import PAPER
 
 MODELS: dict[str, Model] = {"small angles": SingleTrack, "cos δ (eq 6)": TurnedSingleTrack}

@@ -9,10 +9,10 @@ from tierod.core.block import Scalar, Tree, named_tuple
 from tierod.core.fields import POSITIVE
 from tierod.core.graph.maths import absolute, all_of, both, maximum, minimum, present, where
 from tierod.methods.filters.each import InputHold
-from tierod.models.exponential import discretise_pair
 from tierod.models.single_track import SingleTrack
 from tierod.monitors.condition.signals import Measured
 from tierod.papers.condition.rules.catalogue import ACTUATOR_RESIDUALS, Residual
+from tierod.papers.condition.rules.exponential import discretise_pair
 from tierod.papers.condition.rules.parameters import Coefficients, ResidualParameters
 from tierod.papers.condition.rules.readings import Motion
 from tierod.papers.condition.rules.steering_signals import LostShares

@@ -8,11 +8,11 @@ from typing import Any
 from tierod.core.model import Model
 from tierod.methods.estimators import UnscentedFilter
 from tierod.models.discretise import discretise
-from tierod.models.exponential import discretise_pair
-from tierod.models.stiff_exponential import discretise_stiff
-from tierod.models.stiff_rack import StiffRack
-from tierod.models.two_body_rack import TwoBodyRack
+from tierod.papers.condition.rules.exponential import discretise_pair
 from tierod.papers.condition.rules.parameters import ResidualParameters
+from tierod.papers.condition.rules.stiff_exponential import discretise_stiff
+from tierod.papers.condition.rules.stiff_rack import StiffRack
+from tierod.papers.condition.rules.two_body_rack import TwoBodyRack
 
 ANGLE_NOISE, RATE_NOISE = 1e-8, 10.0
 """Process noise: variance of the angle per sample [rad**2] and of the column rate per second [rad**2/s**3]."""

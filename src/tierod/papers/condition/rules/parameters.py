@@ -7,7 +7,7 @@ from typing import Annotated
 
 from tierod.core.fields import ANY, NOT_NEGATIVE, POSITIVE
 from tierod.models.single_track import SingleTrack
-from tierod.models.stiff_rack import StiffRack
+from tierod.papers.condition.rules.stiff_rack import StiffRack
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,6 @@ from tierod.methods.estimators import KalmanFilter, UnscentedFilter
 from tierod.methods.estimators.shapes import Belief
 from tierod.methods.filters.each import InputHold
 from tierod.models.single_track import SingleTrack
-from tierod.models.stiff_rack import StiffRack
 from tierod.monitors.condition.signals import ConditionSample, Measured
 from tierod.papers.condition.rules.adaptive_speed import AdaptiveSpeed
 from tierod.papers.condition.rules.angle_filters import one_body
@@ -23,6 +22,7 @@ from tierod.papers.condition.rules.parameters import Coefficients, ResidualParam
 from tierod.papers.condition.rules.readings import Excitation, Motion, SensorFlags, SensorResiduals
 from tierod.papers.condition.rules.routes import lateral_filter
 from tierod.papers.condition.rules.steering_signals import Smooth, SteeringSignals
+from tierod.papers.condition.rules.stiff_rack import StiffRack
 
 
 @dataclass(frozen=True)

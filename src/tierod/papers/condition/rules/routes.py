@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 from tierod.core.block import Scalar
 from tierod.core.graph.maths import cos
 from tierod.methods.estimators import KalmanFilter
-from tierod.models.exponential import discretise_pair
 from tierod.models.single_track import SingleTrack
+from tierod.papers.condition.rules.exponential import discretise_pair
 from tierod.papers.condition.rules.parameters import ResidualParameters
 from tierod.physics.central_axis import (
     central_speed,

@@ -8,12 +8,12 @@ from typing import Annotated, Any, NamedTuple, TypeVar
 import numpy as np
 
 from tierod.core.graph import scan
+from tierod.papers.friction.plant_energy import Powers, powers
+from tierod.papers.friction.plant_replay import ChassisResponse, Replay
 from tierod.physics.single_track import steady_yaw_gain
 from tierod.proving_ground.chassis import SingleTrack, TwoTrack
-from tierod.proving_ground.chassis.energy import Powers, powers
 from tierod.proving_ground.integration import rosenbrock
 from tierod.proving_ground.parts import Road, Steer, Wheels, Wind
-from tierod.proving_ground.replay import ChassisResponse, Replay
 
 STEP = 1e-3
 SMALL_STEER = 1e-4

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, NamedTuple
 
-from tierod.models.stiff_rack import StiffRack
+from tierod.papers.condition.rules.stiff_rack import StiffRack
 from tierod.physics.friction import smooth_coulomb
 from tierod.physics.gear import lash_torque
 

@@ -10,12 +10,12 @@ import numpy as np
 from tierod.core.graph import scan
 from tierod.core.recording import Recording
 from tierod.core.series import runs
-from tierod.experiments.plant_agreement import Agreement, agreement
-from tierod.experiments.plant_checks import STEP, courses
+from tierod.papers.friction.plant_agreement import Agreement, agreement
+from tierod.papers.friction.plant_checks import STEP, courses
+from tierod.papers.friction.plant_replay import Replay
 from tierod.proving_ground.chassis import Axle, TwoTrack, Tyre
 from tierod.proving_ground.parts import Wheels
 from tierod.proving_ground.powertrain import Powertrain
-from tierod.proving_ground.replay import Replay
 from tierod.vehicles import load
 
 STEERING_ZERO = -0.0029

@@ -8,9 +8,9 @@ import numpy as np
 
 from tierod.core.errors import InputError
 from tierod.core.graph import scan
-from tierod.experiments.plant_checks import STEP, courses
+from tierod.papers.friction.plant_checks import STEP, courses
+from tierod.papers.friction.plant_replay import Replay
 from tierod.proving_ground.chassis import Axle, Kingpins, TwoTrack, Tyre
-from tierod.proving_ground.replay import Replay
 
 
 class Agreement(NamedTuple):

@@ -6,8 +6,8 @@ import pytest
 from scipy.linalg import expm
 
 from tierod.core.errors import ParameterError
-from tierod.models.exponential import discretise_pair
 from tierod.models.single_track import SingleTrack
+from tierod.papers.condition.rules.exponential import discretise_pair
 
 
 class Pair(NamedTuple):

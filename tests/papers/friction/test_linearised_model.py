@@ -8,8 +8,8 @@ import pytest
 from models.friction_paper import CAR
 from tierod.core.graph.derivatives import jacobian
 from tierod.models.friction_estimation import FrictionEstimation
-from tierod.models.linearised_friction import LinearisedFrictionEstimation as Model
-from tierod.models.linearised_friction import VariableRatioParameters
+from tierod.papers.friction.linearised_model import LinearisedFrictionEstimation as Model
+from tierod.papers.friction.linearised_model import VariableRatioParameters
 from tierod.physics.friction import smooth_sign_slope
 from tierod.physics.steering_ratio import variable_ratio, variable_ratio_slope
 

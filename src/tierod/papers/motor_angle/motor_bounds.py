@@ -11,7 +11,7 @@ import numpy as np
 from tierod.core.errors import InputError
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE, check_ranges
 from tierod.methods.identification.motor_recording import MotorRecording
-from tierod.methods.identification.set_membership import Bounded, Box, feasible_box
+from tierod.papers.motor_angle.set_membership import Bounded, Box, feasible_box
 
 NAMES = ("motor_resistance", "motor_inductance", "motor_flux")
 """Names of the parameters, in the order of the box."""
