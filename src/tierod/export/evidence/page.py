@@ -14,7 +14,6 @@ import numpy as np
 from tierod.core.content import Heading, Item, Table
 from tierod.core.files import write_text
 from tierod.core.graph.branches import with_picks
-from tierod.core.graph.membership import with_members
 from tierod.core.graph.operation_count import operation_count
 from tierod.export.bank_interface import BankInterface
 from tierod.export.c_export import write_folder
@@ -97,7 +96,7 @@ def _stepped(face: Interface) -> tuple[Stepped, ...]:
     if not isinstance(face, BankInterface):
         return (Stepped(found, face.graph.state),)
     lane = Stepped(with_picks(face.lane.program), face.lane.graph.state, ("_lane",))
-    return Stepped(with_members(found), face.graph.state), lane
+    return Stepped(found, face.graph.state), lane
 
 
 ALTERED, SHORTEST = 600_000, 500
