@@ -8,7 +8,6 @@ from typing import Annotated, NamedTuple
 
 from tierod.core.block import Scalar
 from tierod.core.graph.maths import maximum, sqrt, where
-from tierod.export.fmu import archive
 from tierod.export.fmu.archive import write_unit
 from tierod.export.fmu.variables import Model
 from tierod.export.interface import Interface, Options
@@ -64,30 +63,6 @@ class Trolley:
         return after, shown
 
 
-class Torques(NamedTuple):
-    hand_torque: Annotated[Scalar, "N*m"]
-
-
-@dataclass(frozen=True)
-class Looped:
-    """A steering wheel without inertia: its angle follows the hands at once."""
-
-    step_time: Annotated[float, "s"] = STEP
-
-    Sample = Torques
-
-    class Output(NamedTuple):
-        steering_wheel_angle: Annotated[Scalar, "rad"]
-        yaw_rate: Annotated[Scalar, "rad/s"]
-        vehicle_speed: Annotated[Scalar, "m/s"]
-
-    def init(self) -> Scalar:
-        return 0.0
-
-    def step(self, state: Scalar, sample: Torques) -> tuple[Scalar, Output]:
-        return state + 0.0, self.Output(0.1 * sample.hand_torque, state, state + 10.0)
-
-
 PLANT = """
 fmu = "trolley.fmu"
 start_speed = "v0"
@@ -110,24 +85,6 @@ def exported(block, path, version=2):
     options = Options("double", libm=False, fused=True)
     starts = usual_inputs(block)
     return write_unit(Model(Interface(subject, options), starts, present=True), version, path)
-
-
-def crashing(path, monkeypatch):
-    """A trolley whose binary aborts after 1 s."""
-    real = archive.sources
-
-    def edited(model, version):
-        texts = real(model, version)
-        name = f"fmi{version}.c"
-        body = texts[name]
-        at = body.index("{", body.index("fmi2Status fmi2DoStep(")) + 1
-        texts[name] = (
-            "#include <stdlib.h>\n" + body[:at] + "\n if (currentCommunicationPoint > 1.0) { abort(); }\n" + body[at:]
-        )
-        return texts
-
-    monkeypatch.setattr(archive, "sources", edited)
-    return exported(Trolley(), path)
 
 
 def without_binary(path, target, platform="win64"):

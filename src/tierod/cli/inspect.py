@@ -23,9 +23,7 @@ _SHOWN = 40
 
 
 def inspect(
-    recording: Annotated[
-        Path, typer.Argument(help="A recording (see 'tierod formats'), or a functional mock-up unit (.fmu).")
-    ],
+    recording: Annotated[Path, typer.Argument(help="A recording (see 'tierod formats').")],
     dbc: Annotated[list[Path] | None, typer.Option(help="CAN database; may be given more than once.")] = None,
     channel_map: Annotated[
         Path | None, typer.Option("--map", help="TOML file: source name, unit, sign and offset of each signal.")
@@ -42,11 +40,6 @@ def inspect(
     """Show the channels of a recording with their quality, and the unmet requirements of each monitor."""
     from tierod.monitors.inspection import inspect as run
 
-    if recording.suffix.lower() == ".fmu":
-        from tierod.cli.inspect_unit import inspect_unit
-
-        inspect_unit(recording, write_map, overwrite, json)
-        return
     if write_map is not None:
         _write_map(recording, write_map, dbc, channel_map, vehicle, overwrite, json)
         return

@@ -26,7 +26,7 @@ def simulate(
     seconds: Annotated[float | None, typer.Option(help="Duration in seconds, in place of the scenario's.")] = None,
     plant: Annotated[
         Path | None,
-        typer.Option(help="Unit (.fmu) that replaces tierod's model of the vehicle, or its plant file (.toml)."),
+        typer.Option(help="Plant file (.toml) of a unit (.fmu) that replaces tierod's model of the vehicle."),
     ] = None,
     json: Annotated[bool, typer.Option("--json", help="print one JSON document")] = False,
     estimates: Annotated[
@@ -94,12 +94,14 @@ def _refuse_plant(plant: Path | None) -> None:
 def _with_plant(scenario: Scenario, plant: Path) -> Scenario:
     """The scenario with a unit in place of its car; prints the assumptions about the unit."""
     from tierod.cli.terminal import messages
-    from tierod.experiments.plant_proposal import plant_document
+    from tierod.core.errors import ParameterError
+    from tierod.core.toml import Document
     from tierod.proving_ground.scenarios.plants import with_plant
 
-    document, assumed = plant_document(plant)
-    driven, found = with_plant(scenario, document)
-    for each in [*assumed, *found]:
+    if plant.suffix.lower() == ".fmu":
+        raise ParameterError(f"{plant} is a unit; --plant takes the plant file (.toml) that maps its variables")
+    driven, found = with_plant(scenario, Document.read(plant, "plant"))
+    for each in found:
         messages().print(each, soft_wrap=True, markup=False, highlight=False)
     return driven
 

@@ -224,9 +224,8 @@ class _Run:
         if make is None:
             yield
             return
-        usual, graph = dict(zip(self.index, self.usual, strict=True)), self.kernel.graph
-        shape = (self.longest, len(graph.sample), len(graph.output))
-        with closing(make(self.block, usual, seconds, shape)) as unit:
+        usual = dict(zip(self.index, self.usual, strict=True))
+        with closing(make(self.block, usual, seconds)) as unit:
             self.advance = unit.scan
             try:
                 yield

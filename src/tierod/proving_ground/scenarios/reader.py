@@ -202,11 +202,10 @@ def _plant(name: str, own: Plant, document: Document) -> Plant:
     if name.lower().endswith(".fmu"):
         raise document.error(
             ("plant",),
-            f"'{name}' is a unit, but 'plant' needs the plant file that maps its variables; write one with "
-            f"'tierod inspect {name} --write-map car.plant.toml'",
+            f"'{name}' is a unit, but 'plant' needs the plant file (.toml) that maps its variables",
         )
     try:
-        return plant_car(document.beside(name, "plant"), own)
+        return plant_car(document.beside(name, "plant"), own)[0]
     except TierodError as error:
         raise document.error(("plant",), str(error)) from None
 

@@ -17,12 +17,12 @@ from tierod.core.graph.trace import trace
 from tierod.core.toml import Document
 from tierod.proving_ground.courses import AnyCourse
 from tierod.proving_ground.faults import AtTime, Fault, Schedule, Within
-from tierod.proving_ground.foreign import ForeignCar
 from tierod.proving_ground.parts import Plant
 from tierod.proving_ground.recorder import channel_names
 from tierod.proving_ground.run import Outcome, run
 from tierod.proving_ground.scatter import Scatter
 from tierod.proving_ground.sensors import SensorSet
+from tierod.proving_ground.units.car import UnitCar
 
 LONGEST = 14_400.0
 """Longest run [s]; the recording stays in memory, with 0.25 MB per second, ten times that with motor currents."""
@@ -100,7 +100,7 @@ class Scenario:
             "files": dict(self.files),
             "virtual_car": self.car_name,
             **({"vehicle_file": self.vehicle} if self.vehicle else {}),
-            **({"plant_wiring": self.car.wiring} if isinstance(self.car, ForeignCar) else {}),
+            **({"plant_wiring": self.car.wiring} if isinstance(self.car, UnitCar) else {}),
             "course": self.course.name,
             "route_seed": self.course.seed,
             "seed": self.seed,
