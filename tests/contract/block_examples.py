@@ -63,14 +63,12 @@ from tierod.monitors.friction.signals import SteeringSample
 from tierod.monitors.friction.variance_method import VarianceFrictionMonitor, VarianceParameters
 from tierod.monitors.friction.verdict import FrictionLimits, FrictionVerdict
 from tierod.monitors.harness.stuck_signals import StuckSignals
-from tierod.monitors.motor_angle.comparison import ResidualGate, SensorComparison
-from tierod.monitors.motor_angle.electrical import ElectricalChecks
+from tierod.monitors.motor_angle.comparison import Increments, ResidualGate, SensorComparison, Stuck
+from tierod.monitors.motor_angle.electrical import ElectricalChecks, NotFollowing
 from tierod.monitors.motor_angle.monitor import MotorAngleMonitor
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
-from tierod.monitors.motor_angle.plausibility import AnglePlausibility, Superposition
-from tierod.monitors.motor_angle.second_tests import Increments, NotFollowing, Stuck
+from tierod.monitors.motor_angle.plausibility import AnglePlausibility, Superposition, WhichAngle
 from tierod.monitors.motor_angle.signals import MotorVoltages
-from tierod.monitors.motor_angle.which_angle import WhichAngle
 from tierod.monitors.sideslip.combined import CombinedSideslip
 from tierod.monitors.sideslip.conventional import (
     ConventionalKalman,

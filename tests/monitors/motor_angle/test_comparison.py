@@ -8,8 +8,13 @@ import pytest
 from monitors.motor_angle.monitored import columns
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
-from tierod.monitors.motor_angle.comparison import ANGLE_DRIFT, ANGLE_THRESHOLD, ResidualGate, SensorComparison
-from tierod.monitors.motor_angle.second_tests import Increments
+from tierod.monitors.motor_angle.comparison import (
+    ANGLE_DRIFT,
+    ANGLE_THRESHOLD,
+    Increments,
+    ResidualGate,
+    SensorComparison,
+)
 
 STEP, POLES, FLUX, SPEED, SECONDS = 1e-3, 4.0, 0.0085, 30.0, 8.0
 BLOCK = SensorComparison(ResidualGate(POLES, FLUX, STEP), Increments(STEP))

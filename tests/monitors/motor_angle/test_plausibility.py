@@ -3,8 +3,15 @@ import pytest
 
 from monitors.motor_angle.monitored import columns
 from tierod.core.graph import scan
-from tierod.monitors.motor_angle.plausibility import AnglePlausibility, Superposition, VariableGain
-from tierod.monitors.motor_angle.which_angle import MOTOR, NONE, PINION, WHEEL
+from tierod.monitors.motor_angle.plausibility import (
+    MOTOR,
+    NONE,
+    PINION,
+    WHEEL,
+    AnglePlausibility,
+    Superposition,
+    VariableGain,
+)
 
 TIME = np.arange(60_000) / 1e4
 TORQUE = 4.0 * np.sin(3.0 * TIME)

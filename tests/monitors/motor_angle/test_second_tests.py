@@ -4,7 +4,8 @@ import pytest
 from monitors.motor_angle.monitored import columns
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
-from tierod.monitors.motor_angle.second_tests import Increments, NotFollowing, Stuck
+from tierod.monitors.motor_angle.comparison import Increments, Stuck
+from tierod.monitors.motor_angle.electrical import NotFollowing
 
 TIME = np.arange(4000) / 1e4
 

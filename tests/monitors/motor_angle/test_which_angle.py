@@ -3,7 +3,7 @@ import pytest
 
 from tierod.core.errors import TierodError
 from tierod.core.graph import scan
-from tierod.monitors.motor_angle.which_angle import MOTOR, NONE, NOT_MOTOR, PINION, WHEEL, WhichAngle
+from tierod.monitors.motor_angle.plausibility import MOTOR, NONE, NOT_MOTOR, PINION, WHEEL, WhichAngle
 
 COUNT, BEGIN = 4000, 1000
 AFTER = np.arange(COUNT) >= BEGIN

@@ -1,4 +1,4 @@
-"""Comparison of the motor's angle sensor with the observer: when their difference counts, and the CUSUMs on it."""
+"""Comparison of the motor's angle sensor with the observer: when it counts, CUSUMs, tests of standstill and sense."""
 
 from __future__ import annotations
 
@@ -7,10 +7,11 @@ from typing import Annotated, NamedTuple
 
 from tierod.core.block import Scalar
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE, check_ranges
-from tierod.core.graph.maths import absolute, all_of, both, log, maximum, minimum, present, sign, where
+from tierod.core.graph.maths import absolute, all_of, any_of, both, log, maximum, minimum, negated, present, sign, where
 from tierod.methods.detectors.control_charts import Cusum
 from tierod.methods.detectors.threshold import Debounce
-from tierod.monitors.motor_angle.second_tests import Increments, SensorBesideObserver, Stuck
+from tierod.monitors.motor_angle.observer import MotorAngleObserver
+from tierod.physics.angle import wrapped
 
 ANGLE_DRIFT, ANGLE_THRESHOLD = 0.044, 0.9
 """CUSUM of the electrical angle residual, one value per millisecond [rad]: see docs/explanation/motor-angle.md,
@@ -21,6 +22,138 @@ SPEED_DRIFT, SPEED_THRESHOLD = 0.5, 2.0
 
 BACKWARDS = 3.0
 """Excess of windows against the observer over those with it that shows swapped sine and cosine, or phases [-]."""
+
+
+class SensorBesideObserver(NamedTuple):
+    """Estimate of the observer, and the sensor's reading.
+
+    Args:
+        estimate: output of the observer
+        motor_angle_mechanical: reading of the sensor; NaN where the sample has none
+    """
+
+    estimate: MotorAngleObserver.Output
+    motor_angle_mechanical: Annotated[Scalar, "rad"]
+
+
+@dataclass(frozen=True)
+class Increments:
+    """Increments of sensor and observer over windows with a turning motor, for a comparison of direction and scale.
+
+    Args:
+        sample_time: sampling interval [s]
+        window: window, long against the sensor's noise, short against a reversal [s]
+        least_speed: least mean speed of the observer over a window, mechanical [rad/s]
+
+    A window that begins or ends with a standing motor does not count.
+    """
+
+    sample_time: Annotated[float, "s", POSITIVE] = 1e-4
+    window: Annotated[float, "s", POSITIVE] = 0.01
+    least_speed: Annotated[float, "rad/s", POSITIVE] = 10.0
+
+    Sample = SensorBesideObserver
+
+    class State(NamedTuple):
+        """Last reading, whether there is one, increment of the sensor, the observer's start, time, standing."""
+
+        last: Annotated[Scalar, "rad"]
+        begun: Annotated[Scalar, ""]
+        gained: Annotated[Scalar, "rad"]
+        start: Annotated[Scalar, "rad"]
+        elapsed: Annotated[Scalar, "s"]
+        stood: Annotated[Scalar, ""]
+
+    class Output(NamedTuple):
+        """Increments over the window so far, and whether one with a turning motor ends here (1.0, 0.0)."""
+
+        sensor: Annotated[Scalar, "rad"]
+        observer: Annotated[Scalar, "rad"]
+        complete: Annotated[Scalar, ""]
+
+    def __post_init__(self) -> None:
+        check_ranges(self)
+
+    def init(self) -> State:
+        """State before the first sample."""
+        return self.State(0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
+
+    def step(self, state: State, sample: SensorBesideObserver) -> tuple[State, Output]:
+        """Process one sample; windows end with a reading."""
+        fresh = present(sample.motor_angle_mechanical)
+        step = wrapped(where(fresh, sample.motor_angle_mechanical, state.last) - state.last)
+        gained = state.gained + where(both(fresh, state.begun), step, 0.0)
+        elapsed = minimum(state.elapsed + self.sample_time, 10.0 * self.window)
+        seen = sample.estimate
+        stood = where(seen.standing, 1.0, state.stood)
+        ends = both(fresh, elapsed + 0.5 * self.sample_time > self.window)
+        turned = seen.motor_angle - state.start
+        complete = all_of(
+            ends,
+            stood < 0.5,
+            elapsed < 2.0 * self.window,
+            absolute(turned) > self.least_speed * self.window,
+        )
+        after = self.State(
+            where(fresh, sample.motor_angle_mechanical, state.last),
+            where(fresh, 1.0, state.begun),
+            where(ends, 0.0, gained),
+            where(ends, seen.motor_angle, state.start),
+            where(ends, 0.0, elapsed),
+            where(ends, where(seen.standing, 1.0, 0.0), stood),
+        )
+        return after, self.Output(gained, turned, where(complete, 1.0, 0.0))
+
+
+@dataclass(frozen=True)
+class Stuck:
+    """Alarm for a sensor that does not move while the observer turns.
+
+    Args:
+        still: range within which a sensor has not moved [rad]; four times its noise and step
+        travel: turn of the observer meanwhile, mechanical [rad]; far more than its error
+    """
+
+    still: Annotated[float, "rad", POSITIVE] = 0.006
+    travel: Annotated[float, "rad", POSITIVE] = 0.15
+
+    Sample = SensorBesideObserver
+
+    class State(NamedTuple):
+        """Angles of sensor and observer when the sensor last moved, whether they are valid, and the alarm."""
+
+        sensor: Annotated[Scalar, "rad"]
+        observer: Annotated[Scalar, "rad"]
+        begun: Annotated[Scalar, ""]
+        alarm: Annotated[Scalar, ""]
+
+    class Output(NamedTuple):
+        """Turn of the observer since the sensor last moved, and whether it is too far (1.0, 0.0)."""
+
+        turned: Annotated[Scalar, "rad"]
+        alarm: Annotated[Scalar, ""]
+
+    def __post_init__(self) -> None:
+        check_ranges(self)
+
+    def init(self) -> State:
+        """State before the first sample."""
+        return self.State(0.0, 0.0, 0.0, 0.0)
+
+    def step(self, state: State, sample: SensorBesideObserver, enabled: Scalar | bool = True) -> tuple[State, Output]:
+        """Process one sample; the alarm can rise at a reading only.
+
+        A standing motor, or a sample that is not enabled (logic), restarts the test: the angle is then unknown.
+        """
+        fresh = present(sample.motor_angle_mechanical)
+        away = where(fresh, sample.motor_angle_mechanical, state.sensor) - state.sensor
+        moved = all_of(fresh, absolute(wrapped(away)) > self.still)
+        anew = any_of(both(fresh, state.begun < 0.5), moved, sample.estimate.standing > 0.5, negated(enabled))
+        sensor = where(both(anew, fresh), sample.motor_angle_mechanical, state.sensor)
+        observer = where(anew, sample.estimate.motor_angle, state.observer)
+        turned = where(state.begun, sample.estimate.motor_angle - observer, 0.0)
+        alarm = where(anew, 0.0, where(both(fresh, absolute(turned) > self.travel), 1.0, state.alarm))
+        return self.State(sensor, observer, where(fresh, 1.0, state.begun), alarm), self.Output(turned, alarm)
 
 
 @dataclass(frozen=True)

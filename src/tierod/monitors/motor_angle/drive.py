@@ -1,25 +1,230 @@
-"""Statistics over a drive of the motor: time with a known angle, residuals, increments, learnt parameters."""
+"""Results over a drive of the motor: shape of its sensor's error, noise of its readings, learnt parameters."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from typing import Annotated, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from tierod.core.graph import Result
-from tierod.models.stator_frame_motor import CommandedMotorParameters
-from tierod.monitors.motor_angle.alarms import AlarmCourses, Spell
-from tierod.monitors.motor_angle.misread import CLEAN, LEAST_WINDOWS, Departure, misread
-from tierod.monitors.motor_angle.monitor import MotorAngleMonitor
-from tierod.monitors.motor_angle.residual_shape import NOISE, NOISY, NoiseCourse, ResidualCourse, Shape
 from tierod.monitors.motor_angle.signals import MEASURED, VARIANTS
-from tierod.monitors.motor_angle.voltage_balance import InducedVoltage, VoltageBalance
-from tierod.monitors.motor_angle.which_angle import NOT_MOTOR
-from tierod.physics.clarke_park import StatorVector
-from tierod.physics.inverter import phase_signs
+
+MOST_SAMPLES = 100_000
+"""Largest number of stored residuals, some minutes of turning; beyond, every second one is kept."""
+
+LEAST_SAMPLES = 20
+"""Least number of residuals for a shape."""
+
+QUIET: Annotated[float, "rad"] = 0.03
+"""Scatter up to which an error is an offset; five times that of a fault-free sensor."""
+
+BETTER = 0.5
+"""Share of the variance about an offset that another shape must leave at most."""
+
+SURE = 3.0
+"""Standard deviations of a single residual by which drift, gain or ripple must differ from none [-]; as for every other
+sensor, 3 in 1000 chance errors exceed it."""
+
+BLOCKS = 10
+"""Blocks of residuals whose powers give the standard deviation of a scatter; neighbouring residuals are correlated."""
+
+ORDERS = range(1, 17)
+"""Periods of a ripple per turn of the shaft that are tried; four per pole pair of a usual motor."""
+
+OFFSET, DRIFT, GAIN, RIPPLE, SCATTER, NOISE = "offset", "drift", "gain", "ripple", "scatter", "noise"
+
+READINGS = 200
+"""Readings in a window of the noise; the median of as many third differences is known to some 12 %."""
+
+NOISE_SCALE = 0.6745 * math.sqrt(20.0)
+"""Median of the magnitude of third differences over the standard deviation of white noise in the readings."""
+
+NOISY = 5.0
+"""Noise of the readings over that which the observer assumes, from which it is named; the increments of a slow motor
+contradict currents and voltages now and then from 5 times as much on, and without an end from 7 times."""
+
+SATURATED: Annotated[float, "rad"] = 0.5
+"""Noise beyond which wrapped readings hardly show how large it is."""
+
+
+class Shape(NamedTuple):
+    """An error of the sensor.
+
+    Args:
+        kind: one of OFFSET, DRIFT, GAIN, RIPPLE, SCATTER, NOISE
+        size: offset, amplitude or root mean square, electrical [rad]; drift, electrical [rad/s]; gain of the sensor;
+            noise of its readings, mechanical [rad]
+        deviation: standard deviation of the size, in its unit
+        left: root mean square of what the shape leaves, electrical [rad]
+        mean: mean error, electrical [rad]
+        order: periods of a ripple per turn of the shaft
+        zero: time at which a drift was zero [s]
+    """
+
+    kind: str
+    size: float
+    deviation: float
+    left: float
+    mean: float = 0.0
+    order: int = 0
+    zero: float = math.nan
+
+    @property
+    def known(self) -> bool:
+        """Whether its interval excludes that there is no such error."""
+        return abs(self.size - (1.0 if self.kind == GAIN else 0.0)) > SURE * self.deviation
+
+    def in_words(self, step: bool) -> str:
+        """The error as the end of a sentence: "differs ... by"; `step` where it began at once."""
+        known_to = f" ± {math.degrees(self.deviation):.1f}°"
+        if self.kind == OFFSET:
+            return f"by {'a step of ' if step else ''}{math.degrees(self.size):+.1f}{known_to} electrical"
+        if self.kind == DRIFT:
+            return f"by a drift of {math.degrees(self.size):+.1f}{known_to}/s electrical"
+        if self.kind == GAIN:
+            return f"by a gain of {self.size:.3f} ± {self.deviation:.1g}, so that its error grows with the angle"
+        if self.kind == RIPPLE:
+            about = f", about a mean of {math.degrees(self.mean):+.1f}°" if abs(self.mean) > QUIET else ""
+            size = f"{math.degrees(self.size):.1f}{known_to} electrical"
+            return f"by a ripple of {size}, {self.order} per turn of the shaft{about}"
+        if self.kind == NOISE:
+            size = f"{math.degrees(self.size):.2f} ± {math.degrees(self.deviation):.2f}°"
+            return f"of {size if self.size < SATURATED else f'more than {math.degrees(SATURATED):.0f}°'} mechanical"
+        return f"by {math.degrees(self.size):.1f}{known_to} electrical rms"
+
+
+class NoiseCourse:
+    """Noise of the sensor's readings over a drive, in windows; what is kept does not depend on the pieces.
+
+    Third differences hold none of a motion that is smooth over some readings, and their median none of single leaps.
+    """
+
+    def __init__(self) -> None:
+        self._rest, self._kept, self._stride, self._seen = np.zeros((0, 2)), np.zeros((0, 2)), 1, 0
+
+    def add(self, time: np.ndarray, angle: np.ndarray) -> None:
+        """Add the next piece: time [s] and mechanical angle [rad], NaN where a sample has no reading, (n,) each."""
+        there = np.isfinite(angle)
+        rest = np.vstack([self._rest, np.column_stack([time[there], angle[there]])])
+        count = max(len(rest) - 3, 0) // READINGS
+        self._rest = rest[count * READINGS :]
+        if not count:
+            return
+        rest = rest[: count * READINGS + 3]
+        turns = np.remainder(np.diff(rest[:, 1]) + np.pi, 2.0 * np.pi) - np.pi
+        noise = np.median(np.abs(np.diff(turns, 2)).reshape(count, READINGS), axis=1) / NOISE_SCALE
+        rows = np.column_stack([rest[:-3:READINGS, 0], noise])
+        self._kept = np.vstack([self._kept, rows[-self._seen % self._stride :: self._stride]])
+        self._seen += count
+        while len(self._kept) > MOST_SAMPLES:
+            self._kept, self._stride = self._kept[::2], 2 * self._stride
+
+    def between(self, since: float, until: float) -> tuple[float, float]:
+        """Noise of a reading and its standard deviation, mechanical [rad], between two times [s]; NaN if unknown."""
+        first, last = np.searchsorted(self._kept[:, 0], (since, until), side="right")
+        found = self._kept[max(first - 1, 0) : max(last, first), 1]
+        if not len(found):
+            return math.nan, math.nan
+        return float(np.median(found)), float(found.std()) / math.sqrt(len(found))
+
+    def span(self, limit: float) -> tuple[float, float]:
+        """First and last time [s] at which the noise exceeds a limit [rad]; NaN where it never does."""
+        above = self._kept[self._kept[:, 1] > limit, 0]
+        return (float(above[0]), float(above[-1])) if len(above) else (math.nan, math.nan)
+
+
+class ResidualCourse:
+    """Residuals that counted over a drive, with bounded memory; what is kept does not depend on the pieces.
+
+    Args:
+        pole_pairs: electrical turns per turn of the shaft
+    """
+
+    def __init__(self, pole_pairs: float):
+        self._pole_pairs, self._stride, self._seen = pole_pairs, 1, 0
+        self._kept = np.zeros((0, 4))
+
+    def add(self, time: np.ndarray, residual: np.ndarray, angle: np.ndarray, total: np.ndarray) -> None:
+        """Add the next residuals.
+
+        Args:
+            time: [s], (n,)
+            residual: sensor less observer, electrical [rad], (n,)
+            angle: of the observer, mechanical [rad], (n,)
+            total: cumulative sum of the decision [rad], (n,)
+        """
+        rows = np.column_stack([time, residual, angle, total])
+        self._kept = np.vstack([self._kept, rows[-self._seen % self._stride :: self._stride]])
+        self._seen += len(rows)
+        while len(self._kept) > MOST_SAMPLES:
+            self._kept, self._stride = self._kept[::2], 2 * self._stride
+
+    def onset(self, declared: float) -> tuple[float, bool]:
+        """When the error of an alarm began [s], and whether fault-free residuals came before.
+
+        Args:
+            declared: time of the alarm [s]
+        """
+        before = self._kept[self._kept[:, 0] <= declared]
+        # The sum leaves zero where the change happened (E. S. Page, Biometrika 41 (1954) 100).
+        quiet = np.flatnonzero(before[:, 3] <= 0.0)
+        if not len(before) or not len(quiet):
+            return declared if not len(before) else float(before[0, 0]), False
+        following = before[int(quiet[-1]) + 1 :]
+        settled = int(np.count_nonzero(np.abs(before[quiet, 1]) < QUIET)) >= LEAST_SAMPLES
+        return float(following[0, 0]) if len(following) else declared, settled
+
+    def end(self, last: float) -> float:
+        """When the error of an alarm ended [s]: the last time at which its sum grew, before its last sample [s]."""
+        before = self._kept[self._kept[:, 0] <= last]
+        grew = np.flatnonzero((np.diff(before[:, 3], prepend=0.0) >= 0.0) & (before[:, 3] > 0.0))
+        return float(before[grew[-1], 0]) if len(grew) else last
+
+    def root_mean_square(self, since: float) -> float:
+        """Of the residuals from a time [s] on; NaN with fewer than a thousand, a second of turning."""
+        after = self._kept[self._kept[:, 0] > since, 1]
+        return float(np.sqrt(np.mean(after**2))) if len(after) * self._stride >= 1000 else math.nan
+
+    def shape(self, since: float, until: float) -> Shape | None:
+        """The shape that explains the residuals between two times [s] best; None with too few of them."""
+        time, residual, angle, _ = self._kept[(self._kept[:, 0] >= since) & (self._kept[:, 0] <= until)].T
+        if len(time) < LEAST_SAMPLES:
+            return None
+        mean = math.atan2(float(np.mean(np.sin(residual))), float(np.mean(np.cos(residual))))
+        left = float(np.sqrt(np.mean((np.remainder(residual - mean + np.pi, 2.0 * np.pi) - np.pi) ** 2)))
+        if left < QUIET:
+            return Shape(OFFSET, mean, left, left, mean)
+        error = np.unwrap(residual)
+        fits = [self._line(DRIFT, error, time), self._line(GAIN, error, angle)]
+        # Over less than a period a ripple cannot be separated from a gain.
+        fits += [_ripple(error, angle, order) for order in ORDERS if order * np.ptp(angle) > 2.0 * math.pi]
+        best = min((each for each in fits if each.known), key=lambda each: each.left, default=None)
+        if best is not None and best.left < math.sqrt(BETTER) * left:
+            return best
+        if left < 0.5 * abs(mean):
+            return Shape(OFFSET, mean, left, left, mean)
+        powers = np.array([float(np.mean(each**2)) for each in np.array_split(residual, BLOCKS)])
+        size = math.sqrt(float(np.mean(residual**2)))
+        return Shape(SCATTER, size, float(powers.std()) / math.sqrt(BLOCKS) / (2.0 * size), left, mean)
+
+    def _line(self, kind: str, error: np.ndarray, along: np.ndarray) -> Shape:
+        """A drift along the time, or a gain along the angle."""
+        away = along - along.mean()
+        slope = float(away @ error) / max(float(away @ away), 1e-12)
+        mean = float(error.mean())
+        left = math.sqrt(float(np.mean((error - mean - slope * away) ** 2)))
+        deviation = left / max(float(np.std(along)), 1e-9)
+        if kind == GAIN:
+            return Shape(kind, 1.0 + slope / self._pole_pairs, deviation / self._pole_pairs, left, mean)
+        return Shape(kind, slope, deviation, left, mean, zero=float(along.mean()) - mean / slope if slope else math.nan)
+
+
+def _ripple(error: np.ndarray, angle: np.ndarray, order: int) -> Shape:
+    columns = np.column_stack([np.ones(len(error)), np.cos(order * angle), np.sin(order * angle)])
+    found, *_ = np.linalg.lstsq(columns, error, rcond=None)
+    left = math.sqrt(float(np.mean((error - columns @ found) ** 2)))
+    return Shape(RIPPLE, math.hypot(float(found[1]), float(found[2])), left, left, float(found[0]), order)
+
 
 SURPRISING = 20.0
 """NIS above which a sample is surprising; chance exceeds it in one of 6000 samples: three measurements have a mean of
@@ -34,6 +239,13 @@ COMPARED = ("angle", "speed")
 
 BY_OBSERVER = ("model", *COMPARED)
 """Alarms after which currents and voltages are compared without the sensor."""
+
+
+class Spell(NamedTuple):
+    """Activity of an alarm over a drive: number of samples, and time of the last one [s]."""
+
+    samples: int
+    last: float
 
 
 class InverterLoss(NamedTuple):
@@ -135,158 +347,3 @@ class Drive(NamedTuple):
     def monitor(self) -> str:
         """Name of the monitor and its variant."""
         return f"motor-angle, {VARIANTS[self.voltages]}"
-
-
-class DriveFigures:
-    """Accumulated statistics over the pieces of a recording.
-
-    Args:
-        monitor: monitor that gives the outputs
-        rate: sampling rate [Hz]
-    """
-
-    def __init__(self, monitor: MotorAngleMonitor, rate: float) -> None:
-        p = monitor.observer.parameters
-        self._monitor, self._rate, self.courses = monitor, rate, AlarmCourses(rate)
-        across = p.inductance_across
-        apart = p.motor_inductance - across
-        self._balance = VoltageBalance(p.motor_pole_pairs, p.sample_time, apart / (p.motor_inductance + across))
-        self._contradicting = VoltageBalance(p.motor_pole_pairs, p.sample_time, apart / (p.motor_inductance + across))
-        self._induced = InducedVoltage(p.motor_resistance, across, p.motor_flux, p.sample_time, apart)
-        self.seen = self.known = self.since_model = self.surprised = 0
-        self.nis = self.mismatch = 0.0
-        self.residuals = np.zeros(3)  # count, sum and sum of squares
-        self._course, self._noise, self._until = ResidualCourse(p.motor_pole_pairs), NoiseCourse(), 0.0
-        self._alarmed = False
-        self.gains = np.zeros(4)  # windows, and products of the gains: both, the observer's, the sensor's
-        self.suspected = np.zeros(round(NOT_MOTOR) + 1, dtype=int)
-        self.resistance = self.flux = np.nan
-        self.inverter = (0.0, 0.0, 0.0)
-        self.pinion = self.torque = False
-
-    def add(self, time: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
-        """Add the next piece: time [s], signals and outputs by name, (n,) each."""
-        self.courses.add(time, result)
-        self._add_voltages(signals, result)
-        self.pinion |= bool(np.isfinite(signals["pinion_angle"]).any())
-        self.torque |= bool(np.isfinite(signals["driver_torque"]).any())
-        counts, complete, known = (result[f"compared.{name}"] > 0.5 for name in ("counts", "complete", "known"))
-        residual, nis = result["estimate.angle_residual_electrical"], result["estimate.nis"]
-        self.seen += len(residual)
-        self.known += int(known.sum())
-        self.residuals += _powers(residual[counts])
-        angle, total = (result[f"{name}"][counts] for name in ("estimate.motor_angle", "compared.angle_sum"))
-        self._course.add(time[counts], residual[counts], angle, total)
-        self._noise.add(time, signals["motor_angle_mechanical"])
-        self._until = float(time[-1])
-        sensor, observer = (result[f"compared.{name}_gain"][complete] for name in ("sensor", "observer"))
-        self.gains += (len(sensor), sensor @ observer, observer @ observer, sensor @ sensor)
-        self.nis += float(nis.sum())
-        model = result["alarms.model"] > 0.5
-        if self.since_model or model.any():
-            after = nis[0 if self.since_model else int(np.argmax(model)) :]
-            self.since_model += len(after)
-            self.surprised += int(np.count_nonzero(after > SURPRISING))
-        apart = result["alarms.plausibility"] > 0.5
-        self.mismatch = max(self.mismatch, float(np.abs(result["plausible.mismatch"][apart]).max(initial=0.0)))
-        self.suspected += np.bincount(result["plausible.suspect"].astype(int), minlength=len(self.suspected))
-        if known.any():
-            self.resistance, self.flux = (
-                float(result[f"estimate.motor_{name}"][known][-1]) for name in ("resistance", "flux")
-            )
-        loss, knee, deviation = (float(result[f"estimate.inverter_{name}"][-1]) for name in InverterLoss._fields[:3])
-        self.inverter = (loss, knee, deviation)
-
-    def _add_voltages(self, signals: Mapping[str, np.ndarray], result: Result) -> None:
-        current = StatorVector(signals["motor_current_alpha"], signals["motor_current_beta"])
-        parameters = self._monitor.observer.parameters
-        taken = StatorVector(np.zeros(len(current.alpha)), np.zeros(len(current.alpha)))
-        if isinstance(parameters, CommandedMotorParameters):
-            taken = phase_signs(current, parameters.inverter_knee_current)
-        voltage = result["voltage.alpha"] + 1j * result["voltage.beta"]
-        flags = np.logical_or.reduce([result[f"alarms.{name}"] > 0.5 for name in BY_OBSERVER])
-        alarmed = np.maximum.accumulate(flags) | self._alarmed
-        self._alarmed = bool(alarmed[-1])
-        self._induced.add(_complex(current)[alarmed], voltage[alarmed])
-        columns = (_complex(current), voltage, signals["motor_angle_mechanical"], _complex(taken))
-        self._balance.add(*columns)
-        self._contradicting.add(*(each[alarmed] for each in columns))
-
-    def drive(self) -> Drive:
-        """The results so far."""
-        monitor, rate = self._monitor, self._rate
-        count, total, squares = self.residuals
-        mean = float(total) / max(count, 1.0)
-        windows, together, observed, sensed = self.gains.tolist()
-        energy = (observed * sensed) ** 0.5
-        parameters, lost = monitor.observer.parameters, None
-        if isinstance(parameters, CommandedMotorParameters):
-            widest = monitor.observer.tuning.widest_knee
-            lost = InverterLoss(*self.inverter, parameters.inverter_knee_current, widest)
-        courses = self.courses
-        declared = min((courses.starts[name] for name in COMPARED if name in courses.starts), default=None)
-        onset, settled, end, shape = math.nan, False, math.nan, None
-        if declared is not None:
-            onset, settled = self._course.onset(declared)
-            last = max(courses.spells[name].last for name in COMPARED if name in courses.spells)
-            end = self._course.end(last)
-            shape = self._course.shape(declared, end)
-        last = max((each.last for each in courses.spells.values()), default=self._until)
-        noise, deviation = self._noise.between(min(courses.starts.values(), default=0.0), last)
-        limit = NOISY * monitor.observer.tuning.sensor_noise
-        if noise > limit:
-            shape, (onset, end) = Shape(NOISE, noise, deviation, 0.0), self._noise.span(limit)
-        model = courses.spells.get("model")
-        closes, departure, turned = self._departure()
-        return Drive(
-            seconds=self.seen / rate,
-            known=self.known / rate,
-            counted=int(self.residuals[0]),
-            offset=mean,
-            offset_deviation=max(float(squares) / max(count, 1.0) - mean * mean, 0.0) ** 0.5,
-            rms=(float(self.residuals[2]) / max(self.residuals[0], 1.0)) ** 0.5,
-            windows=int(windows),
-            slope=together / observed if observed else np.nan,
-            agreement=abs(together) / energy if energy else 0.0,
-            nis=self.nis / max(self.seen, 1),
-            surprised=self.surprised / max(self.since_model, 1),
-            resistance=self.resistance / parameters.motor_resistance,
-            flux=self.flux / parameters.motor_flux,
-            suspect=float(np.argmax(self.suspected[1:]) + 1) if self.suspected[1:].any() else 0.0,
-            starts=dict(self.courses.starts),
-            spells=dict(self.courses.spells),
-            until=self._until,
-            voltages=monitor.voltages.source,
-            lost=lost,
-            misread=misread(self._balance, parameters, monitor.observer.tuning.current_noise),
-            contradicting=self._induced.share(),
-            closes=closes,
-            departure=departure,
-            turned=turned,
-            mismatch=self.mismatch,
-            onset=onset,
-            settled=settled,
-            end=end,
-            shape=shape,
-            noise=noise,
-            noise_limit=limit,
-            rms_since_model=math.nan if model is None else self._course.root_mean_square(model.last),
-            untwisted=monitor.plausibility is not None and self.pinion and not self.torque,
-        )
-
-    def _departure(self) -> tuple[bool, str, float]:
-        """Whether there is a motor that fits since the observer alarmed, what differs of it, and its flux direction."""
-        axes, observer = self._contradicting.axes(), self._monitor.observer
-        if axes is None or axes.windows < LEAST_WINDOWS or axes.unexplained > CLEAN:
-            return False, "", 0.0
-        departure = Departure.of(axes, observer.parameters, observer.tuning.current_noise).in_words()
-        return True, departure, axes.flux_direction
-
-
-def _complex(vector: StatorVector[NDArray[np.float64]]) -> NDArray[np.complex128]:
-    return vector.alpha + 1j * vector.beta
-
-
-def _powers(values: np.ndarray) -> tuple[float, float, float]:
-    """Count, sum and sum of squares."""
-    return len(values), float(values.sum()), float((values**2).sum())

@@ -1,4 +1,4 @@
-"""Checks of a motor's electrical signals that need no model of the motor."""
+"""Checks of a motor's electrical signals and of its target that need no model of the motor."""
 
 from __future__ import annotations
 
@@ -248,3 +248,72 @@ class ElectricalChecks:
             flags.append(counts[-1] > self.same_samples - 0.5)
         saturated = where(any_of(*flags[:5]), 1.0, 0.0), where(any_of(*flags[5:]), 1.0, 0.0)
         return tuple(clipped), saturated, (greatest_of(*counts[:5]), greatest_of(*counts[5:]))
+
+
+@dataclass(frozen=True)
+class NotFollowing:
+    """Alarm for a sensor that stays away from its target: the drive has stalled, and its currents give no angle.
+
+    A sensor that is stuck, or whose sine and cosine are swapped, makes the current control hold the rotor; so does a
+    blocked motor. This test cannot separate them.
+
+    Args:
+        widest: largest following error of a fault-free drive, with a margin [rad]
+        hold: time for which the error must be larger [s]
+        confirmed_hold: the same time where currents and voltages confirm the sensor [s]; a load beyond the motor's
+            torque, or a target beyond its speed, is not a fault while it passes
+        sample_time: sampling interval [s]
+        least_course: least change of a target for the test [rad]; a smaller one is not the target of the control
+    """
+
+    sample_time: Annotated[float, "s", POSITIVE] = 1e-4
+    widest: Annotated[float, "rad", POSITIVE] = 1.0
+    hold: Annotated[float, "s", POSITIVE] = 0.02
+    confirmed_hold: Annotated[float, "s", POSITIVE] = 0.5
+    least_course: Annotated[float, "rad", POSITIVE] = 0.5
+    holding: Debounce = field(init=False, repr=False)
+    holding_on: Debounce = field(init=False, repr=False)
+
+    Sample = MotorAngleSample
+
+    class State(NamedTuple):
+        """Target, sensor, whether each was received, first target, whether it has moved since, and the holds."""
+
+        target: Annotated[Scalar, "rad"]
+        sensor: Annotated[Scalar, "rad"]
+        seen_target: Annotated[Scalar, ""]
+        seen_sensor: Annotated[Scalar, ""]
+        first: Annotated[Scalar, "rad"]
+        moved: Annotated[Scalar, ""]
+        held: Debounce.State
+        held_on: Debounce.State
+
+    class Output(NamedTuple):
+        """Following error, 0 without a target, and whether it has been too large for too long (1.0, 0.0)."""
+
+        error: Annotated[Scalar, "rad"]
+        alarm: Annotated[Scalar, ""]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "holding", Debounce(self.hold, 0.0, self.sample_time))
+        object.__setattr__(self, "holding_on", Debounce(self.confirmed_hold, 0.0, self.sample_time))
+        check_ranges(self)
+
+    def init(self) -> State:
+        """State before the first sample."""
+        return self.State(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, self.holding.init(), self.holding_on.init())
+
+    def step(self, state: State, sample: MotorAngleSample, confirmed: Scalar | bool = False) -> tuple[State, Output]:
+        """Process one sample; `confirmed` (logic) where currents and voltages agree with the sensor."""
+        wanted, fresh = present(sample.target_motor_angle_mechanical), present(sample.motor_angle_mechanical)
+        target = where(wanted, sample.target_motor_angle_mechanical, state.target)
+        sensor = where(fresh, sample.motor_angle_mechanical, state.sensor)
+        seen = where(wanted, 1.0, state.seen_target), where(fresh, 1.0, state.seen_sensor)
+        first = where(both(wanted, state.seen_target < 0.5), target, state.first)
+        moved = where(both(seen[0], absolute(target - first) > self.least_course), 1.0, state.moved)
+        error = where(all_of(*seen, moved), target - sensor, 0.0)
+        away = absolute(error) > self.widest
+        held, out = self.holding.step(state.held, where(both(away, negated(confirmed)), 1.0, 0.0))
+        held_on, out_on = self.holding_on.step(state.held_on, where(away, 1.0, 0.0))
+        alarm = maximum(out.active, out_on.active)
+        return self.State(target, sensor, *seen, first, moved, held, held_on), self.Output(error, alarm)

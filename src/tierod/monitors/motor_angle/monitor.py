@@ -1,4 +1,4 @@
-"""Monitor of the motor's angle sensor: observer, CUSUMs, further tests, electrical checks."""
+"""Monitor of the motor's angle sensor: observer, CUSUMs, further tests, electrical checks, and its alarms."""
 
 from __future__ import annotations
 
@@ -10,12 +10,10 @@ from tierod.core.findings import Status
 from tierod.core.graph.maths import absolute, both, greatest_of, maximum, present, where
 from tierod.core.statement import Statement, code_of
 from tierod.methods.detectors.control_charts import Cusum
-from tierod.monitors.motor_angle.alarms import ALARMS
-from tierod.monitors.motor_angle.comparison import ResidualGate, SensorComparison
-from tierod.monitors.motor_angle.electrical import ElectricalAlarms, ElectricalChecks, ElectricalFigures
+from tierod.monitors.motor_angle.comparison import Increments, ResidualGate, SensorBesideObserver, SensorComparison
+from tierod.monitors.motor_angle.electrical import ElectricalAlarms, ElectricalChecks, ElectricalFigures, NotFollowing
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
 from tierod.monitors.motor_angle.plausibility import AnglePlausibility
-from tierod.monitors.motor_angle.second_tests import Increments, NotFollowing, SensorBesideObserver
 from tierod.monitors.motor_angle.signals import MEASURED, MotorAngleSample, MotorVoltages
 from tierod.vehicles import Vehicle
 
@@ -26,6 +24,141 @@ fault."""
 
 CONFIRMED: Annotated[float, "rad"] = 0.1
 """Electrical residual within which the observer confirms the sensor; fault-free ones stay below 0.05 rad."""
+
+
+class Alarm(NamedTuple):
+    """An alarm with its meaning.
+
+    Args:
+        name: name of its output
+        decision: decision that raises it
+        code: its trouble code
+        cause: its meaning
+        action: the remedy
+    """
+
+    name: str
+    decision: str
+    code: str
+    cause: str
+    action: str
+
+
+ALARMS = (
+    Alarm(
+        "electrical.supply_low",
+        "supply low",
+        "motor-supply-low",
+        "the supply of the controller is too low",
+        "check battery, wiring and generator",
+    ),
+    Alarm(
+        "electrical.angle_timeout",
+        "angle lost",
+        "motor-angle-lost",
+        "no readings of the motor's angle arrive",
+        "check the sensor and its line",
+    ),
+    Alarm(
+        "electrical.resolver_amplitude",
+        "resolver amplitude",
+        "motor-angle-amplitude",
+        "the amplitude of the angle sensor's sine and cosine has changed",
+        "check sensor, magnet and wiring: one of the two has lost amplitude or gained an offset",
+    ),
+    Alarm(
+        "electrical.current_sum",
+        "current sum",
+        "motor-currents",
+        "the phase currents do not add up to zero",
+        "check the current sensors for an offset or a wrong gain, and the phases for a leak to ground",
+    ),
+    Alarm(
+        "electrical.current_saturated",
+        "current saturated",
+        "motor-currents",
+        "a current stays constant at its peak while the motor turns: its measurement is saturated",
+        "widen the range of the current measurement",
+    ),
+    Alarm(
+        "electrical.voltage_saturated",
+        "voltage saturated",
+        "motor-currents",
+        "a voltage stays constant at its peak while the motor turns: its measurement is saturated",
+        "widen the range of the voltage measurement",
+    ),
+    Alarm(
+        "model",
+        "model",
+        "motor-currents",
+        "currents and voltages contradict the model of the motor",
+        "check sign and order of the phases of currents and voltages, the sampling time, and the motor's parameters",
+    ),
+    Alarm(
+        "stuck",
+        "stuck",
+        "motor-angle-stuck",
+        "the motor turns, but its angle sensor stands still",
+        "replace the sensor",
+    ),
+    Alarm(
+        "backwards",
+        "backwards",
+        "motor-angle-backwards",
+        "the angle sensor turns in the direction opposite to the motor: sine and cosine, or two phases, are swapped",
+        "check wiring and channel map",
+    ),
+    Alarm(
+        "electrical.resolver_mismatch",
+        "resolver mismatch",
+        "motor-angle-mismatch",
+        "the motor's angle differs from the angle of its sensor's sine and cosine",
+        "check the zero of the angle, its calibration, and the software between sensor and control",
+    ),
+    Alarm(
+        "angle",
+        "angle",
+        "motor-angle-offset",
+        "the angle sensor differs from the angle that currents and voltages give",
+        "check the sensor's magnet and its zero",
+    ),
+    Alarm(
+        "speed",
+        "speed",
+        "motor-angle-offset",
+        "the angle sensor turns at another speed than currents and voltages give",
+        "check the sensor: its gain, and whether it has lost readings",
+    ),
+    Alarm(
+        "electrical.angle_gradient",
+        "angle leaps",
+        "motor-angle-offset",
+        "the motor's angle jumps further than the motor can turn between two readings",
+        "check sensor and line",
+    ),
+    Alarm(
+        "not_following",
+        "not following",
+        "motor-angle-stuck",
+        "the motor's angle stays away from its target: the sensor is stuck, its zero far off or a phase wrong, the "
+        "motor itself stands still, or target_motor_angle_mechanical is not the one that it follows",
+        "check whether the motor turns; if it does, check the sensor, its zero, sine and cosine, and the target in the "
+        "channel map with its time stamps",
+    ),
+    Alarm(
+        "plausibility",
+        "plausibility",
+        "steering-angles-implausible",
+        "the angles of motor, steering wheel and pinion do not fit each other",
+        "check the sensors of these angles, and the gear's ratios in the vehicle file",
+    ),
+)
+"""Alarms from root cause to consequence; the kind of a statement is the position here, counted from 1."""
+
+BY_NAME = {each.name: each for each in ALARMS}
+
+CODES = {code: [each.name for each in ALARMS if each.code == code] for code in {each.code: None for each in ALARMS}}
+"""Alarms behind each trouble code."""
 
 
 class Alarms(NamedTuple):

@@ -14,9 +14,18 @@ from tierod.core.graph import scan
 from tierod.core.recording import Recording
 from tierod.experiments.effort import Effort
 from tierod.monitors.motor_angle.monitor import MotorAngleMonitor
-from tierod.monitors.motor_angle.plausibility import AnglePlausibility, Superposition, VariableGain
+from tierod.monitors.motor_angle.plausibility import (
+    MOTOR,
+    NONE,
+    NOT_MOTOR,
+    PINION,
+    WHEEL,
+    AnglePlausibility,
+    Superposition,
+    VariableGain,
+    WhichAngle,
+)
 from tierod.monitors.motor_angle.signals import MotorAngleSample
-from tierod.monitors.motor_angle.which_angle import MOTOR, NONE, NOT_MOTOR, PINION, WHEEL, WhichAngle
 from tierod.papers.motor_angle.fault_drives import RATE
 from tierod.papers.motor_angle.figures import CAR
 from tierod.papers.motor_angle.reported import SEEDS, THREE_ANGLES
