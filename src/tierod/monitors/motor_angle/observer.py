@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import Annotated, NamedTuple, get_type_hints
+from typing import Annotated, Any, NamedTuple, get_type_hints
 
 from tierod.core.block import Scalar, Tree
 from tierod.core.errors import ParameterError
@@ -23,13 +23,68 @@ from tierod.core.graph.maths import (
 )
 from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.methods.estimators.shapes import Belief
-from tierod.models.stator_frame_motor import CommandedMotorParameters, SampledMotorParameters, StatorFrameMotor
-from tierod.monitors.motor_angle.tuning import MotorAngleTuning, angle_variance_place, stator_filter
+from tierod.models.stator_frame_motor import (
+    CommandedMotor,
+    CommandedMotorParameters,
+    SampledMotorParameters,
+    StatorFrameMotor,
+)
+from tierod.monitors.motor_angle.signals import MotorAngleTuning
 from tierod.physics.angle import wrapped
 from tierod.physics.inverter import LONGEST_SIGN
 from tierod.physics.lag import share_reached
 from tierod.physics.pm_motor import back_emf_constant
 from tierod.vehicles import Vehicle
+
+_TINY = 1e-14
+"""Variance that the angle gains per sample besides that of the speed [rad^2]; keeps the covariance positive."""
+
+
+def stator_filter(p: SampledMotorParameters, t: MotorAngleTuning) -> KalmanFilter:
+    """The filter of a motor with measured voltages, or with commanded ones where its parameters include an inverter.
+
+    Args:
+        p: parameters of the motor
+        t: noises and initial standard deviations
+    """
+    voltage = (t.voltage_noise * p.sample_time / _least_inductance(p)) ** 2
+    first: tuple[float, ...] = (
+        t.current_noise,
+        t.current_noise,
+        t.first_speed,
+        t.first_angle,
+        t.first_load,
+        t.first_resistance,
+        t.first_flux,
+    )
+    wander: tuple[float, ...] = (t.resistance_wander**2 * p.sample_time, t.flux_wander**2 * p.sample_time)
+    # Two readings bound an increment, and both have noise.
+    reading = 2.0 * (t.sensor_noise / max(t.increment_time, p.sample_time)) ** 2
+    model: Any = StatorFrameMotor
+    mean: tuple[float, ...] = (0.0,) * 7
+    if isinstance(p, CommandedMotorParameters):
+        model, mean = CommandedMotor, (*mean, p.inverter_voltage_loss, 0.0)
+        first += (t.first_loss, t.first_knee)
+        wander += (t.loss_wander**2 * p.sample_time, t.knee_wander**2 * p.sample_time)
+    return KalmanFilter(
+        model,
+        p,
+        model.State(*mean),
+        tuple(deviation**2 for deviation in first),
+        (voltage, voltage, t.speed_wander**2, _TINY, t.load_wander**2, *wander),
+        (t.current_noise**2, t.current_noise**2, reading),
+        maskable=("angle", "log_resistance", "log_flux") + (("log_knee",) if model is CommandedMotor else ()),
+    )
+
+
+def _least_inductance(p: SampledMotorParameters) -> float:
+    """Smaller inductance of both axes, in which the voltage noise moves the current most [H]."""
+    return minimum(p.motor_inductance, p.inductance_across)
+
+
+def angle_variance_place(states: int) -> int:
+    """Index of the angle's variance in a packed covariance of so many states, after the first three rows."""
+    return 3 * states - 3
 
 
 class Pace(NamedTuple):

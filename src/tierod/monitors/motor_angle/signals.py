@@ -1,4 +1,4 @@
-"""Signals of the motor angle monitor, and the choice of the voltages for its observer."""
+"""Signals of the motor angle monitor, the choice of the voltages for its observer, and what it assumes of both."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import Annotated, Literal, NamedTuple
 
 from tierod.core.block import Scalar
 from tierod.core.errors import ParameterError
+from tierod.core.fields import NOT_NEGATIVE, POSITIVE, check_ranges
 from tierod.core.graph.maths import present, where
 from tierod.physics.clarke_park import PhaseValues
 from tierod.physics.inverter import commanded_voltage
@@ -104,3 +105,76 @@ class MotorVoltages:
         voltage = where(known, supply, sample.supply_voltage)
         duty = PhaseValues(sample.motor_duty_cycle_a, sample.motor_duty_cycle_b, sample.motor_duty_cycle_c)
         return self.State(supply, known), self.Output(*commanded_voltage(duty, voltage))
+
+
+@dataclass(frozen=True)
+class MotorAngleTuning:
+    """Assumptions of the observer on its measurements, the motor and the inverter.
+
+    Args:
+        current_noise: standard deviation of a measured current; shunts and converters of such a drive
+        voltage_noise: standard deviation of the mean voltage over a sample, with unmodelled effects
+        sensor_noise: standard deviation of one reading of the angle sensor, used for increments only
+        speed_wander: standard deviation of the unmodelled change of speed per sample
+        load_wander: random walk of the load torque per sample; it may reverse within some 10 ms
+        surprising: NIS above which the load has stepped; noise of two currents exceeds it once in 22 000 samples,
+            with increments once in 6 000
+        stepped_speed, stepped_load: standard deviations of both after a step: a load at its limit within one sample
+        most_surprises, step_memory: number of surprises within that time up to which they are steps; more show a wrong
+            model
+        resistance_wander: random walk of its logarithm; a winding heats over seconds
+        flux_wander: random walk of the logarithm of the flux; magnets warm over minutes
+        loss_wander: random walk of the inverter's voltage loss; its semiconductors warm over seconds
+        knee_wander: random walk of the logarithm of its knee
+        standing_wander: random walk of the angle at standstill, the possible error of the sensor's increments
+        first_angle, first_speed, first_load: initial standard deviations
+        first_resistance, first_flux: initial standard deviations of their logarithms; temperatures from -40 to 120
+            degrees
+        first_loss: initial standard deviation of the inverter's voltage loss; the accuracy of its data sheet
+        first_knee: initial standard deviation of the logarithm of its knee, which no data sheet gives; 0 takes it as
+            known
+        learnt_knee: standard deviation of that logarithm below which a surprise is attributed to the load
+        least_current: current below which the resistance is not estimated, since noise alone would make it drift
+        standing_speed: speed below which the back-EMF does not determine the angle
+        standing_time: time for which the speed must be below
+        slow_speed: speed below which increments of the sensor serve as speed measurements
+        increment_time: time over which they are summed: their noise does not add up, and the motor hardly accelerates
+        lag: time constant of the speed that selects the mode
+        widest: bound of the logarithms of resistance and flux
+        widest_knee: bound of that of the knee; from a fifth to five times its value
+    """
+
+    current_noise: Annotated[float, "A", POSITIVE] = 0.2
+    voltage_noise: Annotated[float, "V", POSITIVE] = 0.05
+    sensor_noise: Annotated[float, "rad", POSITIVE] = 5e-4
+    speed_wander: Annotated[float, "rad/s", POSITIVE] = 0.1
+    load_wander: Annotated[float, "N*m", POSITIVE] = 0.02
+    surprising: Annotated[float, "", POSITIVE] = 20.0
+    stepped_speed: Annotated[float, "rad/s", POSITIVE] = 5.0
+    stepped_load: Annotated[float, "N*m", POSITIVE] = 1.0
+    most_surprises: Annotated[float, "", POSITIVE] = 12.0
+    step_memory: Annotated[float, "s", POSITIVE] = 0.05
+    resistance_wander: Annotated[float, "1/s**0.5", NOT_NEGATIVE] = 0.01
+    flux_wander: Annotated[float, "1/s**0.5", NOT_NEGATIVE] = 2e-4
+    loss_wander: Annotated[float, "V/s**0.5", NOT_NEGATIVE] = 0.01
+    knee_wander: Annotated[float, "1/s**0.5", NOT_NEGATIVE] = 0.0
+    standing_wander: Annotated[float, "rad/s**0.5", POSITIVE] = 0.02
+    first_angle: Annotated[float, "rad", POSITIVE] = 0.07
+    first_speed: Annotated[float, "rad/s", POSITIVE] = 20.0
+    first_load: Annotated[float, "N*m", POSITIVE] = 0.3
+    first_resistance: Annotated[float, "", POSITIVE] = 0.2
+    first_flux: Annotated[float, "", POSITIVE] = 0.05
+    first_loss: Annotated[float, "V", POSITIVE] = 0.3
+    first_knee: Annotated[float, "", NOT_NEGATIVE] = 0.5
+    learnt_knee: Annotated[float, "", POSITIVE] = 0.1
+    least_current: Annotated[float, "A", POSITIVE] = 3.0
+    standing_speed: Annotated[float, "rad/s", POSITIVE] = 1.0
+    standing_time: Annotated[float, "s", POSITIVE] = 0.02
+    slow_speed: Annotated[float, "rad/s", POSITIVE] = 8.0
+    increment_time: Annotated[float, "s", POSITIVE] = 1e-3
+    lag: Annotated[float, "s", POSITIVE] = 0.005
+    widest: Annotated[float, "", POSITIVE] = 0.7
+    widest_knee: Annotated[float, "", POSITIVE] = 1.6
+
+    def __post_init__(self) -> None:
+        check_ranges(self)

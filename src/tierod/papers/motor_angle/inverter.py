@@ -17,8 +17,7 @@ from tierod.models.stator_frame_motor import CommandedMotorParameters
 from tierod.monitors.motor_angle.drive import InverterLoss
 from tierod.monitors.motor_angle.misread import inverter_remarks
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
-from tierod.monitors.motor_angle.signals import COMMANDED
-from tierod.monitors.motor_angle.tuning import MotorAngleTuning
+from tierod.monitors.motor_angle.signals import COMMANDED, MotorAngleTuning
 from tierod.papers.motor_angle.observer_drives import SAMPLE_TIME, ObserverDrive, parameters, rms, to_and_fro
 from tierod.papers.motor_angle.reported import INVERTER, SEEDS, TARGET
 from tierod.proving_ground.motor import Inverter

@@ -14,7 +14,7 @@ from tierod.core.graph.maths import both, either, present, where
 from tierod.models.linear import LinearSystem
 from tierod.models.stator_frame_motor import SampledMotorParameters
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
-from tierod.monitors.motor_angle.tuning import MotorAngleTuning
+from tierod.monitors.motor_angle.signals import MotorAngleTuning
 from tierod.papers.motor_angle.dq_motor import DqMotorParameters, q_axis_motor, with_load
 from tierod.papers.motor_angle.luenberger import LinearSpeed, full_observer, reduced_observer
 from tierod.papers.motor_angle.printed_kalman import KalmanSpeed, speed_filter

@@ -22,7 +22,7 @@ from tierod.methods.identification.motor import identify_motor
 from tierod.methods.identification.regression import Fit, Rows, regress
 from tierod.models.stator_frame_motor import MotorParameters, SampledMotorParameters
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
-from tierod.monitors.motor_angle.tuning import MotorAngleTuning
+from tierod.monitors.motor_angle.signals import MotorAngleTuning
 from tierod.papers.motor_angle.feedforward import FeedforwardAngle
 from tierod.papers.motor_angle.flux_observer import FluxObserver
 from tierod.papers.real_data import NO_DATA, path_of

@@ -14,7 +14,7 @@ from tierod.core.content import Chart, Heading, Item, Lines, Panel, Table
 from tierod.experiments.effort import Effort
 from tierod.models.stator_frame_motor import SampledMotorParameters
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
-from tierod.monitors.motor_angle.tuning import MotorAngleTuning
+from tierod.monitors.motor_angle.signals import MotorAngleTuning
 from tierod.papers.motor_angle.fault_drives import bench_time, course
 from tierod.papers.motor_angle.observer_drives import (
     ObserverDrive,
