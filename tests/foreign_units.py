@@ -79,12 +79,12 @@ lateral_speed = "lateral_speed"
 """
 
 
-def exported(block, path, version=2):
+def exported(block, path):
     """A block as a plant, in a unit."""
     subject = subject_of_block("plant", block, 1.0 / block.step_time, type(block).__name__)
     options = Options("double", libm=False, fused=True)
     starts = usual_inputs(block)
-    return write_unit(Model(Interface(subject, options), starts, present=True), version, path)
+    return write_unit(Model(Interface(subject, options), starts, present=True), path)
 
 
 def without_binary(path, target, platform="win64"):

@@ -24,71 +24,66 @@ from watched_torque import Watch
 
 fmpy = pytest.importorskip("fmpy", reason="fmpy is not installed")
 fmi2 = pytest.importorskip("fmpy.fmi2")
-fmi3 = pytest.importorskip("fmpy.fmi3")
 
 pytestmark = needs_gcc
 
 OPTIONS = Options("double", libm=False, fused=True)
 
 
-def unit(subject, version, folder, starts=None, present=False):
+def unit(subject, folder, starts=None, present=False):
     """A unit written into a folder: its model and path."""
     model = Model(Interface(subject, OPTIONS), starts or {}, present)
-    return model, write_unit(model, version, folder / f"unit{version}.fmu")
+    return model, write_unit(model, folder / "unit.fmu")
 
 
 class Instance:
-    """A unit that runs, the same way for both versions; collects its log messages."""
+    """A unit that runs; collects its log messages."""
 
     def __init__(self, path, folder):
         self.description = fmpy.read_model_description(path)
-        self.is_3 = self.description.fmiVersion.startswith("3")
         given = {
             "guid": self.description.guid,
             "unzipDirectory": fmpy.extract(str(path), str(folder / "unpacked")),
             "modelIdentifier": self.description.coSimulation.modelIdentifier,
             "instanceName": "one",
         }
-        self.fmu = (fmi3.FMU3Slave if self.is_3 else fmi2.FMU2Slave)(**given)
+        self.fmu = fmi2.FMU2Slave(**given)
         self.references = {each.name: each.valueReference for each in self.description.modelVariables}
         self.messages = []
-        self.fmu.instantiate(**({"logMessage": self._log_3} if self.is_3 else {"callbacks": self._callbacks()}))
+        self.fmu.instantiate(callbacks=self._callbacks(), loggingOn=True)
         self.time = 0.0
 
     def _callbacks(self):
-        def log(environment, name, status, category, message, *_):
-            self.messages.append("a message")
+        from fmpy.logging import addLoggerProxy
+
+        def log(environment, name, status, category, message):
+            self.messages.append(message.decode())
 
         self.kept = fmi2.fmi2CallbackFunctions()
         self.kept.logger = fmi2.fmi2CallbackLoggerTYPE(log)
         self.kept.allocateMemory = fmi2.fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
         self.kept.freeMemory = fmi2.fmi2CallbackFreeMemoryTYPE(fmpy.free)
+        addLoggerProxy(ctypes.byref(self.kept))
         return self.kept
 
-    def _log_3(self, environment, status, category, message):
-        self.messages.append(message.decode())
-
     def begin(self, stop=None):
-        if self.is_3:
-            self.fmu.enterInitializationMode(startTime=0.0, stopTime=stop)
-        else:
-            self.fmu.setupExperiment(startTime=0.0, stopTime=stop)
-            self.fmu.enterInitializationMode()
+        self.fmu.setupExperiment(startTime=0.0, stopTime=stop)
+        self.fmu.enterInitializationMode()
 
     def begun(self):
         self.fmu.exitInitializationMode()
 
     def set(self, names, values):
         chosen = [self.references[name] for name in names]
-        (self.fmu.setFloat64 if self.is_3 else self.fmu.setReal)(chosen, [float(each) for each in values])
+        self.fmu.setReal(chosen, [float(each) for each in values])
 
     def get(self, names):
         chosen = [self.references[name] for name in names]
-        return (self.fmu.getFloat64 if self.is_3 else self.fmu.getReal)(chosen)
+        return self.fmu.getReal(chosen)
 
     def status(self, name):
         chosen = [self.references[name]]
-        return (self.fmu.getInt64 if self.is_3 else self.fmu.getInteger)(chosen)[0]
+        return self.fmu.getInteger(chosen)[0]
 
     def step(self, size):
         self.fmu.doStep(self.time, size)
@@ -129,24 +124,23 @@ def watch():
 
 @pytest.fixture(scope="module")
 def watches(watch, tmp_path_factory):
-    """Model and path of a unit of the watch, by version."""
-    return {version: unit(watch, version, tmp_path_factory.mktemp("watch")) for version in (2, 3)}
+    """Model and path of a unit of the watch."""
+    return unit(watch, tmp_path_factory.mktemp("watch"))
 
 
 @pytest.fixture(scope="module")
 def benches(tmp_path_factory):
-    """Model and path of a unit of a bench, by version."""
+    """Model and path of a unit of a bench."""
     bench = ColumnBench()
     subject = subject_of_block("plant", bench, 1.0 / bench.step_time, "A bench")
     folder, starts = tmp_path_factory.mktemp("bench"), usual_inputs(bench)
-    return {version: unit(subject, version, folder, starts, present=True) for version in (2, 3)}
+    return unit(subject, folder, starts, present=True)
 
 
-@pytest.mark.parametrize("version", [2, 3])
-def test_a_monitor_is_valid_and_states_what_scan_states(friction, tmp_path, version):
+def test_a_monitor_is_valid_and_states_what_scan_states(friction, tmp_path):
     from fmpy.validation import validate_fmu
 
-    model, path = unit(friction, version, tmp_path)
+    model, path = unit(friction, tmp_path)
     assert validate_fmu(str(path)) == []
     inputs = rounded(random_inputs(friction, 600, seed=2))
     instance = Instance(path, tmp_path)
@@ -157,13 +151,12 @@ def test_a_monitor_is_valid_and_states_what_scan_states(friction, tmp_path, vers
     assert worst_share(found, reference(friction, inputs)).max() <= 1e-12
 
 
-@pytest.mark.parametrize("version", [2, 3])
-def test_a_plant_gives_its_outputs_at_the_instant_of_its_inputs(benches, tmp_path, version):
+def test_a_plant_gives_its_outputs_at_the_instant_of_its_inputs(benches, tmp_path):
     from fmpy.validation import validate_fmu
 
     bench = ColumnBench()
     starts = usual_inputs(bench)
-    model, path = benches[version]
+    model, path = benches
     subject = model.face.subject
     assert validate_fmu(str(path)) == []
     inputs = np.tile([starts[name] for name in subject.graph.sample], (400, 1))
@@ -180,52 +173,44 @@ def test_a_plant_gives_its_outputs_at_the_instant_of_its_inputs(benches, tmp_pat
 
 
 def test_every_function_of_the_standard_is_exported(watches, tmp_path):
-    for version in (2, 3):
-        _, path = watches[version]
-        instance = Instance(path, tmp_path / str(version))
-        text = standard_headers(version)[f"fmi{version}Functions.h"]
-        names = set(re.findall(rf"#define (fmi{version}\w+)\s+fmi{version}FullName", text))
-        assert len(names) > 40
-        assert all(hasattr(instance.fmu.dll, name) for name in names)
-        instance.end()
+    _, path = watches
+    instance = Instance(path, tmp_path)
+    names = set(re.findall(r"#define (fmi2\w+)\s+fmi2FullName", standard_headers()["fmi2Functions.h"]))
+    assert len(names) > 40
+    assert all(hasattr(instance.fmu.dll, name) for name in names)
+    instance.end()
 
 
 def test_the_sources_compile_without_a_warning(watch, tmp_path):
     model = Model(Interface(watch, OPTIONS), {})
-    for version in (2, 3):
-        folder = tmp_path / str(version)
-        folder.mkdir()
-        for name, text in sources(model, version).items():
-            (folder / name).write_text(text)
-        flags = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror"]
-        # The headers of FMI 3 declare callbacks with empty brackets, which is old, and not ours.
-        command = ["gcc", *flags, "-isystem", ".", "-fsyntax-only", *compiled_names(model, version)]
-        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-        assert done.returncode == 0, done.stderr[:2000]
+    for name, text in sources(model).items():
+        (tmp_path / name).write_text(text)
+    flags = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror"]
+    command = ["gcc", *flags, "-isystem", ".", "-fsyntax-only", *compiled_names(model)]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr[:2000]
 
 
 def test_a_state_is_kept_restored_and_written(watches, tmp_path):
-    for version in (2, 3):
-        model, path = watches[version]
-        instance = Instance(path, tmp_path / str(version))
-        instance.begin()
-        instance.begun()
-        rows_of(instance, model, np.full((40, 1), 4.0), 0.01)
-        fmu = instance.fmu
-        kept = fmu.getFMUState() if instance.is_3 else fmu.getFMUstate()
-        written = fmu.serializeFMUState(kept) if instance.is_3 else fmu.serializeFMUstate(kept)
-        first = rows_of(instance, model, np.full((30, 1), 5.0), 0.01)
-        restored = (fmu.deserializeFMUState if instance.is_3 else fmu.deSerializeFMUstate)(written)
-        for state in (kept, restored):
-            (fmu.setFMUState if instance.is_3 else fmu.setFMUstate)(state)
-            instance.time = 0.4
-            assert np.array_equal(rows_of(instance, model, np.full((30, 1), 5.0), 0.01), first)
-            (fmu.freeFMUState if instance.is_3 else fmu.freeFMUstate)(state)
-        instance.end()
+    model, path = watches
+    instance = Instance(path, tmp_path)
+    instance.begin()
+    instance.begun()
+    rows_of(instance, model, np.full((40, 1), 4.0), 0.01)
+    fmu = instance.fmu
+    kept = fmu.getFMUstate()
+    written = fmu.serializeFMUstate(kept)
+    first = rows_of(instance, model, np.full((30, 1), 5.0), 0.01)
+    for state in (kept, fmu.deSerializeFMUstate(written)):
+        fmu.setFMUstate(state)
+        instance.time = 0.4
+        assert np.array_equal(rows_of(instance, model, np.full((30, 1), 5.0), 0.01), first)
+        fmu.freeFMUstate(state)
+    instance.end()
 
 
 def test_a_tunable_parameter_acts_from_the_next_step_and_a_fixed_one_before_the_first(watches, tmp_path):
-    model, path = watches[3]
+    model, path = watches
     kinds = {each.name: each.kind for each in model.variables}
     assert kinds["limit"] == kinds["memory"] == "tunable"
     assert "sample_time" not in kinds
@@ -242,7 +227,7 @@ def test_a_tunable_parameter_acts_from_the_next_step_and_a_fixed_one_before_the_
 
 
 def test_a_communication_step_of_any_length_takes_the_samples_that_fall_into_it(watches, tmp_path):
-    model, path = watches[3]
+    model, path = watches
     fine, coarse = Instance(path, tmp_path / "fine"), Instance(path, tmp_path / "coarse")
     for instance in (fine, coarse):
         instance.begin()
@@ -263,7 +248,7 @@ def wrong(instance, action, *arguments):
 
 
 def test_what_is_wrong_is_said_in_a_message(watches, tmp_path):
-    _, path = watches[3]
+    _, path = watches
     instance = Instance(path, tmp_path)
     assert "a step follows initialization" in wrong(instance, instance.step, 0.01)
     instance.begin(stop=1.0)
@@ -271,15 +256,14 @@ def test_what_is_wrong_is_said_in_a_message(watches, tmp_path):
     assert "the instance is at 0 s" in wrong(instance, instance.fmu.doStep, 0.5, 0.01)
     assert "beyond the end of the run, 1 s" in wrong(instance, instance.fmu.doStep, 0.0, 1.5)
     assert "'smooth' is no input and no parameter" in wrong(instance, instance.set, ["smooth"], [1.0])
-    assert "no variable with the value reference 99" in wrong(instance, instance.fmu.getFloat64, [99])
+    assert "no variable with the value reference 99" in wrong(instance, instance.fmu.getReal, [99])
     assert "'statement.status' is an enumeration" in wrong(instance, instance.get, ["statement.status"])
-    assert "not supported" in wrong(instance, instance.fmu.enterEventMode)
     instance.end()
 
 
 def test_a_plant_that_diverges_and_a_step_that_does_not_fit_are_named(benches, tmp_path):
     bench = ColumnBench()
-    model, path = benches[3]
+    model, path = benches
     instance = Instance(path, tmp_path)
     instance.begin()
     instance.begun()
@@ -291,7 +275,7 @@ def test_a_plant_that_diverges_and_a_step_that_does_not_fit_are_named(benches, t
 
 
 def test_a_parameter_out_of_its_range_is_refused(benches, tmp_path):
-    model, path = benches[3]
+    model, path = benches
     chosen = next(each for each in model.of("tunable", "fixed") if each.limits.open_low and each.limits.low == 0.0)
     instance = Instance(path, tmp_path)
     assert "its range is above 0" in wrong(instance, instance.set, [chosen.name], [-1.0])
@@ -299,30 +283,37 @@ def test_a_parameter_out_of_its_range_is_refused(benches, tmp_path):
 
 
 def test_a_unit_of_another_description_is_refused(watches, tmp_path):
-    _, path = watches[3]
+    _, path = watches
     instance = Instance(path, tmp_path)
-    make = instance.fmu.dll.fmi3InstantiateCoSimulation
+    make = instance.fmu.dll.fmi2Instantiate
     make.restype = ctypes.c_void_p
-    given = [b"two", b"another", None, False, False, False, False, None, 0, None]
-    assert make(*given, *(kind() for kind in make.argtypes[10:])) is None
+    make.argtypes = [
+        ctypes.c_char_p,
+        ctypes.c_int,
+        ctypes.c_char_p,
+        ctypes.c_char_p,
+        ctypes.c_void_p,
+        *[ctypes.c_int] * 2,
+    ]
+    assert make(b"two", 1, b"another", None, ctypes.addressof(instance.kept), 0, 0) is None
     instance.end()
 
 
 def test_the_same_unit_is_made_of_the_same_bytes(watch, watches, tmp_path):
-    _, first = watches[3]
+    _, first = watches
     before = first.read_bytes()
-    _, second = unit(watch, 3, tmp_path)
+    _, second = unit(watch, tmp_path)
     assert second.read_bytes() == before
     names = zipfile.ZipFile(second).namelist()
-    assert {"modelDescription.xml", "sources/buildDescription.xml", "documentation/index.html"} <= set(names)
-    assert "2-Clause BSD" in zipfile.ZipFile(second).read("documentation/licenses/fmi-headers.txt").decode()
+    assert {"modelDescription.xml", "sources/fmi2.c", "documentation/index.html"} <= set(names)
+    assert "2-Clause BSD" in zipfile.ZipFile(second).read("licenses/fmi-headers.txt").decode()
 
 
 def test_an_output_named_like_an_input_gets_a_name_of_its_own(tmp_path):
     from fmpy.validation import validate_fmu
 
     subject = subject_of_block("driver", Driving(), 1000.0)
-    model, path = unit(subject, 3, tmp_path, usual_inputs(Driving()))
+    model, path = unit(subject, tmp_path, usual_inputs(Driving()))
     assert {"steering_wheel_angle", "output_steering_wheel_angle"} <= {each.name for each in model.variables}
     assert validate_fmu(str(path)) == []
 

@@ -43,7 +43,7 @@ def changed(folder, old, new):
 
 def test_our_own_plant_as_a_unit_drives_as_without_it(tmp_path, mixed):
     unit = tmp_path / "car.fmu"
-    assert main(["export", "fmu", "plant", "--fmi", "2", "--scenario", "mixed-drive-healthy", "-o", str(unit)]) == 0
+    assert main(["export", "fmu", "plant", "--scenario", "mixed-drive-healthy", "-o", str(unit)]) == 0
     found = fmpy.read_model_description(str(unit)).modelVariables
     inputs = {each.name: each.name for each in found if each.causality == "input" and "ports." not in each.name}
     last = {each.name.rpartition(".")[2]: each.name for each in found if each.causality == "output"}

@@ -24,7 +24,6 @@ VariantName = Annotated[str | None, typer.Option(help="Variant of the monitor; i
 ScenarioName = Annotated[
     str | None, typer.Option(help="Scenario whose plant, driver or assist unit is exported as fmu.")
 ]
-Fmi = Annotated[int | None, typer.Option(help="For fmu: version of the standard, 3 (default) or 2.")]
 PrecisionName = Annotated[str | None, typer.Option(help="For the C of a monitor: single (default) or double.")]
 Validity = Annotated[bool, typer.Option("--validity", help="Mark valid inputs by a bit mask, in place of NaN.")]
 Libm = Annotated[
@@ -49,7 +48,6 @@ def export(
     vehicle: VehicleName = None,
     variant: VariantName = None,
     scenario: ScenarioName = None,
-    fmi: Fmi = None,
     precision: PrecisionName = None,
     validity: Validity = False,
     libm: Libm = True,
@@ -64,7 +62,7 @@ def export(
         raise ParameterError(f"there is no export '{kind}'{nearest(kind, KINDS)}")
     of_c = {"--precision": precision, "--validity": validity, "--no-libm": not libm, "--drive": drive}
     of_monitor = {"--vehicle": vehicle, "--variant": variant}
-    of_unit = {"--scenario": scenario, "--fmi": fmi}
+    of_unit = {"--scenario": scenario}
     if kind == "c" and monitor == FAULT_MEMORY:
         _refuse({**of_monitor, **of_unit, **of_c}, "the fault memory, whose C is the same for every vehicle")
         export_fault_memory(output, evidence)
@@ -74,7 +72,7 @@ def export(
     else:
         foreign = of_monitor if monitor in OF_SCENARIO else {"--scenario": scenario}
         _refuse({**of_c, "--evidence": evidence, **foreign}, f"the unit of '{monitor}'")
-        export_fmu(monitor, vehicle, scenario, variant, fmi or 3, output)
+        export_fmu(monitor, vehicle, scenario, variant, output)
 
 
 def _refuse(given: Mapping[str, object], what: str) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 from tierod.core.errors import OutputError, ParameterError
 
@@ -15,9 +15,7 @@ OF_SCENARIO = ("plant", "driver", "assist")
 """Parts of a scenario that are exported: the whole car with its driver, the driver alone, the assist unit alone."""
 
 
-def export_fmu(
-    what: str, vehicle: str | None, scenario: str | None, variant: str | None, fmi: int, output: Path
-) -> None:
+def export_fmu(what: str, vehicle: str | None, scenario: str | None, variant: str | None, output: Path) -> None:
     """Write a functional mock-up unit, and print a summary.
 
     Args:
@@ -25,28 +23,24 @@ def export_fmu(
         vehicle: vehicle of a monitor
         scenario: scenario of a part
         variant: variant of a monitor
-        fmi: version of the FMI standard, 2 or 3
         output: path of the file
 
     Raises:
-        ParameterError: the version is neither 2 nor 3, vehicle or scenario is missing, or the scenario has no such part
+        ParameterError: vehicle or scenario is missing, or the scenario has no such part
         OutputError: the file's name does not end in .fmu
     """
     from tierod.cli.terminal import output as console
     from tierod.core.files import require_folder
     from tierod.export.fmu.archive import write_unit
 
-    if fmi not in (2, 3):
-        raise ParameterError(f"--fmi is {fmi}; the versions are 2 and 3")
-    version: Literal[2, 3] = 2 if fmi == 2 else 3
     if output.suffix.lower() != ".fmu":
         raise OutputError(f"{output} does not end in .fmu; write {output}.fmu")
     require_folder(output)
     model = _of_scenario(what, scenario) if what in OF_SCENARIO else _monitor(what, vehicle, variant)
-    path = write_unit(model, version, output)
+    path = write_unit(model, output)
     subject = model.face.subject
     console().print(
-        f"{subject.title}, FMI {version}.0 co-simulation, step {subject.sample_time:g} s: "
+        f"{subject.title}, FMI 2.0 co-simulation, step {subject.sample_time:g} s: "
         f"{len(model.of('input'))} inputs, {len(model.of('output', 'status'))} outputs, "
         f"{len(model.of('tunable'))} tunable and {len(model.of('fixed'))} fixed parameters\n{path}",
         soft_wrap=True, markup=False, highlight=False,

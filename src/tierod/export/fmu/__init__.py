@@ -1,1 +1,1 @@
-"""Functional mock-up units for co-simulation, FMI 2.0 and 3.0: monitors, plants and controllers."""
+"""Functional mock-up units for co-simulation, FMI 2.0: monitors, plants and controllers."""

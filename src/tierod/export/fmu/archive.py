@@ -6,11 +6,10 @@ import html
 import math
 import zipfile
 from pathlib import Path
-from xml.sax.saxutils import quoteattr
 
 from tierod.core.files import expanded, replacing
 from tierod.export.fmu.binary import built, place_of_binary
-from tierod.export.fmu.description import Version, model_description
+from tierod.export.fmu.description import model_description
 from tierod.export.fmu.sources import HEADERS, compiled_names, sources, standard_headers
 from tierod.export.fmu.variables import Model, Variable
 
@@ -18,12 +17,11 @@ MOMENT = (1980, 1, 1, 0, 0, 0)
 """Time stamp of every file in the archive, fixed so that equal units have equal bytes."""
 
 
-def write_unit(model: Model, version: Version, path: str | Path) -> Path:
+def write_unit(model: Model, path: str | Path) -> Path:
     """Write a unit atomically.
 
     Args:
         model: variables and code of the unit
-        version: of the FMI standard
         path: of the unit
 
     Raises:
@@ -31,17 +29,15 @@ def write_unit(model: Model, version: Version, path: str | Path) -> Path:
         CompileError: there is no compiler, or no name for this platform
         OutputError: the file cannot be written
     """
-    folder, ending = place_of_binary(version)
-    texts, names = sources(model, version), compiled_names(model, version)
+    folder, ending = place_of_binary()
+    texts, names = sources(model), compiled_names(model)
     binary = built(texts, names)
     documents = {
-        "modelDescription.xml": model_description(model, version, names),
+        "modelDescription.xml": model_description(model, names),
         "documentation/index.html": documentation(model),
-        f"{'documentation/' if version == 3 else ''}licenses/fmi-headers.txt": _licence(version),
+        "licenses/fmi-headers.txt": _licence(),
         **{f"sources/{name}": text for name, text in texts.items()},
     }
-    if version == 3:
-        documents["sources/buildDescription.xml"] = _build_description(model, names)
     with replacing(path) as temporary, zipfile.ZipFile(temporary, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, text in documents.items():
             archive.writestr(_entry(name), text.encode())
@@ -56,22 +52,11 @@ def _entry(name: str) -> zipfile.ZipInfo:
     return entry
 
 
-def _licence(version: Version) -> str:
+def _licence() -> str:
     """Licence text of the FMI headers, quoted from the headers themselves."""
-    text = standard_headers(version)[HEADERS[version][1]]
+    text = standard_headers()[HEADERS[1]]
     stated = text[text.find("Copyright") : text.find("*/", text.find("Copyright"))]
-    return f"The headers {', '.join(HEADERS[version])} are of the FMI standard:\n\n{stated.strip()}\n"
-
-
-def _build_description(model: Model, names: tuple[str, ...]) -> str:
-    files = "".join(f"      <SourceFile name={quoteattr(name)}/>\n" for name in names)
-    return (
-        '<?xml version="1.0" encoding="UTF-8"?>\n<fmiBuildDescription fmiVersion="3.0">\n'
-        f"  <BuildConfiguration modelIdentifier={quoteattr(model.face.prefix)}>\n"
-        f'    <SourceFileSet language="C99">\n{files}    </SourceFileSet>\n'
-        '    <Library name="m" external="true"/>\n'
-        "  </BuildConfiguration>\n</fmiBuildDescription>\n"
-    )
+    return f"The headers {', '.join(HEADERS)} are of the FMI standard:\n\n{stated.strip()}\n"
 
 
 def documentation(model: Model) -> str:

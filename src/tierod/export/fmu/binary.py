@@ -11,34 +11,27 @@ from pathlib import Path
 from tierod.core.errors import CompileError
 from tierod.core.graph.compiler import compiler
 from tierod.export.evidence.tools import ran
-from tierod.export.fmu.description import Version
 
 FLAGS = ("-std=c99", "-O2", "-fPIC", "-shared", "-fvisibility=hidden", "-fno-math-errno", "-ffp-contract=off")
 """Compiler flags for any processor of the platform, not only the present one."""
 
-_MACHINES = {"amd64": "x86_64", "x86_64": "x86_64", "arm64": "aarch64", "aarch64": "aarch64"}
-_SYSTEMS = {"linux": ("linux", ".so"), "darwin": ("darwin", ".dylib"), "win32": ("windows", ".dll")}
-_OLD_SYSTEMS = {"linux": "linux64", "darwin": "darwin64", "win32": "win64"}
+_PLACES = {"linux": ("linux64", ".so"), "darwin": ("darwin64", ".dylib"), "win32": ("win64", ".dll")}
 
 
-def place_of_binary(version: Version) -> tuple[str, str]:
+def place_of_binary() -> tuple[str, str]:
     """Folder and file suffix of a binary for this platform.
-
-    Args:
-        version: of the FMI standard
 
     Raises:
         CompileError: the standard defines no name for this platform
     """
-    machine = _MACHINES.get(platform.machine().lower())
-    system = _SYSTEMS.get(sys.platform)
-    if machine is None or system is None or (version == 2 and machine != "x86_64" and sys.platform != "darwin"):
+    intel = platform.machine().lower() in ("amd64", "x86_64")
+    place = _PLACES.get(sys.platform)
+    if place is None or not (intel or sys.platform == "darwin"):
         raise CompileError(
-            f"FMI {version}.0 has no name for the platform '{platform.machine()}, {sys.platform}'; export on another "
-            "one" + (", or with --fmi 3" if version == 2 else "")
+            f"FMI 2.0 has no name for the platform '{platform.machine()}, {sys.platform}'; export on a computer with "
+            "an x86-64 processor"
         )
-    folder = f"{machine}-{system[0]}" if version == 3 else _OLD_SYSTEMS[sys.platform]
-    return folder, system[1]
+    return place
 
 
 def built(texts: Mapping[str, str], names: Sequence[str]) -> bytes:

@@ -1,10 +1,9 @@
-"""Model description of a unit, in the schema of FMI 2.0 or 3.0."""
+"""Model description of a unit, in the schema of FMI 2.0."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import Literal
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
@@ -13,8 +12,6 @@ from tierod.core.units import dimensions
 from tierod.core.version import __version__
 from tierod.export.c_header import plain
 from tierod.export.fmu.variables import Model, Variable
-
-Version = Literal[2, 3]
 
 STATUS_TYPE = "Status"
 LOG_CATEGORIES = (
@@ -34,54 +31,48 @@ def token(model: Model) -> str:
     return f"{{tierod-{subject.name}-{subject.digest:08x}-{len(model.variables)}}}"
 
 
-def model_description(model: Model, version: Version, sources: Iterable[str]) -> str:
+def model_description(model: Model, sources: Iterable[str]) -> str:
     """XML text of the model description.
 
     Args:
         model: variables of the unit
-        version: of the FMI standard
         sources: names of the compiled source files
     """
     subject = model.face.subject
     root = Element(
         "fmiModelDescription",
         {
-            "fmiVersion": "3.0" if version == 3 else "2.0",
+            "fmiVersion": "2.0",
             "modelName": plain(subject.title),
-            "instantiationToken" if version == 3 else "guid": token(model),
+            "guid": token(model),
             "description": plain(f"{subject.title}; vehicle {subject.vehicle or 'none'}; {subject.version}"),
             "version": f"{subject.digest:08x}",
             "generationTool": f"tierod {__version__}",
             "variableNamingConvention": "structured",
         },
     )
-    _co_simulation(root, model, version, sources)
+    _co_simulation(root, model, sources)
     _units(root, model)
-    _types(root, model, version)
+    _types(root, model)
     logs = SubElement(root, "LogCategories")
     for name, text in LOG_CATEGORIES:
         SubElement(logs, "Category", {"name": name, "description": text})
     SubElement(root, "DefaultExperiment", {"startTime": "0", "stepSize": repr(subject.sample_time)})
     listed = SubElement(root, "ModelVariables")
     for each in model.variables:
-        (_variable_3 if version == 3 else _variable_2)(listed, each, model.present)
-    (_structure_3 if version == 3 else _structure_2)(root, model)
+        _variable(listed, each, model.present)
+    _structure(root, model)
     ElementTree.indent(root)
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
 
 
-def _co_simulation(root: Element, model: Model, version: Version, sources: Iterable[str]) -> None:
-    state = "canGetAndSetFMUState" if version == 3 else "canGetAndSetFMUstate"
-    serial = "canSerializeFMUState" if version == 3 else "canSerializeFMUstate"
+def _co_simulation(root: Element, model: Model, sources: Iterable[str]) -> None:
     given = {
         "modelIdentifier": model.face.prefix,
         "canHandleVariableCommunicationStepSize": "true",
-        state: "true",
-        serial: "true",
+        "canGetAndSetFMUstate": "true",
+        "canSerializeFMUstate": "true",
     }
-    if version == 3:
-        SubElement(root, "CoSimulation", given | {"fixedInternalStepSize": repr(model.face.subject.sample_time)})
-        return
     files = SubElement(SubElement(root, "CoSimulation", given), "SourceFiles")
     for name in sources:
         SubElement(files, "File", {"name": name})
@@ -96,15 +87,12 @@ def _units(root: Element, model: Model) -> None:
         SubElement(SubElement(listed, "Unit", {"name": unit}), "BaseUnit", base | size)
 
 
-def _types(root: Element, model: Model, version: Version) -> None:
+def _types(root: Element, model: Model) -> None:
     if not model.of("status"):
         return
     types = SubElement(root, "TypeDefinitions")
     meaning = {"description": "State of what is monitored, or why it could not be judged"}
-    if version == 3:
-        kind = SubElement(types, "EnumerationType", {"name": STATUS_TYPE, **meaning})
-    else:
-        kind = SubElement(SubElement(types, "SimpleType", {"name": STATUS_TYPE, **meaning}), "Enumeration")
+    kind = SubElement(SubElement(types, "SimpleType", {"name": STATUS_TYPE, **meaning}), "Enumeration")
     for code, each in enumerate(STATUSES):
         SubElement(kind, "Item", {"name": str(each), "value": str(code)})
 
@@ -132,14 +120,7 @@ def _number(each: Variable) -> dict[str, str]:
     return found
 
 
-def _variable_3(listed: Element, each: Variable, present: bool) -> None:
-    if each.kind == "status":
-        SubElement(listed, "Enumeration", _about(each, present) | {"declaredType": STATUS_TYPE})
-    else:
-        SubElement(listed, "Float64", _about(each, present) | _number(each))
-
-
-def _variable_2(listed: Element, each: Variable, present: bool) -> None:
+def _variable(listed: Element, each: Variable, present: bool) -> None:
     row = SubElement(listed, "ScalarVariable", _about(each, present))
     if each.kind == "status":
         SubElement(row, "Enumeration", {"declaredType": STATUS_TYPE})
@@ -147,18 +128,8 @@ def _variable_2(listed: Element, each: Variable, present: bool) -> None:
         SubElement(row, "Real", _number(each))
 
 
-def _structure_3(root: Element, model: Model) -> None:
-    structure = SubElement(root, "ModelStructure")
-    outputs = model.of("output", "status")
-    for each in outputs:
-        depends = " ".join(map(str, model.inputs_of(each)))
-        SubElement(structure, "Output", {"valueReference": str(each.reference), "dependencies": depends})
-    for each in outputs:
-        SubElement(structure, "InitialUnknown", {"valueReference": str(each.reference)})
-
-
-def _structure_2(root: Element, model: Model) -> None:
-    """Model structure of FMI 2.0, which refers to variables by their index from 1 on."""
+def _structure(root: Element, model: Model) -> None:
+    """Model structure, which refers to variables by their index from 1 on."""
     structure = SubElement(root, "ModelStructure")
     outputs = model.of("output", "status")
     for name in ("Outputs", "InitialUnknowns"):

@@ -1,9 +1,8 @@
-"""Sources of a unit: the exported C code, and an instance layer common to both FMI versions."""
+"""Sources of a unit: the exported C code, and an instance layer."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -11,33 +10,29 @@ from tierod.core.errors import MissingExtra
 from tierod.export.c_header import header
 from tierod.export.c_parameters import parameters
 from tierod.export.c_source import source
-from tierod.export.fmu.description import Version, token
+from tierod.export.fmu.description import token
 from tierod.export.fmu.variables import Model, Variable
 from tierod.export.templates import rendered
 
 TEMPLATES = Path(__file__).parent / "templates"
 
-HEADERS: Mapping[Version, tuple[str, ...]] = {
-    2: ("fmi2FunctionTypes.h", "fmi2Functions.h", "fmi2TypesPlatform.h"),
-    3: ("fmi3FunctionTypes.h", "fmi3Functions.h", "fmi3PlatformTypes.h"),
-}
+HEADERS = ("fmi2FunctionTypes.h", "fmi2Functions.h", "fmi2TypesPlatform.h")
 """Header files of the FMI standard, under the 2-clause BSD licence; taken from the installed package fmpy."""
 
 _KINDS = {"time": "TIME", "input": "INPUT", "output": "OUTPUT", "status": "STATUS", "fixed": "FIXED"}
 
 
-def compiled_names(model: Model, version: Version) -> tuple[str, ...]:
+def compiled_names(model: Model) -> tuple[str, ...]:
     """Names of the source files to compile."""
     prefix = model.face.prefix
-    return (f"fmi{version}.c", "model.c", f"{prefix}.c", f"{prefix}_parameters.c")
+    return ("fmi2.c", "model.c", f"{prefix}.c", f"{prefix}_parameters.c")
 
 
-def sources(model: Model, version: Version) -> dict[str, str]:
+def sources(model: Model) -> dict[str, str]:
     """Name -> text of all sources, including the headers of the standard.
 
     Args:
         model: variables and code of the unit
-        version: of the FMI standard
 
     Raises:
         MissingExtra: fmpy, which provides the headers, is not installed
@@ -46,11 +41,11 @@ def sources(model: Model, version: Version) -> dict[str, str]:
     values = _values(model)
     own = {f"{face.prefix}.h": header(face), f"{face.prefix}.c": source(face)}
     own[f"{face.prefix}_parameters.c"] = parameters(face)
-    made = {name: rendered(TEMPLATES, f"{name}.j2", values) for name in ("model.h", "model.c", f"fmi{version}.c")}
-    return own | made | standard_headers(version)
+    made = {name: rendered(TEMPLATES, f"{name}.j2", values) for name in ("model.h", "model.c", "fmi2.c")}
+    return own | made | standard_headers()
 
 
-def standard_headers(version: Version) -> dict[str, str]:
+def standard_headers() -> dict[str, str]:
     """Name -> text of the headers of the standard.
 
     Raises:
@@ -60,7 +55,7 @@ def standard_headers(version: Version) -> dict[str, str]:
     if found is None or found.origin is None:
         raise MissingExtra("fmpy", "fmi", "the export of functional mock-up units")
     folder = Path(found.origin).parent / "c-code"
-    return {name: (folder / name).read_text(encoding="utf-8", errors="replace") for name in HEADERS[version]}
+    return {name: (folder / name).read_text(encoding="utf-8", errors="replace") for name in HEADERS}
 
 
 def _values(model: Model) -> dict[str, object]:
