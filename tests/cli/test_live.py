@@ -86,7 +86,7 @@ def test_live_refuses_the_fault_memory_of_another_car(tmp_path, capsys):
 
 def test_options_of_interfaces():
     from tierod.core.errors import ParameterError
-    from tierod.live.options import interface_options
+    from tierod.live.buses import interface_options
 
     given = ["data_bitrate=2000000", "2:app_name=CAN=alyzer", "1:port=0x10", "fast=true", "timeout=0.5"]
     assert interface_options(given, 2) == [

@@ -45,7 +45,6 @@ _NOT_COMMANDS = {
     "examples",
     "export_c",
     "export_fmu",
-    "live_setup",
     "simulate_fleet",
     "streams",
     "terminal",

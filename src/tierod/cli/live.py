@@ -5,14 +5,43 @@ from __future__ import annotations
 import contextlib
 import signal
 import sys
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from cantools.database.can import Message
+
+    from tierod.live.buses import Address
     from tierod.live.drive import Drive
     from tierod.live.events import Hub, Socket
+
+
+ENDINGS = {"log": (".mf4",), "report": (".html", ".htm")}
+"""Permitted file endings by option; another ending would suggest another format."""
+
+
+@dataclass(frozen=True)
+class _Wanted:
+    """Options of `tierod live`, as described in its help."""
+
+    vehicle: str
+    dbc: tuple[Path, ...]
+    channel_map: Path | None
+    monitors: tuple[str, ...]
+    log: Path | None
+    report: Path | None
+    memory: Path | None
+    baselines: Path | None
+    period: float
+    silence: float
+    ignition: str
+    fd: bool
+    bitrate: int | None
 
 
 def live(
@@ -46,22 +75,122 @@ def live(
     as_json: Annotated[bool, typer.Option("--json", help="Events as JSON lines, as without a terminal.")] = False,
 ) -> int:
     """Follow live buses until Ctrl-C: healthy (0), fault (1), could not judge (2), bad input (3)."""
-    from tierod.cli.live_setup import Wanted, drive_of, refuse_unfit
-    from tierod.live.buses import Address
-    from tierod.live.options import interface_options
+    from tierod.live.buses import Address, interface_options
 
-    wanted = Wanted(
+    wanted = _Wanted(
         vehicle, tuple(dbc or ()), channel_map, tuple(monitor or ()), log, report, memory, baselines,
         period, silence, ignition, fd, bitrate,
     )  # fmt: skip
-    refuse_unfit(wanted)
+    _refuse_unfit(wanted)
     options = interface_options(interface_option or [], len(channel))
     addresses = [Address(interface, each, bitrate, fd, own) for each, own in zip(channel, options, strict=True)]
-    drive, hub = drive_of(wanted, addresses)
+    drive, hub = _drive_of(wanted, addresses)
     with contextlib.ExitStack() as stack:
         if websocket is not None:
             stack.callback(_socket(hub, websocket).close)
         return _followed(drive, drives, seconds, as_json or not sys.stdout.isatty())
+
+
+def _refuse_unfit(wanted: _Wanted) -> None:
+    """Refuse options whose errors can be detected without a bus.
+
+    Raises:
+        ParameterError: a time or a file ending is not valid
+        InputError: the fault memory is damaged, or belongs to another vehicle
+        OutputError: a file cannot be written
+    """
+    from tierod.core.errors import ParameterError
+    from tierod.diagnosis.fault_memory import FaultMemory
+    from tierod.diagnosis.trouble_codes import load_trouble_codes
+    from tierod.vehicles import load
+
+    for name, value in (("--period", wanted.period), ("--silence", wanted.silence)):
+        if not value > 0.0:
+            raise ParameterError(f"{name} needs a positive time, not {value:g} s")
+    car = load(wanted.vehicle)
+    _refuse_endings(wanted)
+    targets = [wanted.log, wanted.report, wanted.memory]
+    _refuse_what_cannot_be_written(targets, [*wanted.dbc, wanted.channel_map])
+    if wanted.memory is not None:
+        FaultMemory.opened(wanted.memory, car.name, load_trouble_codes())
+
+
+def _refuse_endings(wanted: _Wanted) -> None:
+    from tierod.core.errors import ParameterError
+
+    for name, endings in ENDINGS.items():
+        path: Path | None = getattr(wanted, name)
+        if path is not None and path.suffix.lower() not in endings:
+            later = "; tierod convert writes other formats from it later" if name == "log" else ""
+            raise ParameterError(
+                f"--{name} writes {endings[0]}, not '{path.name}': name it {path.stem}{endings[0]}{later}"
+            )
+
+
+def _refuse_what_cannot_be_written(targets: list[Path | None], given: list[Path | None]) -> None:
+    from tierod.cli.terminal import refuse_to_overwrite
+    from tierod.core.files import require_folder
+
+    for place, path in enumerate(targets):
+        refuse_to_overwrite(path, [*given, *targets[:place]], "output", "its option")
+        if path is not None:
+            require_folder(path)
+
+
+def _drive_of(wanted: _Wanted, addresses: Sequence[Address]) -> tuple[Drive, Hub]:
+    """The session with its buses opened, and the hub of its events.
+
+    Args:
+        wanted: options that `_refuse_unfit` has accepted
+        addresses: addresses of the buses
+
+    Raises:
+        ParameterError: there is no database, or none has the ignition signal
+        InputError: a file cannot be read, or a bus cannot be opened
+    """
+    import queue
+
+    from tierod.cli.terminal import command_line, origin
+    from tierod.io.readers.dbc import load_databases
+    from tierod.live.databases import bus_files, disagreements
+    from tierod.live.drive import Drive, Outputs
+    from tierod.live.engine import Pace
+    from tierod.live.events import Hub
+    from tierod.live.health import Traffic
+    from tierod.live.judge import Plan
+    from tierod.live.receiving import receiver
+    from tierod.monitors.together import usual
+    from tierod.vehicles import load
+
+    car = load(wanted.vehicle)
+    files = bus_files(car, wanted.dbc, wanted.channel_map)
+    paths, database = files.paths, files.database
+    _refuse_unknown_ignition(wanted.ignition, database)
+    names = wanted.monitors or [each.monitor for each in usual()]
+    databases = (word for path in paths for word in ("--dbc", str(path)))
+    mapped = ("--map", str(files.map_named)) if files.map_named else ()
+    one = wanted.monitors[0] if len(wanted.monitors) == 1 else ""
+    memory = ("--memory", str(wanted.memory)) if one and wanted.memory else ()
+    reading = ("--vehicle", wanted.vehicle, "--monitor", one or "all", *databases, *mapped, *memory)
+    plan = Plan(car, wanted.memory, wanted.baselines, command_line(), reading)
+    hub, inbox = Hub(), queue.SimpleQueue[Any]()
+    width = 64 if wanted.fd else 8
+    outputs = Outputs(wanted.log, wanted.report, wanted.silence, wanted.ignition, width)
+    receivers = [receiver(number, each, inbox) for number, each in enumerate(addresses, 1)]
+    if len(paths) > 1 and (text := disagreements({path: load_databases([path]) for path in paths})):
+        print(f"tierod: {text}", file=sys.stderr)
+    pace = Pace(period=wanted.period)
+    drive = Drive(receivers, inbox, database, files.channel_map, names, plan, outputs, hub, pace, origin)
+    drive.health.traffic = Traffic(wanted.bitrate)
+    return drive, hub
+
+
+def _refuse_unknown_ignition(ignition: str, database: Sequence[Message]) -> None:
+    from tierod.core.errors import ParameterError, nearest
+
+    known = [f"{message.name}.{signal.name}" for message in database for signal in message.signals]
+    if ignition and ignition not in known:
+        raise ParameterError(f"no database has the signal '{ignition}' of --ignition{nearest(ignition, known)}")
 
 
 def _socket(hub: Hub, port: int) -> Socket:

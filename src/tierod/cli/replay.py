@@ -40,9 +40,8 @@ def replay(
     from tierod.io.readers.dbc import load_databases
     from tierod.io.readers.opening import shipped
     from tierod.io.readers.streaming import loaded_map
-    from tierod.live.buses import Address, open_bus
+    from tierod.live.buses import Address, interface_options, open_bus
     from tierod.live.encoding import Differences
-    from tierod.live.options import interface_options
     from tierod.live.replay import Disturbance, Played, disturbed, frames_of_file, play
 
     _require_ranges(

@@ -1,4 +1,4 @@
-"""Buses opened through python-can by the name of their interface: receiving, and reopening after a loss."""
+"""Buses opened through python-can by the name of their interface: options, receiving, reopening after a loss."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import re
 import socket
 import sys
 import threading
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from queue import SimpleQueue
 from typing import TYPE_CHECKING, Annotated, Any
@@ -41,6 +41,13 @@ MOST_DROPPED = 10_000
 
 Inbox = SimpleQueue[Frame | Notice]
 
+_WRITTEN = re.compile(r"(?:(?P<bus>\d+):)?(?P<name>[A-Za-z_]\w*)=(?P<value>.*)", re.DOTALL)
+
+OWN = {"interface": "--interface", "channel": "--channel", "bitrate": "--bitrate", "fd": "--fd"}
+"""Settings with a command-line option of their own, and that option."""
+
+Option = bool | int | float | str
+
 
 @dataclass(frozen=True)
 class Address:
@@ -59,6 +66,48 @@ class Address:
     bitrate: Annotated[int, "bit/s"] | None = None
     fd: bool = False
     options: Mapping[str, Any] = field(default_factory=dict)
+
+
+def interface_options(given: Sequence[str], buses: int) -> list[dict[str, Option]]:
+    """Interface options of every bus.
+
+    Args:
+        given: options, each as NAME=VALUE for all buses, or as N:NAME=VALUE for the N-th
+        buses: number of buses
+
+    Raises:
+        ParameterError: an option is malformed, has an option of the command, or is for a bus that does not exist
+    """
+    found: list[dict[str, Option]] = [{} for _ in range(buses)]
+    for each in given:
+        match = _WRITTEN.fullmatch(each)
+        if match is None:
+            raise ParameterError(
+                f"--interface-option is '{each}'; expected NAME=VALUE as python-can names it, such as "
+                "data_bitrate=2000000, or 2:app_name=CANalyzer for the second bus alone"
+            )
+        name, bus = match["name"], int(match["bus"] or 0)
+        if name in OWN:
+            raise ParameterError(f"--interface-option is '{each}'; {name} is given by {OWN[name]}")
+        if bus > buses or match["bus"] == "0":
+            raise ParameterError(
+                f"--interface-option is '{each}'; there are buses 1 to {buses}, one for every --channel"
+            )
+        for options in found if not bus else found[bus - 1 : bus]:
+            options[name] = _value(match["value"])
+    return found
+
+
+def _value(text: str) -> Option:
+    """A truth value or number where the text is one, else the text."""
+    if text.lower() in ("true", "false"):
+        return text.lower() == "true"
+    for kind in (lambda: int(text, 0), lambda: float(text)):
+        try:
+            return kind()
+        except ValueError:
+            continue
+    return text
 
 
 def open_bus(address: Address) -> can.BusABC:

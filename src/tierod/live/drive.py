@@ -9,17 +9,13 @@ from typing import TYPE_CHECKING, Any
 from tierod.core.statuses import Status, worst
 from tierod.io.readers.channel_map import ChannelMap
 from tierod.live.buses import Inbox, Receiver
-from tierod.live.closing import Closing, Finished
-from tierod.live.engine import PACE, Engine, Pace
-from tierod.live.events import Hub
+from tierod.live.engine import PACE, Engine, Judging, Pace
+from tierod.live.events import Hub, Watching
 from tierod.live.frame import Frame
-from tierod.live.health import Health, received
+from tierod.live.health import Health, received, shown_state
 from tierod.live.judge import Plan
-from tierod.live.judging import Judging
-from tierod.live.outputs import Logs, Outputs, numbered
+from tierod.live.outputs import Closing, Finished, Logs, Outputs, numbered
 from tierod.live.receiving import ProcessReceiver
-from tierod.live.shown_state import shown_state
-from tierod.live.watching import Watching
 
 if TYPE_CHECKING:
     from cantools.database.can import Message

@@ -23,7 +23,7 @@ from tierod.io.readers.channel_map import ChannelMap
 from tierod.io.readers.making import Doubts, made_from
 from tierod.io.readers.mapping import Plan as Mapping_
 from tierod.io.readers.mapping import plan as mapping
-from tierod.live.bus_files import bus_files
+from tierod.live.databases import bus_files
 from tierod.live.decoding import Decoder
 from tierod.live.drive import Drive, Outputs
 from tierod.live.events import Hub, line

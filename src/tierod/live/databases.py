@@ -1,18 +1,59 @@
-"""Check whether CAN databases that are used together describe the same messages alike."""
+"""CAN databases and channel map of a vehicle's buses, and whether the databases agree with each other."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
+from tierod.core.errors import ParameterError
+from tierod.io.readers.channel_map import ChannelMap, load_maps_beside, maps_beside
+from tierod.io.readers.dbc import load_databases
 from tierod.io.readers.frames import EXTENDED, identifier_text
+from tierod.io.readers.opening import Paths, shipped
+from tierod.io.readers.streaming import loaded_map
+from tierod.vehicles import Vehicle
+from tierod.vehicles.reading import Map, read_by
 
 if TYPE_CHECKING:
     from cantools.database.can import Message, Signal
 
 NAMED = 3
 """Number of messages that a sentence names; further ones are counted only."""
+
+
+class BusFiles(NamedTuple):
+    """CAN databases and channel map by which frames are decoded.
+
+    `map_named` is the map as given or as the vehicle file names it; None where maps beside the databases are used.
+    """
+
+    paths: list[Path]
+    database: list[Message]
+    channel_map: ChannelMap | None
+    map_named: Map
+
+
+def bus_files(car: Vehicle, dbc: Paths = None, channel_map: Map = None) -> BusFiles:
+    """The files that are given, else those of the vehicle; without a map, the maps beside the databases.
+
+    Args:
+        car: the vehicle with these buses
+        dbc: path(s) of databases
+        channel_map: path of a map, or a map
+
+    Raises:
+        ParameterError: no database is given, and the vehicle names none
+        InputError: a file cannot be read
+    """
+    databases, named = read_by(car, dbc, channel_map)
+    if not databases:
+        raise ParameterError(f"the vehicle '{car.name}' names no CAN database; give one with --dbc")
+    paths = [shipped(each, ".dbc") for each in databases]
+    beside = () if named else maps_beside(paths)
+    return BusFiles(
+        paths, load_databases(paths), load_maps_beside(beside) if beside else loaded_map(named), named or None
+    )
 
 
 def disagreements(databases: Mapping[Path, Sequence[Message]]) -> str:
@@ -44,12 +85,12 @@ def _difference(first: Message, second: Message) -> str:
     for name in dict.fromkeys((*before, *after)):
         if name not in before or name not in after:
             return f"only one has {name}"
-        if layout(before[name]) != layout(after[name]):
+        if _layout(before[name]) != _layout(after[name]):
             return f"{name} differs in bits, sign, factor, offset or unit"
     return ""
 
 
-def layout(item: Signal) -> tuple[object, ...]:
+def _layout(item: Signal) -> tuple[object, ...]:
     """Position of a signal in its message and conversion of its bits into a value; equal for equal descriptions."""
     return (
         item.start, item.length, item.byte_order, item.is_signed, item.is_float, float(item.scale), float(item.offset),
