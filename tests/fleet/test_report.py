@@ -146,7 +146,7 @@ def test_every_reason_stands_once_in_the_list_with_the_times_of_its_episode():
     subjects = [reason.text.partition(":")[0] for reason in car.reasons]
     assert sorted(subjects) == ["monitor friction", "steering_wheel_angle", "yaw_rate"]
     assert all(car.why.count(f"{subject}: ") == 1 for subject in subjects)
-    assert car.inspect.count("these drives") == 1
+    assert car.inspect.count("look at these drives") == 1
     (drive,) = next(each for each in document(found)["cars"][0]["reasons"] if "yaw" in each["text"])["drives"]
     assert {name: drive[name] for name in times} == times
     page = render(found)

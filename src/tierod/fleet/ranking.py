@@ -56,7 +56,7 @@ class Reason:
     Args:
         urgency: urgency of the reason
         text: one sentence
-        inspect: parts to inspect
+        inspect: what to do: the parts to inspect, or the drives to look at
         trends: trends of the quantity, with the index of the car in them; None if it is not followed
         rows: rows of the underlying findings, the newest first
         to_confirm: drives that are not healthy, but not enough for a persistent fault
@@ -129,7 +129,7 @@ class Ranked:
 
     @property
     def inspect(self) -> str:
-        """The parts or drives to inspect for these reasons, each once."""
+        """What to do for these reasons, each once."""
         return "; ".join(dict.fromkeys(part for each in self.reasons for part in each.inspect.split("; ")))
 
 
@@ -203,18 +203,18 @@ def _named(trends: Trends) -> np.ndarray:
 
 def _of_standing(each: Standing, level: str, trend: tuple[Trends, int] | None) -> Reason:
     rows = tuple(drive.row for drive in reversed(each.drives))
-    action = each.action.removeprefix("inspect ")
     weight = sum(10.0 ** -JUDGED.index(drive.status) for drive in each.drives)
     if not each.persistent:
-        listed = "; ".join(drive.text for drive in each.drives)
+        alike = len({drive.status for drive in each.drives}) == 1
+        listed = "; ".join(drive.place if alike else drive.text for drive in each.drives)
         found = counted(drive.status for drive in each.drives)
-        text = f"{each.subject}: to confirm: {found} in {drives_in_words(each.of)} ({listed}){level}"
-        inspect = "these drives with 'tierod diagnose'" + (f"; {action}" if action else "")
+        text = f"{each.subject}: {found} in {drives_in_words(each.of)} ({listed}){level}"
+        inspect = "look at these drives with 'tierod diagnose'" + (f"; {each.action}" if each.action else "")
         return Reason(Urgency.CONFIRM, text, inspect, trend, rows, each.drives, weight)
     kind = f" ({each.kind})" if each.kind else ""
     text = f"{each.subject}: fault{kind} in {each.faults} of {drives_in_words(each.of)}{level}"
-    part = f"{each.judged.replace('_', ' ')}, its plug and its wiring" if each.judged else ""
-    inspect = action or part or "the parts that the reports of these drives name"
+    part = f"inspect {each.judged.replace('_', ' ')}, its plug and its wiring" if each.judged else ""
+    inspect = each.action or part or "inspect the parts that the reports of these drives name"
     return Reason(Urgency.FAULT, text, inspect, trend, rows, (), weight)
 
 
@@ -252,7 +252,8 @@ def _of_trend(trends: Trends, car: int) -> Reason:
     text = _change_text(trends, car) if changed else _near_text(trends, car)
     rows = tuple(int(row) for row in _notable_drives(trends, car, changed))
     weight = (chance if math.isfinite(chance) else 0.0) + 1e-3 * max(float(trends.logarithm[car]), 0.0)
-    return Reason(urgency, text, drift if ramp or not changed else jump, (trends, car), rows, (), weight)
+    inspect = f"inspect {drift if ramp or not changed else jump}"
+    return Reason(urgency, text, inspect, (trends, car), rows, (), weight)
 
 
 def _change_text(trends: Trends, car: int) -> str:

@@ -65,14 +65,14 @@ def _list(report: FleetReport) -> Table:
     more = len(report.cars) - LISTED
     return Table(
         "Cars to look at",
-        ("rank", "vehicle", "state", "why", "level now (± 1 σ)", "time left (90 %)", "cohort", "inspect"),
+        ("rank", "vehicle", "state", "why", "level now (± 1 σ)", "time left (90 %)", "cohort", "what to do"),
         tuple(rows),
         f"{more} more are in the JSON document." if more > 0 else "",
     )
 
 
 def _card(report: FleetReport, car: Ranked, place: int) -> Iterator[Item]:
-    lines = [f"{reason.text[:1].upper()}{reason.text[1:]}. Inspect {reason.inspect}." for reason in car.reasons]
+    lines = [f"{reason.text[:1].upper()}{reason.text[1:]}. What to do: {reason.inspect}." for reason in car.reasons]
     found = words.first_trend(car)
     if found is not None:
         trends, number_of = found

@@ -47,9 +47,14 @@ class Drive(NamedTuple):
         return self.name or self.row
 
     @property
+    def place(self) -> str:
+        """Name and date."""
+        return ", ".join(filter(None, (self.name or "a drive", self.date)))
+
+    @property
     def text(self) -> str:
         """Name, date and verdict."""
-        return f"{', '.join(filter(None, (self.name or 'a drive', self.date)))}: {self.status}"
+        return f"{self.place}: {self.status}"
 
 
 @dataclass(frozen=True)

@@ -27,7 +27,7 @@ function Car({ results, car }) {
   if (!found.data) return stack`<${Loading} what="Reading the drives" />`;
   const { row, listed, drives } = found.data;
   return stack`<section class="card"><h2>${row.state ? html`<${Badge} status=${row.state} text=${row.summary} /> ` : `${sentence(row.summary || "no remark").slice(0, -1)}: `}${car}</h2>
-      ${(listed ? listed.reasons : []).map((r) => html`<p>${sentence(r.text)} ${sentence(`Inspect ${r.inspect}`)}</p>`)}${!listed && row.why && html`<p>${sentence(row.why)}</p>`}
+      ${(listed ? listed.reasons : []).map((r) => html`<p>${sentence(r.text)} ${sentence(`What to do: ${r.inspect}`)}</p>`)}${!listed && row.why && html`<p>${sentence(row.why)}</p>`}
       <dl class="facts"><div><dt>drives</dt><dd>${row.drives}</dd></div><div><dt>last drive</dt><dd>${(row.last || "–").slice(0, 10)}</dd></div>${Object.entries(row.cohort || {}).map(([k, v]) => html`<div><dt>${k}</dt><dd>${v}</dd></div>`)}</dl></section>
     ${found.data.quantities.map((q, at) => html`<${Trend} key=${at} quantity=${q} drives=${drives} band=${found.data.bands[at]} car=${car} />`)}
     <${Drives} drives=${drives} />`;
