@@ -17,7 +17,7 @@ from tierod.core.statuses import SEVERITY
 from tierod.diagnosis.trouble_codes import load_trouble_codes
 from tierod.papers.condition.rules.catalogue import RESIDUALS
 from tierod.report.display import words
-from tierod.report.terms import TERMS
+from tierod.report.glossary import TERMS
 from tierod.vehicles import QUANTITIES, load, shipped
 
 

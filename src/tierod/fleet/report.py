@@ -7,18 +7,64 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from tierod.core.shown import counted
-from tierod.fleet.coverage import coverage
+from tierod.fleet import schema
 from tierod.fleet.ranking import Ranked, ranked
-from tierod.fleet.schema import JUDGED
 from tierod.fleet.series import series_of
-from tierod.fleet.standing import Standing, standings
+from tierod.fleet.standing import JUDGED, Standing, standings
 from tierod.fleet.trends import Design, Trends, trends
 
 if TYPE_CHECKING:
     import pyarrow as pa
+
+
+class Coverage(NamedTuple):
+    """Number of cars with a verdict, and gaps in the coverage.
+
+    Args:
+        vehicles: number of cars with findings
+        judged: number of these with a verdict of at least one monitor
+        confirmed: number of these of which a monitor said healthy, or consistent: an estimate alone confirms nothing
+        remarks: monitors without a verdict on some of the cars that they examined, and why
+    """
+
+    vehicles: int
+    judged: int
+    confirmed: int
+    remarks: tuple[str, ...]
+
+
+def coverage(findings: pa.Table) -> Coverage:
+    """Count cars with a verdict, and list monitors without one.
+
+    Args:
+        findings: findings as given by `tierod.fleet.results.findings_of`
+    """
+    import pyarrow as pa
+    import pyarrow.compute as pc
+
+    verdict = pc.is_in(findings["status"], pa.array([str(each) for each in JUDGED]))
+    good = pc.is_in(findings["status"], pa.array([str(each) for each in JUDGED if each.colour == "good"]))
+    table = findings.select(["vehicle", "monitor", "status"]).append_column("verdict", verdict)
+    table = table.append_column("good", good)
+    cars = table.group_by("vehicle").aggregate([("verdict", "any"), ("good", "any")])
+    pairs = table.group_by(["vehicle", "monitor"]).aggregate([("verdict", "any"), ("status", "max")]).to_pylist()
+    looked = Counter(pair["monitor"] for pair in pairs)
+    open_ = [(pair["monitor"], pair["status_max"]) for pair in pairs if not pair["verdict_any"]]
+    remarks = tuple(
+        f"{monitor}: no verdict on {count} of {looked[monitor]} cars ({_most(open_, monitor)})"
+        for monitor, count in sorted(Counter(monitor for monitor, _ in open_).items())
+    )
+    judged, confirmed = (sum(cars[f"{name}_any"].to_pylist()) for name in ("verdict", "good"))
+    return Coverage(cars.num_rows, judged, confirmed, remarks)
+
+
+def _most(pairs: list[tuple[str, str]], monitor: str) -> str:
+    statuses = Counter(status for name, status in pairs if name == monitor)
+    return ", ".join(status for status, _ in statuses.most_common(3))
+
 
 TIMES = ("since_s", "declared_s", "end_s")
 """Columns of the findings with onset, declaration and end of an episode."""
@@ -143,7 +189,7 @@ def _recovered(standing: Sequence[Standing]) -> tuple[str, ...]:
 
 def _left_out(outcomes: Counter[str]) -> tuple[str, ...]:
     """Remark on recordings that were not judged; empty if all were."""
-    total, judged = outcomes.total(), outcomes[JUDGED]
+    total, judged = outcomes.total(), outcomes[schema.JUDGED]
     if judged == total:
         return ()
     were = "was" if total - judged == 1 else "were"
@@ -155,7 +201,7 @@ def _ledger(ledger: pa.Table) -> list[LedgerRow]:
     alike: dict[tuple[str, str], list[str]] = {}
     columns: list[Sequence[str]] = [ledger[name].to_pylist() for name in ("outcome", "reason", "recording_name")]
     for outcome, reason, name in zip(*columns, strict=True):
-        if outcome != JUDGED:
+        if outcome != schema.JUDGED:
             # A reason that begins with the name of its recording would differ from every other one.
             bare = (reason or "").removeprefix(f"{name or ''}: ").removeprefix(f"{name or ''} ")
             alike.setdefault((outcome, bare), []).append(name)

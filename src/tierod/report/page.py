@@ -21,9 +21,16 @@ from tierod.report.charts.over_time import estimate_figures, innovation_figure, 
 from tierod.report.display import INTERVAL, date, duration, evidence, interval, number, share, words
 from tierod.report.html import UNFOLDED, Origin, rendered
 from tierod.report.packing import packed_series
-from tierod.report.uncertain import COLUMNS as EFFECT_COLUMNS
-from tierod.report.uncertain import HEADING, effect_rows, measure_first
-from tierod.report.verdict import COLUMNS, dated, deciding, rows
+from tierod.report.verdict import (
+    COLUMNS,
+    EFFECT_COLUMNS,
+    EFFECT_HEADING,
+    dated,
+    deciding,
+    effect_rows,
+    measure_first,
+    rows,
+)
 
 _WIDTH, _MARGIN = 640.0, 14.0
 _ROW = 26.0
@@ -142,7 +149,7 @@ def render(diagnosis: Diagnosis) -> str:
         element_columns=COLUMNS,
         effects=effect_rows(diagnosis),
         effect_columns=EFFECT_COLUMNS,
-        effect_heading=HEADING,
+        effect_heading=EFFECT_HEADING,
         measure_first=measure_first(diagnosis),
         figures=figures,
         nothing_ran=NOTHING_RAN,

@@ -10,9 +10,16 @@ from tierod.core.signals import SIGNALS
 from tierod.diagnosis.entry import FreezeFrame
 from tierod.diagnosis.fault_memory import FaultMemory
 from tierod.report.display import evidence, interval, number, words
-from tierod.report.uncertain import COLUMNS as EFFECT_COLUMNS
-from tierod.report.uncertain import HEADING, effect_rows, measure_first
-from tierod.report.verdict import COLUMNS, dated, deciding, rows
+from tierod.report.verdict import (
+    COLUMNS,
+    EFFECT_COLUMNS,
+    EFFECT_HEADING,
+    dated,
+    deciding,
+    effect_rows,
+    measure_first,
+    rows,
+)
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -68,7 +75,7 @@ def _effects(diagnosis: Diagnosis, console: Console) -> None:
         table.add_column(column, overflow="fold", header_style="dim")
     for row in effect_rows(diagnosis):
         table.add_row(*map(escape, row))
-    console.print(f"\n[bold]{HEADING}[/bold]")
+    console.print(f"\n[bold]{EFFECT_HEADING}[/bold]")
     console.print(table)
     console.print(measure_first(diagnosis))
 

@@ -1,13 +1,51 @@
-"""Decisive rules of a verdict, and rows of sensors and actuators; for terminal and page."""
+"""Decisive rules of a verdict, rows of sensors, actuators and uncertain parameters; for terminal and page."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
-from tierod.core.findings import Decided, Diagnosis, Element, Episode, Finding
-from tierod.core.shown import shown
+from tierod.core.findings import Decided, Diagnosis, Element, Episode, Finding, ParameterEffect
+from tierod.core.shown import shown, written
 from tierod.core.statuses import Status
-from tierod.report.display import instant, interval, number, words
+from tierod.monitors.harness.spread.advice import first_to_measure
+from tierod.report.display import instant, interval, number, share, words
+
+EFFECT_COLUMNS = ("parameter", "value", "moves the result by", "share of what parameters add")
+
+EFFECT_HEADING = "Which parameters decide"
+
+
+def effect_rows(diagnosis: Diagnosis) -> list[tuple[str, str, str, str]]:
+    """Cells of `EFFECT_COLUMNS` for every uncertain parameter that affects the result, the largest effect first.
+
+    Args:
+        diagnosis: with the effects of its parameters
+    """
+    return [(each.name, _value(each), _effect(each), share(each.share)) for each in diagnosis.parameter_effects]
+
+
+def measure_first(diagnosis: Diagnosis) -> str:
+    """Recommendation of the parameter to measure first; "" where none affects the result.
+
+    Args:
+        diagnosis: with the effects of its parameters
+    """
+    first = first_to_measure(diagnosis.parameter_effects)
+    if first is None:
+        return ""
+    return (
+        f"Each effect is that of one standard deviation of the parameter. Measure {first.name} first to "
+        f"narrow the band: it causes {share(first.share)} of the variance that uncertain parameters add."
+    )
+
+
+def _value(each: ParameterEffect) -> str:
+    return f"{number(each.value, 4)} ± {number(each.standard_deviation, 2)} {written(each.unit)}".rstrip()
+
+
+def _effect(each: ParameterEffect) -> str:
+    factor, label = shown(each.effect_unit)
+    return f"{'−' if each.effect < 0.0 else '+'}{number(abs(each.effect) * factor, 2)} {label or 'of the threshold'}"
 
 
 def deciding(diagnosis: Diagnosis, finding: Finding) -> list[str]:
