@@ -70,6 +70,9 @@ def test_one_fault_and_one_suspect_drive_are_to_be_confirmed(reported):
     assert (row["state"], row["summary"]) == ("to confirm", state)
     assert "needs a look" not in page + terminal
     assert "✓" not in terminal
+    said = re.search(r"([\d.]+) ± ([\d.]+) N·m", terminal)
+    level = document["quantities"][0]["levels"]["car-1"]
+    assert (float(said[1]), float(said[2])) == pytest.approx(level, abs=0.01), "± is one standard deviation"
 
 
 @pytest.mark.parametrize(
