@@ -36,13 +36,11 @@ DRIVES = {
 """For every monitor: scenario, duration [s], vehicle, further options."""
 
 COMMANDS = {
-    "analyse column": ("analyse", "column", "--vehicle", "column-bench", "--recording"),
     "identify column": ("identify", "column", "--vehicle", "column-bench", "--free", "motor_friction"),
     "identify motor": ("identify", "motor", "--vehicle", "motor-bench", "--free", "motor_flux"),
     "identify inverter": ("identify", "inverter", "--vehicle", "motor-bench"),
 }
 SCENARIOS = {
-    "analyse column": ("column-bench-multisine", "12"),
     "identify column": ("column-bench-multisine", "5"),
     "identify motor": ("motor-bench-multisine", "2"),
     "identify inverter": ("motor-bench-multisine", "2"),

@@ -19,7 +19,6 @@ def test_the_demonstrator_is_reported_in_tables_and_on_a_page(place, capsys):
     printed = capsys.readouterr().out
     for result in (
         "not separable from steering motor 2",
-        "28 of 45 pairs",
         "from its current",
         "smartload-isolability.html",
     ):

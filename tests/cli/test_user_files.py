@@ -44,7 +44,6 @@ TEXTS = {
         "FILE.json",
     ],
     "diagnose --memory": ["diagnose", "DRIVE", "--no-report", "--vehicle", "midsize-eps", "--memory", "FILE.json"],
-    "analyse": ["analyse", "column", "--no-report", "--vehicle", "FILE.toml"],
     "isolability": ["isolability", "--no-report", "--vehicle", "FILE.toml"],
     "identify": ["identify", "column", "DRIVE", "--vehicle", "FILE.toml"],
     "identify --map": ["identify", "column", "DRIVE", "--vehicle", "column-bench", "--map", "FILE.toml"],

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 EXAMPLES: dict[str, tuple[str, ...]] = {
-    "analyse": ("tierod analyse column --vehicle column-bench",),
     "campaign": ("tierod campaign friction-steps --dry-run", "tierod campaign friction-steps -o runs/"),
     "convert": (
         "tierod convert bag/ -o drive.mf4",
@@ -74,10 +73,6 @@ def _of_argument(parameter: str) -> tuple[str, ...]:
         from tierod.report.identification import SUBJECTS
 
         return tuple(SUBJECTS)
-    if parameter == "analyse subject":
-        from tierod.report.analysis import SUBJECTS as ANALYSES
-
-        return tuple(ANALYSES)
     if parameter in ("simulate scenario", "scenarios name"):
         from tierod.proving_ground.scenarios import shipped
 

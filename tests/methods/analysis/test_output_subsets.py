@@ -5,7 +5,7 @@ import pytest
 
 from methods.analysis.column_sets import TORQUES, column
 from tierod.core.errors import ParameterError
-from tierod.methods.analysis.output_subsets import Sampling, disagreements, extended, output_subsets, shown_by
+from tierod.methods.analysis.output_subsets import Sampling, extended, output_subsets, shown_by
 from tierod.models.linear import LinearSystem
 
 
@@ -41,20 +41,6 @@ def test_every_choice_of_outputs_once():
     assert len({row.outputs for row in table}) == len(table) == 7
     assert [row.exact.rank for row in table] == [6, 6, 5, 6, 6, 6, 6]
     assert [row.unscaled.rank for row in table] == [6, 6, 4, 6, 6, 6, 6]
-
-
-def test_sentences_say_where_methods_disagree_and_why():
-    table = output_subsets(column("S3"), SAMPLING)
-    unscaled, chance = disagreements(table)
-    assert unscaled.startswith("The unscaled matrix disagrees for driver_torque. ")
-    assert "spread over 17 decades, of which its tolerance keeps 15" in unscaled
-    assert "depends on rounding for driver_torque; steering_wheel_angle + driver_torque:" in chance
-    assert disagreements(table[:2]) == []
-
-
-def test_the_bound_of_the_test_by_eigenvectors_is_reported():
-    table = output_subsets(extended(column(), TORQUES), SAMPLING)
-    assert any(each.startswith("The PBH test disagrees for driver_torque:") for each in disagreements(table))
 
 
 def test_bounds_and_conditions_are_better_with_more_outputs():

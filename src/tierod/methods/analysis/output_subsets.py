@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
-
-import numpy as np
 
 from tierod.core.errors import ParameterError
 from tierod.methods.analysis.balancing import gramian_condition, observability_gramian
@@ -38,10 +35,6 @@ def extended(system: LinearSystem, disturbances: Sequence[str]) -> LinearSystem:
     Source: Raffone, eq (8), where the torques of driver and disturbance become states.
     """
     return with_disturbance_states(system, dict.fromkeys(disturbances, 1))
-
-
-MATRICES = ("unscaled matrix", "sampled matrix", "scaled matrix")
-"""Methods that take the rank of an observability matrix."""
 
 
 @dataclass(frozen=True)
@@ -93,61 +86,6 @@ class Shown:
             "sampled matrix": self.sampled.rank,
             "unscaled matrix": self.unscaled.rank,
         }
-
-    @property
-    def by_chance(self) -> bool:
-        """Whether rounding decides the unscaled rank: a singular value lies within a decade of its tolerance."""
-        return 0.1 < self.unscaled.margin < 10.0
-
-
-def disagreements(rows: Sequence[Shown], label: Callable[[tuple[str, ...]], str] = " + ".join) -> list[str]:
-    """Disagreements of methods with the staircase and their causes, as one sentence for each method.
-
-    Args:
-        rows: of one system
-        label: text for a choice of outputs
-    """
-
-    def choices(some: Sequence[Shown]) -> str:
-        return "every choice" if len(some) == len(rows) else "; ".join(label(row.outputs) for row in some)
-
-    sentences = []
-    for method in MATRICES:
-        other = [row for row in rows if row.ranks[method] != row.exact.rank]
-        if other:
-            sentences.append(f"The {method} disagrees for {choices(other)}. {_why(other, method)}")
-    other = [row for row in rows if row.pbh != row.exact.rank]
-    if other:
-        sentences.append(
-            f"The PBH test disagrees for {choices(other)}: of a multiple eigenvalue it tests the eigenvectors only, "
-            "not the generalised ones, so it decides whether every state is observable, but only bounds the rank."
-        )
-    lucky = [row for row in rows if row.by_chance]
-    if lucky:
-        sentences.append(
-            f"The rank of the unscaled matrix depends on rounding for {choices(lucky)}: a singular value lies within a "
-            "decade of the tolerance."
-        )
-    return sentences
-
-
-def _why(rows: Sequence[Shown], method: str) -> str:
-    """Range of the singular values and of the tolerance, as a sentence."""
-    spread, reach = [], []
-    for row in rows:
-        rank: Rank = getattr(row, method.removesuffix(" matrix"))
-        values = rank.singular_values
-        spread.append(math.log10(values[0] / max(values[-1], np.finfo(float).tiny)))
-        reach.append(math.log10(values[0] / rank.tolerance))
-    return (
-        f"Its singular values spread over {_range(spread)} decades, of which its tolerance keeps {_range(reach)}: its "
-        "rank is that of the matrix in double precision, not of the system."
-    )
-
-
-def _range(values: Sequence[float]) -> str:
-    low, high = round(min(values)), round(max(values))
-    return f"{low}" if low == high else f"{low} to {high}"
 
 
 def shown_by(system: LinearSystem, outputs: Sequence[str], sampling: Sampling) -> Shown:

@@ -21,7 +21,6 @@ class Analysis:
         items: headings, tables and charts in order; the terminal shows the tables
         document: the results as data in SI units, for JSON
         remarks: notices for a reader
-        fits: whether the recording fits the model; True without a recording
     """
 
     title: str
@@ -29,22 +28,19 @@ class Analysis:
     items: Sequence[Item]
     document: Mapping[str, Any]
     remarks: tuple[str, ...] = field(default=())
-    fits: bool = True
 
 
 Facts = Sequence[tuple[str, str]]
 """Boundary conditions of an analysis, (name, text) each."""
 
 
-def facts_of(vehicle: Vehicle, recording: str = "") -> Facts:
+def facts_of(vehicle: Vehicle) -> Facts:
     """Boundary conditions of the analysis of a vehicle.
 
     Args:
         vehicle: whose parameters are used
-        recording: name of the measured file; "" for none
     """
-    facts = [("vehicle", vehicle.name), ("described as", vehicle.description), ("source", vehicle.source)]
-    return facts + ([("recording", recording)] if recording else [])
+    return [("vehicle", vehicle.name), ("described as", vehicle.description), ("source", vehicle.source)]
 
 
 def render_analysis(

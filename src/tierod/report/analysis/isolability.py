@@ -12,14 +12,10 @@ from tierod.core.content import Cells, Chart, Heading, Item, Panel, Table
 from tierod.methods.analysis.structure import (
     Isolability,
     SensorGain,
-    StructuralModel,
-    decompose,
     gain_of_sensors,
     isolability,
-    minimal_redundant_sets,
-    minimal_test_sets,
 )
-from tierod.monitors.condition.signals import ACCELERATIONS, MOTORS, SENSORS
+from tierod.monitors.condition.signals import MOTORS
 from tierod.monitors.condition.statements import listed
 from tierod.monitors.condition.structure import (
     further_sensors,
@@ -30,9 +26,6 @@ from tierod.report.analysis.analysis import Analysis
 from tierod.report.display import words
 from tierod.vehicles import Vehicle, load
 
-SHOWN_SETS = 20
-"""Largest number of minimal test sets listed on the page; the document contains all."""
-
 WITH_FORCES = "forces of tyres and tie rods as the model has them"
 WITHOUT_FORCES = "forces of tyres and tie rods unknown"
 AS_STEERED = "the car turning as it is steered"
@@ -41,7 +34,7 @@ ANYHOW = "the car turning anyhow"
 
 
 def analyse(vehicle: Vehicle | str | Path = "smartload", without: Collection[str] = ()) -> Analysis:
-    """Detectable and isolable faults of a vehicle's sensors and actuators, as single and double faults.
+    """Detectable and isolable faults of a vehicle's sensors and actuators, and what one more sensor would add.
 
     Args:
         vehicle: parameter set, its name, or the path of its file, with the parameters of `AutomatedVehicle` or
@@ -53,56 +46,40 @@ def analyse(vehicle: Vehicle | str | Path = "smartload", without: Collection[str
     """
     vehicle = vehicle if isinstance(vehicle, Vehicle) else load(vehicle)
     known, view = (AS_STEERED, ANYHOW) if rolls(vehicle) else (WITH_FORCES, WITHOUT_FORCES)
-    models = {
-        known: vehicle_structure(vehicle, without),
-        view: vehicle_structure(vehicle, without, forces_known=False),
-    }
-    single = {name: isolability(model) for name, model in models.items()}
-    pairs = {name: isolability(model, at_once=2) for name, model in models.items()}
-    model = models[view]
-    gains = gain_of_sensors(model, further_sensors(model), at_once=2)
-    sets = minimal_test_sets(model)
+    poorer = vehicle_structure(vehicle, without, forces_known=False)
+    views = {known: isolability(vehicle_structure(vehicle, without)), view: isolability(poorer)}
+    gains = gain_of_sensors(poorer, further_sensors(poorer), at_once=2)
     items: list[Item] = [
-        Heading("One fault at a time"),
-        _table(single),
-        _picture(single[view], view),
-        Heading("Two faults at a time"),
-        _pairs(pairs[view], view),
-        Heading("What would help, and what would be missed"),
+        Heading("Which faults can be told apart"),
+        _table(views),
+        _picture(views[view], view),
+        Heading("Which sensor would help"),
         _gains(gains, view),
-        _missing(model, view),
-        Heading("What residuals can be made"),
-        _sets(model, sets, view),
     ]
     document = {
         "without": sorted(without),
-        "faults": list(single[known].faults),
-        "views": {name: _document(models[name], single[name], pairs[name]) for name in models},
+        "faults": list(views[known].faults),
+        "views": {name: _document(found) for name, found in views.items()},
         "further_sensors": [_gain_document(gain) for gain in gains],
-        "minimal_redundant_sets": len(minimal_redundant_sets(model)),
-        "minimal_test_sets": [sorted(each) for each in sets],
     }
     return Analysis(
         f"Isolability of {vehicle.name}",
-        _summary(single, pairs, gains),
+        _summary(views, gains),
         items,
         document,
-        _remarks(single[known].faults),
+        _remarks(views[known].faults),
     )
 
 
-def _summary(
-    single: dict[str, Isolability], pairs: dict[str, Isolability], gains: Sequence[SensorGain]
-) -> tuple[str, ...]:
+def _summary(views: dict[str, Isolability], gains: Sequence[SensorGain]) -> tuple[str, ...]:
     lines = []
-    for name, found in single.items():
+    for name, found in views.items():
         alike = [group for group in found.groups if len(group) > 1]
         lost = f"; not detectable: {listed(found.undetectable)}" if found.undetectable else ""
         mixed = "; ".join(f"{listed(group)} are not isolable from each other" for group in alike)
         lines.append(
-            f"With {name}: {len(found.isolable)} of {len(found.faults)} single faults are isolable{lost}"
-            f"{'; ' + mixed if mixed else ''}; of {len(pairs[name].faults)} faults and pairs of them, "
-            f"{len(pairs[name].isolable)} are."
+            f"With {name}: {len(found.isolable)} of {len(found.faults)} faults are isolable{lost}"
+            f"{'; ' + mixed if mixed else ''}."
         )
     best = gains[0]
     if best.isolated_pairs or best.detectable:
@@ -157,23 +134,6 @@ def _picture(found: Isolability, view: str) -> Chart:
     )
 
 
-def _pairs(found: Isolability, view: str) -> Table:
-    rows = []
-    for fault, seen in zip(found.faults, found.detectable, strict=True):
-        others = found.mistaken_for(fault) if seen and " + " in fault else ()
-        if others:
-            more = f"; and {len(others) - 3} more" if len(others) > 3 else ""
-            rows.append((_pair(fault), "; ".join(map(_pair, others[:3])) + more))
-    total = sum(" + " in fault for fault in found.faults)
-    note = f"{total - len(rows)} of {total} pairs are separable from everything else."
-    title = f"Pairs that something else explains, {view}"
-    return Table(title, ("pair", "explained by"), tuple(rows) or (("none", ""),), note)
-
-
-def _pair(name: str) -> str:
-    return name.replace("_", " ")
-
-
 def _gains(gains: Sequence[SensorGain], view: str) -> Table:
     rows = tuple(
         (
@@ -189,41 +149,11 @@ def _gains(gains: Sequence[SensorGain], view: str) -> Table:
     return Table(f"What one more sensor would add, {view}", header, rows, note)
 
 
-def _missing(model: StructuralModel, view: str) -> Table:
-    accelerations = [name for name in ACCELERATIONS if name in model.by_name]
-    rows = []
-    for name in [name for name in SENSORS if name in model.by_name]:
-        alone, poorer = (isolability(model.without(name, *more)) for more in ((), accelerations))
-        rows.append((words(name), _lost(alone), _lost(poorer)))
-    header = ("without", "not separable", "without accelerometers too")
-    return Table(f"A car that lacks a sensor, {view}", header, tuple(rows))
-
-
-def _lost(found: Isolability) -> str:
-    alike = "; ".join(listed(group) for group in found.groups if len(group) > 1)
-    unseen = f"{listed(found.undetectable)} not seen" if found.undetectable else ""
-    return "; ".join(filter(None, (alike, unseen)))
-
-
-def _sets(model: StructuralModel, sets: Sequence[frozenset[str]], view: str) -> Table:
-    rows = tuple((listed(sorted(each)), f"{len(each)}") for each in sets[:SHOWN_SETS])
-    note = (
-        f"{len(sets)} sets in all{', the smallest shown' if len(sets) > SHOWN_SETS else ''}; the over-determined "
-        f"part has {decompose(model).redundancy} more equations than unknowns."
-    )
-    return Table(f"Smallest sets of faults that affect one residual, {view}", ("residual of", "faults"), rows, note)
-
-
-def _document(model: StructuralModel, single: Isolability, pairs: Isolability) -> dict[str, Any]:
+def _document(found: Isolability) -> dict[str, Any]:
     return {
-        "equations": len(model.equations),
-        "unknowns": len(model.unknowns),
-        "redundancy": decompose(model).redundancy,
-        "detectable": [fault for fault in single.faults if fault not in single.undetectable],
-        "isolable": list(single.isolable),
-        "not_isolable": [list(group) for group in single.groups if len(group) > 1],
-        "single_and_double_faults": len(pairs.faults),
-        "single_and_double_faults_isolable": len(pairs.isolable),
+        "detectable": [fault for fault in found.faults if fault not in found.undetectable],
+        "isolable": list(found.isolable),
+        "not_isolable": [list(group) for group in found.groups if len(group) > 1],
     }
 
 

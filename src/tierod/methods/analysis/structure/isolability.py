@@ -9,7 +9,6 @@ from itertools import combinations
 
 import numpy as np
 
-from tierod.methods.analysis.structure.redundancy import overdetermined
 from tierod.methods.analysis.structure.structural_model import Equation, StructuralModel
 
 
@@ -128,3 +127,45 @@ def gain_of_sensors(model: StructuralModel, sensors: Sequence[Equation], at_once
         own = bool(sensor.fault) and sensor.fault in then.isolable
         gains.append(SensorGain(sensor.name, shown, among_old.isolated_pairs - now.isolated_pairs, own))
     return tuple(sorted(gains, key=lambda each: (-len(each.detectable), -each.isolated_pairs, not each.own_isolable)))
+
+
+def overdetermined(equations: Sequence[Equation]) -> tuple[Equation, ...]:
+    """The overdetermined part of a set of equations, in which they can be checked against each other.
+
+    Source: Dulmage, Mendelsohn, Coverings of bipartite graphs, Canad. J. Math. 10 (1958).
+    """
+    rows, columns = _incidence(equations)
+    over = _from_unmatched_rows(rows, _matched(rows, len(columns)))
+    return tuple(equations[i] for i in sorted(over))
+
+
+def _incidence(equations: Sequence[Equation]) -> tuple[list[list[int]], dict[str, int]]:
+    columns: dict[str, int] = {}
+    rows = [[columns.setdefault(name, len(columns)) for name in sorted(each.unknowns)] for each in equations]
+    return rows, columns
+
+
+def _matched(rows: list[list[int]], columns: int) -> np.ndarray:
+    """The equation that each unknown is matched with in a maximum matching, -1 for none."""
+    from scipy.sparse import csr_array
+    from scipy.sparse.csgraph import maximum_bipartite_matching
+
+    if not rows or not columns:
+        return np.full(columns, -1)
+    pointers = np.concatenate([[0], np.cumsum([len(row) for row in rows])]).astype(np.int32)
+    indices = np.array([j for row in rows for j in row], dtype=np.int32)
+    incidence = csr_array((np.ones(len(indices)), indices, pointers), shape=(len(rows), columns))
+    return np.asarray(maximum_bipartite_matching(incidence, perm_type="row"))
+
+
+def _from_unmatched_rows(rows: list[list[int]], row_of: np.ndarray) -> set[int]:
+    """Rows on alternating paths that start at an unmatched row."""
+    seen = set(range(len(rows))) - set(row_of.tolist())
+    waiting = list(seen)
+    while waiting:
+        for column in rows[waiting.pop()]:
+            row = int(row_of[column])
+            if row >= 0 and row not in seen:
+                seen.add(row)
+                waiting.append(row)
+    return seen
