@@ -26,11 +26,11 @@ def paths(analysed):
     series, result = f"/api/series/{analysed.series}", f"/api/results/{analysed.result}"
     return [
         "/", "/recording", "/nothing", "/static/main.js", "/static/../app.py", "/static/%2e%2e/app.py",
-        "/static//etc/passwd", "/api/site", "/api/files", "/api/recording", "/api/opened", "/api/analyses",
+        "/static//etc/passwd", "/api/site", "/api/files", "/api/opened", "/api/analyses",
         "/api/proposals", "/api/inspections", "/api/uploads", "/api/jobs", "/api/jobs/x", "/api/scenarios",
         "/api/vehicle", "/api/fleets/x", "/api/fleets/x/cars", "/api/fleets/x/car", "/api/live",
         "/api/results/x", "/api/results/x/report/y", result, f"{result}/report/friction", "/api/series/x/window",
-        series, *(f"{series}/{each}" for each in ("window", "curves", "export")),
+        series, *(f"{series}/{each}" for each in ("window", "export")),
     ]  # fmt: skip
 
 

@@ -48,7 +48,7 @@ def test_the_list_names_what_is_analysed(client):
 
 
 def test_a_recording_is_known_by_its_keys(client, analysed):
-    found = client.get("/api/recording", params={"file": FILE}).json()
+    found = client.get("/api/opened", params={"file": FILE}).json()["state"]
     assert (found["series"], found["result"]) == (analysed.series, analysed.result)
 
 
@@ -76,12 +76,6 @@ def test_a_packet_holds_what_was_recorded(client, analysed):
     assert len(time) <= 102
     assert upper.max() == pytest.approx(recorded["driver_torque"].values.max(), rel=1e-6)
     assert lower.min() == pytest.approx(recorded["driver_torque"].values.min(), rel=1e-6)
-
-
-def test_programs_get_lists(client, analysed):
-    found = client.get(f"/api/series/{analysed.series}/curves", params={"name": "slow"}).json()
-    assert found[0]["lower"][:3] == [None, 1.0, 2.0]
-    assert found[0]["exact"]
 
 
 @pytest.mark.parametrize("kind", ["csv", "parquet"])
@@ -167,7 +161,7 @@ def test_what_was_swept_is_a_sentence(client, analysed, bench):
     answer = client.get(f"/api/series/{analysed.series}")
     assert answer.status_code == 404
     assert "open it again" in answer.json()["error"]
-    assert client.get("/api/recording", params={"file": FILE}).json()["series"] == ""
+    assert client.get("/api/opened", params={"file": FILE}).json()["state"]["series"] == ""
 
 
 def test_the_interface_describes_itself(client):
@@ -215,7 +209,6 @@ def test_the_page_begins_with_the_requests_of_its_view(client):
 
 def test_a_recording_opens_with_its_signals_and_findings(client, analysed):
     found = client.get("/api/opened", params={"file": FILE}).json()
-    assert found["state"] == client.get("/api/recording", params={"file": FILE}).json()
     assert found["series"] == client.get(f"/api/series/{analysed.series}").json()
     assert found["result"] == client.get(f"/api/results/{analysed.result}").json()
     assert client.get("/api/opened", params={"file": "drives/gone.parquet"}).status_code == 404
@@ -228,6 +221,6 @@ def test_a_recording_whose_result_was_swept_opens_without_it(client, analysed, s
 
 
 def test_what_another_version_has_kept_is_worked_out_anew(client, bench, monkeypatch):
-    assert client.get("/api/recording", params={"file": FILE}).json()["series"] != ""
+    assert client.get("/api/opened", params={"file": FILE}).json()["state"]["series"] != ""
     monkeypatch.setattr("tierod.web.store.__version__", "0.0.1")
-    assert client.get("/api/recording", params={"file": FILE}).json()["series"] == ""
+    assert client.get("/api/opened", params={"file": FILE}).json()["state"]["series"] == ""

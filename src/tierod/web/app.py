@@ -13,14 +13,11 @@ from starlette.exceptions import HTTPException
 
 from tierod.core.errors import TierodError
 from tierod.core.version import __version__
+from tierod.web.endpoints import fleet_endpoints, recording_endpoints, work_endpoints
 from tierod.web.errors import status_of
-from tierod.web.fleet_endpoints import fleet_endpoints
 from tierod.web.guard import SAFE, BodyTooLong, Guard, Trust
-from tierod.web.live_endpoint import live_endpoint
 from tierod.web.page import files, page
-from tierod.web.recording_endpoints import recording_endpoints
-from tierod.web.relay import Relay
-from tierod.web.work_endpoints import work_endpoints
+from tierod.web.relay import Relay, live_endpoint
 from tierod.web.workbench import Workbench
 
 

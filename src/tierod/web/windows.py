@@ -1,4 +1,4 @@
-"""Time spans of signals for pictures, as numbers in one packet or as lists; exports."""
+"""Time spans of signals for pictures, as numbers in one packet; exports."""
 
 from __future__ import annotations
 
@@ -14,7 +14,6 @@ from tierod.core.errors import InputError
 from tierod.core.recording import Recording
 from tierod.web.errors import TooLarge
 from tierod.web.pyramid import SeriesReader, Window
-from tierod.web.shapes import Curve
 
 MOST_NAMES = 64
 """Largest number of signals in one picture."""
@@ -82,19 +81,6 @@ def packet(found: Sequence[tuple[str, Window]]) -> bytes:
             content = b"".join(np.ascontiguousarray(one, "<f4").tobytes() for one in values)
         parts.append(content + b"\0" * (-len(content) % 8))
     return b"".join(parts)
-
-
-def curves(found: Sequence[tuple[str, Window]]) -> list[Curve]:
-    """Time spans as lists, for programs; arguments as in `packet`."""
-    return [
-        Curve(name=name, exact=each.exact, time=listed(each.time), lower=listed(each.lower), upper=listed(each.upper))
-        for name, each in found
-    ]
-
-
-def listed(values: np.ndarray) -> list[float | None]:
-    """Numbers as a list for JSON; values that are not finite are null."""
-    return [float(each) if np.isfinite(each) else None for each in values]
 
 
 def export(

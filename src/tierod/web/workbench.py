@@ -23,7 +23,6 @@ from tierod.core.signals import SIGNALS
 from tierod.core.version import __version__
 from tierod.web import fleets, shapes
 from tierod.web.demo import folders
-from tierod.web.described import series_shape
 from tierod.web.errors import Absent, Forbidden
 from tierod.web.jobs import Job, Jobs
 from tierod.web.listing import Listing, listing
@@ -219,7 +218,7 @@ class Workbench:
         Raises:
             Absent: nothing is stored under this key
         """
-        return series_shape(key, self.reader("series", key))
+        return shapes.series_shape(key, self.reader("series", key))
 
     def reader(self, kind: str, key: str) -> SeriesReader:
         """Reader of the samples stored under a key; raises as `series`."""
@@ -248,7 +247,7 @@ class Workbench:
             found: dict[str, Any] = json.loads(in_the_page(path.read_text(encoding="utf-8")))
         except (OSError, ValueError):
             raise Absent("the result is not kept any more; open the recording again from the list") from None
-        estimates = series_shape(key, self.reader("results", key)).signals
+        estimates = shapes.series_shape(key, self.reader("results", key)).signals
         return {**found, "path": Path(found["path"]).name, "signals": [each.model_dump() for each in estimates]}
 
     def report(self, key: str, monitor: str) -> str:

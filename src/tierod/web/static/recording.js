@@ -5,8 +5,7 @@ import { go, link, set } from "./address.js";
 import { colour, nearest, picture, TimeChart } from "./chart.js";
 import { clock, figure, Loading, sentence, Trouble, useFetched, useJob, Work } from "./parts.js";
 import { added, names, parse, usual, without, write } from "./panels.js";
-import { TimeAxis, Verdict } from "./findings.js";
-import { Remarks, shared } from "./remarks.js";
+import { Remarks, shared, TimeAxis, Verdict } from "./findings.js";
 import { Tree } from "./tree.js";
 
 /** What is kept of a recording; what is not there yet is worked out by a job. */
