@@ -41,7 +41,7 @@ def test_json_is_one_document_and_shows_what_a_poorer_car_confuses(place, capsys
     ]
     assert main(["isolability", "--vehicle", "smartload", *poorer, "--json", "--no-report"]) == 0
     document = json.loads(capsys.readouterr().out)
-    assert document["schema"] == "tierod.isolability/1"
+    assert document["schema"] == "tierod.isolability/2"
     assert "tie_rod_force" not in document["faults"]
     poor = document["views"]["forces of tyres and tie rods unknown"]
     (group,) = poor["not_isolable"]

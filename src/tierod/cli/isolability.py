@@ -33,5 +33,5 @@ def isolability(
     refuse_to_overwrite(target, [car.path])
     found = analyse(car, without or ())
     content = {"vehicle": car.name, "remarks": list(found.remarks), **found.document}
-    present(found, {"schema": "tierod.isolability/1", **content}, as_json, target, facts_of(car), car.not_good_for)
+    present(found, {"schema": "tierod.isolability/2", **content}, as_json, target, facts_of(car), car.not_good_for)
     return HEALTHY
