@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from monitors.condition.motion_alone import MOTION, SETS, drive
+from monitors.condition.motion_alone import MOTION, SETS, drive, hard, with_slip
 from tierod.core.findings import Status
 from tierod.core.recording import Channel, Recording
 from tierod.monitors.condition.recording_checks.axle_slip import AxleSlip
@@ -124,3 +124,15 @@ def test_slips_do_not_depend_on_the_cut_into_pieces(slipped):
     assert np.array_equal(at_once, np.concatenate(cut))
     assert whole.found == pieces.found
     assert at_once.any()
+
+
+@pytest.mark.parametrize("driven_axle", ["front", "rear"])
+def test_slip_in_hard_starts_and_stops_accuses_no_acceleration(driven_axle):
+    """Slip of up to .36 of the driven axle under its drive, and of both axles under brakes."""
+    part = with_slip(hard(110, driven_axle, 40.0), 0.3, driven_axle)
+    assert "longitudinal_acceleration" not in accused(diagnose(part, load("rav4"), "condition"))
+
+
+def test_an_acceleration_that_is_wrong_in_hard_starts_and_stops_is_named():
+    made = injected(hard(110, "front", 40.0), [Injected("longitudinal_acceleration", OFFSET, 2.5, 20.0, 40.0).fault])
+    assert accused(diagnose(made, load("rav4"), "condition")) == ["longitudinal_acceleration"]

@@ -9,12 +9,15 @@ import numpy as np
 
 from tierod.monitors.condition.recording_checks.differences import Blocks, roughness
 from tierod.monitors.condition.recording_checks.witnesses import MOVING, YAW
-from tierod.monitors.condition.signals import ACCELERATIONS, WHEELS, CarParameters
+from tierod.monitors.condition.signals import ACCELERATIONS, FRONT_WHEELS, WHEELS, CarParameters
 
 SENSED = ("yaw rate sensor", "rear wheels", "steering angle")
 """Witnesses of the yaw rate that use no acceleration, the most accurate first."""
 AGREE, AGREE_SHARE = 0.06, 0.15
 """Largest difference of consistent yaw rates: absolute [rad/s] plus relative [-]; turning in causes as much."""
+SLIP = 0.03
+"""Largest slip of an axle over the acceleration [s**2/m]: .3 in an emergency stop at 10 m/s**2, the most that anti-lock
+brakes allow. Without brakes the axle that is not driven has none."""
 WHEELS_AGREE = 0.05
 """Largest relative difference of consistent rear wheel speeds, referred to the middle of the axle [-]."""
 
@@ -41,9 +44,9 @@ class Motion:
     """Predicts the accelerations block by block; the result does not depend on how a recording is cut into pieces.
 
     Along the vehicle the change of speed is used, across it yaw rate times speed. Two of three yaw rates must agree, so
-    that one faulty sensor does not matter; if the two wheels disagree, neither is used. When tyres slip, rear wheels
-    and steering angle have similar errors: the lateral acceleration is therefore predicted as close to the measured one
-    as the range of the yaw rates permits.
+    that one faulty sensor does not matter; if the two wheels disagree, neither is used. Axles slip, and when tyres
+    slide, rear wheels and steering angle have similar errors: both accelerations are therefore predicted as close to
+    the measured ones as the range of the axles, with and without slip, and that of the yaw rates permit.
 
     Args:
         vehicle: parameters of the vehicle
@@ -67,14 +70,29 @@ class Motion:
         yaws, slopes = zip(*(line(YAW[name].estimate(cut, p)) for name in SENSED), strict=True)
         yaws, slopes = np.array(yaws), np.array(slopes)
         yaw, turning_in = _middle(yaws, slopes)
-        wheels = [line(cut[name] / p.wheel_speed_scale) for name in WHEELS]
-        speed, slope = _speed(wheels, 0.5 * p.track_width * yaw, 0.5 * p.track_width * turning_in)
+        half = (0.5 * p.track_width * yaw, 0.5 * p.track_width * turning_in)
+        unread = np.full_like(cut[WHEELS[0]], np.nan)
+        (speed, slope), (front, other) = (
+            _speed([line(cut.get(name, unread) / p.wheel_speed_scale) for name in axle], *half)
+            for axle in (WHEELS, FRONT_WHEELS)
+        )
         read = [line(cut[name])[0] - getattr(p, f"{name}_offset", 0.0) for name in ACCELERATIONS]
+        # An axle that stands is locked, or its sensors have failed.
+        other = np.where(front > MOVING, other, np.nan)
+        growth = line(cut[ACCELERATIONS[0]])[1]
+        # Slip in proportion to the acceleration changes the speed of an axle by its product with the speed.
+        slips = SLIP * np.nan_to_num(speed * growth + slope * read[0])
+        slopes_along = np.array([slope, other, slope - slips, other - slips])
         across = speed * yaw + p.rear_distance * turning_in
         # Range of the yaw rates about their median; `fmin` and `fmax` ignore a missing one.
         least, most = (speed * (bound(yaws, axis=0) - yaw) for bound in (np.fmin.reduce, np.fmax.reduce))
         nearest = np.clip(read[1], across + least, across + most)
-        predicted = (slope - p.rear_distance * yaw * yaw, np.where(np.isfinite(read[1]), nearest, across))
+        along = slopes_along - p.rear_distance * yaw * yaw
+        rolls = np.clip(read[0], *(bound(along, axis=0) for bound in (np.fmin.reduce, np.fmax.reduce)))
+        predicted = (
+            np.where(np.isfinite(slope), np.where(np.isfinite(read[0]), rolls, along[0]), np.nan),
+            np.where(np.isfinite(read[1]), nearest, across),
+        )
         moved = [np.where(speed > MOVING, each, np.nan) for each in predicted]
         rough = [roughness(cut[name]) for name in ACCELERATIONS]
         return [
