@@ -201,6 +201,9 @@ class Element:
         episodes: intervals in which it was faulty, in chronological order
         substitute: its replacement while it is faulty, with the measured error of that; empty where there is none
         trouble_code: diagnostic trouble code; empty where there is none
+        smallest: smallest lasting offset of a fault-free sensor, or lost share of an actuator's torque, that would have
+            been seen [unit]; None where none is stated
+        unit: unit of `smallest`
     """
 
     name: str
@@ -210,6 +213,8 @@ class Element:
     episodes: tuple[Episode, ...] = ()
     substitute: str = ""
     trouble_code: str = ""
+    smallest: float | None = None
+    unit: str = ""
 
 
 @dataclass(frozen=True)

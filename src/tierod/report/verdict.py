@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from tierod.core.findings import Decided, Diagnosis, Element, Episode, Finding, ParameterEffect
-from tierod.core.shown import shown, written
+from tierod.core.shown import in_words, shown, written
 from tierod.core.statuses import Status
 from tierod.monitors.harness.spread.advice import first_to_measure
 from tierod.report.display import instant, interval, number, share, words
@@ -133,7 +133,7 @@ def rows(element: Element) -> list[ElementRow]:
     if not element.episodes:
         return [
             ElementRow(
-                words(element.name), element.status, True, element.cause, "", "", "", "", "", element.trouble_code
+                words(element.name), element.status, True, _none(element), "", "", "", "", "", element.trouble_code
             )
         ]  # fmt: skip
     lines = []
@@ -154,6 +154,15 @@ def rows(element: Element) -> list[ElementRow]:
             )
         )
     return lines
+
+
+def _none(element: Element) -> str:
+    """Why it was not judged, or from which size on it has no fault."""
+    if element.smallest is None:
+        return element.cause
+    what = "offset" if element.role == "sensor" else "loss of torque"
+    bound = f"no {what} above {in_words(element.smallest, element.unit, 2)}"
+    return f"{bound}, {element.cause}" if element.cause else bound
 
 
 def _fault(episode: Episode) -> str:

@@ -21,7 +21,7 @@ def fault_free(seconds=10.0):
     """Healthy and testable throughout, with its times [s]."""
     count = round(seconds / PERIOD)
     shape = (count, len(ELEMENTS))
-    numbers = [np.zeros(shape) for _ in range(3)]
+    numbers = [np.zeros(shape) for _ in range(4)]
     stated = StatementCourse(
         np.full(shape, HEALTHY),
         np.ones(shape, bool),

@@ -71,6 +71,7 @@ class ElementCourse:
     Args:
         element: name of the element
         period: sampling interval [s]
+        spreads: sum of the standard deviations that decide it, see `Judged`, over the testable samples
         observed: time of the last sample at which a fault would have shown [s]
     """
 
@@ -80,6 +81,7 @@ class ElementCourse:
     doubts: list[Stretch] = field(default_factory=list)
     course: list[StatusChange] = field(default_factory=list)
     testable_samples: int = 0
+    spreads: float = 0.0
     available_samples: int = 0
     observed: float = -np.inf
 
@@ -87,6 +89,11 @@ class ElementCourse:
     def testable(self) -> float:
         """Time for which a fault would have shown [s]."""
         return self.testable_samples * self.period
+
+    @property
+    def spread(self) -> float:
+        """Mean standard deviation of reading less prediction, or of the lost share of torque, while it was testable."""
+        return self.spreads / max(self.testable_samples, 1)
 
     @property
     def available(self) -> float:
@@ -105,6 +112,7 @@ class ElementCourse:
         status, testable = stated.status[:, place], stated.testable[:, place]
         self.available_samples += int(np.count_nonzero(available))
         self.testable_samples += int(np.count_nonzero(testable))
+        self.spreads += float(stated.spread[testable, place].sum())
         self.observed = float(time[testable][-1]) if testable.any() else self.observed
         self._extend(self.faults, time, status == FAULT, stated, place)
         self._extend(self.doubts, time, status == SUSPECT, stated, place)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from tierod.monitors.condition.bank.decision import Decision
 from tierod.monitors.condition.calibration.grid import MAXIMUM_AGE
 from tierod.monitors.condition.calibration.limits import has_own_limits
 from tierod.monitors.condition.decisions import BANK_DECIDES, BANK_DECISIONS, PAPER
 from tierod.monitors.condition.further_variants import further_variants
 from tierod.monitors.condition.monitor import condition_monitor
 from tierod.monitors.condition.session import Car, ConditionSession
-from tierod.monitors.condition.signals import ConditionSample
+from tierod.monitors.condition.signals import ELEMENTS, ConditionSample
 from tierod.monitors.condition.structure import rolls
 from tierod.monitors.harness.baseline import Baseline
 from tierod.monitors.harness.session import Monitor, Variant
@@ -28,7 +29,10 @@ def _bank(vehicle: Vehicle, rate: float, baseline: Baseline | None) -> Condition
         notes = tuple(each.format(OF_OWN if calibrated else OF_OTHERS) for each in _MOTION)
         calibrated, car = False, Car(block.lanes[0].vehicle, notes)
     graph = block.judge.reaction.reconfiguration.switchover.graph
-    return ConditionSession("condition, bank", block, graph, vehicle, rate, calibrated, BANK_DECIDES, car)
+    decision: Decision = block.judge.decision
+    known = [name for name in ELEMENTS if decision.weighing.number(name) is not None]
+    multiples = {name: decision.testability.multiple(decision.weighing, name) for name in known}
+    return ConditionSession("condition, bank", block, graph, vehicle, rate, calibrated, BANK_DECIDES, multiples, car)
 
 
 CONDITION = Monitor(

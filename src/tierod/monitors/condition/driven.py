@@ -32,7 +32,8 @@ REVERSED = "the car reversed"
 TOO_FEW = f"fewer than {ALL} sensors give a reading"
 
 _YAW = ConditionSample._fields.index("yaw_rate")
-_WHEELS = [ConditionSample._fields.index(name) for name in ALL_WHEELS]
+WHEEL_PLACES = [ConditionSample._fields.index(name) for name in ALL_WHEELS]
+"""Column indices of the wheel speeds in a sample."""
 
 ALL_GONE = (ALL_ZERO, ALL_HELD, NO_READING)
 _JUDGED, _ENOUGH = "judged", "enough sensors"
@@ -84,7 +85,7 @@ class Driven:
         self.end = float(time[-1]) + self.period
         self.samples += len(time)
         self.judged += int(np.count_nonzero(covered.judged))
-        speed = self._read.held(time, values[:, _WHEELS])
+        speed = self._read.held(time, values[:, WHEEL_PLACES])
         with np.errstate(invalid="ignore"):
             forward = np.asarray((speed > STANDING).any(axis=1))
             self.forward += int(np.count_nonzero(forward))
@@ -139,7 +140,7 @@ class Driven:
         slid = slid & forward[np.searchsorted(times, time)]
         self._count(SLID, slid)
         # A faulty acceleration looks like a slide, but the car does not turn.
-        turning = np.abs(values[:, _YAW]) * np.abs(np.nan_to_num(values[:, _WHEELS])).max(axis=1)
+        turning = np.abs(values[:, _YAW]) * np.abs(np.nan_to_num(values[:, WHEEL_PLACES])).max(axis=1)
         begins, ends = runs(slid & (turning > SLIPPERIEST))
         for first, last in zip(begins, ends - 1, strict=True):
             if self._slides and time[first] - self._slides[-1][1] < 2.0 * self.period:
@@ -193,3 +194,17 @@ class Driven:
             counts = self.sources.setdefault(sensor, {})
             for number, way in enumerate(ways, 1):
                 counts[way.name] = counts.get(way.name, 0) + int(np.count_nonzero(source == number))
+
+
+def mean_speed(values: np.ndarray) -> np.ndarray:
+    """Mean of the wheel speeds that are read [m/s], (n,), NaN without any, from columns of `ConditionSample`."""
+    wheels = values[:, WHEEL_PLACES]
+    there = np.isfinite(wheels)
+    count = np.where(there.any(axis=1), there.sum(axis=1), np.nan)
+    return np.asarray(np.where(there, wheels, 0.0).sum(axis=1) / count)
+
+
+def is_moving(values: np.ndarray) -> np.ndarray:
+    """Whether any wheel reads more than `STANDING`, (n,), from columns of `ConditionSample`."""
+    with np.errstate(invalid="ignore"):
+        return np.asarray((np.abs(values[:, WHEEL_PLACES]) >= STANDING).any(axis=1))

@@ -47,6 +47,8 @@ class Judged(NamedTuple):
     Args:
         statements: statements about every sensor and actuator
         testable: whether a fault of each would show now
+        spread: standard deviation of each reading less its prediction by the others, and of the lost share of each
+            actuator's torque; 0 where a variant has none
         value: value of every sensor: its reading where it is trusted, otherwise the estimate from the others
         gated: flags of outlying readings that must not be used
         lead: evidence for a fault: for filters the lead of the most likely hypothesis over all others [nat per sample],
@@ -59,6 +61,7 @@ class Judged(NamedTuple):
 
     statements: Statements
     testable: Elements
+    spread: Elements
     value: Readings
     gated: Readings
     lead: Annotated[Scalar, ""]
@@ -71,13 +74,14 @@ class ConditionOutput(NamedTuple):
     """Output of every variant of the monitor: the judgement, and the reaction to it.
 
     Args:
-        statements, testable, value, gated, lead, low_grip, supported, ended: see `Judged`
+        statements, testable, spread, value, gated, lead, low_grip, supported, ended: see `Judged`
         supplied: signal of every sensor, or its substitute
         codes: debounced verdicts for a fault memory
     """
 
     statements: Statements
     testable: Elements
+    spread: Elements
     value: Readings
     gated: Readings
     lead: Annotated[Scalar, ""]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -18,14 +18,14 @@ from tierod.methods.detectors.reversing import MIRRORED, TURN_FORWARD, Reversing
 from tierod.models.automated_vehicle import AutomatedVehicle
 from tierod.models.rolling_car import RollingCar
 from tierod.monitors.condition.courses import ElementCourse
-from tierod.monitors.condition.driven import REVERSED, SLIPPED, STANDING, Driven
+from tierod.monitors.condition.driven import REVERSED, SLIPPED, WHEEL_PLACES, Driven, is_moving, mean_speed
 from tierod.monitors.condition.finding import OtherCauses, judge
 from tierod.monitors.condition.kinds.catalogue import OFFSET
 from tierod.monitors.condition.recording_checks.axle_slip import AxleSlip, slips_in_words
 from tierod.monitors.condition.recording_checks.constancy import Constancy, stuck_readings
 from tierod.monitors.condition.recording_checks.contradictions import Problem
 from tierod.monitors.condition.recording_checks.coverage import Coverage, ImpossibleValues, TargetPace
-from tierod.monitors.condition.recording_checks.filter_inputs import AccelerationCheck, TargetCheck
+from tierod.monitors.condition.recording_checks.filter_inputs import BOUNDS, AccelerationCheck, TargetCheck
 from tierod.monitors.condition.recording_checks.steering_zero import SteeringZero
 from tierod.monitors.condition.recording_checks.wiring import ClockLeap, CloseLimits, Wiring
 from tierod.monitors.condition.signals import (
@@ -44,15 +44,15 @@ from tierod.monitors.condition.statements import (
     HEALTHY,
     SUSPECT,
     StatementCourse,
+    listed,
+    shown,
 )
-from tierod.monitors.condition.states import acceleration_elements, code_courses, elements, losses
+from tierod.monitors.condition.states import acceleration_elements, code_courses, elements, losses, with_smallest
 from tierod.monitors.condition.structure import limitations
 from tierod.monitors.harness.session import Conclusion
 from tierod.monitors.harness.stuck_over_drive import Stuck
 from tierod.vehicles import Vehicle
 
-WHEEL_PLACES = [ConditionSample._fields.index(name) for name in ALL_WHEELS]
-"""Column indices of the wheel speeds in a sample."""
 EVIDENCE = "evidence_for_a_fault"
 """Name of the trace with the evidence by which a fault is declared."""
 SLICE = 60_000
@@ -93,6 +93,7 @@ class ConditionSession:
         rate: sampling rate [Hz]
         calibrated: whether the limits were designed on this individual vehicle
         decision: name of the decision that declares a fault
+        multiples: smallest lasting change of each element that is seen, in standard deviations; empty states none
         car: car without known torques; None if the vehicle file describes the whole vehicle
     """
 
@@ -105,11 +106,12 @@ class ConditionSession:
         rate: float,
         calibrated: bool,
         decision: str,
+        multiples: Mapping[str, float],
         car: Car | None = None,
     ):
         self.name, self.block, self.vehicle, self.rate, self.calibrated = name, block, vehicle, rate, calibrated
         self.signals: tuple[str, ...] = ConditionSample._fields
-        self.decision, self.graph = decision, graph
+        self.decision, self.graph, self.multiples = decision, graph, multiples
         self._notes = () if car is None else car.notes
         self._elements = (*OF_AUTOMATED, *ACTUATORS) if car is None else ELEMENTS
         self._measured = (*(name for name in self._elements if name in SENSORS), *ACCELERATIONS)
@@ -168,10 +170,10 @@ class ConditionSession:
         values, reverses = self._with_signed_speeds(aligned.time, values)
         self._wiring.add(dict(zip(aligned.names, values.T, strict=True)))
         self._driven.add(aligned.time, values, covered)
-        readings, speed = dict(zip(self.signals, aligned.values.T, strict=True)), _speed(aligned.values)
+        readings, speed = dict(zip(self.signals, aligned.values.T, strict=True)), mean_speed(aligned.values)
         for name, same in self._same.items():
             others = self._steers * readings["steering_wheel_angle"] * speed if name == "yaw_rate" else speed
-            same.add(aligned.time, readings[name], _moving(values), others)
+            same.add(aligned.time, readings[name], is_moving(values), others)
         self._driven.leave_out(REVERSED, reverses & covered.judged)
         if self._pace is not None:
             self._pace.add(values)
@@ -207,7 +209,7 @@ class ConditionSession:
         if self._reversing is None or not len(time):
             return values, np.zeros(len(time), bool)
         wheels = values[:, WHEEL_PLACES]
-        speed = _speed(values)
+        speed = mean_speed(values)
         yaw, angle = (values[:, self.signals.index(name)] for name in ("yaw_rate", "steering_wheel_angle"))
         reverses = self._reversing.add(time, yaw, angle, speed, wheels[:, 1] - wheels[:, 0])
         if not reverses.any():
@@ -255,7 +257,7 @@ class ConditionSession:
         stated, states = StatementCourse.unjudged(count), np.full((count, len(ELEMENTS)), np.nan)
         supplied = {name: states[:, 0] for name in self.traces if "supplied_" in name}
         # Missing wheel speeds are no evidence of a standstill.
-        moving = _moving(aligned.values) | np.isnan(aligned.values[:, WHEEL_PLACES]).all(axis=1)
+        moving = is_moving(aligned.values) | np.isnan(aligned.values[:, WHEEL_PLACES]).all(axis=1)
         if judged:
             self._scanner = self._scanner or Scanner(self.block)
             result = self._scanner.scan(aligned, self._memory)
@@ -304,6 +306,28 @@ class ConditionSession:
         self._courses["steering_wheel_angle"].declare(shift.start, shift.found, end, OFFSET, size)
         return True
 
+    def _withdraw(self, spans: Iterable[tuple[float, float]], but: Collection[str] = ()) -> None:
+        """Withdraw what was declared in times in which an input of the filters or their model was wrong.
+
+        Args:
+            spans: bounds of these times [s]
+            but: elements that explain it
+        """
+        for start, end in spans:
+            for name in self._courses.keys() - {*but}:
+                self._courses[name].forget(start, end)
+
+    def _limits(self, wired: bool) -> tuple[str, ...]:
+        """Remarks on what cannot be judged with the sensors that are read, and on the accelerations."""
+        missing = [name for name, read in zip(self._measured, self._read, strict=True) if not read]
+        # Without any reading, or with all sensors, isolability needs no note.
+        notes = limitations(self.vehicle, missing) if missing and self._read.any() else ()
+        checked = [name for name in ACCELERATIONS if name not in missing]
+        if wired or not checked:
+            return notes
+        bound = shown(BOUNDS.level, "m/s**2")
+        return (*notes, f"{listed(checked)}: compared with the motion only, an offset below {bound} is not seen")
+
     def conclude(self) -> Conclusion:
         """State of every element, and the finding."""
         # In a slide the lateral acceleration is not that of the turn, so that a disagreement is no fault.
@@ -312,25 +336,22 @@ class ConditionSession:
             for each in self._accelerations.found.values()
             if self._whole or not self._slid_within(each.window - BEFORE, each.found)
         )
-        for each in disagreeing:
-            if each.sure:
-                for course in self._courses.values():
-                    course.forget(each.window - BEFORE, each.found)
         turned = () if self._reversing is None else tuple(self._reversing.found)
-        # Until it was known that the car reversed, the filters took it for driving forward.
-        for reversal in turned:
-            for course in self._courses.values():
-                course.forget(reversal.start, reversal.found)
         slipped = () if self._slip is None else self._slip.found
-        # The filters took the beginning of a slip, which is smaller, for a fault.
-        for slip in slipped:
-            for course in self._courses.values():
-                course.forget(slip.start - BEFORE, slip.end)
         stuck = stuck_readings(self.stuck)
+        self._withdraw(
+            [
+                *((each.window - BEFORE, each.found) for each in disagreeing if each.sure),
+                # Until it was known that the car reversed, the filters took it for driving forward.
+                *((each.start, each.found) for each in turned),
+                # The filters took the beginning of a slip, which is smaller, for a fault.
+                *((each.start - BEFORE, each.end) for each in slipped),
+            ]
+        )
         # A reading that stays the same in bends looks like a fault of the sensors that move.
-        for each in (each for each in self.stuck if each.name in stuck):
-            for name in self._courses.keys() - stuck.keys():
-                self._courses[name].forget(each.start, (self._driven.end if each.end is None else each.end) + BEFORE)
+        resting = [each for each in self.stuck if each.name in stuck]
+        ends = [self._driven.end if each.end is None else each.end + BEFORE for each in resting]
+        self._withdraw([(each.start, end) for each, end in zip(resting, ends, strict=True)], stuck)
         shifted = self._shift_of_zero()
         faults = [each for course in self._courses.values() for each in course.episodes(self._driven.end)]
         slow = () if self._pace is None else self._pace.problems()
@@ -344,13 +365,11 @@ class ConditionSession:
         same = {name: loss for name, each in self._same.items() if (loss := each.loss()) is not None}
         lost = stuck | same | losses(self._courses, self._driven)
         states = elements(self._courses, self._driven, problems, self.graph, lost)
-        missing = [name for name, read in zip(self._measured, self._read, strict=True) if not read]
-        # Without any reading, or with all sensors, isolability needs no note.
-        notes = limitations(self.vehicle, missing) if missing and self._read.any() else ()
+        notes = (*self._notes, *self._limits(bool(problems)), reversed_in_words(turned), slips_in_words(slipped))
+        notes = (*(each for each in notes if each), *self._impossible.notes())
         designed = self.calibrated or bool(self._notes)
-        facts = (each for each in (reversed_in_words(turned), slips_in_words(slipped)) if each)
-        notes = (*self._notes, *notes, *facts, *self._impossible.notes())
         causes = OtherCauses(disagreeing, self._not_done())
+        states = tuple(with_smallest(each, self._courses, self.multiples) for each in states)
         if not problems:
             states = (*states, *acceleration_elements(disagreeing))
         finding = judge(self.name, states, self._driven, problems, lost, interruptions, designed, notes, causes)
@@ -364,17 +383,3 @@ class ConditionSession:
         # Wrong wiring is no fault of an element and must not enter a fault memory.
         courses = {} if problems else code_courses(self._courses, self._driven.end)
         return Conclusion(finding, elements=states, code_courses=courses, withheld=withheld)
-
-
-def _speed(values: np.ndarray) -> np.ndarray:
-    """Mean of the wheel speeds that are read [m/s], (n,), NaN without any, from columns of `ConditionSample`."""
-    wheels = values[:, WHEEL_PLACES]
-    there = np.isfinite(wheels)
-    count = np.where(there.any(axis=1), there.sum(axis=1), np.nan)
-    return np.asarray(np.where(there, wheels, 0.0).sum(axis=1) / count)
-
-
-def _moving(values: np.ndarray) -> np.ndarray:
-    """Whether any wheel reads more than `STANDING`, (n,), from columns of `ConditionSample`."""
-    with np.errstate(invalid="ignore"):
-        return np.asarray((np.abs(values[:, WHEEL_PLACES]) >= STANDING).any(axis=1))

@@ -38,6 +38,7 @@ class StatementCourse(NamedTuple):
     Args:
         status: indices in `STATUSES`
         testable: whether a fault would show
+        spread: deviations by which that is judged, see `Judged`
         kind: number of the kind; 0 where none is identified
         magnitude, deviation: magnitude of the fault, see `described`, and its standard deviation
         low_grip: whether the tyres slid, so that no fault was declared, (n,)
@@ -49,6 +50,7 @@ class StatementCourse(NamedTuple):
 
     status: np.ndarray
     testable: np.ndarray
+    spread: np.ndarray
     kind: np.ndarray
     magnitude: np.ndarray
     deviation: np.ndarray
@@ -75,9 +77,10 @@ class StatementCourse(NamedTuple):
         ended = np.column_stack([result[f"ended.{name}"] for name in ELEMENTS]) > 0.5
         begun = (time - running)[:, None]
         testable = np.column_stack([result[f"testable.{name}"] for name in ELEMENTS]) > 0.5
+        spread = np.column_stack([result[f"spread.{name}"] for name in ELEMENTS])
         low_grip = result["low_grip"] > 0.5
         return cls(
-            *(np.rint(status).astype(int), testable, kind, magnitude, deviation, low_grip, result["lead"]),
+            *(np.rint(status).astype(int), testable, spread, kind, magnitude, deviation, low_grip, result["lead"]),
             *(begun + np.maximum(since, 0.0), np.where(supported < 0.0, np.nan, begun + supported), ended),
         )
 
@@ -91,7 +94,7 @@ class StatementCourse(NamedTuple):
         no, unknown = np.zeros((count, len(ELEMENTS)), bool), np.full((count, len(ELEMENTS)), np.nan)
         status = np.full(no.shape, NOT_TESTABLE)
         no_kind = np.zeros(no.shape)
-        return cls(status, no, no_kind, unknown, unknown, no[:, 0], unknown[:, 0], unknown, unknown, no)
+        return cls(status, no, unknown, no_kind, unknown, unknown, no[:, 0], unknown[:, 0], unknown, unknown, no)
 
     def where_available(self, available: np.ndarray, moving: np.ndarray) -> StatementCourse:
         """Statements with "not available" where an element has no signal; a declared fault is kept.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 
 from tierod.core.findings import Element, Episode, Status
 from tierod.core.signals import SIGNALS
@@ -57,6 +58,25 @@ def elements(
         role = "actuator" if name in ACTUATORS else "sensor"
         found.append(Element(name, role, status, cause, episodes, _substitute(name, status, drive, graph), code))
     return tuple(found)
+
+
+def with_smallest(element: Element, courses: Mapping[str, ElementCourse], multiples: Mapping[str, float]) -> Element:
+    """A fault-free element with the smallest fault that would have been seen while it was testable.
+
+    Args:
+        element: state of an element
+        courses: courses of all elements
+        multiples: smallest lasting change that is seen, in standard deviations, by element; without one none is stated
+    """
+    if element.status is not Status.HEALTHY or element.name not in multiples:
+        return element
+    smallest = multiples[element.name] * courses[element.name].spread
+    if element.role == "sensor":
+        return replace(element, smallest=smallest, unit=SIGNALS[element.name].unit)
+    if smallest > 1.0:
+        cause = "the drive determined its torque so roughly that a total loss might not have been seen"
+        return replace(element, status=Status.NOT_TESTABLE, cause=cause)
+    return replace(element, smallest=100.0 * smallest, unit="percent")
 
 
 def acceleration_elements(disagreeing: Sequence[Disagreement]) -> tuple[Element, ...]:

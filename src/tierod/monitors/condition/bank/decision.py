@@ -191,7 +191,7 @@ class Decision:
             active,
             faulty,
             self._candidates(ranking.rivals, unsure, faulty),
-            self.testability.testable(self.weighing, lanes, suspected, seen, declarable),
+            *self.testability.testable(self.weighing, lanes, suspected, seen, declarable),
             self.returning.recovering(faulty, good, self.weighing.sample_time),
             off,
             values_of(readings, seen, faulty, off),

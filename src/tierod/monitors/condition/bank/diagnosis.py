@@ -19,6 +19,8 @@ class Diagnosis(NamedTuple):
         faulty: declared elements
         candidates: elements that may be faulty, if several hypotheses explain the samples almost equally well
         testable: whether a total loss of each element would be detectable now
+        spread: standard deviations by which `testable` judges: of each reading less its prediction by the others, and
+            of the lost share of each actuator's torque
         recovering: declared elements that have been consistent for the last samples
         gated: readings of undeclared sensors that are outliers in this sample
         value: value of every sensor: its reading where it is trusted, otherwise the estimate from the other sensors
@@ -36,6 +38,7 @@ class Diagnosis(NamedTuple):
     faulty: Elements
     candidates: Elements
     testable: Elements
+    spread: Elements
     recovering: Elements
     gated: Readings
     value: Readings

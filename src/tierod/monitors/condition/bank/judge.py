@@ -112,6 +112,7 @@ class ConditionJudge:
         judged = Judged(
             statements,
             diagnosis.testable,
+            diagnosis.spread,
             diagnosis.value,
             diagnosis.gated,
             minimum(diagnosis.lead, LARGEST_LEAD),

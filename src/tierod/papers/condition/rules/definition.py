@@ -41,7 +41,7 @@ def _opening(name: str) -> Callable[[Vehicle, float, Baseline | None], Session]:
         reconfiguration = Reconfiguration.of_vehicle(vehicle, 1.0 / rate, calibrated, filters=False)
         block = RulesWithReaction(monitor, FaultReaction.of(reconfiguration, 1.0 / rate))
         graph = reconfiguration.switchover.graph
-        return ConditionSession(f"condition, {name}", block, graph, vehicle, rate, calibrated, _DECIDES)
+        return ConditionSession(f"condition, {name}", block, graph, vehicle, rate, calibrated, _DECIDES, {})
 
     return opened
 

@@ -126,7 +126,8 @@ class RuleMonitor:
         testable = Elements(*(seen_now.get(name, 0.0 if name in SENSORS else 1.0) for name in ELEMENTS))
         scores = greatest_of(*(each.evidence for each in statements))
         judged = Judged(
-            statements, testable, expected, readings_by({}), scores, 0.0, spans.supported, spans.ended(self.spans)
+            *(statements, testable, Elements(*(0.0,) * len(ELEMENTS)), expected, readings_by({}), scores, 0.0),
+            *(spans.supported, spans.ended(self.spans)),
         )
         return self.State(sensors, actuators, after, faulty, spans), judged
 
