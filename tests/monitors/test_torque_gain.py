@@ -13,7 +13,7 @@ from tierod.core.findings import Finding, Status
 from tierod.core.recording import Recording
 from tierod.monitors.diagnose import diagnose
 from tierod.monitors.harness.baseline import Baseline
-from tierod.proving_ground import drive
+from tierod.proving_ground import drive, lock_to_lock
 from tierod.proving_ground.scenarios import load as load_scenario
 from tierod.report import to_json
 from tierod.vehicles import Parameter, Vehicle, load
@@ -103,6 +103,39 @@ def test_beside_a_baseline_the_margin_holds_the_deviation_of_each_limit_and_says
     assert f"within the margin of torque gain and estimate {ends[0.0]}" in found[0.0].headline
     assert f"within the margin of torque gain, estimate and limit {ends[1.2]}" in found[1.2].headline
     assert found[1.2].headline.partition("but ")[2].rstrip(".") in found[1.2].cause
+
+
+def test_friction_far_below_nominal_is_healthy_with_a_remark_and_its_cure(fault_free):
+    car = load("midsize-eps")
+    known = {name: each for name, each in car.parameters.items() if not name.startswith("assist_")}
+    without_map = dataclasses.replace(car, parameters=known)
+    low, usual = (judged(each, without_map) for each in (scaled(fault_free, 0.6), fault_free))
+    assert low.status is usual.status is Status.HEALTHY
+    share = low.estimate.value / 4.0
+    assert f"only {share:.2f} times nominal" in low.headline
+    assert "the gains of driver_torque and motor_torque" in low.cause
+    assert "another car" in low.cause
+    assert "judge against this car's baseline" in low.action
+    assert "times nominal" not in " ".join((usual.headline, usual.cause, *usual.warnings))
+
+
+@pytest.mark.parametrize("against", ["nominal", "baseline"])
+def test_a_loop_far_narrower_than_expected_is_not_as_expected(against):
+    test = lock_to_lock(TRUE, hoist=True, seed=6)
+    own = None
+    if against == "baseline":
+        own = Baseline("midsize-eps", "hysteresis, hoist", TRUE, 0.02, "N*m", 60.0, rate=1.0)
+    low, usual = (
+        diagnose(each, "midsize-eps", "hysteresis", "hoist", baseline=own, spread=False).findings[0]
+        for each in (scaled(test, 0.6), test)
+    )
+    assert low.status is usual.status is Status.HEALTHY
+    assert "only 0.5" in low.cause
+    assert "the gains of driver_torque and motor_torque" in low.cause
+    assert "calibrate driver_torque and motor_torque" in low.action
+    assert ("--baseline" in low.action) == (own is None)
+    assert usual.cause == "the loop is as wide as expected"
+    assert usual.action == "none"
 
 
 def test_the_document_and_the_course_hold_the_same_deviation(fault_free):

@@ -14,6 +14,7 @@ from tierod.core.recording import Recording
 from tierod.core.units import COUNT
 from tierod.io.derive import complete
 from tierod.io.layout import plain
+from tierod.io.noise import noise_warnings
 from tierod.io.quality import channel_quality
 from tierod.io.readers import ChannelMap, read
 from tierod.io.signs import sign_warnings, turn_warnings
@@ -101,7 +102,7 @@ def inspect(
     monitors = tuple(Readiness(each, _reasons(each, car, whole)) for each in MONITORS.values())
     whole = complete(whole)
     quality = tuple(channel_quality(channel) for channel in whole.channels.values())
-    warnings = (*whole.warnings, *sign_warnings(whole), *turn_warnings(whole))
+    warnings = (*whole.warnings, *sign_warnings(whole), *turn_warnings(whole), *noise_warnings(whole))
     return Inspection(whole, car, quality, warnings, monitors)
 
 

@@ -77,3 +77,26 @@ def test_a_gain_may_be_that_of_the_two_other_signals(fault_free):
     found = diagnose(fault_free.with_channels(halves), "midsize-eps", "driver-torque").findings[0]
     assert found.status.exit_code == 1
     assert "or that of steering_wheel_angle and driver_torque together" in found.cause
+
+
+COLUMN = ("steering_wheel_angle", "motor_angle_mechanical", "driver_torque")
+
+
+def drifting(channel: Channel, to: float) -> Channel:
+    return dataclasses.replace(channel, values=channel.values + np.linspace(0.0, to, len(channel.values)))
+
+
+def noisy(channel: Channel, deviation: float) -> Channel:
+    noise = np.random.default_rng(5).normal(scale=deviation, size=len(channel.values))
+    return dataclasses.replace(channel, values=channel.values + noise)
+
+
+@pytest.mark.parametrize("without", [(), ("motor_torque", "motor_target_torque")])
+def test_innovations_that_contradict_the_column_name_their_signals(fault_free, without):
+    torque, motor = fault_free["driver_torque"], fault_free["motor_angle_mechanical"]
+    changed = [noisy(torque, np.std(torque.values)), drifting(motor, 2.0 * np.std(motor.values))]
+    channels = fault_free.with_channels(changed).channels
+    recording = Recording({name: each for name, each in channels.items() if name not in without})
+    found = diagnose(recording, "midsize-eps", "driver-torque", spread=False).findings[0]
+    assert found.status.exit_code == 1
+    assert all(name in found.cause for name in COLUMN)

@@ -1,163 +1,21 @@
-import math
+"""The running verdict on friction alone, fed with estimates."""
 
 import numpy as np
 import pytest
 
-from monitors.friction.study_drives import Case, signals
 from tierod.core.block import leaves
-from tierod.core.errors import InputError, ParameterError
+from tierod.core.errors import ParameterError
 from tierod.core.findings import Status
 from tierod.core.graph import scan
 from tierod.core.statement import STATUSES, code_of
 from tierod.monitors.friction.decisions import ABSOLUTE_DESIGN, RISING_DESIGN
 from tierod.monitors.friction.finding import finding_of
 from tierod.monitors.friction.judged import VerdictSample
-from tierod.monitors.friction.monitor import FrictionMonitor
 from tierod.monitors.friction.notices import FrictionRun
 from tierod.monitors.friction.verdict import FrictionLimits, FrictionVerdict
 from tierod.monitors.friction.verdict_tuning import AlarmTuning
-from tierod.vehicles import load
 
-VEHICLE = load("midsize-eps")
-MONITOR = FrictionMonitor.of_vehicle(VEHICLE)
 LIMITS = FrictionLimits(4.0, 4.8, 7.5)
-ANGLE, RATE, DRIVER, MOTOR, YAW, LATERAL, SPEED = range(7)
-MINUTES = 9.0
-"""Duration of a drive whose friction changes half-way, when its level is learnt [min]."""
-CHANGE = 30.0 * MINUTES
-
-
-def statuses(result, name="verdict.running"):
-    return np.array([STATUSES[round(code)] for code in result[name]], dtype=object)
-
-
-def enabled_delay(result, *wanted):
-    """Enabled time [s] from the change to the first verdict of one of these."""
-    enabled = np.cumsum(result["estimate.enabled"]) / 100.0
-    change = round(100.0 * CHANGE)
-    assert not np.isin(statuses(result)[:change], (Status.RISING, Status.FAULT)).any()
-    reached = np.flatnonzero(np.isin(statuses(result)[change:], wanted))
-    return enabled[change + reached[0]] - enabled[change] if len(reached) else math.inf
-
-
-@pytest.mark.parametrize("seed", [1001, pytest.param(1002, marks=pytest.mark.slow)])
-def test_a_step_to_12_5_is_a_fault_within_12_s_enabled(seed):
-    result = scan(MONITOR, signals(Case(seed, 4.0, 12.5, minutes=MINUTES)))
-    assert enabled_delay(result, Status.FAULT) <= 12.0
-    finding = MONITOR.finding(result)
-    assert finding.status is Status.FAULT
-    assert finding.since == pytest.approx(CHANGE, abs=30.0)
-    assert finding.estimate.value == pytest.approx(12.5, rel=0.04)
-    assert finding.evidence["ratio_to_baseline"] == pytest.approx(12.5 / 4.0, rel=0.04)
-
-
-@pytest.mark.parametrize("seed", [1001, pytest.param(1002, marks=pytest.mark.slow)])
-def test_a_step_to_5_5_is_rising_within_25_s_enabled(seed):
-    result = scan(MONITOR, signals(Case(seed, 4.0, 5.5, minutes=MINUTES)))
-    assert enabled_delay(result, Status.RISING, Status.FAULT) <= 25.0
-    finding = MONITOR.finding(result, start_time=1000.0)
-    assert finding.status is Status.RISING
-    assert finding.since == pytest.approx(1000.0 + CHANGE, abs=60.0)
-    assert "learnt in this recording" in finding.cause
-
-
-@pytest.mark.parametrize(
-    ("seed", "scatter"),
-    [*(pytest.param(each, "usual", marks=pytest.mark.slow) for each in (30_001, 30_002)), (30_003, "hard")],
-)
-def test_healthy_cars_of_all_sorts_stay_healthy(seed, scatter):
-    result = scan(MONITOR, signals(Case(seed, scatter=scatter)))
-    assert set(statuses(result)) == {Status.NOT_READY, Status.HEALTHY}
-    finding = MONITOR.finding(result)
-    assert finding.status is Status.HEALTHY
-    assert finding.status.exit_code == 0
-    assert any("10 % of torque" in warning for warning in finding.warnings)
-
-
-def test_a_car_that_was_bad_from_the_start_is_a_fault_and_sets_no_level():
-    finding = MONITOR.finding(scan(MONITOR, signals(Case(1001, 12.5))))
-    assert finding.status is Status.FAULT
-    assert finding.since is None
-    assert "baseline" not in finding.estimate.reference
-    assert any("not learnt" in warning for warning in finding.warnings)
-
-
-def test_a_level_from_earlier_drives_shows_a_small_rise_at_once():
-    stored = FrictionMonitor.of_vehicle(VEHICLE, learnt_level=4.0, learnt_deviation=0.05)
-    finding = stored.finding(scan(stored, signals(Case(1001, 5.2, minutes=6.0))))
-    assert finding.status is Status.RISING
-    assert finding.evidence["ratio_to_baseline"] == pytest.approx(1.3, abs=0.03)
-
-
-def finding_after(change, case=Case(1001), monitor=MONITOR):  # noqa: B008
-    samples = signals(case).copy()
-    change(samples)
-    return monitor.finding(scan(monitor, samples))
-
-
-def turned(*columns):
-    def change(samples):
-        samples[:, list(columns)] *= -1.0
-
-    return change
-
-
-@pytest.mark.parametrize(
-    ("change", "status", "words"),
-    [
-        (turned(DRIVER), Status.NOT_IDENTIFIABLE, "opposite signs"),
-        (turned(DRIVER, MOTOR), Status.NOT_IDENTIFIABLE, "negative"),
-        (turned(LATERAL, YAW), Status.NOT_IDENTIFIABLE, "self-aligning torque is negative"),
-        (lambda s: s[:, DRIVER].fill(0.1), Status.NOT_ENABLED, "driver's torque was too small for 100%"),
-        (lambda s: s[:, SPEED].fill(1.0), Status.NOT_ENABLED, "stood or rolled slowly for 100%"),
-        (lambda s: s[:, [RATE]].fill(0.0) or s[:, RATE].fill(0.0), Status.NOT_ENABLED, "hardly turned for 100%"),
-        (lambda s: s[:, YAW].fill(np.nan), Status.NOT_AVAILABLE, "the signals were never all present at once"),
-        (lambda s: s[6000:].fill(np.nan), Status.NOT_READY, " s only, 50 s are needed"),
-    ],
-)
-def test_without_a_fault_free_basis_the_value_is_withheld(change, status, words):
-    finding = finding_after(change)
-    assert finding.status is status
-    assert finding.status.exit_code == 2
-    assert words in finding.cause
-    assert finding.action
-    assert finding.estimate is None
-
-
-def test_raw_counts_are_withheld():
-    finding = finding_after(lambda samples: None, monitor=FrictionMonitor(MONITOR.filter, FrictionVerdict(None)))
-    assert finding.status is Status.NOT_IDENTIFIABLE
-    assert finding.estimate is None
-    assert "raw counts" in finding.cause
-    assert not any(name.endswith("_Nm") for name in finding.evidence)
-
-
-def test_lane_keeping_is_distinguished_from_a_wrong_sign():
-    def lane_keeping(samples):
-        half = (np.arange(len(samples)) // 500) % 2 == 1
-        samples[half, MOTOR] *= -1.0
-
-    finding = finding_after(lane_keeping)
-    assert finding.status is Status.NOT_IDENTIFIABLE
-    assert "lane keeping" in finding.cause
-    assert finding.evidence["opposed_torques_share"] == pytest.approx(0.5, abs=0.1)
-
-
-def test_strokes_shorter_than_the_build_up_are_not_identifiable():
-    time = np.arange(60_000) * 0.01
-    rate = 0.12 * np.cos(2.0 * math.pi * 2.0 * time)
-    angle = 0.12 * np.sin(2.0 * math.pi * 2.0 * time) / (2.0 * math.pi * 2.0)
-    samples = np.zeros((len(time), 7))
-    samples[:, ANGLE], samples[:, RATE], samples[:, SPEED] = angle, rate, 20.0
-    stiffness = 4.0 / math.radians(6.0)
-    total = 3.0 + stiffness * angle + 0.8 * rate
-    samples[:, DRIVER], samples[:, MOTOR] = total / 3.0, total / 30.0
-    finding = MONITOR.finding(scan(MONITOR, samples))
-    assert finding.status is Status.NOT_IDENTIFIABLE
-    assert "strokes" in finding.cause
-
-
-# ---- the running verdict alone, fed with estimates
 
 
 def estimates(*stretches):
@@ -173,13 +31,24 @@ def estimates(*stretches):
 def judged(verdict, samples):
     result = scan(verdict, samples)
     last = result.at(-1)
-    return statuses(result, "running"), last, finding_of(FrictionRun("test", verdict, last))
+    running = np.array([STATUSES[round(code)] for code in result["running"]], dtype=object)
+    return running, last, finding_of(FrictionRun("test", verdict, last))
 
 
-def test_not_ready_before_the_ready_time():
-    running, _, finding = judged(FrictionVerdict(LIMITS), estimates((49.0, 12.5)))
-    assert set(running) == {Status.NOT_READY}
-    assert finding.status is Status.NOT_READY
+@pytest.mark.parametrize(
+    ("course", "status"),
+    [
+        (((49.0, 12.5),), Status.NOT_READY),
+        (((80.0, 4.0),), Status.HEALTHY),
+        (((80.0, 5.5),), Status.RISING),
+        (((80.0, 9.0),), Status.FAULT),
+        (((130.0, 4.0), (1.5, 5.5), (10.0, 4.0)), Status.HEALTHY),
+    ],
+    ids=["before the ready time", "nominal", "rising", "fault", "a short excursion"],
+)
+def test_a_course_of_friction_has_the_status_of_its_limits(course, status):
+    running, _, finding = judged(FrictionVerdict(LIMITS), estimates(*course))
+    assert finding.status is running[-1] is status
 
 
 def test_an_episode_that_is_over_is_suspect():
@@ -193,16 +62,6 @@ def test_the_level_is_frozen_while_friction_is_suspicious():
     assert last.baseline.level == pytest.approx(4.0, abs=1e-9)
     assert last.baseline.seconds == pytest.approx(40.0, abs=0.1)
     assert finding.status is Status.HEALTHY
-
-
-def test_a_short_excursion_is_ridden_out():
-    _, _, finding = judged(FrictionVerdict(LIMITS), estimates((130.0, 4.0), (1.5, 5.5), (10.0, 4.0)))
-    assert finding.status is Status.HEALTHY
-
-
-@pytest.mark.parametrize(("friction", "status"), [(4.0, Status.HEALTHY), (5.5, Status.RISING), (9.0, Status.FAULT)])
-def test_absolute_limits_judge_a_constant_friction(friction, status):
-    assert judged(FrictionVerdict(LIMITS), estimates((80.0, friction)))[2].status is status
 
 
 def test_without_limits_the_ratio_alone_speaks():
@@ -352,20 +211,6 @@ def test_a_recording_that_ends_above_a_limit_is_not_healthy(verdict, course, wor
     assert "fell back" not in finding.cause
 
 
-def test_signals_lost_right_after_a_step_leave_a_suspicion_and_are_reported():
-    samples = signals(Case(1001, 4.0, 5.5)).copy()
-    whole = scan(MONITOR, samples)
-    alarm = np.flatnonzero(np.isin(statuses(whole), (Status.RISING, Status.FAULT)))[0]
-    above = np.flatnonzero(whole["verdict.ratio"] > 1.21)[0]
-    assert above < alarm
-    samples[above + 20 :] = np.nan
-    finding = MONITOR.finding(scan(MONITOR, samples))
-    assert finding.status is Status.SUSPECT
-    assert "signals were lost, before this was confirmed" in finding.cause
-    assert finding.evidence["signals_present_share"] < 0.6
-    assert any("signals were missing, or had just come back, for 4" in warning for warning in finding.warnings)
-
-
 @pytest.mark.parametrize(
     ("columns", "words"),
     [
@@ -420,85 +265,10 @@ def test_a_balance_that_fitted_may_misfit_for_a_while_after_a_step_but_not_for_e
     assert judged(FrictionVerdict(LIMITS), recovered)[0][-1] is Status.FAULT
 
 
-def scaled(factor, *columns):
-    def change(samples):
-        samples[:, list(columns)] *= factor
-
-    return change
-
-
-def late(seconds, *columns):
-    def change(samples):
-        shift, which = round(100 * seconds), list(columns)
-        samples[shift:, which] = samples[:-shift, which]
-
-    return change
-
-
-@pytest.mark.parametrize("level", [4.0, pytest.param(8.0, marks=pytest.mark.slow)])
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        (scaled(-1.0, RATE), "damping"),
-        (scaled(180.0 / math.pi, YAW), "self-aligning torque"),
-        (scaled(1.0 / 9.81, LATERAL), "damping"),
-        (scaled(0.0, LATERAL), "torque"),
-    ],
-    ids=["wrong sign of the rate", "yaw rate in degrees", "lateral acceleration in g", "no lateral acceleration"],
-)
-def test_signals_that_contradict_each_other_are_not_judged(level, change, words):
-    finding = finding_after(change, Case(1001, level))
-    assert finding.status is Status.NOT_IDENTIFIABLE
-    assert finding.estimate is None
-    assert words in finding.cause
-    assert "unit" in finding.action or "sign" in finding.action
-
-
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        (late(0.1, DRIVER, MOTOR), "inertia is negative"),
-        (late(0.1, ANGLE, RATE), "the angle is probably about 100 ms later"),
-        (late(0.2, YAW, LATERAL), "yaw rate and lateral acceleration are late"),
-    ],
-    ids=["torques", "angle", "yaw"],
-)
-def test_late_signals_are_reported_by_what_was_learnt(change, words):
-    assert not any("late" in warning for warning in finding_after(lambda samples: None).warnings)
-    assert any(words in warning for warning in finding_after(change).warnings)
-
-
-def test_half_of_nominal_friction_is_doubted():
-    finding = finding_after(lambda samples: None, Case(1001, 2.0, minutes=6.0))
-    assert finding.status is Status.HEALTHY
-    assert any("0.5" in warning and "times nominal" in warning for warning in finding.warnings)
-
-
 def test_a_strange_self_aligning_torque_is_doubted():
     finding = judged(FrictionVerdict(LIMITS), changed(estimates((80.0, 4.0)), aligning_gain=3.0))[2]
     assert finding.status is Status.HEALTHY
     assert any("3.00 times the value from the vehicle file" in warning for warning in finding.warnings)
-
-
-def test_a_margin_that_swallows_every_limit_is_refused():
-    with pytest.raises(ParameterError, match="below 1"):
-        AlarmTuning(confidence=3.0, gain_deviation=0.4)
-
-
-@pytest.mark.parametrize("limits", [(4.0, 3.0, 7.5), (0.0, 1.0, 2.0), (4.0, 5.0, 5.0)])
-def test_limits_out_of_order_are_refused(limits):
-    with pytest.raises(ParameterError, match="must rise"):
-        FrictionLimits(*limits)
-
-
-def test_a_level_that_is_not_positive_is_refused():
-    with pytest.raises(ParameterError, match="positive torque"):
-        FrictionVerdict(LIMITS, learnt_level=-1.0)
-
-
-def test_no_samples_are_refused():
-    with pytest.raises(InputError, match="no samples"):
-        MONITOR.finding(scan(MONITOR, np.empty((0, 7))))
 
 
 def test_the_ratio_of_rising_friction_is_that_of_its_design():
@@ -507,3 +277,18 @@ def test_the_ratio_of_rising_friction_is_that_of_its_design():
     limits = FrictionLimits(4.0, 4.8, 7.5)
     acts_from = FrictionVerdict(limits).acts_from(limits.rising_friction, 0.0)
     assert (acts_from / 4.0 - 1.0) / tuning.gain_deviation == pytest.approx(ABSOLUTE_DESIGN.threshold, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        (lambda: AlarmTuning(confidence=3.0, gain_deviation=0.4), "below 1"),
+        (lambda: FrictionLimits(4.0, 3.0, 7.5), "must rise"),
+        (lambda: FrictionLimits(0.0, 1.0, 2.0), "must rise"),
+        (lambda: FrictionLimits(4.0, 5.0, 5.0), "must rise"),
+        (lambda: FrictionVerdict(LIMITS, learnt_level=-1.0), "positive torque"),
+    ],
+)
+def test_limits_and_levels_that_make_no_sense_are_refused(wrong, words):
+    with pytest.raises(ParameterError, match=words):
+        wrong()

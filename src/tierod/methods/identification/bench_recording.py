@@ -89,7 +89,7 @@ def bench_recording(name: str, recording: Recording, parameters: BenchParameters
     if missing or driving is None:
         raise InputError(
             f"{name} lacks {' and '.join(missing)}; the identification of a column needs the motor's torque "
-            f"({' or '.join(INPUTS)}), {', '.join(OUTPUTS)}: record them, or name them in a channel map"
+            f"({' or '.join(INPUTS)}), {', '.join(OUTPUTS)}: name them in a channel map, or record them"
         )
     names = (driving, *OUTPUTS)
     step = max(_step(name, recording, each) for each in names)

@@ -81,8 +81,8 @@ def motor_recording(name: str, recording: Recording, pole_pairs: float, commande
     angle = "motor_angle_electrical" if electrical else "motor_angle_mechanical"
     if angle not in recording:
         raise InputError(
-            f"{name} lacks the motor's angle; record motor_angle_mechanical or motor_angle_electrical, or name it in a "
-            "channel map"
+            f"{name} lacks the motor's angle; name motor_angle_mechanical or motor_angle_electrical in a channel map, "
+            "or record it"
         )
     step = _step(name, recording, currents)
     start, stop = _common(name, recording, (*currents, *voltages, angle))
@@ -115,7 +115,7 @@ def _require_channels(name: str, recording: Recording, *vectors: tuple[str, str]
         if missing:
             raise InputError(
                 f"{name} lacks {missing}; the identification of a motor needs currents and voltages in the stator's "
-                "axes, or of the phases, and the motor's angle: record them, or name them in a channel map"
+                "axes, or of the phases, and the motor's angle: name them in a channel map, or record them"
             )
 
 

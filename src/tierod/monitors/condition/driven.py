@@ -31,6 +31,11 @@ SLIPPED = "both wheels of an axle spun or skidded, or had done so in the second 
 REVERSED = "the car reversed"
 TOO_FEW = f"fewer than {ALL} sensors give a reading"
 
+MAP_FIRST = (
+    "name wheel speeds, yaw rate and steering wheel angle in the channel map if the recording has them under other "
+    "names ('tierod inspect' shows its columns), else record them"
+)
+
 _YAW = ConditionSample._fields.index("yaw_rate")
 WHEEL_PLACES = [ConditionSample._fields.index(name) for name in ALL_WHEELS]
 """Column indices of the wheel speeds in a sample."""

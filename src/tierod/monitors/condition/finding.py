@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from tierod.core.findings import Element, Episode, Finding, Status
-from tierod.monitors.condition.driven import SLID, TOO_FEW, Driven
+from tierod.monitors.condition.driven import MAP_FIRST, SLID, TOO_FEW, Driven
 from tierod.monitors.condition.recording_checks.absence import Loss
 from tierod.monitors.condition.recording_checks.contradictions import Problem
 from tierod.monitors.condition.recording_checks.filter_inputs import MOTION, Disagreement
@@ -201,7 +201,7 @@ def _nothing_judged(
     if not there:
         cause = f"{TOO_FEW}; the recording has no wheel speed, no yaw rate and no steering wheel angle"
     headline = f"No sensor and no actuator was judged: {cause}."
-    action = "record a drive with bends and changes of speed, with all signals; 'tierod inspect' shows which there are"
+    action = MAP_FIRST if not there else "record a drive with bends and changes of speed, with all signals"
     return Finding(name, status, headline, None, None, evidence, cause, action, warnings)
 
 

@@ -10,7 +10,7 @@ from tierod.core.signals import SIGNALS
 from tierod.diagnosis.substitution import SubstitutionGraph
 from tierod.diagnosis.trouble_codes import load_trouble_codes
 from tierod.monitors.condition.courses import TOGETHER, ElementCourse
-from tierod.monitors.condition.driven import ALL_HELD, ALL_ZERO, TOO_FEW, Driven
+from tierod.monitors.condition.driven import ALL_HELD, ALL_ZERO, MAP_FIRST, TOO_FEW, Driven
 from tierod.monitors.condition.reaction import NOT_ISOLABLE
 from tierod.monitors.condition.recording_checks.absence import Loss
 from tierod.monitors.condition.recording_checks.contradictions import Problem
@@ -212,7 +212,7 @@ def _hindrance(name: str, drive: Driven) -> str:
     if dead := _dead(drive):
         return dead
     if not drive.enough:
-        return f"{TOO_FEW}; record wheel speeds, yaw rate and steering wheel angle"
+        return f"{TOO_FEW}; {MAP_FIRST}"
     period, moving = drive.period, drive.forward * drive.period
     if drive.judged * period < LEAST_TESTABLE and drive.not_judged:
         return drive.not_judged

@@ -8,7 +8,7 @@ from tierod.core.findings import Estimate, Finding, Status
 from tierod.monitors.driver_torque.contradicting import described
 from tierod.monitors.driver_torque.decisions import DOUBTED, MOTOR_INERTIA_SPREAD, FitRules, misfit
 from tierod.monitors.driver_torque.drive import Drive
-from tierod.monitors.driver_torque.misfits import distances, is_late, is_zeroed, misfits, suspected
+from tierod.monitors.driver_torque.misfits import distances, innovations_of, is_late, is_zeroed, misfits, suspected
 from tierod.vehicles import Vehicle
 from tierod.vehicles.uncertain import torque_gain_deviation
 
@@ -97,7 +97,7 @@ def _doubts(drive: Drive) -> tuple[str, ...]:
     if not drive.nis > 0.0 or misfit(drive.nis) <= DOUBTED:
         return ()
     return (
-        f"the innovations are {math.sqrt(drive.nis):.1f} times as large as the observer expects: the standard "
+        f"{innovations_of(drive)} are {math.sqrt(drive.nis):.1f} times as large as the observer expects: the standard "
         "deviation of the torque of the hands may be too small by this factor",
     )
 

@@ -26,7 +26,11 @@ DEGREES, UNIT_MARGIN = math.degrees(1.0), 0.1
 """Factor between an angle in degrees and in radians, and tolerance on the logarithm of a ratio near that factor."""
 UNNAMED = "the innovations"
 """Start of the sentence on a misfit that names no parameter."""
-NO_THIRD = "steering_wheel_angle or driver_torque may be wrong; record motor_angle_mechanical to find out which"
+OF_ANGLES = "(motor_angle_mechanical over steering_wheel_angle)"
+NO_THIRD = (
+    "steering_wheel_angle or driver_torque may be wrong; motor_angle_mechanical, named in the channel map or recorded, "
+    "would show which"
+)
 
 
 def misfits(drive: Drive, vehicle: Vehicle, rules: FitRules) -> list[str]:
@@ -58,7 +62,10 @@ def _of_the_column(drive: Drive, vehicle: Vehicle, rules: FitRules) -> list[str]
     inertia = vehicle["steering_wheel_inertia"]
     if rules.apart(_departures(drive, vehicle)["inertia"], 1.0):
         there = inertia + drive.inertia_error
-        wrong.append(f"steering_wheel_inertia is {inertia:.3g} kg·m², but the motion without hands shows {there:.3g}")
+        wrong.append(
+            f"steering_wheel_inertia is {inertia:.3g} kg·m², but the motion without hands shows {there:.3g} "
+            "(driver_torque over the acceleration of steering_wheel_angle)"
+        )
     wrong += _misshapen(drive, vehicle, rules)
     if rules.misfit(drive.nis) and (drive.geometry is None or not wrong):
         wrong.append(_surprising(drive))
@@ -68,9 +75,16 @@ def _of_the_column(drive: Drive, vehicle: Vehicle, rules: FitRules) -> list[str]
 def _surprising(drive: Drive) -> str:
     """Sentence on innovations that are too large."""
     return (
-        f"{UNNAMED} are {math.sqrt(drive.nis):.2g} times as large as the observer expects; a signal may be late, have "
-        "an offset or the wrong sign, or motor_inertia, gear_stiffness or the noise of the sensors may be wrong"
+        f"{innovations_of(drive)} are {math.sqrt(drive.nis):.2g} times as large as the observer expects; a signal may "
+        "be late, have an offset or the wrong sign, or motor_inertia, gear_stiffness or the noise of the sensors may "
+        "be wrong"
     )
+
+
+def innovations_of(drive: Drive) -> str:
+    """The innovations with the signals that they are of."""
+    third = "" if drive.contradiction is None else ", motor_angle_mechanical"
+    return f"{UNNAMED} of steering_wheel_angle{third} and driver_torque"
 
 
 def suspected(drive: Drive, wrong: list[str]) -> tuple[str, ...]:
@@ -101,14 +115,15 @@ def _misshapen(drive: Drive, vehicle: Vehicle, rules: FitRules) -> list[str]:
     ratio, bar = vehicle["motor_ratio"], vehicle["torsion_bar_stiffness"]
     apart = _departures(drive, vehicle)
     if rules.apart(apart["ratio"], 1.0):
-        wrong.append(f"motor_ratio is {ratio:.4g}, but the ratio of the angles is {found.ratio:.4g}")
+        wrong.append(f"motor_ratio is {ratio:.4g}, but the ratio of the angles is {found.ratio:.4g} {OF_ANGLES}")
     if is_late(drive, vehicle, rules):
         others = "the others" if found.lag > 0.0 else "both others, which may themselves be late"
         when = "late" if found.lag > 0.0 else "early"
         return [*wrong, f"{found.late} is about {1e3 * abs(found.lag):.0f} ms {when} relative to {others}"]
     if rules.apart(apart["stiffness"], 1.0):
         wrong.append(
-            f"torsion_bar_stiffness is {bar:.3g} N·m/rad, but the twist of the bar shows {found.stiffness:.3g}"
+            f"torsion_bar_stiffness is {bar:.3g} N·m/rad, but the twist of the bar shows {found.stiffness:.3g} "
+            "(driver_torque over steering_wheel_angle less motor_angle_mechanical)"
         )
     elif rules.apart(apart.get("offset", 0.0), 1.0):
         offset, turn = found.torque_offset, math.degrees(abs(found.torque_offset) / found.stiffness)

@@ -23,6 +23,16 @@ CLOSE = 0.9
 """Share of the fault limit from which rising friction is reported as close to it [-]; 0.9 leaves 0.4 of the way from
 1.2 to 1.6 times the baseline."""
 
+SMALLEST_NOMINAL = 0.7
+"""Share of nominal friction below which the torques or the vehicle file are doubted [-]: four standard deviations of
+the common torque gain below 1; halved motor torques give 0.64 to 0.68, simulated."""
+
+TOO_LOW = (
+    "the gains of driver_torque and motor_torque or motor_ratio may be too low, or the vehicle file is that of another "
+    "car; a fault may then be judged healthy"
+)
+"""What a friction far below that of a fault-free car means."""
+
 SETTLE = (
     "calibrate driver_torque and motor_torque, judge against this car's baseline from an earlier fault-free drive, or "
     "measure the friction in a lock-to-lock test"
@@ -232,7 +242,7 @@ def held_against(run: FrictionRun, limits: Limits, status: Status) -> str:
         nominal = f"nominal {run.limits.nominal_friction:.4g} N·m"
         by_ratio = limits.rising.by_ratio or limits.fault.by_ratio
         parts += [f"{ratio}, {acting}", nominal] if by_ratio else [f"{nominal}, {acting}", ratio]
-        parts += _margins(limits, status) if status is Status.HEALTHY else []
+        parts += [*_margins(limits, status), *_low(run)] if status is Status.HEALTHY else []
     return "; ".join(part for part in parts if part)
 
 
@@ -294,8 +304,19 @@ def _margins(limits: Limits, status: Status) -> list[str]:
     ][:1]
 
 
+def _low(run: FrictionRun) -> list[str]:
+    """Friction far below nominal, in words; empty beside a given baseline, in whose ratio gains cancel."""
+    share = run.friction / run.limits.nominal_friction
+    return [f"only {share:.2f} times nominal"] if run.verdict.learnt_level is None and share < SMALLEST_NOMINAL else []
+
+
 def _healthy(run: FrictionRun, limits: Limits) -> tuple[str, str]:
     margins = _margins(limits, Status.HEALTHY)
+    if low := _low(run):
+        return (
+            f"friction stayed below every limit, but it is {low[0]}: {TOO_LOW}",
+            f"before this level is stored as that of a fault-free car, {SETTLE}",
+        )
     if not margins:
         kept = "" if run.verdict.learnt_level is not None else "; store the learnt level for the next recording"
         return "friction stayed below every limit", f"none{kept}"

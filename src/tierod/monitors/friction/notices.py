@@ -23,10 +23,6 @@ RIGID_WARNING = (
 SMALLEST_LEVEL = 0.8
 """Share of the baseline below which friction is reported to have fallen [-]; fault-free drives stayed above 0.9."""
 
-SMALLEST_NOMINAL = 0.7
-"""Share of nominal friction below which the torques or the vehicle file are doubted [-]: four standard deviations of
-the common torque gain below 1; halved motor torques give 0.64 to 0.68, simulated."""
-
 SMALLEST_PRESENCE = 0.8
 """Share of the recording with all signals present below which a notice is given [-]; whole recordings have 0.99 and
 more."""
@@ -100,7 +96,7 @@ def _gains(run: FrictionRun) -> str:
 
 
 def _levels(run: FrictionRun) -> list[str]:
-    warnings, friction = [], run.friction
+    warnings = []
     if run.judged.known_level <= 0.0:
         warnings.append(
             "the baseline is not learnt (too little time, or friction above its limit): only the absolute limits apply"
@@ -109,12 +105,6 @@ def _levels(run: FrictionRun) -> list[str]:
         warnings.append(
             f"friction is {run.judged.ratio:.2f} times the baseline: check that this was learnt on this car, with "
             "these sensors"
-        )
-    nominal = run.limits.nominal_friction
-    if run.verdict.tuning.smallest_friction * nominal <= friction < SMALLEST_NOMINAL * nominal:
-        warnings.append(
-            f"friction is only {friction / nominal:.2f} times nominal: check the gain of the torques, the motor's gear "
-            "ratio, and whether the vehicle file belongs to this car; if one is wrong, a fault may be judged healthy"
         )
     return warnings
 

@@ -70,7 +70,8 @@ class InputChecks:
             contradictions: contradictions between signals over the drive, as sentences
         """
         defects = (*self.defects.found(self.quality.units), *conclusion.defects)
-        named = contradicted(with_defects(conclusion.finding, defects, self.monitor), contradictions, self.monitor)
+        named = with_defects(conclusion.finding, defects, self.monitor)
+        named = contradicted(named, (*contradictions, *self._noises(named)), self.monitor)
         finding = self.judged.limited(named, self.monitor.title, self.monitor.reaction, self.stuck.lasting())
         course = conclusion.course
         unchanged = finding.status is conclusion.finding.status
@@ -102,7 +103,13 @@ class InputChecks:
             *self.stuck.warnings(self.quality.units),
             *self.missing.warnings(self.quality.rates(), {each.name for each in self.stuck.spans()}),
             *contradictions,
+            *self._noises(finding),
             *self.quality.range_warnings(),
             *metadata.get("warnings", ()),
         )
         return dataclasses.replace(finding, warnings=tuple(dict.fromkeys(warnings)))
+
+    def _noises(self, finding: Finding) -> tuple[str, ...]:
+        """Warnings of noisy signals, without those whose noise the monitor has named itself."""
+        said = f"{finding.cause} {' '.join(finding.warnings)}"
+        return tuple(each for each in self.quality.noise_warnings() if each.partition(" by ")[0] not in said)

@@ -12,6 +12,8 @@ from tierod.core.findings import ChannelQuality
 from tierod.core.recording import Channel, Recording
 from tierod.core.series import Rows
 from tierod.core.shown import in_words
+from tierod.core.signals import SIGNALS
+from tierod.io.noise import USUAL, Noise
 from tierod.io.quality import (
     Pace,
     assumes_unit,
@@ -82,6 +84,7 @@ class QualityOverChunks:
         self._spans: dict[str, float] = {}
         self._last: dict[str, float] = {}
         self._reduced = Rows(1 + len(self.names))
+        self._noises = {name: Noise() for name in self.names if name in USUAL}
 
     def add(self, piece: Recording, qualities: Qualities | None = None) -> None:
         """Add the next piece.
@@ -94,6 +97,8 @@ class QualityOverChunks:
         for name in self.names:
             if name in piece:
                 self._merge(piece[name], qualities.of(piece[name]))
+                if name in self._noises and piece[name].unit == SIGNALS[name].unit:
+                    self._noises[name].add(piece[name].values)
         kept = len(self._reduced) / REDUCED_RATE
         if kept < COMPARED and any(name in piece for name in self.names):
             # A piece may be a whole recording with a pause of days in it: align only the part that is compared.
@@ -133,6 +138,11 @@ class QualityOverChunks:
             for remark in row.remarks
             if is_about_implausible_values(remark)
         )
+
+    def noise_warnings(self) -> tuple[str, ...]:
+        """Warnings of signals whose readings scatter far more than those of usual sensors."""
+        rates = self.rates()
+        return tuple(filter(None, (each.warning(name, rates.get(name, 0.0)) for name, each in self._noises.items())))
 
     def refuse_slow(self, required: Iterable[str], minimum_rate: float) -> bool:
         """Refuse a required signal with a low sampling rate.

@@ -11,10 +11,13 @@ import numpy as np
 
 from tierod.core.findings import Estimate, Finding, Status
 from tierod.core.recording import Aligned, Channel, Recording
+from tierod.core.shown import in_words
 from tierod.core.signals import SIGNALS
+from tierod.io.noise import LOUD, USUAL, scatter
 from tierod.methods.detectors.rule_design import alarms_at
 from tierod.methods.identification.hysteresis import HysteresisFriction, HysteresisIdentification, Support
 from tierod.methods.identification.lock_to_lock import Noise
+from tierod.monitors.friction.finding import SMALLEST_NOMINAL, TOO_LOW
 from tierod.monitors.harness.baseline import Baseline
 from tierod.monitors.harness.session import Conclusion, Monitor, Session, Variant
 from tierod.monitors.harness.spread.advice import baseline_command, cure
@@ -63,12 +66,6 @@ class GroundSuspicion:
         )
 
 
-NOTABLE_NOISE: Annotated[float, "rad"] = 0.01
-"""Noise of the steering wheel angle that a finding names; sensors of cars have 0.002 rad, with their resolution."""
-
-NOTABLE_TORQUE_NOISE: Annotated[float, "N*m"] = 0.5
-"""Noise of a torque, at the steering wheel, that a finding names; sensors and motors have 0.1 N·m."""
-
 INCREASES = ("increase_Nm", "increase_standard_deviation_Nm")
 """Names in the evidence of the friction above the reference, and of its standard deviation."""
 
@@ -108,7 +105,7 @@ class HysteresisSession:
         recording = self._recording()
         noise = self.identification.angle_noise(recording)
         if noise.deviation > self.identification.largest_angle_noise:
-            most = f"at most {self.identification.largest_angle_noise:g} rad show where the wheel turns back"
+            most = f"with more than {in_words(self.identification.largest_angle_noise, 'rad')} no reversal is sure"
             cause = f"{_scatter('steering_wheel_angle', noise)}; {most}"
             return Conclusion(self._withheld(cause, Status.NOT_IDENTIFIABLE, action=_cure("steering_wheel_angle")))
         found = self.identification.identify(recording, self.support)
@@ -180,9 +177,9 @@ class HysteresisSession:
             estimate=estimate,
             evidence=_evidence(found)
             | dict(zip(INCREASES, (increase.value, increase.fault_free_deviation), strict=True)),
-            cause=_CAUSES.get(status, "the loop is wider than expected"),
-            action=AGAIN if status is Status.SUSPECT and self.baseline is not None else self._action(status),
-            warnings=(*self._warnings(found.friction_torque), *self._noise_warnings(found)),
+            cause=_narrow(increase) or _CAUSES.get(status, "the loop is wider than expected"),
+            action=self._action(status, increase),
+            warnings=(*self._warnings(found.friction_torque), *self._jitter_warnings(found)),
             decided_by=(INCREASE.name,) if status in (Status.RISING, Status.FAULT) else (),
         )
 
@@ -192,10 +189,12 @@ class HysteresisSession:
         deviation = held_deviation(self.vehicle, "nominal_friction")
         return over_nominal(found, limits.nominal_friction, deviation, self._gain.value)
 
-    def _action(self, status: Status) -> str:
-        if status is not Status.SUSPECT:
+    def _action(self, status: Status, increase: Increase) -> str:
+        narrow = bool(_narrow(increase))
+        if status is not Status.SUSPECT and not narrow:
             return _ACTIONS[status]
-        return f"{cure((), (), baseline_command(self.name, self.vehicle))}; {AGAIN}"
+        again = CALIBRATE if narrow else AGAIN
+        return again if self.baseline else f"{cure((), (), baseline_command(self.name, self.vehicle))}; {again}"
 
     @property
     def _gain_in_words(self) -> str:
@@ -229,13 +228,11 @@ class HysteresisSession:
             held={"column_damping": found.damping_deviation * found.mean_rate},
         )
 
-    def _noise_warnings(self, found: HysteresisFriction) -> tuple[str, ...]:
-        ratio = self.identification.motor_gear_ratio
-        limits = {"steering_wheel_angle": NOTABLE_NOISE, "driver_torque": NOTABLE_TORQUE_NOISE}
+    def _jitter_warnings(self, found: HysteresisFriction) -> tuple[str, ...]:
         return tuple(
             f"{_scatter(name, noise)}, which moves the friction by ±{share:.2g} N·m; {_cure(name)}"
             for name, noise, share in found.noises
-            if noise.deviation > limits.get(name, NOTABLE_TORQUE_NOISE / ratio)
+            if noise.jitter > 0.0 and noise.deviation > LOUD * USUAL[name]
         )
 
     def _unseen(self, found: HysteresisFriction, increase: Increase) -> Finding:
@@ -267,7 +264,7 @@ _CAUSES = {
         "changed gain of driver_torque or motor_torque may explain it"
     ),
 }
-AGAIN = "turn slowly and several times"
+AGAIN, CALIBRATE = "turn slowly and several times", "calibrate driver_torque and motor_torque"
 _ACTIONS = {
     Status.HEALTHY: "none",
     Status.RISING: "watch it: repeat the test at the next service, and inspect the boots of the steering gear",
@@ -286,18 +283,23 @@ _PARTS = {
         "turn as fast as in the fault-free test, or measure column_damping and enter value and standard_deviation in "
         "the vehicle file",
     ),
-    GAIN: ("the gains of both torques", "calibrate driver_torque and motor_torque"),
+    GAIN: ("the gains of both torques", CALIBRATE),
 }
 """Cause and action of each part of a deviation that may hide a fault."""
 
 
+def _narrow(increase: Increase) -> str:
+    """Cause of a friction far below the reference; "" where it is not."""
+    share = 1.0 + increase.value / increase.base
+    if share >= SMALLEST_NOMINAL:
+        return ""
+    return f"the loop is narrower than expected, only {share:.2f} times as wide: {TOO_LOW}"
+
+
 def _scatter(name: str, noise: Noise) -> str:
     """The noise of a signal in words."""
-    if noise.jitter > 0.0:
-        return (
-            f"the readings of {name} scatter by {noise.deviation:.2g} rad, as of time stamps {noise.jitter:.2g} s off"
-        )
-    return f"the readings of {name} scatter by {noise.deviation:.2g} {SIGNALS[name].unit.replace('*', '·')}"
+    stamps = f", as of time stamps {noise.jitter:.2g} s off" if noise.jitter > 0.0 else ""
+    return f"{scatter(name, noise.deviation)}{stamps}"
 
 
 def _cure(name: str) -> str:

@@ -1,0 +1,122 @@
+"""Noise of sensor readings that exceeds the noise of usual sensors."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from tierod.core.recording import Recording
+from tierod.core.shown import in_words
+from tierod.core.signals import SIGNALS
+from tierod.io.quality import LIMITS, median_rate, too_slow
+
+USUAL = {
+    "steering_wheel_angle": 0.002,
+    "steering_wheel_rate": 0.05,
+    "driver_torque": 0.05,
+    "motor_torque": 0.01,
+    "yaw_rate": 0.005,
+    "vehicle_speed": 0.1,
+}
+"""Noise of the sensors of usual cars, resolution included [unit of the signal]: real recordings and data sheets have no
+more. Accelerations vibrate with the car, so that their noise is none of the sensor."""
+
+LOUD = 5.0
+"""Multiple of the usual noise that is named [-]; worn sensors of virtual cars reach 3."""
+
+LEAST_READINGS = 500
+"""Least number of readings; the noise is then known to 5 %."""
+
+_SMALLEST, _GROWTH, _BINS = 1e-6, math.log(1.05), 450
+"""Smallest size [unit of the signal], logarithm of the width of a bin, and number of bins of the counted sizes."""
+
+STEP_SHARE = 0.01
+"""Share of the changes that may be smaller than a step of a sensor with coarse readings [-]."""
+
+
+class Noise:
+    """Noise of the readings of one signal over the pieces of a recording.
+
+    Third differences contain the noise and hardly the motion. Their sizes are counted, so that the median, which no
+    jump moves, does not depend on the cuts. Held samples count once.
+    """
+
+    def __init__(self) -> None:
+        self._thirds, self._firsts = np.zeros(_BINS), np.zeros(_BINS)
+        self._last = np.empty(0)
+        self._fresh = self._seen = 0
+
+    def add(self, values: np.ndarray) -> None:
+        """Add the next readings, (n,); NaN where missing."""
+        values = values[np.isfinite(values)]
+        readings = np.concatenate([self._last, values])
+        fresh = readings[np.diff(readings, prepend=np.nan) != 0.0]
+        self._seen += len(values)
+        self._fresh += len(fresh) - len(self._last)
+        self._thirds += _counted(np.diff(fresh, n=3) / math.sqrt(20.0))
+        self._firsts += _counted(np.diff(fresh)[2:])
+        self._last = fresh[-3:]
+
+    def deviation(self, rate: float) -> float:
+        """Standard deviation of a reading [its unit]; 0 where motion, held samples or coarse steps may explain it.
+
+        Args:
+            rate: sampling rate [Hz]
+        """
+        if self._thirds.sum() < LEAST_READINGS or too_slow(rate * self._fresh / self._seen, LIMITS.slow):
+            return 0.0
+        found = 1.4826 * _quantile(self._thirds, 0.5)
+        return found if found > _quantile(self._firsts, STEP_SHARE) else 0.0
+
+    def warning(self, name: str, rate: float) -> str:
+        """Sentence on a noise that is far above that of usual sensors; "" for none.
+
+        Args:
+            name: name of the signal
+            rate: sampling rate [Hz]
+        """
+        usual, unit = USUAL[name], SIGNALS[name].unit
+        found = self.deviation(rate)
+        if found <= LOUD * usual:
+            return ""
+        return (
+            f"{scatter(name, found)}, those of usual sensors by {in_words(usual, unit)}: check the sensor and its line"
+        )
+
+
+def scatter(name: str, deviation: float) -> str:
+    """Noise of a signal in words.
+
+    Args:
+        name: name of the signal
+        deviation: standard deviation of a reading [unit of the signal]
+    """
+    return f"the readings of {name} scatter by {in_words(deviation, SIGNALS[name].unit)}"
+
+
+def noise_warnings(recording: Recording) -> tuple[str, ...]:
+    """Sentences on the noisy signals of a whole recording.
+
+    Args:
+        recording: whole recording
+    """
+    found = []
+    for name in USUAL:
+        if name in recording and recording[name].unit == SIGNALS[name].unit:
+            noise = Noise()
+            noise.add(recording[name].values)
+            found.append(noise.warning(name, median_rate(recording[name].time)))
+    return tuple(filter(None, found))
+
+
+def _counted(sizes: np.ndarray) -> np.ndarray:
+    """Number of sizes in each logarithmic bin."""
+    places = np.log(np.maximum(np.abs(sizes), _SMALLEST) / _SMALLEST) / _GROWTH
+    return np.bincount(np.minimum(places.astype(int), _BINS - 1), minlength=_BINS)
+
+
+def _quantile(counts: np.ndarray, share: float) -> float:
+    """Size below which a share of the counted sizes lies: the middle of its bin."""
+    at = int(np.searchsorted(np.cumsum(counts), share * counts.sum()))
+    return _SMALLEST * math.exp((at + 0.5) * _GROWTH)
