@@ -18,9 +18,9 @@ from tierod.core.graph.printer import LANES
 from tierod.core.graph.trace import initial_memory
 from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.models.friction_estimation import FrictionEstimation, FrictionParameters
-from tierod.monitors.friction.gate import FrictionGate
 from tierod.monitors.friction.presets import printed
 from tierod.monitors.friction.refined import FrictionSample
+from tierod.monitors.friction.signals import FrictionGate
 from tierod.vehicles import load
 
 STEPS = 500_000

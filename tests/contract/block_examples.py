@@ -52,15 +52,13 @@ from tierod.monitors.driver_torque.observer import ColumnObserver
 from tierod.monitors.driver_torque.printed import PrintedObserver
 from tierod.monitors.driver_torque.signs import ColumnSigns
 from tierod.monitors.driver_torque.starting import Starting
-from tierod.monitors.friction.balance_rows import BalanceRows
-from tierod.monitors.friction.conditioning import SteeringConditioning
 from tierod.monitors.friction.monitor import FrictionMonitor
+from tierod.monitors.friction.motor_ratio import BalanceRows
 from tierod.monitors.friction.presets import consistent, unscented
 from tierod.monitors.friction.presliding import PreslidingFrictionFilter
 from tierod.monitors.friction.refined import RefinedFrictionMonitor
-from tierod.monitors.friction.rolling_variance import RollingVariance
-from tierod.monitors.friction.signals import SteeringSample
-from tierod.monitors.friction.variance_method import VarianceFrictionMonitor, VarianceParameters
+from tierod.monitors.friction.signals import SteeringConditioning, SteeringSample
+from tierod.monitors.friction.variance_method import RollingVariance, VarianceFrictionMonitor, VarianceParameters
 from tierod.monitors.friction.verdict import FrictionLimits, FrictionVerdict
 from tierod.monitors.harness.stuck_signals import StuckSignals
 from tierod.monitors.motor_angle.comparison import Increments, ResidualGate, SensorComparison, Stuck

@@ -10,7 +10,7 @@ from exact_vehicle import diagnose
 from tierod.core.findings import Status
 from tierod.core.recording import Recording
 from tierod.monitors.driver_torque.finding import UNSIGNED
-from tierod.monitors.driver_torque.work import WorkOverDrive
+from tierod.monitors.driver_torque.signs import WorkOverDrive
 from tierod.vehicles import load
 
 CAR = load("midsize-eps")

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from tierod.monitors.friction.gate import FrictionGate
+from tierod.monitors.friction.signals import FrictionGate
 
 OPEN = {"driver_torque": 1.0, "motor_torque": 0.1, "steering_wheel_rate": 0.3}
 

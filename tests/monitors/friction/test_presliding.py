@@ -9,11 +9,10 @@ from tierod.core.block import leaves, rebuild
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
 from tierod.methods.estimators.linear_algebra import unpack
-from tierod.monitors.friction.conditioning import SteeringConditioning
 from tierod.monitors.friction.monitor import FrictionMonitor
 from tierod.monitors.friction.notices import RIGID_WARNING
 from tierod.monitors.friction.presliding import PreslidingFrictionFilter
-from tierod.monitors.friction.signals import SteeringSample
+from tierod.monitors.friction.signals import SteeringConditioning, SteeringSample
 from tierod.physics.kingpin import weight_lever
 from tierod.physics.tyre import parking_torque
 from tierod.proving_ground import EpsCar, run

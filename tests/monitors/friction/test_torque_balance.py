@@ -7,12 +7,11 @@ import pytest
 
 from models.friction_paper import CAR
 from tierod.core.graph.maths import sin
-from tierod.monitors.friction.conditioning import ConditionedSteering, SteeringConditioning
-from tierod.monitors.friction.presliding_tuning import Coefficients
-from tierod.monitors.friction.signals import SteeringSample
+from tierod.monitors.friction.signals import ConditionedSteering, SteeringConditioning, SteeringSample
 from tierod.monitors.friction.torque_balance import (
     ROLLING_SPEED,
     BuildUp,
+    Coefficients,
     ColumnMotion,
     column_motion,
     regressors,

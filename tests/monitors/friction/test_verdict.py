@@ -8,12 +8,11 @@ from tierod.core.errors import ParameterError
 from tierod.core.findings import Status
 from tierod.core.graph import scan
 from tierod.core.statement import STATUSES, code_of
-from tierod.monitors.friction.decisions import ABSOLUTE_DESIGN, RISING_DESIGN
+from tierod.monitors.friction.decisions import ABSOLUTE_DESIGN, RISING_DESIGN, AlarmTuning
 from tierod.monitors.friction.finding import finding_of
 from tierod.monitors.friction.judged import VerdictSample
 from tierod.monitors.friction.notices import FrictionRun
 from tierod.monitors.friction.verdict import FrictionLimits, FrictionVerdict
-from tierod.monitors.friction.verdict_tuning import AlarmTuning
 
 LIMITS = FrictionLimits(4.0, 4.8, 7.5)
 

@@ -16,10 +16,9 @@ from tierod.monitors.driver_torque.hands import HandsMonitor
 from tierod.monitors.driver_torque.monitor import DriverTorqueMonitor
 from tierod.monitors.driver_torque.observer import ColumnObserver
 from tierod.monitors.driver_torque.printed import PrintedObserver
-from tierod.monitors.driver_torque.sensor_noise import FINE, PRODUCTION, SensorNoise
 from tierod.monitors.driver_torque.session import DriverTorqueSession
 from tierod.monitors.driver_torque.signs import ColumnSigns
-from tierod.monitors.driver_torque.tuning import tuning_at, usual_tuning
+from tierod.monitors.driver_torque.tuning import FINE, PRODUCTION, SensorNoise, tuning_at, usual_tuning
 from tierod.monitors.harness.baseline import Baseline
 from tierod.monitors.harness.session import Monitor, Session, Variant
 from tierod.vehicles import Vehicle

@@ -15,9 +15,8 @@ from tierod.methods.analysis.consistency import Consistency, ConsistencyAccumula
 from tierod.monitors.driver_torque.column_regression import BelowBarOverDrive, ColumnGeometry, GeometryOverDrive
 from tierod.monitors.driver_torque.contradicting import Contradiction, ContradictionOverDrive
 from tierod.monitors.driver_torque.hands import OFF, ON, UNCERTAIN
-from tierod.monitors.driver_torque.signs import SignVerdict, wrong_signs
+from tierod.monitors.driver_torque.signs import SignVerdict, WorkOverDrive, wrong_signs
 from tierod.monitors.driver_torque.tuning import usual_tuning
-from tierod.monitors.driver_torque.work import WorkOverDrive
 from tierod.vehicles import Vehicle
 
 TRUTH = "truth_hand_torque"

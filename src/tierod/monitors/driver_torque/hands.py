@@ -25,7 +25,7 @@ from tierod.monitors.driver_torque.hands_filters import (
     log_likelihood,
     relearning,
 )
-from tierod.monitors.driver_torque.sensor_noise import FINE, SensorNoise
+from tierod.monitors.driver_torque.tuning import FINE, SensorNoise
 from tierod.vehicles import Vehicle
 
 OFF, UNCERTAIN, ON = 0.0, 0.5, 1.0

@@ -14,7 +14,7 @@ from tierod.methods.estimators.shapes import Belief
 from tierod.methods.filters import Differentiator, FirstOrderLowPass
 from tierod.models.discretise import discretise
 from tierod.models.steering_wheel import SteeringWheel, SteeringWheelParameters
-from tierod.monitors.driver_torque.sensor_noise import SensorNoise
+from tierod.monitors.driver_torque.tuning import SensorNoise
 from tierod.physics.lag import gauss_markov_noise
 
 LEARNT = ("inertia_error", "steering_wheel_damping", "torque_offset")

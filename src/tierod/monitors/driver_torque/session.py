@@ -17,7 +17,7 @@ from tierod.monitors.driver_torque.drive import TRUTH, Drive, DriveFigures
 from tierod.monitors.driver_torque.finding import judge
 from tierod.monitors.driver_torque.misfits import distances
 from tierod.monitors.driver_torque.monitor import DriverTorqueMonitor
-from tierod.monitors.driver_torque.sensor_noise import SensorNoise, measured_noise
+from tierod.monitors.driver_torque.tuning import SensorNoise, measured_noise
 from tierod.monitors.harness.session import BlockSession, Conclusion
 from tierod.monitors.harness.verdict import nis_figures
 from tierod.vehicles import Vehicle

@@ -9,8 +9,7 @@ from typing import Annotated
 from tierod.core.findings import Estimate, Finding, Status
 from tierod.core.statement import STATUSES
 from tierod.monitors.friction.decisions import ABSOLUTE, BASELINE
-from tierod.monitors.friction.notices import FrictionRun, notices
-from tierod.monitors.friction.obstacles import obstacles
+from tierod.monitors.friction.notices import FrictionRun, notices, obstacles
 from tierod.monitors.friction.verdict import BY_LIMIT
 from tierod.monitors.harness.verdict import withheld
 from tierod.vehicles.uncertain import GainDeviation

@@ -18,13 +18,13 @@ from tierod.methods.analysis.consistency import ConsistencyAccumulator
 from tierod.methods.identification.hysteresis_presence import HysteresisPresence
 from tierod.models.eps_column import driving_torque
 from tierod.models.friction_estimation import FrictionParameters
-from tierod.monitors.friction.conditioning import SAMPLE_TIME
 from tierod.monitors.friction.decisions import STATISTICS
 from tierod.monitors.friction.finding import finding_of
 from tierod.monitors.friction.judged import JudgedFriction, VerdictSample
 from tierod.monitors.friction.notices import FrictionRun
 from tierod.monitors.friction.over_drive import EstimateOverDrive, HysteresisOverDrive, SignalsOverDrive
 from tierod.monitors.friction.presliding import PreslidingFrictionFilter
+from tierod.monitors.friction.signals import SAMPLE_TIME
 from tierod.monitors.friction.torque_gains import GainsOverDrive
 from tierod.monitors.friction.verdict import FrictionVerdict
 from tierod.monitors.harness.baseline import Baseline

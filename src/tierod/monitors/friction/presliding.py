@@ -14,13 +14,12 @@ from tierod.methods.estimators.kernels import correct
 from tierod.methods.estimators.linear_algebra import add, dot, from_diagonal, product, unpack
 from tierod.methods.filters import Butterworth
 from tierod.models.friction_estimation import FrictionParameters
-from tierod.monitors.friction.conditioning import SAMPLE_TIME, SteeringConditioning
-from tierod.monitors.friction.gate import FrictionGate
 from tierod.monitors.friction.judged import VerdictSample
-from tierod.monitors.friction.presliding_tuning import Coefficients, FrictionTorque, PreslidingTuning
-from tierod.monitors.friction.signals import SteeringSample
+from tierod.monitors.friction.signals import SAMPLE_TIME, FrictionGate, SteeringConditioning, SteeringSample
 from tierod.monitors.friction.torque_balance import (
     ROLLING_SPEED,
+    Coefficients,
+    PreslidingTuning,
     Regressors,
     column_motion,
     expected_torque,
@@ -38,6 +37,56 @@ COUNTS_OF_HANDS_ON = 10.0
 FASTEST_STEERING = 15.0
 """Rate of the steering wheel above which the gate closes [rad/s]; drivers do not reach it even in an emergency, so a
 higher rate is a signal fault or a car out of control."""
+
+
+class FrictionTorque(NamedTuple):
+    """Output of the estimator after a sample.
+
+    Args:
+        friction_torque: level of dry friction at the steering wheel axis, at the reference load
+        friction_deviation: its standard deviation, for correct torque sensors
+        misfit: factor by which it was widened because the torque balance fits worse than the tuning expects
+        residual: root mean square of `innovation` over the last enabled time
+        enabled: 1 where the sample was used
+        hands_on, same_direction, moving, rolling, settled: the enabling conditions, one by one
+        dahl_angle: travel over which friction builds up
+        aligning_gain, trail_drop, weight_lever, turn_slip, drive_share, load_share, offset, damping, inertia: see
+            `Coefficients`
+        reference_load: road torque at the steering wheel for which friction is stated
+        build_up: share of the full level that friction has reached, with sign
+        excitation: mean magnitude of `build_up` over the enabled time; 1 is permanent sliding, below 0.5 the strokes
+            end before friction has built up
+        innovation: measured less expected torque
+        innovation_variance: variance expected by the filter; set wide for errors that last over many samples
+        nis: normalised innovation squared; far below 1 for that reason
+    """
+
+    friction_torque: Annotated[Scalar, "N*m"]
+    friction_deviation: Annotated[Scalar, "N*m"]
+    misfit: Annotated[Scalar, ""]
+    residual: Annotated[Scalar, "N*m"]
+    enabled: Annotated[Scalar, ""]
+    hands_on: Annotated[Scalar, ""]
+    same_direction: Annotated[Scalar, ""]
+    moving: Annotated[Scalar, ""]
+    rolling: Annotated[Scalar, ""]
+    settled: Annotated[Scalar, ""]
+    dahl_angle: Annotated[Scalar, "rad"]
+    aligning_gain: Annotated[Scalar, ""]
+    trail_drop: Annotated[Scalar, "1/(N*m)"]
+    weight_lever: Annotated[Scalar, "m"]
+    turn_slip: Annotated[Scalar, "m**2"]
+    drive_share: Annotated[Scalar, ""]
+    load_share: Annotated[Scalar, ""]
+    reference_load: Annotated[Scalar, "N*m"]
+    offset: Annotated[Scalar, "N*m"]
+    damping: Annotated[Scalar, "N*m*s/rad"]
+    inertia: Annotated[Scalar, "kg*m**2"]
+    build_up: Annotated[Scalar, ""]
+    excitation: Annotated[Scalar, ""]
+    innovation: Annotated[Scalar, "N*m"]
+    innovation_variance: Annotated[Scalar, "N**2*m**2"]
+    nis: Annotated[Scalar, ""]
 
 
 @dataclass(frozen=True)

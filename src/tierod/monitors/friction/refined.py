@@ -14,10 +14,10 @@ from tierod.methods.estimators.gaussian import GaussianFilter
 from tierod.methods.estimators.shapes import Belief
 from tierod.methods.filters.each import EachSignal
 from tierod.models.friction_estimation import FrictionEstimation, FrictionParameters
-from tierod.monitors.friction.gate import FrictionGate
 from tierod.monitors.friction.judged import VerdictSample
 from tierod.monitors.friction.signals import (
     FrictionEstimate,
+    FrictionGate,
     FrictionSample,
     Innovation,
     InnovationVariance,

@@ -13,7 +13,7 @@ from tierod.core.findings import Status
 from tierod.core.graph.maths import all_of, any_of, both, either, maximum, minimum, negated, sqrt, where
 from tierod.core.statement import Statement, code_of
 from tierod.methods.detectors import Cusum
-from tierod.monitors.friction.conditioning import SAMPLE_TIME
+from tierod.monitors.friction.decisions import AlarmTuning
 from tierod.monitors.friction.judged import (
     BalanceFit,
     FrictionFigures,
@@ -23,7 +23,7 @@ from tierod.monitors.friction.judged import (
     Onset,
     VerdictSample,
 )
-from tierod.monitors.friction.verdict_tuning import AlarmTuning
+from tierod.monitors.friction.signals import SAMPLE_TIME
 from tierod.vehicles import Vehicle
 from tierod.vehicles.uncertain import torque_gain_deviation
 

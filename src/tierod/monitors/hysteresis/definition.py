@@ -23,10 +23,10 @@ from tierod.monitors.harness.session import Conclusion, Monitor, Session, Varian
 from tierod.monitors.harness.spread.advice import baseline_command, cure
 from tierod.monitors.harness.verdict import Obstacle, withheld
 from tierod.monitors.hysteresis.assist_ratio import torque_defects
-from tierod.monitors.hysteresis.decisions import INCREASE
 from tierod.monitors.hysteresis.increase import (
     FAULT_FREE_TEST,
     GAIN,
+    INCREASE,
     RATE,
     SCATTER,
     Increase,

@@ -9,12 +9,12 @@ from functools import cache, partial
 from typing import Any
 
 from tierod.models.friction_estimation import FrictionParameters
-from tierod.monitors.friction.conditioning import AngleObserver, SteeringConditioning
 from tierod.monitors.friction.monitor import FrictionMonitor
 from tierod.monitors.friction.presets import consistent, equal_low_pass, printed, printed_open, unscented
 from tierod.monitors.friction.presliding import PreslidingFrictionFilter
-from tierod.monitors.friction.presliding_tuning import DEVIATIONS, PROCESS, PreslidingTuning
 from tierod.monitors.friction.refined import RefinedFrictionMonitor
+from tierod.monitors.friction.signals import AngleObserver, SteeringConditioning
+from tierod.monitors.friction.torque_balance import DEVIATIONS, PROCESS, PreslidingTuning
 from tierod.monitors.friction.variance_method import VarianceFrictionMonitor, VarianceGate, VarianceParameters
 from tierod.papers.friction.linearised import linearised
 from tierod.vehicles import Vehicle, load
