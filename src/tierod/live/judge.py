@@ -197,9 +197,10 @@ class Judge:
         if self.broken or (self.run is None and self._first is None):
             return None
         try:
-            self.run = self.run or self._opened(self._first)
             if self._first is not None:
+                self.run = self.run or self._opened(self._first)
                 self.run.add(self._first)
+            assert self.run is not None
             diagnosis = self.run.finish(self.plan.command)
         except TierodError as error:
             self.reason = str(error)
