@@ -12,11 +12,13 @@ import tierod.report
 from tierod.cli import main
 from tierod.cli.terminal import origin
 from tierod.core.findings import Finding, Status
+from tierod.core.recording import Recording
 from tierod.core.signals import SIGNALS
 from tierod.io.writers import write
 from tierod.monitors.diagnose import diagnose as run
 from tierod.monitors.several import Judged, NotRun
 from tierod.proving_ground import drive
+from tierod.proving_ground.scenarios import load as load_scenario
 from tierod.report import several
 from tierod.vehicles import VEHICLES
 
@@ -214,3 +216,32 @@ def test_the_worst_status(statuses, expected, folder):
 
     judged = [Judged(folder / "a.parquet", "car", {str(k): having(each) for k, each in enumerate(statuses)})]
     assert several.status_of(judged) is expected
+
+
+@pytest.fixture(scope="module")
+def demonstrator():
+    """A drive of the demonstrator, without truth."""
+    whole = load_scenario("demonstrator-healthy").with_run(40.0, 5).run().recording
+    return Recording({name: each for name, each in whole.channels.items() if not name.startswith("truth_")})
+
+
+def _every_verdict(recording, folder, capsys):
+    write(recording, folder / "demonstrator.parquet")
+    main(["diagnose", "demonstrator.parquet", "--vehicle", "smartload", "--monitor", "all", "--no-report", "--json"])
+    (document,) = json.loads(capsys.readouterr().out)["recordings"]
+    return {name: each["findings"][0] for name, each in document["diagnoses"].items()}
+
+
+def test_a_sensor_that_one_monitor_calls_faulty_contradicts_the_statements_of_others(demonstrator, folder, capsys):
+    angle = demonstrator["steering_wheel_angle"]
+    held = np.repeat(angle.values[::20], 20)[: len(angle.values)]
+    held_at_5_hz = demonstrator.with_channels([dataclasses.replace(angle, values=held)])
+    found = _every_verdict(held_at_5_hz, folder, capsys)
+    assert found["condition"]["status"] == "fault"
+    assert found["sideslip"]["status"] == "inconsistent"
+    assert "steering_wheel_angle is faulty" in found["sideslip"]["cause"]
+    assert "(condition)" in found["sideslip"]["cause"]
+    assert "largest force" not in found["sideslip"]["headline"]
+    sound = _every_verdict(demonstrator, folder, capsys)
+    assert sound["condition"]["status"] == "healthy"
+    assert sound["sideslip"]["status"] == "estimated"

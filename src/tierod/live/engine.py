@@ -296,7 +296,11 @@ class Engine:
     def finish(self) -> list[tuple[Judge, Diagnosis, MemoryFeed | None]]:
         """Judge the rest and finish the log; diagnosis and memory feed of every monitor that ran."""
         self.judge(rest=True)
-        found = [(judge, *done) for judge in self.judges if (done := judge.finish()) is not None]
+        ended = [(judge, own) for judge in self.judges if (own := judge.conclude()) is not None]
+        found = []
+        for judge, own in ended:
+            if (done := judge.finish(own, [each for _, each in ended if each is not own])) is not None:
+                found.append((judge, *done))
         if self.log is not None:
             try:
                 self.log.finish()

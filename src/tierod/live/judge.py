@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -16,7 +16,7 @@ from tierod.monitors.diagnose import find
 from tierod.monitors.harness.baseline import Baseline, load_baseline
 from tierod.monitors.harness.into_memory import MemoryFeed
 from tierod.monitors.harness.pieces import joined
-from tierod.monitors.harness.run import Run, fitting
+from tierod.monitors.harness.run import Ended, Run, fitting
 from tierod.vehicles import Vehicle
 
 HISTORY, SPACING = 24, 2.0
@@ -192,17 +192,29 @@ class Judge:
         history = {name: each for name, each in self._newest.history.items() if name in own}
         return Shown(self.name, status, since, "", values, dict(own), self._newest.enabled, history)
 
-    def finish(self) -> tuple[Diagnosis, MemoryFeed | None] | None:
-        """Diagnosis over the drive, and feed of the fault memory; None where the monitor did not run."""
+    def conclude(self) -> Ended | None:
+        """Conclusion over the drive; None where the monitor did not run."""
         if self.broken or (self.run is None and self._first is None):
             return None
         try:
             if self._first is not None:
                 self.run = self.run or self._opened(self._first)
                 self.run.add(self._first)
-            assert self.run is not None
-            diagnosis = self.run.finish(self.plan.command)
+            return None if self.run is None else self.run.conclude()
         except TierodError as error:
             self.reason = str(error)
             return None
-        return diagnosis, self._feed
+
+    def finish(self, own: Ended, others: Sequence[Ended]) -> tuple[Diagnosis, MemoryFeed | None] | None:
+        """Diagnosis over the drive, and feed of the fault memory; None where the diagnosis fails.
+
+        Args:
+            own: result of `conclude`
+            others: those of the other monitors of the drive
+        """
+        assert self.run is not None
+        try:
+            return self.run.finish(self.plan.command, others, own), self._feed
+        except TierodError as error:
+            self.reason = str(error)
+            return None

@@ -137,13 +137,20 @@ class Together:
     def concluded(self, command: str = "") -> Iterator[tuple[str, Concluded]]:
         """Names and conclusions of the monitors up to now; one that cannot conclude is refused.
 
+        A sensor that one of them declares faulty contradicts the statements of all others that rest on it.
+
         Args:
             command: command line as typed by the user, for the report
         """
+        found = {}
         for name in list(self._runs):
             with self._refusing(name):
-                run = self._runs[name]
-                yield name, Concluded(run.finish(command), run.variant.name, tuple(run.session.traces))
+                found[name] = self._runs[name].conclude()
+        for name, own in found.items():
+            with self._refusing(name):
+                run, others = self._runs[name], [each for other, each in found.items() if other != name]
+                diagnosis = run.finish(command, others, own)
+                yield name, Concluded(diagnosis, run.variant.name, tuple(run.session.traces))
 
     def _refusing(self, name: str) -> _Refusing:
         return _Refusing(self, name)

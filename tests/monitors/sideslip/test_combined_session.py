@@ -16,6 +16,7 @@ from tierod.proving_ground.cars.catalogue import load
 from tierod.proving_ground.courses.catalogue import load as course_called
 from tierod.proving_ground.courses.conditions import Adhesion
 from tierod.proving_ground.courses.open_loop import AngleRamp, SineSteer
+from tierod.proving_ground.scenarios import load as load_scenario
 
 
 def driven(course):
@@ -25,6 +26,11 @@ def driven(course):
 @pytest.fixture(scope="module")
 def drive():
     return driven(SineSteer(speed=22.0, amplitude=math.radians(25.0), frequency=0.4, periods=10))
+
+
+@pytest.fixture(scope="module")
+def demonstrator():
+    return load_scenario("demonstrator-healthy").with_run(60.0, 5).run().recording
 
 
 def test_it_shows_what_the_drive_contains(drive):
@@ -46,6 +52,19 @@ def test_the_limit_of_grip_is_reported():
     assert "close to its largest force" in found.headline
     assert 3.0 < found.evidence["limit_first_announced_at_s"] < 14.0
     assert found.evidence["largest_front_friction_used"] > 0.8
+
+
+@pytest.mark.parametrize("wrong", ["held at 5 Hz", "by a third", "by 15 degrees"])
+def test_beside_a_wrong_steering_angle_no_limit_is_announced(demonstrator, wrong):
+    angle = demonstrator["steering_wheel_angle"]
+    values = {
+        "held at 5 Hz": np.repeat(angle.values[::20], 20)[: len(angle.values)],
+        "by a third": 1.33 * angle.values,
+        "by 15 degrees": angle.values + math.radians(15.0),
+    }
+    changed = demonstrator.with_channels([dataclasses.replace(angle, values=values[wrong])])
+    found = diagnose(changed, "smartload", "sideslip").findings[0]
+    assert "largest force" not in found.headline
 
 
 def test_a_car_that_the_parameters_do_not_fit_is_not_judged(drive):

@@ -38,9 +38,10 @@ def signals():
     return there | {name: speed + side * track * yaw + 0.03 * noise[5 + at] for at, (name, side) in enumerate(sides)}
 
 
-def over(vehicle=CAR, pieces=1, missing=(), **factors):
-    """The consistency of the drive with a file, some signals scaled."""
+def over(vehicle=CAR, pieces=1, missing=(), added=None, **factors):
+    """The consistency of the drive with a file, some signals scaled and then others added to some."""
     there = {name: factors.get(name, 1.0) * values for name, values in signals().items()}
+    there |= {name: there[name] + more for name, more in (added or {}).items()}
     there |= {name: np.full(len(TIME), math.nan) for name in missing}
     drive = ObservablesOverDrive(RATE)
     for at in np.array_split(np.arange(len(TIME)), pieces):
@@ -64,6 +65,28 @@ def test_a_signal_of_another_scale_is_named_with_it(name, factor):
     best = over(**{name: factor}).explanations[0]
     assert best.name == name
     assert math.exp(best.size) == pytest.approx(factor, rel=0.1)
+
+
+@pytest.mark.parametrize(
+    ("added", "factors", "wrong"),
+    [
+        ({"yaw_rate": TIME / 300.0}, {"wheel_speed_rear_right": 0.75}, "yaw_rate"),
+        ({}, {"angle": 2.0, "wheel_speed_rear_right": 0.5}, "steering_wheel_angle"),
+        ({"longitudinal_acceleration": 0.0}, {"lateral_acceleration": 1.5, "vehicle_speed": 0.7}, "vehicle_speed"),
+    ],
+)
+def test_of_two_wrong_signals_none_is_accused_alone(added, factors, wrong):
+    found = over(added=added, **factors).wrong()
+    assert wrong in found.names
+    assert len(found.names) > 2
+    assert "more than one of" in found.sentence
+    assert "times the right value" not in found.sentence
+
+
+def test_several_wrong_signals_that_hardly_move_the_sideslip_are_named_and_withhold_nothing():
+    found = over(longitudinal_acceleration=2.0, wheel_speed_rear_left=0.5).wrong()
+    assert {"longitudinal_acceleration", "wheel_speed_rear_left"} <= set(found.names)
+    assert not found.decisive
 
 
 def test_without_wheel_speeds_and_acceleration_along_a_scale_is_still_found():

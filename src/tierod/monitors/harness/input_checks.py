@@ -6,7 +6,7 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from tierod.core.findings import Finding
+from tierod.core.findings import Defect, Finding
 from tierod.core.recording import Aligned, Recording
 from tierod.io.derive import ingredients
 from tierod.monitors.harness.input_defects import InputDefects, contradicted, with_defects
@@ -62,17 +62,24 @@ class InputChecks:
         self.missing.add(usable)
         self.defects.add(whole, start, float(usable.time[-1]), self.stuck.spans())
 
-    def limited(self, conclusion: Conclusion, contradictions: Sequence[str]) -> Conclusion:
+    def limited(
+        self, conclusion: Conclusion, contradictions: Sequence[str], others: Sequence[Defect] = ()
+    ) -> Conclusion:
         """Conclusion limited by the defects of the input signals and by the judged part of the recording.
 
         Args:
             conclusion: conclusion of the session
             contradictions: contradictions between signals over the drive, as sentences
+            others: faults of sensors that other monitors declare
         """
-        defects = (*self.defects.found(self.quality.units), *conclusion.defects)
+        rests_on = {*self.monitor.required, *self.monitor.rests_on}
+        others = [each for each in others if rests_on.intersection(each.names)]
+        defects = (*self.defects.found(self.quality.units), *conclusion.defects, *others)
         named = with_defects(conclusion.finding, defects, self.monitor)
         named = contradicted(named, (*contradictions, *self._noises(named)), self.monitor)
         finding = self.judged.limited(named, self.monitor.title, self.monitor.reaction, self.stuck.lasting())
+        if conclusion.further and finding.status.quiet:
+            finding = dataclasses.replace(finding, headline=f"{finding.headline} {conclusion.further}")
         course = conclusion.course
         unchanged = finding.status is conclusion.finding.status
         if finding.status is not named.status and self.judged.last is not None:

@@ -7,11 +7,11 @@ import datetime
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from tierod.core.decimation import Decimator, bins_each
 from tierod.core.errors import InputError
-from tierod.core.findings import Diagnosis, ParameterEffect, Trace
+from tierod.core.findings import Defect, Diagnosis, ParameterEffect, Status, Trace
 from tierod.core.recording import Aligned, Recording
 from tierod.core.version import __version__
 from tierod.io.derive import complete, ingredients
@@ -66,6 +66,28 @@ ROUNDING = 1e-6
 
 EXACT = "all parameters of the vehicle are assumed to be exact: bands and verdict do not include their spread"
 """Remark of a diagnosis without the spread of the parameters."""
+
+
+class Ended(NamedTuple):
+    """Conclusion of a monitor on a recording, before it is compared with that of other monitors.
+
+    Args:
+        monitor: name of the monitor
+        conclusion: conclusion of its session with the spread of the parameters
+        effects: effects of the parameters on it
+    """
+
+    monitor: str
+    conclusion: Conclusion
+    effects: tuple[ParameterEffect, ...]
+
+    def faults(self) -> tuple[Defect, ...]:
+        """Sensors that the monitor declares faulty, as defects for monitors whose statements rest on them."""
+        return tuple(
+            Defect((each.name,), f"{each.name} is faulty from {each.episodes[0].start:.1f} s on ({self.monitor})")
+            for each in self.conclusion.elements
+            if each.role == "sensor" and each.status is Status.FAULT and each.episodes
+        )
 
 
 class Run:
@@ -238,11 +260,8 @@ class Run:
         for name, trace in self._traces.items():
             places = trace.add(aligned.time, shown[name], places)
 
-    def finish(self, command: str = "") -> Diagnosis:
-        """Diagnosis over all pieces.
-
-        Args:
-            command: command line as typed by the user, for the report
+    def conclude(self) -> Ended:
+        """Conclusion over all pieces, before it is compared with that of other monitors.
 
         Raises:
             InputError: there was no sample, or a required signal was constant or missing throughout
@@ -254,9 +273,23 @@ class Run:
         # The last steps, which `add` has held back for a next piece.
         self._judge(whole, last, last + 0.5 / self.monitor.rate)
         self._inputs.quality.refuse_unusable(self.monitor.required)
+        return Ended(self.monitor.name, *self._concluded())
+
+    def finish(self, command: str = "", others: Sequence[Ended] = (), own: Ended | None = None) -> Diagnosis:
+        """Diagnosis over all pieces.
+
+        Args:
+            command: command line as typed by the user, for the report
+            others: conclusions of other monitors on the same recording
+            own: result of `conclude`, where it is known
+
+        Raises:
+            InputError: there was no sample, or a required signal was constant or missing throughout
+        """
+        _, concluded, effects = own or self.conclude()
         contradictions = self._inputs.quality.contradictions()
-        concluded, effects = self._concluded()
-        conclusion = self._inputs.limited(concluded, contradictions)
+        faults = [defect for other in others for defect in other.faults()]
+        conclusion = self._inputs.limited(concluded, contradictions, faults)
         self.learnt, self.course = conclusion.baseline, conclusion.course
         self.unproven = conclusion.unproven if self._uncertain is not None else None
         self.code_courses = conclusion.code_courses

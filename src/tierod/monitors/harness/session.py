@@ -54,6 +54,7 @@ class Conclusion:
         elements: state of every sensor and actuator, of a monitor that judges several
         defects: defects of the input signals over the whole drive
         distances: statistic of each decision that tests a recording once, by name of the decision
+        further: sentence that the headline adds only where nothing contradicts the signals it rests on; "" without one
         parameter_variance: variance by the vehicle's parameters that the estimate's deviation already has [unit
             squared]: that at the sample of the estimate; None lets the spread of the parameters add it
     """
@@ -72,6 +73,7 @@ class Conclusion:
     elements: tuple[Element, ...] = ()
     defects: tuple[Defect, ...] = ()
     distances: Mapping[str, float] = field(default_factory=dict)
+    further: str = ""
     parameter_variance: float | None = None
 
 

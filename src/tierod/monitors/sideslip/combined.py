@@ -295,7 +295,8 @@ class CombinedSideslip:
         distance = fields.pop("limit_distance")
         steer = after.belief.mean.road_wheel_angle if self.filter.model.steering else seen.road_wheel_angle
         usual = self.filter.parameters.car.tyre_friction * GRAVITY
-        forced = both(running, self.limit.shown(fields, after.vehicle_speed, steer, usual))
+        yaw_noise = self.yaw_noise.scale(after.yaw_noise)
+        forced = both(running, self.limit.shown(fields, after.vehicle_speed, steer, usual, yaw_noise))
         _, near = self.limit_rule.step(self.limit_rule.init(), distance, forced)
         return CombinedEstimate(
             **fields,
@@ -305,7 +306,7 @@ class CombinedSideslip:
             readings=estimate.present,
             held=where(running, 0.0, 1.0),
             restarted=where(lost, 1.0, 0.0),
-            yaw_noise_scale=self.yaw_noise.scale(after.yaw_noise),
+            yaw_noise_scale=yaw_noise,
             acceleration_noise_scale=self.acceleration_noise.scale(after.acceleration_noise),
         )
 

@@ -1,20 +1,22 @@
 """Test whether signals and vehicle file describe one car, and which signal or parameter disagrees by how much.
 
 Generalised likelihood ratio test on the quantities that a drive determines (`observables`): their deviations from the
-vehicle file are explained by one wrong scale of a signal, one wrong zero, or a file of another car.
+vehicle file are explained by one wrong scale of a signal, one wrong zero, or a file of another car. Where that leaves
+more than chance does, several signals are wrong, and none is named alone.
 Source: M. Basseville, I. Nikiforov, Detection of Abrupt Changes (1993), section 7.2.4, for a linear Gaussian model.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Annotated, NamedTuple
 
 import numpy as np
 
+from tierod.methods.analysis.gamma import lower_gamma
 from tierod.monitors.sideslip.expected import Expected, Tolerances, expected
 from tierod.monitors.sideslip.observables import WHEELS, Observables, ObservablesOverDrive
 from tierod.vehicles.vehicle import Vehicle
@@ -34,12 +36,22 @@ WORDS = {
     "track": "track of the rear wheels",
 }
 RESTS_ON = {
+    "turn": ("lateral_acceleration", "vehicle_speed", "yaw_rate"),
     "wheelbase": ("vehicle_speed", "yaw_rate", "the steering angle"),
     "understeer": ("vehicle_speed", "yaw_rate", "the steering angle"),
+    "steering_zero": ("the steering angle", "yaw_rate"),
     "sensor_place": ("lateral_acceleration", "yaw_rate"),
     "track": (REAR_WHEELS, "yaw_rate"),
+    "wheel": ("vehicle_speed", REAR_WHEELS),
+    "gain": ("longitudinal_acceleration", "vehicle_speed"),
 }
-"""Signals from which each observable of the vehicle file is determined."""
+"""Signals from which each observable is determined."""
+
+BESIDE = {"track": (REAR_WHEELS,), "wheel": (REAR_WHEELS,), "gain": ("longitudinal_acceleration",)}
+"""Observables that can be wrong by signals alone that hardly affect the sideslip, and these signals."""
+
+DEVIATES = 1.5
+"""Standard deviations from which an observable belongs to a contradiction."""
 
 UNITS = {"wheelbase": "m", "understeer": "mrad·s²/m", "sensor_place": "m", "track": "m"}
 DECIMALS = {"wheelbase": 2, "understeer": 1, "sensor_place": 1, "track": 2}
@@ -121,9 +133,8 @@ class Consistency:
 
     def deviations(self) -> dict[str, float]:
         """Deviation of every observable that the drive determines, in standard deviations."""
-        names = [name for name, known in zip(self.shown._fields, self._known, strict=True) if known]
-        sizes = np.sqrt(np.diag(np.linalg.inv(self._weights))) if len(names) else []
-        return {name: float(off / size) for name, off, size in zip(names, self._off, sizes, strict=True)}
+        sizes = np.sqrt(np.diag(np.linalg.inv(self._weights))) if self._names else []
+        return {name: float(off / size) for name, off, size in zip(self._names, self._off, sizes, strict=True)}
 
     @cached_property
     def explanations(self) -> tuple[Explanation, ...]:
@@ -181,15 +192,37 @@ class Consistency:
         size = float(along @ self._weights @ self._off) / information
         return Explanation(name, size * size * information, size, information**-0.5, zero)
 
+    @cached_property
+    def _names(self) -> tuple[str, ...]:
+        """Observables that the drive determines."""
+        return tuple(name for name, known in zip(self.shown._fields, self._known, strict=True) if known)
+
     def file_weight(self) -> float:
         """Reduction of the squared normalised deviations by a vehicle file of another car."""
-        names = [name for name, known in zip(self.shown._fields, self._known, strict=True) if known]
-        along = np.array([[float(name == each) for name in names] for each in FILE if each in names])
+        return self._free(FILE)[0]
+
+    def _free(self, free: Iterable[str]) -> tuple[float, int]:
+        """Reduction of the squared normalised deviations where some observables may have any value, and their number.
+
+        Args:
+            free: observables, with those that the drive does not determine
+        """
+        along = np.array([[float(name == each) for name in self._names] for each in free if each in self._names])
         if not len(along):
-            return 0.0
+            return 0.0, 0
         information = along @ self._weights @ along.T
         right = along @ self._weights @ self._off
-        return float(right @ np.linalg.solve(information, right))
+        return float(right @ np.linalg.solve(information, right)), len(along)
+
+    def _leaves(self, explained: float, freedom: int) -> bool:
+        """Whether a hypothesis leaves more of the squared normalised deviations than chance does.
+
+        Args:
+            explained: their reduction by the hypothesis
+            freedom: number of its free quantities
+        """
+        rest, number = float(self._off @ self._weights @ self._off) - explained, len(self._names) - freedom
+        return number > 0 and 1.0 - lower_gamma(0.5 * number, 0.5 * rest) < self.limits.left
 
     def evidence(self) -> dict[str, float]:
         """Test statistics of the best single-fault hypothesis and of another vehicle file, with the observables."""
@@ -200,24 +233,38 @@ class Consistency:
         """The accepted hypothesis; None where all agrees."""
         limits = self.limits
         best, *others = self.explanations
-        of_file = self.file_weight()
+        of_file, freedom = self._free(FILE)
         single = best.weight > limits.decides and (best.zero or abs(best.size) > limits.least)
-        if of_file > limits.file_decides and of_file > best.weight + 2.0 * limits.alike:
+        of_another_car = of_file > limits.file_decides and of_file > best.weight + 2.0 * limits.alike
+        if not (single or of_another_car):
+            return None
+        if self._leaves(*((of_file, freedom) if of_another_car else (best.weight, 1))):
+            return self._of_several()
+        if of_another_car:
             other = f"; or {best}" if single else ""
             return Wrong((), f"{self._of_file()}{other}")
-        if not single:
-            return None
         alike = [each for each in others if each.weight > best.weight - limits.alike]
         named = (best, *(each for each in alike if (best.zero if each.zero else abs(each.size) > limits.least)))
         names = tuple(name for each in named for name in _signals(each.name))
         sentence = " or ".join(str(each) for each in named)
         return Wrong(names, f"signals and vehicle file contradict each other: {sentence}")
 
+    def _of_several(self) -> Wrong:
+        """All signals of the quantities that deviate, where no single hypothesis explains these."""
+        off = [name for name, each in self.deviations().items() if abs(each) > DEVIATES]
+        rests_on = RESTS_ON if self._leaves(*self._free(BESIDE)) else BESIDE
+        signals = tuple(dict.fromkeys(signal for name in off for signal in rests_on.get(name, ())))
+        sentence = (
+            "signals and vehicle file contradict each other, and no wrong scale, zero or file alone explains it: more "
+            f"than one of {', '.join(signals)} is wrong, or one of them is late or changes over the drive"
+        )
+        return Wrong(tuple(name for signal in signals for name in _signals(signal)), sentence, several=True)
+
     def _of_file(self) -> str:
         """Sentence on the quantities that deviate most from the file."""
         off = {name: each for name, each in self.deviations().items() if name in FILE}
         named = sorted(off, key=lambda name: -abs(off[name]))
-        named = [name for name in named if abs(off[name]) > 1.5][:3] or named[:1]
+        named = [name for name in named if abs(off[name]) > DEVIATES][:3] or named[:1]
         signals = dict.fromkeys(signal for name in named for signal in RESTS_ON[name])
         return (
             f"the vehicle file does not fit this car, or one of {', '.join(signals)} is wrong: "
@@ -243,10 +290,12 @@ class Consistency:
 
 
 class Wrong(NamedTuple):
-    """Result of the test: disagreeing signals, empty where it is the vehicle file alone, and a sentence."""
+    """Result of the test: disagreeing signals, empty where it is the vehicle file alone, a sentence, and whether no
+    single hypothesis explains it."""
 
     names: tuple[str, ...]
     sentence: str
+    several: bool = False
 
     @property
     def decisive(self) -> bool:

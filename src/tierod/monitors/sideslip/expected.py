@@ -32,6 +32,7 @@ class Tolerances:
         gain: relative, from slopes and slip
         decides: threshold on the squared normalised deviations explained by one hypothesis, 3.2 standard deviations
         file_decides: the same threshold for the vehicle file with its four quantities
+        left: probability below which what the accepted hypothesis leaves is no chance
         alike: difference of these up to which two hypotheses cannot be separated
         least: relative error of a scale from which it is reported
     """
@@ -50,6 +51,7 @@ class Tolerances:
     gain: Annotated[float, ""] = 0.06
     decides: Annotated[float, ""] = 10.0
     file_decides: Annotated[float, ""] = 16.0
+    left: Annotated[float, ""] = 0.01
     alike: Annotated[float, ""] = 4.0
     least: Annotated[float, ""] = 0.08
 

@@ -110,7 +110,7 @@ class OwnMotionOverDrive:
         if off < limits.share + limits.certain * found.deviation or error < max(limits.least, limits.bands * band):
             return None
         return (
-            f"by lateral acceleration, yaw rate and speed, the lateral speed changes by {found.value:.2f} ± "
+            f"by lateral_acceleration, yaw_rate and vehicle_speed, the lateral speed changes by {found.value:.2f} ± "
             f"{found.deviation:.2f} times the estimate: stiffness, mass or distances of the vehicle file do not fit, "
             "or one of these signals, the steering angle or the steering torque is wrong"
         )

@@ -148,7 +148,9 @@ class SideslipSession(BlockSession):
             wrong = Wrong((), motion)
         if wrong is None:
             return (), ()
-        withholds = wrong.decisive and not confirmed(finding, self.drive)
+        # A cause that is known says more than that several signals contradict each other.
+        vague = wrong.several and not finding.status.quiet
+        withholds = wrong.decisive and not vague and not confirmed(finding, self.drive)
         return (Defect(wrong.names, wrong.sentence, withholds),), tuple(self.traces) if withholds else ()
 
     def _share(self) -> dict[str, float]:
@@ -238,13 +240,15 @@ class CombinedSession(SideslipSession):
             "limit_announced_s": announced.samples / self.drive.rate,
             "restarts": float(self._restarts),
         }
+        limit = ""
         if announced.samples:
             evidence["limit_first_announced_at_s"] = announced.first
+            limit = f"The front axle came close to its largest force, announced from {announced.first:.1f} s on."
         finding = self._judged(replace(finding, evidence=evidence))
-        return replace(conclusion, finding=finding, remarks={"estimate": str(shown)})
+        return replace(conclusion, finding=finding, remarks={"estimate": str(shown)}, further=limit)
 
     def _judged(self, finding: Finding) -> Finding:
-        """The finding with the limit in its headline; not identifiable where the filter restarted too often."""
+        """The finding; not identifiable where the filter restarted too often."""
         minutes = finding.evidence["enabled_s"] / 60.0
         if finding.status is not Status.NOT_IDENTIFIABLE and self._restarts > max(self.most_restarts * minutes, 1.0):
             cause = f"the filter diverged and restarted {self._restarts} times"
@@ -261,8 +265,4 @@ class CombinedSession(SideslipSession):
                 "their time stamps; if they are right, give a vehicle file that fits this car: mass, stiffness, "
                 "friction and noise of the sensors",
             )
-        if not self.drive.motions.announced.samples:
-            return finding
-        first = self.drive.motions.announced.first
-        announced = f"The front axle came close to its largest force, announced from {first:.1f} s on"
-        return replace(finding, headline=f"{finding.headline} {announced}.")
+        return finding
