@@ -194,7 +194,7 @@ class Judge:
 
     def conclude(self) -> Ended | None:
         """Conclusion over the drive; None where the monitor did not run."""
-        if self.broken or (self.run is None and self._first is None):
+        if self.broken:
             return None
         try:
             if self._first is not None:
