@@ -19,9 +19,9 @@ from tierod.methods.analysis.observability import (
     scaled_rank,
     unscaled_rank,
 )
-from tierod.methods.analysis.output_subsets import extended
 from tierod.models.disturbances import with_outputs
 from tierod.models.linear import LinearSystem, linearise, sampled
+from tierod.papers.column.output_subsets import extended
 from tierod.papers.column.parameter_sets import EIGENVALUES, SETS
 
 

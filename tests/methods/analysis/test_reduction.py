@@ -17,12 +17,12 @@ from tierod.methods.analysis.balancing import (
     gramian_condition,
     observability_gramian,
 )
-from tierod.methods.analysis.frequency_response import frequency_response, largest_difference
-from tierod.methods.analysis.output_subsets import extended
 from tierod.methods.analysis.reduction import balanced_reduction, modal_reduction
 from tierod.models.linear import LinearSystem, linearise
 from tierod.models.steering_column import ColumnInput
 from tierod.models.two_inertia_column import TwoInertiaColumn, without_gear
+from tierod.papers.column.frequency_response import frequency_response, largest_difference
+from tierod.papers.column.output_subsets import extended
 from tierod.papers.column.parameter_sets import EIGENVALUES, SETS
 
 

@@ -12,18 +12,18 @@ from tierod.core.claims import Claim, at_least, at_most, between
 from tierod.core.content import Heading, Item, Table
 from tierod.core.graph import scan
 from tierod.experiments.effort import Effort
-from tierod.methods.analysis.bode import measured_chart
-from tierod.methods.analysis.column import vibrations
-from tierod.methods.analysis.frequency_response import (
+from tierod.models.column_observation import linear_column
+from tierod.models.linear import LinearSystem, sampled
+from tierod.models.steering_column import SteeringColumn
+from tierod.papers.column.analysis import vibrations
+from tierod.papers.column.bode import measured_chart
+from tierod.papers.column.frequency_response import (
     MeasuredResponse,
     decibels,
     frequency_response,
     measured_response,
     phase,
 )
-from tierod.models.column_observation import linear_column
-from tierod.models.linear import LinearSystem, sampled
-from tierod.models.steering_column import SteeringColumn
 from tierod.papers.column.parameter_sets import SETS
 from tierod.papers.column.reported import FREQUENCY, SEEDS
 from tierod.papers.column.swept_bench import NOISE

@@ -12,7 +12,6 @@ import numpy as np
 from tierod.core.claims import Claim, at_most, exactly
 from tierod.core.content import Heading, Item, Table
 from tierod.experiments.effort import Effort
-from tierod.methods.analysis.column import SAMPLING, UNKNOWN_TORQUES, vibrations
 from tierod.methods.analysis.observability import (
     observability,
     observability_matrix,
@@ -20,11 +19,12 @@ from tierod.methods.analysis.observability import (
     scaled_rank,
     unscaled_rank,
 )
-from tierod.methods.analysis.output_subsets import Shown, extended, output_subsets
 from tierod.models.column_observation import linear_column
 from tierod.models.disturbances import with_outputs
 from tierod.models.linear import LinearSystem, sampled
 from tierod.models.steering_column import SteeringColumn
+from tierod.papers.column.analysis import SAMPLING, UNKNOWN_TORQUES, vibrations
+from tierod.papers.column.output_subsets import Shown, extended, output_subsets
 from tierod.papers.column.parameter_sets import EIGENVALUES, SETS, member
 
 WHEEL, MOTOR, BAR = "steering_wheel_angle", "motor_angle_mechanical", "driver_torque"

@@ -10,8 +10,9 @@ import numpy as np
 from tierod.core.claims import Claim, at_most, between, exactly
 from tierod.core.content import Heading, Item, Table
 from tierod.experiments.effort import Effort
-from tierod.methods.analysis.bode import DRAWN, reduced_chart
-from tierod.methods.analysis.column import (
+from tierod.methods.analysis.reduction import balanced_reduction
+from tierod.models.linear import LinearSystem
+from tierod.papers.column.analysis import (
     HEARD,
     SAMPLING,
     ColumnAnalysis,
@@ -22,9 +23,8 @@ from tierod.methods.analysis.column import (
     damping_ratio,
     vibrations,
 )
-from tierod.methods.analysis.frequency_response import largest_difference
-from tierod.methods.analysis.reduction import balanced_reduction
-from tierod.models.linear import LinearSystem
+from tierod.papers.column.bode import DRAWN, reduced_chart
+from tierod.papers.column.frequency_response import largest_difference
 from tierod.papers.column.parameter_sets import EIGENVALUES, SETS
 
 KEPT = EIGENVALUES[2:]

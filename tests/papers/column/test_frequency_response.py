@@ -9,14 +9,14 @@ from scipy import signal
 
 from methods.analysis.column_sets import column
 from tierod.core.errors import InputError, ParameterError
-from tierod.methods.analysis.frequency_response import (
+from tierod.models.linear import LinearSystem, sampled
+from tierod.papers.column.frequency_response import (
     decibels,
     frequency_response,
     largest_difference,
     measured_response,
     phase,
 )
-from tierod.models.linear import LinearSystem, sampled
 
 FREQUENCY = np.geomspace(0.1, 300.0, 60)
 

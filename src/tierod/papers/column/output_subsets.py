@@ -8,7 +8,6 @@ from itertools import combinations
 
 from tierod.core.errors import ParameterError
 from tierod.methods.analysis.balancing import gramian_condition, observability_gramian
-from tierod.methods.analysis.cramer_rao import Bound, cramer_rao
 from tierod.methods.analysis.observability import (
     Observability,
     Rank,
@@ -20,6 +19,7 @@ from tierod.methods.analysis.observability import (
 from tierod.models.disturbances import with_disturbance_states, with_outputs
 from tierod.models.linear import LinearSystem, sampled
 from tierod.models.modes import TOLERANCE
+from tierod.papers.column.cramer_rao import Bound, cramer_rao
 
 
 def extended(system: LinearSystem, disturbances: Sequence[str]) -> LinearSystem:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from tierod.methods.analysis.neutral_steer import OUTPUTS, shown
 from tierod.models.steered_vehicle import SteeredVehicle
+from tierod.papers.sideslip.neutral_steer import OUTPUTS, shown
 from tierod.vehicles import load
 
 CAR = load("steer-by-wire").parameters_for(SteeredVehicle.Parameters)

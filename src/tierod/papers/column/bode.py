@@ -8,8 +8,8 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 
 from tierod.core.content import Band, Chart, Lines, Panel
-from tierod.methods.analysis.frequency_response import MeasuredResponse, decibels, frequency_response, phase
 from tierod.models.linear import LinearSystem
+from tierod.papers.column.frequency_response import MeasuredResponse, decibels, frequency_response, phase
 
 FREQUENCY = np.geomspace(0.5, 300.0, 400)
 """Frequencies of the curves [Hz]."""

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from tierod.core.errors import ParameterError
-from tierod.methods.analysis.column import HEARD, analyse_column, balanced_column, damping_ratio, vibrations
+from tierod.papers.column.analysis import HEARD, analyse_column, balanced_column, damping_ratio, vibrations
 from tierod.papers.column.parameter_sets import SETS
 
 
