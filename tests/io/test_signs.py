@@ -6,6 +6,8 @@ import pytest
 from tierod.core.recording import Channel, Recording
 from tierod.core.signals import SIGNALS
 from tierod.io.signs import COMPARED, sign_warnings
+from tierod.monitors.diagnose import diagnose
+from tierod.vehicles import load
 
 RANDOM = np.random.default_rng(4)
 TIME = np.arange(0.0, 60.0, 0.01)
@@ -122,6 +124,9 @@ def test_reversing_alone_leaves_the_sign_open():
     (warning,) = sign_warnings(parking(BACK, STEER))
     assert warning.startswith("every turn mirrors the steering angle: the car reversed all the time, or the yaw rate")
     assert "record turns forward as well" in warning
+    finding = diagnose(parking(BACK, STEER), load("midsize-eps"), "sideslip").findings[0]
+    assert finding.cause in warning
+    assert not [each for each in finding.warnings if "revers" in each], "said once, and not as a fact"
 
 
 def test_a_negative_speed_at_walking_pace_may_be_reversing():

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tierod.methods.detectors.reversing import Reversing, reversed_in_words
+from tierod.methods.detectors.reversing import Reversing
 
 RATE, WHEELBASE, TRACK, RATIO = 50.0, 2.5, 1.5, 1.0 / 14.0
 TIME = np.arange(0.0, 60.0, 1.0 / RATE)
@@ -35,7 +35,7 @@ def test_a_car_that_backs_out_with_unsigned_speeds_is_recognised_until_it_stands
     assert made.turned_forward
     assert known[(TIME > 8.0) & (TIME < 10.5)].all()
     assert not known[TIME > 11.0].any()
-    assert reversed_in_words(made.found) == "the car reversed from 5.3 s to 10.8 s; its speeds have no sign"
+    assert made.words == "the car reversed from 5.3 s to 10.8 s; its speeds have no sign"
 
 
 def test_without_wheel_speeds_and_with_slow_sensors_it_is_recognised_as_well():

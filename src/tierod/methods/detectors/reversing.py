@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Annotated, NamedTuple
 
@@ -101,6 +101,15 @@ class Reversing:
     def mirrored(self) -> bool:
         """Whether every turn looks like reversing, so that no turn forward shows that the signs are right."""
         return bool(self.found) and not self.turned_forward
+
+    @property
+    def words(self) -> str:
+        """Sentence on the times in which the car reversed; "" if it did not, or where its direction is left open."""
+        if not self.found or self.mirrored:
+            return ""
+        named = ", ".join(f"from {each.start:.1f} s to {each.end:.1f} s" for each in self.found[:_SHOWN])
+        more = f" and {len(self.found) - _SHOWN} more times" if len(self.found) > _SHOWN else ""
+        return f"the car reversed {named}{more}; its speeds have no sign"
 
     def add(
         self,
@@ -227,16 +236,3 @@ def reversing_of_any_signs(time: np.ndarray, columns: Mapping[str, np.ndarray], 
     if not all(count for count, _, _ in kinds):
         return none
     return min(((count, mirrored) for count, slow, mirrored in kinds if slow), default=(0, none), key=lambda k: k[0])[1]
-
-
-def reversed_in_words(found: Sequence[Reversal]) -> str:
-    """Sentence on the times in which a car with unsigned speeds reversed; "" if it did not.
-
-    Args:
-        found: reversals in the order of time
-    """
-    if not found:
-        return ""
-    named = ", ".join(f"from {each.start:.1f} s to {each.end:.1f} s" for each in found[:_SHOWN])
-    more = f" and {len(found) - _SHOWN} more times" if len(found) > _SHOWN else ""
-    return f"the car reversed {named}{more}; its speeds have no sign"

@@ -14,7 +14,7 @@ from tierod.core.graph import Memory, Scanner
 from tierod.core.recording import Aligned
 from tierod.core.signals import SIGNALS
 from tierod.diagnosis.substitution import SubstitutionGraph
-from tierod.methods.detectors.reversing import MIRRORED, TURN_FORWARD, Reversing, reversed_in_words
+from tierod.methods.detectors.reversing import MIRRORED, TURN_FORWARD, Reversing
 from tierod.models.automated_vehicle import AutomatedVehicle
 from tierod.models.rolling_car import RollingCar
 from tierod.monitors.condition.courses import ElementCourse
@@ -365,7 +365,8 @@ class ConditionSession:
         same = {name: loss for name, each in self._same.items() if (loss := each.loss()) is not None}
         lost = stuck | same | losses(self._courses, self._driven)
         states = elements(self._courses, self._driven, problems, self.graph, lost)
-        notes = (*self._notes, *self._limits(bool(problems)), reversed_in_words(turned), slips_in_words(slipped))
+        reversed_ = "" if self._reversing is None else self._reversing.words
+        notes = (*self._notes, *self._limits(bool(problems)), reversed_, slips_in_words(slipped))
         notes = (*(each for each in notes if each), *self._impossible.notes())
         designed = self.calibrated or bool(self._notes)
         causes = OtherCauses(disagreeing, self._not_done())

@@ -287,7 +287,9 @@ class Run:
             InputError: there was no sample, or a required signal was constant or missing throughout
         """
         _, concluded, effects = own or self.conclude()
-        contradictions = self._inputs.quality.contradictions()
+        cause = concluded.finding.cause
+        # What the monitor gives as its cause is no further remark.
+        contradictions = [each for each in self._inputs.quality.contradictions() if not cause or cause not in each]
         faults = [defect for other in others for defect in other.faults()]
         conclusion = self._inputs.limited(concluded, contradictions, faults)
         self.learnt, self.course = conclusion.baseline, conclusion.course

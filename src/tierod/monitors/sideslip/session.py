@@ -13,7 +13,7 @@ from tierod.core.graph import Result
 from tierod.core.recording import Aligned
 from tierod.core.statement import code_of
 from tierod.methods.analysis.consistency import ConsistencyAccumulator
-from tierod.methods.detectors.reversing import Reversing, reversed_in_words
+from tierod.methods.detectors.reversing import Reversing
 from tierod.models.single_track import SingleTrack
 from tierod.monitors.harness.session import BlockSession, Conclusion
 from tierod.monitors.harness.verdict import nis_figures, withheld
@@ -117,8 +117,7 @@ class SideslipSession(BlockSession):
 
     def conclude(self) -> Conclusion:
         """The finding, with the consistency of the innovations."""
-        reversals = self._reversing.found
-        reversed_ = (reversed_in_words(reversals),) if reversals else ()
+        reversed_ = (self._reversing.words,) if self._reversing.words else ()
         if reason := obstacle(self.drive, self._needs_torque, self._torque_known, self._reversing.mirrored):
             finding = withheld(self.name, "Sideslip angle", [reason], self.drive.evidence(), reversed_)
             return Conclusion(finding, withheld=tuple(self.traces))
