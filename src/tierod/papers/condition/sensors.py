@@ -128,7 +128,14 @@ def _delays(of: Sequence[DriveScore]) -> Iterator[Claim]:
     outlier = "Longest delay of an observable outlier."
     yield _claim("outliers", outlier, longest(outliers), at_most(0.2), shown[OUTLIER], "s")
     yield _claim("offsets-soon", "Offsets found within 0.2 s.", share_within(offsets, 0.2), at_least(0.9), late)
-    yield _claim("offsets", "Longest delay of an offset.", longest(offsets), at_most(0.35), late, "s")
+    yield _claim(
+        "offsets",
+        "Longest delay of an offset, with limits of the vehicle's own drives.",
+        longest(offsets),
+        at_most(0.35),
+        late,
+        "s",
+    )
     soon = "Losses found within 0.2 s of showing."
     yield _claim("losses-soon", soon, share_within(losses, 0.2), at_least(0.9), shown[LOSS])
     loss = "Longest delay of a loss from where it is observable."
