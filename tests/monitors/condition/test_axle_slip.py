@@ -136,3 +136,15 @@ def test_slip_in_hard_starts_and_stops_accuses_no_acceleration(driven_axle):
 def test_an_acceleration_that_is_wrong_in_hard_starts_and_stops_is_named():
     made = injected(hard(110, "front", 40.0), [Injected("longitudinal_acceleration", OFFSET, 2.5, 20.0, 40.0).fault])
     assert accused(diagnose(made, load("rav4"), "condition")) == ["longitudinal_acceleration"]
+
+
+@pytest.mark.parametrize(("lasting", "named"), [(1.0, False), (3.0, True)])
+def test_a_wheel_that_spins_alone_in_hard_acceleration_is_no_fault_of_its_sensor(lasting, named):
+    made = hard(131, "front", 40.0)
+    along = made["longitudinal_acceleration"]
+    pushed = np.convolve(along.values > 2.7, np.ones(100), "same") > 99.0
+    at = float(along.time[np.flatnonzero(pushed & (along.time > 8.0))[0]])
+    found = diagnose(turned(made, FRONT_WHEELS[:1], (at, at + lasting), 1.3), load("rav4"), "condition")
+    assert accused(found) == ([FRONT_WHEELS[0]] if named else [])
+    (wheel,) = (each for each in found.elements if each.name == FRONT_WHEELS[0])
+    assert named or (wheel.status, wheel.cause.startswith("the wheel slipped alone")) == (Status.NOT_TESTABLE, True)

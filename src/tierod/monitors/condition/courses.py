@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -195,6 +196,19 @@ class ElementCourse:
         fault.add(kind, 1, *magnitude)
         self.faults.append(fault)
         self.course[:] = [*(each for each in self.course if each.time < found), StatusChange(found, Status.FAULT)]
+
+    def brief(self, longest: float, spans: Sequence[tuple[float, float]]) -> list[Stretch]:
+        """Faults that lasted for less than a time and began in one of several spans.
+
+        Args:
+            longest: that time [s]
+            spans: bounds of the spans [s]
+        """
+        return [
+            each
+            for each in self.faults
+            if each.supported - each.onset < longest and any(start <= each.onset <= end for start, end in spans)
+        ]
 
     def forget(self, start: float, end: float) -> None:
         """Withdraw faults and doubts that began in a time in which an input of the filters was faulty.

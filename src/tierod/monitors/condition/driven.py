@@ -23,6 +23,9 @@ from tierod.monitors.condition.signals import ACTUATORS, ALL_WHEELS, ELEMENTS, S
 
 STANDING = 0.5
 """Speed below which the vehicle counts as standing [m/s]."""
+HARD, AFTER = 2.5, 1.0
+"""Longitudinal acceleration from which a wheel with half its load in a bend may spin or skid alone [m/s**2], a quarter
+of the most on a dry road, and time in which the filters recover from it [s]."""
 NO_READING = "no sensor gives a reading"
 ALL_ZERO = "all sensors read exactly zero"
 ALL_HELD = "all sensors repeat their previous readings"
@@ -36,6 +39,7 @@ MAP_FIRST = (
     "names ('tierod inspect' shows its columns), else record them"
 )
 
+_ALONG = ConditionSample._fields.index("longitudinal_acceleration")
 _YAW = ConditionSample._fields.index("yaw_rate")
 WHEEL_PLACES = [ConditionSample._fields.index(name) for name in ALL_WHEELS]
 """Column indices of the wheel speeds in a sample."""
@@ -58,6 +62,7 @@ class Driven:
         absences: presence of every element's reading or target, of a possible judgement, and of enough sensors
         now: cause why the last sample was not judged; "" if it was
         asked: whether the judgement needs the targets
+        pushed: bounds of the times of hard acceleration and braking, with `AFTER` behind them [s]
     """
 
     period: float
@@ -71,6 +76,7 @@ class Driven:
     absences: dict[str, Absence] = field(default_factory=dict)
     now: str = ""
     asked: bool = True
+    pushed: list[tuple[float, float]] = field(default_factory=list)
     _slides: list[tuple[float, float]] = field(default_factory=list)
     _forward: tuple[np.ndarray, np.ndarray] = (np.zeros(0), np.zeros(0, bool))
     _read: LastRead = field(default_factory=lambda: LastRead(len(ALL_WHEELS), LOST))
@@ -96,6 +102,8 @@ class Driven:
             self.forward += int(np.count_nonzero(forward))
             self._forward = time, forward
             self.backward += int(np.count_nonzero((speed < -STANDING).any(axis=1)))
+            pushes, ends = runs(np.abs(values[:, _ALONG]) > HARD)
+        self.pushed += [(float(time[k]), float(time[end - 1]) + AFTER) for k, end in zip(pushes, ends, strict=True)]
         reading = covered.available[:, : len(SENSORS)]
         read = reading.any(axis=1)
         causes = {

@@ -21,6 +21,7 @@ from tierod.monitors.condition.courses import ElementCourse
 from tierod.monitors.condition.driven import REVERSED, SLIPPED, WHEEL_PLACES, Driven, is_moving, mean_speed
 from tierod.monitors.condition.finding import OtherCauses, judge
 from tierod.monitors.condition.kinds.catalogue import OFFSET
+from tierod.monitors.condition.recording_checks.absence import Loss
 from tierod.monitors.condition.recording_checks.axle_slip import AxleSlip, slips_in_words
 from tierod.monitors.condition.recording_checks.constancy import Constancy, stuck_readings
 from tierod.monitors.condition.recording_checks.contradictions import Problem
@@ -57,6 +58,8 @@ EVIDENCE = "evidence_for_a_fault"
 """Name of the trace with the evidence by which a fault is declared."""
 SLICE = 60_000
 """Most samples that are judged at once, so that the outputs of a long piece need not all fit into memory."""
+ALONE = 1.5
+"""Longest time for which an unloaded wheel spins or skids alone [s]: drivers and brake control end it."""
 BEFORE = 1.0
 """Time before the first sign of a failing acceleration in which it may already have disturbed the filters [s]."""
 SHIFTED = (
@@ -296,6 +299,17 @@ class ConditionSession:
         beside = any(each.start - BEFORE <= end and each.end >= start for each in slipped)
         return beside or self._driven.slid_within(start, end)
 
+    def _spun_alone(self) -> dict[str, Loss]:
+        """Withdraw brief faults of single wheels in hard acceleration and braking, where a wheel slips alone."""
+        found: dict[str, Loss] = {}
+        for name, course in self._courses.items():
+            for each in course.brief(ALONE, self._driven.pushed) if name in ALL_WHEELS and not self._whole else ():
+                when = f"from {each.onset:.2f} s to {each.supported:.2f} s of hard acceleration or braking"
+                cause = f"the wheel slipped alone, or its reading was wrong, {when}"
+                found.setdefault(name, Loss(Status.NOT_TESTABLE, cause, each.onset, each.supported))
+                self._withdraw([(each.onset, each.end)])
+        return found
+
     def _shift_of_zero(self) -> bool:
         """Declare the steering angle if its zero has shifted and the filters had declared nothing by then."""
         shift, end = self._zero.found if self._zero is not None else None, self._driven.end
@@ -352,6 +366,7 @@ class ConditionSession:
         resting = [each for each in self.stuck if each.name in stuck]
         ends = [self._driven.end if each.end is None else each.end + BEFORE for each in resting]
         self._withdraw([(each.start, end) for each, end in zip(resting, ends, strict=True)], stuck)
+        alone = self._spun_alone()
         shifted = self._shift_of_zero()
         faults = [each for course in self._courses.values() for each in course.episodes(self._driven.end)]
         slow = () if self._pace is None else self._pace.problems()
@@ -363,7 +378,7 @@ class ConditionSession:
         problems = (*wired, *slow)
         interruptions = self._coverage.interruptions
         same = {name: loss for name, each in self._same.items() if (loss := each.loss()) is not None}
-        lost = stuck | same | losses(self._courses, self._driven)
+        lost = alone | stuck | same | losses(self._courses, self._driven)
         states = elements(self._courses, self._driven, problems, self.graph, lost)
         reversed_ = "" if self._reversing is None else self._reversing.words
         notes = (*self._notes, *self._limits(bool(problems)), reversed_, slips_in_words(slipped))
