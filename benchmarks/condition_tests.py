@@ -10,9 +10,9 @@ import sys
 import time
 from typing import NamedTuple
 
-from tierod.experiments.effort import Effort
-from tierod.papers.condition.drives import Drive, actuator_tests, healthy_drives, sensor_tests
-from tierod.papers.condition.runs import BEST, calibrations, scores
+from tierod_lab.papers.condition.drives import Drive, actuator_tests, healthy_drives, sensor_tests
+from tierod_lab.papers.condition.runs import BEST, calibrations, scores
+from tierod_lab.studies.effort import Effort
 
 VEHICLE = 1
 HOURS = 100.0

@@ -16,8 +16,8 @@ from benchmarks.filters import EnabledFilter, matrices
 from tierod.io.writers import write
 from tierod.models.friction_estimation import FrictionParameters
 from tierod.monitors.friction.presets import printed
-from tierod.proving_ground import drive
 from tierod.vehicles import load
+from tierod_lab.ground import drive
 
 RATE = 100.0
 REPEATS = 5

@@ -17,7 +17,6 @@ import tempfile
 import time
 from pathlib import Path
 
-from tierod.experiments.doors import cores, workers_of
 from tierod.fleet import schema
 from tierod.fleet.compaction import compact
 from tierod.fleet.fleet_file import one_vehicle
@@ -30,6 +29,7 @@ from tierod.fleet.running import run
 from tierod.fleet.task import _about, _stream, part_of
 from tierod.monitors.together import Chosen, usual
 from tierod.vehicles import load
+from tierod.work.doors import cores, workers_of
 
 VEHICLE = "midsize-eps"
 FRICTION = Asked((Chosen("friction"),))
@@ -43,7 +43,7 @@ def recordings(folder, count, seconds):
 
     from tierod.core.recording import Recording
     from tierod.io.writers import write
-    from tierod.proving_ground.scenarios import load as scenario
+    from tierod_lab.ground.scenarios import load as scenario
 
     made = scenario("mixed-drive-healthy").with_run(seconds=seconds, seed=1).run().recording
     names = [name for name in made.names if not name.startswith("truth_")]

@@ -17,8 +17,8 @@ from tierod.core.graph.trace import initial_memory
 from tierod.io.derive import complete
 from tierod.monitors.harness.session import BlockSession, opened
 from tierod.monitors.registry import MONITORS
-from tierod.proving_ground import drive
 from tierod.vehicles import load
+from tierod_lab.ground import drive
 
 MONITORS_TIMED = ("friction", "driver-torque", "sideslip")
 VEHICLE = "midsize-eps"

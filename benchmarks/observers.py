@@ -24,9 +24,9 @@ from tierod.monitors.driver_torque.delayed import DelayedHandTorque, smoothing
 from tierod.monitors.driver_torque.design import design, process_noises
 from tierod.monitors.driver_torque.printed import PrintedObserver
 from tierod.monitors.driver_torque.tuning import ColumnTuning
-from tierod.papers.column.column_friction import ColumnFrictionObserver
-from tierod.papers.column.swept_bench import swept
 from tierod.vehicles import load
+from tierod_lab.papers.column.column_friction import ColumnFrictionObserver
+from tierod_lab.papers.column.swept_bench import swept
 
 STEPS = 40_000
 """Samples of one run: 40 s at 1 kHz."""

@@ -18,9 +18,9 @@ from tierod.models.automated_vehicle import AutomatedVehicle
 from tierod.monitors.condition.hypotheses import hypotheses
 from tierod.monitors.condition.monitor import condition_monitor
 from tierod.monitors.condition.signals import ConditionSample
-from tierod.papers.condition.drives import Drive, actuator_tests, healthy_drives, sensor_tests
-from tierod.papers.condition.recorded import recorded
 from tierod.vehicles import load
+from tierod_lab.papers.condition.drives import Drive, actuator_tests, healthy_drives, sensor_tests
+from tierod_lab.papers.condition.recorded import recorded
 
 LANES, STATES, READINGS = len(hypotheses()), len(AutomatedVehicle.State._fields), len(AutomatedVehicle.Output._fields)
 """Number of filters in the bank without that for sliding tyres, of their states, and of their measurements."""

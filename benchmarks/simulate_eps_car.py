@@ -9,8 +9,8 @@ from multiprocessing import get_context
 
 import numpy as np
 
-from tierod.proving_ground import EpsCar, drive
-from tierod.proving_ground.chassis import SingleTrack
+from tierod_lab.ground import EpsCar, drive
+from tierod_lab.ground.chassis import SingleTrack
 
 SECONDS = 300.0
 INTERPRETED_SECONDS = 2.0

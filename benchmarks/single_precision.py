@@ -20,9 +20,9 @@ from tierod.export.evidence.single_precision import Apart, aim_of, apart
 from tierod.export.interface import Interface, Options
 from tierod.export.subject import Subject, subject_of
 from tierod.export.vectors import rounded, vectors_of
-from tierod.proving_ground.scenarios.reader import from_document
-from tierod.proving_ground.scenarios.scenario import Scenario
 from tierod.vehicles import load as vehicle
+from tierod_lab.ground.scenarios.reader import from_document
+from tierod_lab.ground.scenarios.scenario import Scenario
 
 _TABLE = 'name = "given"\ndescription = "With a fault or without."\n'
 

@@ -92,8 +92,8 @@ def sparse(folder: Path, count: int) -> None:
 
 
 def fleet_of(folder: Path, cars: int) -> None:
-    from tierod.fleet.virtual import FleetFile, drawn
-    from tierod.fleet.virtual_writing import shipped_law, write_estimates
+    from tierod_lab.fleet.virtual import FleetFile, drawn
+    from tierod_lab.fleet.writing import shipped_law, write_estimates
 
     write_estimates(drawn(FleetFile("bench", cars=cars, start="2024-01-08", weeks=26)), folder, shipped_law())
 

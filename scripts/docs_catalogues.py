@@ -15,10 +15,10 @@ from tierod.cli import main
 from tierod.core.nomenclature import nomenclature
 from tierod.core.statuses import SEVERITY
 from tierod.diagnosis.trouble_codes import load_trouble_codes
-from tierod.papers.condition.rules.catalogue import RESIDUALS
 from tierod.report.display import words
 from tierod.report.glossary import TERMS
 from tierod.vehicles import QUANTITIES, load, shipped
+from tierod_lab.papers.condition.rules.catalogue import RESIDUALS
 
 
 def pages() -> dict[str, Callable[[], str]]:

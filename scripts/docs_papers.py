@@ -7,7 +7,7 @@ from functools import partial
 
 from docs_text import page, table
 
-from tierod.papers.contents import PAPERS, Entry, contents
+from tierod_lab.papers.contents import PAPERS, Entry, contents
 
 
 def pages() -> dict[str, Callable[[], str]]:

@@ -21,7 +21,7 @@ SCHEMAS = {
         "tierod.report",
         "`tierod diagnose --json` prints this document where several recordings or all monitors are judged.",
     ),
-    "campaign": ("tierod.experiments", "`tierod campaign` writes this document as `campaign.json`."),
+    "campaign": ("tierod_lab.campaign", "`tierod campaign` writes this document as `campaign.json`."),
     "fleet": (
         "tierod.fleet",
         "`tierod fleet report --json` prints this document to stdout; without `--json` it stands in `fleet.json`.",

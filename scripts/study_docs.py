@@ -17,7 +17,7 @@ from pathlib import Path
 
 from docs_text import table
 
-from tierod.papers.registry import STUDIES
+from tierod_lab.studies.registry import STUDIES
 
 STUDY_PAGES = Path(__file__).resolve().parent.parent / "docs" / "reference" / "studies"
 CAUSES = (

@@ -11,8 +11,8 @@ from tierod.core.graph import scan
 from tierod.models.linear import zero_order_hold
 from tierod.models.steering_column import ColumnInput, ColumnParameters, SteeringColumn
 from tierod.models.two_inertia_column import without_gear
-from tierod.papers.column.control.position_control import ObservedColumn, PositionControl
-from tierod.papers.column.control.reference import Reference
+from tierod_lab.papers.column.control.position_control import ObservedColumn, PositionControl
+from tierod_lab.papers.column.control.reference import Reference
 
 STEP = 1e-3
 COLUMN = ColumnParameters(0.035, 0.2286, 140.0, 18.0, 7.26, 5.517e-3, 1.4486e-4, 1.484e-3)

@@ -2,8 +2,8 @@
 
 from functools import lru_cache
 
-from tierod import proving_ground
-from tierod.papers.condition import odd_drives as odd
+from tierod_lab import ground as proving_ground
+from tierod_lab.papers.condition import odd_drives as odd
 
 KEPT = 6
 """A drive of 13 minutes takes 76 MB."""

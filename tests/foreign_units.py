@@ -12,7 +12,7 @@ from tierod.export.fmu.archive import write_unit
 from tierod.export.fmu.variables import Model
 from tierod.export.interface import Interface, Options
 from tierod.export.subject import subject_of_block
-from tierod.proving_ground.run import usual_inputs
+from tierod_lab.ground.run import usual_inputs
 
 STEP = 0.002
 

@@ -22,9 +22,9 @@ from tierod.core.graph import compiler
 from tierod.core.graph.kernel_cache import Bounds, KernelCache
 from tierod.core.recording import Aligned, Recording
 from tierod.diagnosis.fault_memory import FaultMemory
-from tierod.experiments.store import Store
 from tierod.monitors.harness.baseline import Baseline, keep_first, load_baseline
 from tierod.monitors.harness.into_memory import MemoryFeed
+from tierod_lab.campaign.store import Store
 
 VEHICLE = "midsize-eps"
 
@@ -217,7 +217,7 @@ def campaign(count: int, seed: int, folder: Path) -> dict[str, int]:
 def commands(count: int, seed: int, folder: Path) -> dict[str, int]:
     """`tierod diagnose` as users call it, all at once on one memory and one baseline; every fourth recording twice."""
     from tierod.io.writers import write
-    from tierod.proving_ground import drive
+    from tierod_lab.ground import drive
 
     whole = Recording(drive(minutes=8.0, seed=seed).channels)
     for number in range(count):

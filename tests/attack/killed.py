@@ -48,7 +48,7 @@ def _whole_recording(path: Path) -> None:
 
 
 def _whole_table(path: Path) -> None:
-    from tierod.experiments.table import read_table
+    from tierod_lab.campaign.table import read_table
 
     assert read_table(path)
 
@@ -109,7 +109,7 @@ class Command:
 def _drives(folder: Path) -> None:
     from tierod.core.recording import Recording
     from tierod.io.writers import write
-    from tierod.proving_ground import drive
+    from tierod_lab.ground import drive
 
     first = Recording(drive(minutes=4.0, seed=3).channels)
     write(first, folder / "first.parquet")
@@ -123,8 +123,8 @@ def _campaign(folder: Path) -> None:
 
 def _motor(folder: Path) -> None:
     from tierod.io.writers import write
-    from tierod.proving_ground.scenarios import load
     from tierod.vehicles.vehicle import SHIPPED
+    from tierod_lab.ground.scenarios import load
 
     write(load("motor-bench-multisine").run().recording, folder / "drive.parquet")
     shutil.copy(SHIPPED / "motor-bench.toml", folder / "motor.toml")

@@ -10,14 +10,14 @@ from pathlib import Path
 from tierod.core.recording import Recording
 from tierod.io.readers import read
 from tierod.io.writers import write
-from tierod.proving_ground import FrictionCourse, SensorSet, drive, lock_to_lock
-from tierod.proving_ground.cars.catalogue import load as load_car
-from tierod.proving_ground.courses.catalogue import load as load_course
-from tierod.proving_ground.faults import Always, AtTime, Fault
-from tierod.proving_ground.faults import load as load_fault
-from tierod.proving_ground.faults.behaviours import Gain, Offset
-from tierod.proving_ground.run import run as run_car
-from tierod.proving_ground.scenarios import load as load_scenario
+from tierod_lab.ground import FrictionCourse, SensorSet, drive, lock_to_lock
+from tierod_lab.ground.cars.catalogue import load as load_car
+from tierod_lab.ground.courses.catalogue import load as load_course
+from tierod_lab.ground.faults import Always, AtTime, Fault
+from tierod_lab.ground.faults import load as load_fault
+from tierod_lab.ground.faults.behaviours import Gain, Offset
+from tierod_lab.ground.run import run as run_car
+from tierod_lab.ground.scenarios import load as load_scenario
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,7 @@ def _motor_bench(degrees: float = 0.0) -> Callable[[int], Recording]:
 
     def make(seed: int) -> Recording:
         from monitors.motor_angle.monitored import recording
-        from tierod.papers.motor_angle import fault_drives, fault_kinds
+        from tierod_lab.papers.motor_angle import fault_drives, fault_kinds
 
         return recording(fault_drives.drive(seed, 8.0, fault_kinds.offset(degrees) if degrees else None, 5.0).samples)
 

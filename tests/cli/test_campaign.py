@@ -16,9 +16,9 @@ import pytest
 
 from experiments.test_campaign import BASE
 from tierod.cli import main
-from tierod.experiments.table import read_table
+from tierod_lab.campaign.table import read_table
 
-SCHEMA = json.loads(files("tierod.experiments").joinpath("campaign.schema.json").read_text(encoding="utf-8"))
+SCHEMA = json.loads(files("tierod_lab.campaign").joinpath("campaign.schema.json").read_text(encoding="utf-8"))
 FILE = """name = "lost signals"
 description = "Signals that are lost."
 scenario = "base.toml"

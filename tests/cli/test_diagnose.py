@@ -11,7 +11,7 @@ from driven import drive
 from tierod.cli import main
 from tierod.core.recording import Channel, Recording
 from tierod.io.writers import write
-from tierod.proving_ground import FrictionCourse
+from tierod_lab.ground import FrictionCourse
 
 
 @pytest.fixture(scope="module")

@@ -17,10 +17,10 @@ from tierod.core.signals import SIGNALS
 from tierod.io.writers import write
 from tierod.monitors.diagnose import diagnose as run
 from tierod.monitors.several import Judged, NotRun
-from tierod.proving_ground import drive
-from tierod.proving_ground.scenarios import load as load_scenario
 from tierod.report import several
 from tierod.vehicles import VEHICLES
+from tierod_lab.ground import drive
+from tierod_lab.ground.scenarios import load as load_scenario
 
 
 @pytest.fixture(scope="module")

@@ -3,7 +3,7 @@ import json
 import pytest
 
 from tierod.cli import main
-from tierod.proving_ground.faults import BEHAVIOURS, load, shipped
+from tierod_lab.ground.faults import BEHAVIOURS, load, shipped
 
 
 def test_lists_what_is_shipped_with_a_sentence_each(capsys):

@@ -73,7 +73,7 @@ def test_nothing_judged_is_exit_code_2(drives):
 )
 def test_a_slip_is_one_sentence(drives, capsys, monkeypatch, arguments, words):
     monkeypatch.chdir(drives)
-    monkeypatch.setattr("tierod.experiments.cluster.PATIENCE", 0.1)
+    monkeypatch.setattr("tierod.work.cluster.PATIENCE", 0.1)
     assert fleet(*arguments) == 3
     errors = capsys.readouterr().err
     assert words in errors

@@ -9,10 +9,10 @@ from tierod.cli import main
 from tierod.core.recording import Channel, Recording
 from tierod.core.signals import SIGNALS
 from tierod.io.writers import write
-from tierod.papers.motor_angle.observer_drives import to_and_fro
-from tierod.proving_ground.motor import Inverter
 from tierod.vehicles import load
 from tierod.vehicles.vehicle import SHIPPED
+from tierod_lab.ground.motor import Inverter
+from tierod_lab.papers.motor_angle.observer_drives import to_and_fro
 
 NAMES = (
     "motor_current_alpha",

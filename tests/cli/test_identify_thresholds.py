@@ -14,10 +14,10 @@ from tierod.io.readers import read
 from tierod.io.writers import write
 from tierod.monitors.condition.calibration.limits import limits_of
 from tierod.monitors.condition.definition import CONDITION
-from tierod.papers.condition.drives import Drive
-from tierod.papers.condition.recorded import recorded
 from tierod.vehicles import load
 from tierod.vehicles.vehicle import SHIPPED
+from tierod_lab.papers.condition.drives import Drive
+from tierod_lab.papers.condition.recorded import recorded
 
 TEXT = (SHIPPED / "smartload.toml").read_text(encoding="utf-8")
 

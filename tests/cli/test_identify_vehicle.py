@@ -14,12 +14,12 @@ from tierod.cli import main
 from tierod.cli.identify import _next
 from tierod.core.errors import InputError
 from tierod.io.writers import write
-from tierod.proving_ground.courses.natural import City, Country
-from tierod.proving_ground.drives import CHANNELS, drive
-from tierod.proving_ground.sensors import SensorSet
 from tierod.report.identification.vehicle import VEHICLE
 from tierod.vehicles import load
 from tierod.vehicles.vehicle import SHIPPED
+from tierod_lab.ground.courses.natural import City, Country
+from tierod_lab.ground.drives import CHANNELS, drive
+from tierod_lab.ground.sensors import SensorSet
 
 TEXT = (SHIPPED / "midsize-eps.toml").read_text(encoding="utf-8")
 OPEN = ("steering_ratio", "front_cornering_stiffness")

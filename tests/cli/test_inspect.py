@@ -15,8 +15,8 @@ from tierod.core.signals import SIGNALS
 from tierod.io.readers import read
 from tierod.io.writers import write
 from tierod.monitors.registry import MONITORS
-from tierod.proving_ground import drive
 from tierod.vehicles import load
+from tierod_lab.ground import drive
 
 
 def recording(names, **values):

@@ -6,8 +6,8 @@ import pytest
 from tierod.cli import main
 from tierod.core.errors import ParameterError
 from tierod.io.writers import write
-from tierod.proving_ground import drive
 from tierod.vehicles import load
+from tierod_lab.ground import drive
 
 MAP = '[signals.yaw_rate]\nsource = "Gierrate"\nunit = "deg/s"\n'
 

@@ -5,7 +5,7 @@ import shlex
 import pytest
 
 from tierod.cli import main
-from tierod.proving_ground.scenarios import load, shipped
+from tierod_lab.ground.scenarios import load, shipped
 
 LONG = ("country-drive-friction-ramp", "demonstrator-healthy", "mixed-drive-friction-step", "mixed-drive-healthy",
         "worn-sensors-in-town", "hot-motor-in-town", "active-front-steering-drive", "column-bench-locked-sweep",

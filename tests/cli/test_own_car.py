@@ -8,8 +8,8 @@ import pytest
 from tierod.cli import main
 from tierod.core.recording import Recording
 from tierod.io.readers import read
-from tierod.proving_ground import drive
 from tierod.vehicles import load
+from tierod_lab.ground import drive
 
 BROCHURE = ("mass=1.6 t", "wheelbase=2.83")
 

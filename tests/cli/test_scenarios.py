@@ -5,8 +5,8 @@ import json
 import pytest
 
 from tierod.cli import main
-from tierod.proving_ground import courses, scenarios
-from tierod.proving_ground.cars import catalogue
+from tierod_lab.ground import courses, scenarios
+from tierod_lab.ground.cars import catalogue
 
 NAMES = {"scenarios": scenarios.shipped(), "cars": catalogue.shipped(), "courses": courses.shipped()}
 

@@ -10,7 +10,7 @@ import pytest
 
 from tierod.cli import main
 from tierod.io.readers import read
-from tierod.proving_ground.scenarios import Scenario
+from tierod_lab.ground.scenarios import Scenario
 
 TEXT = """\
 name = "mine"

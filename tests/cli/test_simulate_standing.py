@@ -5,8 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from tierod.cli.simulate import _standing
 from tierod.core.recording import Channel, Recording
+from tierod_lab.cli.simulate import _standing
 
 TIME = np.arange(0.0, 5.0, 0.1)
 

@@ -8,8 +8,8 @@ from report_pages import Page
 from tierod.cli import main
 from tierod.core.claims import Claim, at_most
 from tierod.core.content import Heading, Table
-from tierod.papers import registry
-from tierod.papers.registry import Study
+from tierod_lab.studies import registry
+from tierod_lab.studies.registry import Study
 
 SCHEMA = json.loads(files("tierod.core").joinpath("claims.schema.json").read_text(encoding="utf-8"))
 

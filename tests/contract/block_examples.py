@@ -76,28 +76,28 @@ from tierod.monitors.sideslip.conventional import (
 )
 from tierod.monitors.sideslip.monitor import SideslipMonitor
 from tierod.monitors.sideslip.two_stage import TwoStageKalman, TwoStagePoles, two_stage_kalman, two_stage_poles
-from tierod.papers.column.column_friction import ColumnFrictionObserver
-from tierod.papers.column.control.position_control import PositionControl
-from tierod.papers.condition.rules.actuator_set import ActuatorSet, actuator_set
-from tierod.papers.condition.rules.adaptive_speed import AdaptiveSpeed
-from tierod.papers.condition.rules.all_residuals import AllResiduals
-from tierod.papers.condition.rules.calibration import ResidualCalibration
-from tierod.papers.condition.rules.catalogue import RESIDUALS
-from tierod.papers.condition.rules.diagnosis import RuleDiagnosis
-from tierod.papers.condition.rules.parameters import Coefficients
-from tierod.papers.condition.rules.readings import ResidualThreshold
-from tierod.papers.condition.rules.residual_set import ResidualSet, residual_set
-from tierod.papers.condition.rules.rule_monitor import RuleMonitor, RulesWithReaction, rule_monitor
-from tierod.papers.condition.rules.steering_signals import LostShares, SteeringSignals
-from tierod.papers.condition.rules.symptom_files import rules
-from tierod.papers.friction.linearised import LinearisedFrictionMonitor, linearised
-from tierod.papers.motor_angle.dq_motor import DqMotorParameters
-from tierod.papers.motor_angle.feedforward import FeedforwardAngle, FeedforwardWithLoad
-from tierod.papers.motor_angle.flux_observer import FluxObserver
-from tierod.papers.motor_angle.printed_kalman import PrintedJacobianFilter
-from tierod.papers.motor_angle.printed_observers import RotorFrameObserver, extended_kalman
-from tierod.papers.sideslip.rivals import LeakyKinematic
 from tierod.vehicles import load
+from tierod_lab.papers.column.column_friction import ColumnFrictionObserver
+from tierod_lab.papers.column.control.position_control import PositionControl
+from tierod_lab.papers.condition.rules.actuator_set import ActuatorSet, actuator_set
+from tierod_lab.papers.condition.rules.adaptive_speed import AdaptiveSpeed
+from tierod_lab.papers.condition.rules.all_residuals import AllResiduals
+from tierod_lab.papers.condition.rules.calibration import ResidualCalibration
+from tierod_lab.papers.condition.rules.catalogue import RESIDUALS
+from tierod_lab.papers.condition.rules.diagnosis import RuleDiagnosis
+from tierod_lab.papers.condition.rules.parameters import Coefficients
+from tierod_lab.papers.condition.rules.readings import ResidualThreshold
+from tierod_lab.papers.condition.rules.residual_set import ResidualSet, residual_set
+from tierod_lab.papers.condition.rules.rule_monitor import RuleMonitor, RulesWithReaction, rule_monitor
+from tierod_lab.papers.condition.rules.steering_signals import LostShares, SteeringSignals
+from tierod_lab.papers.condition.rules.symptom_files import rules
+from tierod_lab.papers.friction.linearised import LinearisedFrictionMonitor, linearised
+from tierod_lab.papers.motor_angle.dq_motor import DqMotorParameters
+from tierod_lab.papers.motor_angle.feedforward import FeedforwardAngle, FeedforwardWithLoad
+from tierod_lab.papers.motor_angle.flux_observer import FluxObserver
+from tierod_lab.papers.motor_angle.printed_kalman import PrintedJacobianFilter
+from tierod_lab.papers.motor_angle.printed_observers import RotorFrameObserver, extended_kalman
+from tierod_lab.papers.sideslip.rivals import LeakyKinematic
 
 DT = 0.01
 BENCH = load("column-bench").parameters_for(BenchParameters)

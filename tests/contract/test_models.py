@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import tierod.models
-import tierod.papers
+import tierod_lab.papers
 from tierod.core.block import leaves, rebuild, skeleton, units
 from tierod.core.graph import jacobian
 from tierod.models.steering_column import ColumnParameters
@@ -23,7 +23,7 @@ def models() -> list[type]:
     found = []
     modules = [
         info.name
-        for package in (tierod.models, tierod.papers)
+        for package in (tierod.models, tierod_lab.papers)
         for info in pkgutil.walk_packages(package.__path__, f"{package.__name__}.")
     ]
     for name in modules:

@@ -8,9 +8,9 @@ import pytest
 
 from tierod.cli import main
 from tierod.io.readers import read
-from tierod.proving_ground import courses, scenarios
-from tierod.proving_ground.cars import catalogue
-from tierod.proving_ground.run import run
+from tierod_lab.ground import courses, scenarios
+from tierod_lab.ground.cars import catalogue
+from tierod_lab.ground.run import run
 
 
 @pytest.mark.parametrize("name", scenarios.shipped())

@@ -24,7 +24,7 @@ from tierod.cli.app import commands
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").rglob("*.md"))]
-SCHEMA = json.loads((ROOT / "src/tierod/report/diagnosis.schema.json").read_text(encoding="utf-8"))
+SCHEMA = json.loads((ROOT / "packages/tierod/src/tierod/report/diagnosis.schema.json").read_text(encoding="utf-8"))
 MODULES = sorted(
     module.name for module in pkgutil.walk_packages(tierod.__path__, "tierod.") if not module.name.endswith("__main__")
 )
@@ -50,7 +50,7 @@ def drives(tmp_path_factory):
     """A folder with the recordings that the pages speak of."""
     from tierod.diagnosis.fault_memory import FaultMemory
     from tierod.io.writers import write
-    from tierod.proving_ground import FrictionCourse, drive
+    from tierod_lab.ground import FrictionCourse, drive
 
     folder = tmp_path_factory.mktemp("drives")
     recording = drive(minutes=4.0, friction=FrictionCourse.step(4.0, 8.0, at=120.0), seed=1)

@@ -112,7 +112,7 @@ def test_a_page_of_a_study_says_which_command_printed_it(generator):
 
 
 def test_studies_have_their_pages(generator):
-    from tierod.papers.registry import STUDIES
+    from tierod_lab.studies.registry import STUDIES
 
     assert set(generator[1].TOPICS) == set(STUDIES)
     for name, topics in generator[1].TOPICS.items():

@@ -2,9 +2,9 @@
 
 import math
 
-from tierod.experiments.figures import Moments
-from tierod.experiments.judged import Judged
-from tierod.experiments.rows import FAULT_FREE, Row
+from tierod_lab.campaign.figures import Moments
+from tierod_lab.campaign.judged import Judged
+from tierod_lab.campaign.rows import FAULT_FREE, Row
 
 
 def judged(outcome="quiet", **changes):

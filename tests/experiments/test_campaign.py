@@ -7,8 +7,8 @@ import pytest
 
 from tierod.core.errors import ParameterError
 from tierod.core.toml import Document
-from tierod.experiments.campaign import from_document, load, shipped
-from tierod.proving_ground import scenarios
+from tierod_lab.campaign.campaign import from_document, load, shipped
+from tierod_lab.ground import scenarios
 
 BASE = """name = "country"
 description = "A country road."

@@ -6,9 +6,9 @@ import pytest
 
 from experiments.campaign_rows import row
 from tierod.core.errors import InputError
-from tierod.experiments.compare import compare, document
-from tierod.experiments.figures import Moments
-from tierod.experiments.table import write_table
+from tierod_lab.campaign.compare import compare, document
+from tierod_lab.campaign.figures import Moments
+from tierod_lab.campaign.table import write_table
 
 STEP = {"fault": "step", "size": 4}
 

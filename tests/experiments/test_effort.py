@@ -11,8 +11,8 @@ import pytest
 
 from experiments.worker_tasks import do, environment, noted
 from tierod.core.errors import InputError
-from tierod.experiments import effort as module
-from tierod.experiments.effort import Effort, Results
+from tierod_lab.studies import effort as module
+from tierod_lab.studies.effort import Effort, Results
 
 PIDS = [("pid", 0.2), ("pid", 0.2)]
 
@@ -84,7 +84,7 @@ import sys
 from functools import partial
 from pathlib import Path
 from experiments.worker_tasks import noted
-from tierod.experiments.effort import Effort
+from tierod_lab.studies.effort import Effort
 
 if __name__ == "__main__":
     with Effort(processes=2).kept(Path(sys.argv[1])) as effort:

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tierod.experiments.figures import (
+from tierod_lab.campaign.figures import (
     Moments,
     area_under_curve,
     paired,

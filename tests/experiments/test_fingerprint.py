@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from tierod.experiments import fingerprint as module
-from tierod.experiments.fingerprint import fingerprint, ground_code, tower_code
+from tierod.work import fingerprint as module
+from tierod.work.fingerprint import fingerprint, ground_code, tower_code
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,7 @@ def test_what_cannot_be_known_is_refused():
 
 
 def test_other_processes_find_the_same():
-    code = "from tierod.experiments.fingerprint import *; print(fingerprint({'a', 'b'}), ground_code(), tower_code())"
+    code = "from tierod.work.fingerprint import *; print(fingerprint({'a', 'b'}), ground_code(), tower_code())"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.split() == [fingerprint({"a", "b"}), ground_code(), tower_code()]
 

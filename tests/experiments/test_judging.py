@@ -10,12 +10,12 @@ import pytest
 from driven import drive
 from tierod.core.findings import Finding, Status
 from tierod.core.recording import Channel, Recording
-from tierod.experiments.judged import Judged, Window, from_plain, plain
-from tierod.experiments.judging import judge
 from tierod.monitors.diagnose import find
 from tierod.monitors.harness.session import Conclusion, Monitor, StatusChange, Variant
-from tierod.proving_ground import FrictionCourse
 from tierod.vehicles import load
+from tierod_lab.campaign.judged import Judged, Window, from_plain, plain
+from tierod_lab.campaign.judging import judge
+from tierod_lab.ground import FrictionCourse
 
 NOT_READY, HEALTHY, RISING, FAULT = Status.NOT_READY, Status.HEALTHY, Status.RISING, Status.FAULT
 

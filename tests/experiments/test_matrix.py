@@ -4,9 +4,9 @@ import pytest
 
 from tierod.core.errors import ParameterError
 from tierod.core.toml import Document, build
-from tierod.experiments.definition import CampaignFile
-from tierod.experiments.matrix import points, with_changes
-from tierod.proving_ground.faults.triggers import AtTime
+from tierod_lab.campaign.definition import CampaignFile
+from tierod_lab.campaign.matrix import points, with_changes
+from tierod_lab.ground.faults.triggers import AtTime
 
 HEAD = """name = "steps"
 description = "Steps of friction."

@@ -1,10 +1,10 @@
 from dataclasses import replace
 
-from tierod.experiments.effort import Effort
-from tierod.experiments.reported_seed import reported_seed
 from tierod.monitors.condition.monitor import condition_monitor
-from tierod.papers.condition.reported import USED, first_vehicle, vehicles
 from tierod.vehicles import load
+from tierod_lab.campaign.reported_seed import reported_seed
+from tierod_lab.papers.condition.reported import USED, first_vehicle, vehicles
+from tierod_lab.studies.effort import Effort
 
 
 def test_a_changed_threshold_draws_other_demonstrators():

@@ -16,14 +16,14 @@ from experiments.toy_scenario import FAULT, ToyScenario, plan
 from experiments.worker_tasks import environment
 from tierod.core.errors import OutputError
 from tierod.core.files import write_text
-from tierod.experiments import running
-from tierod.experiments.executor import Executor
-from tierod.experiments.matrix import Point
-from tierod.experiments.plan import Cell
-from tierod.experiments.running import run
-from tierod.experiments.store import Store
-from tierod.proving_ground.faults import AtTime, Fault, Step
-from tierod.proving_ground.scenarios import load
+from tierod.work.executor import Executor
+from tierod_lab.campaign import running
+from tierod_lab.campaign.matrix import Point
+from tierod_lab.campaign.plan import Cell
+from tierod_lab.campaign.running import run
+from tierod_lab.campaign.store import Store
+from tierod_lab.ground.faults import AtTime, Fault, Step
+from tierod_lab.ground.scenarios import load
 
 
 @pytest.fixture
@@ -229,9 +229,9 @@ SCRIPT = """
 import sys
 from pathlib import Path
 from experiments.toy_scenario import FAULT, ToyScenario, plan
-from tierod.experiments.executor import Executor
-from tierod.experiments.running import run
-from tierod.experiments.store import Store
+from tierod.work.executor import Executor
+from tierod_lab.campaign.running import run
+from tierod_lab.campaign.store import Store
 
 if __name__ == "__main__":
     store = Store(Path(sys.argv[1]))
@@ -289,7 +289,7 @@ def test_what_faults_vary_is_compiled_too_although_they_come_late(monkeypatch):
     fault = Fault("steering.friction.level", Step(8.0), AtTime(390.0))
     varied = replace(base, faults=(fault,))
     made = []
-    home = importlib.import_module("tierod.proving_ground.run")
+    home = importlib.import_module("tierod_lab.ground.run")
     known = home.kernel
     monkeypatch.setattr(home, "kernel", lambda block: made.append(type(block).__name__) or known(block))
     cells = [Cell(Point({}, (), 1), scenario, str(n), None) for n, scenario in enumerate((base, varied, varied))]

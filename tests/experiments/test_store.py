@@ -9,7 +9,7 @@ import pytest
 
 from tierod.core.errors import OutputError
 from tierod.core.recording import Channel, Recording
-from tierod.experiments.store import Store, slug
+from tierod_lab.campaign.store import Store, slug
 
 KEY = "0123456789abcdef" * 4
 
@@ -90,7 +90,7 @@ def test_what_a_killed_process_left_is_removed_and_nothing_else(store):
 
 def test_one_campaign_at_a_time_in_a_folder_until_its_process_ends(store):
     code = (
-        "import os, sys, pathlib; from tierod.experiments.store import Store\n"
+        "import os, sys, pathlib; from tierod_lab.campaign.store import Store\n"
         "with Store(pathlib.Path(sys.argv[1])).alone(): os._exit(9)"
     )
     assert subprocess.run([sys.executable, "-c", code, store.folder], check=False).returncode == 9

@@ -9,11 +9,11 @@ import numpy as np
 from tierod.core.errors import ParameterError
 from tierod.core.recording import Channel, Recording
 from tierod.core.signals import SIGNALS
-from tierod.experiments.matrix import Point
-from tierod.experiments.plan import Cell, Judge, Plan, drive_key, reference_drives
-from tierod.proving_ground.faults.behaviours import Offset
-from tierod.proving_ground.faults.fault import Fault
 from tierod.vehicles import load
+from tierod_lab.campaign.matrix import Point
+from tierod_lab.campaign.plan import Cell, Judge, Plan, drive_key, reference_drives
+from tierod_lab.ground.faults.behaviours import Offset
+from tierod_lab.ground.faults.fault import Fault
 
 NAMES = (
     "steering_wheel_angle",

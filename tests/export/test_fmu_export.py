@@ -17,9 +17,9 @@ from tierod.export.fmu.variables import Model, structured
 from tierod.export.interface import Interface, Options
 from tierod.export.stimuli import random_inputs
 from tierod.export.subject import subject_of, subject_of_block
-from tierod.proving_ground.cars.column_bench import ColumnBench
-from tierod.proving_ground.control.blocks import Driving
-from tierod.proving_ground.run import usual_inputs
+from tierod_lab.ground.cars.column_bench import ColumnBench
+from tierod_lab.ground.control.blocks import Driving
+from tierod_lab.ground.run import usual_inputs
 from watched_torque import Watch
 
 fmpy = pytest.importorskip("fmpy", reason="fmpy is not installed")

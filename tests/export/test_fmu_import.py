@@ -11,8 +11,8 @@ from foreign_units import PLANT, Trolley, exported, of_python, without_binary
 from tierod.cli import main
 from tierod.core.errors import InputError, ParameterError
 from tierod.core.toml import Document
-from tierod.proving_ground.scenarios import load
-from tierod.proving_ground.scenarios.plants import with_plant
+from tierod_lab.ground.scenarios import load
+from tierod_lab.ground.scenarios.plants import with_plant
 
 fmpy = pytest.importorskip("fmpy", reason="fmpy is not installed")
 

@@ -5,12 +5,12 @@ from pathlib import Path
 
 from tierod.core.errors import OutputError
 from tierod.core.recording import Recording
-from tierod.experiments.executor import done
 from tierod.fleet.fleet_file import one_vehicle
 from tierod.fleet.judging import Asked
 from tierod.fleet.running import run
 from tierod.io.writers import write
 from tierod.monitors.together import Chosen
+from tierod.work.executor import done
 
 SECONDS = 40.0
 DAY = 86400.0
@@ -22,7 +22,7 @@ SIGNALS = ("steering_wheel_angle", "steering_wheel_rate", "driver_torque", "moto
 @cache
 def driven(seed=1, seconds=SECONDS):
     """A recording of the mid-size car with the signals of the friction monitor and the truth."""
-    from tierod.proving_ground.scenarios import load
+    from tierod_lab.ground.scenarios import load
 
     recording = load("mixed-drive-healthy").with_run(seed=seed, seconds=seconds).run().recording
     kept = (*SIGNALS, "truth_friction_torque")

@@ -14,14 +14,14 @@ from experiments.toy_scenario import ToyScenario, plan
 from experiments.worker_tasks import do, environment
 from fleet.drives import DAY, NOVEMBER, judged, written
 from tierod.core.errors import OutputError, ParameterError
-from tierod.experiments import cluster
-from tierod.experiments.cluster import Cluster
-from tierod.experiments.doors import workers_of
-from tierod.experiments.effort import Effort
-from tierod.experiments.executor import Executor, Failure
-from tierod.experiments.running import run as run_campaign
-from tierod.experiments.store import Store
 from tierod.fleet.results import findings_of, ledger_of
+from tierod.work import cluster
+from tierod.work.cluster import Cluster
+from tierod.work.doors import workers_of
+from tierod.work.executor import Executor, Failure
+from tierod_lab.campaign.running import run as run_campaign
+from tierod_lab.campaign.store import Store
+from tierod_lab.studies.effort import Effort
 
 pytest.importorskip("distributed", reason="distributed is not installed")
 
@@ -144,7 +144,7 @@ def test_a_scheduler_that_does_not_answer_or_has_no_workers_is_one_sentence(tmp_
 CLIENT = """
 import sys
 from fleet.drives import judged
-from tierod.experiments.cluster import Cluster
+from tierod.work.cluster import Cluster
 if __name__ == "__main__":
     judged(sys.argv[1], sys.argv[2], workers=Cluster(sys.argv[3]))
 """

@@ -19,10 +19,10 @@ from tierod.fleet.report_document import document, text
 from tierod.fleet.report_page import render
 from tierod.fleet.schema import findings, ledger
 from tierod.fleet.trends import Design
-from tierod.fleet.virtual import FleetFile, drawn
-from tierod.fleet.virtual_ageing import SECONDS_PER_DAY, Ageing, Linear
-from tierod.fleet.virtual_writing import shipped_law, write_estimates
 from tierod.vehicles import load
+from tierod_lab.fleet.ageing import SECONDS_PER_DAY, Ageing, Linear
+from tierod_lab.fleet.virtual import FleetFile, drawn
+from tierod_lab.fleet.writing import shipped_law, write_estimates
 
 SCHEMA = json.loads(files("tierod.fleet").joinpath("fleet.schema.json").read_text(encoding="utf-8"))
 RAMP = Ageing("ramp", Linear(0.02 / SECONDS_PER_DAY), 0.04, (60.0 * SECONDS_PER_DAY, 80.0 * SECONDS_PER_DAY))

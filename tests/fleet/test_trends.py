@@ -11,11 +11,11 @@ from tierod.core.errors import ParameterError
 from tierod.fleet.cohorts import expected_of, write_prior
 from tierod.fleet.series import series_of
 from tierod.fleet.trends import Design, trends
-from tierod.fleet.virtual import FleetFile, Group, drawn
-from tierod.fleet.virtual_ageing import SECONDS_PER_DAY, Ageing, Linear, Sudden
-from tierod.fleet.virtual_estimates import estimates, findings_table, series
-from tierod.fleet.virtual_writing import shipped_law
 from tierod.vehicles import load
+from tierod_lab.fleet.ageing import SECONDS_PER_DAY, Ageing, Linear, Sudden
+from tierod_lab.fleet.estimates import estimates, findings_table, series
+from tierod_lab.fleet.virtual import FleetFile, Group, drawn
+from tierod_lab.fleet.writing import shipped_law
 
 FILE = FleetFile(
     "tests",

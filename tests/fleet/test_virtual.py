@@ -10,10 +10,10 @@ import pytest
 
 from tierod.cli import main
 from tierod.core.errors import ParameterError
-from tierod.fleet.virtual import FleetFile, Group, describes_fleet, drawn, load
-from tierod.fleet.virtual_ageing import SECONDS_PER_DAY, THAW, YEAR, Corrosion, Linear, Sudden
-from tierod.fleet.virtual_estimates import error_law, estimates
-from tierod.fleet.virtual_writing import PATTERN, fleet_file, recordings_of, shipped_law
+from tierod_lab.fleet.ageing import SECONDS_PER_DAY, THAW, YEAR, Corrosion, Linear, Sudden
+from tierod_lab.fleet.estimates import error_law, estimates
+from tierod_lab.fleet.virtual import FleetFile, Group, describes_fleet, drawn, load
+from tierod_lab.fleet.writing import PATTERN, fleet_file, recordings_of, shipped_law
 
 TEXT = """
 name = "small"

@@ -16,7 +16,7 @@ from attack.semantic_drives import DRIVES
 from shared_data import shared_data
 from tierod.core.recording import Channel, Recording
 from tierod.io.writers import write
-from tierod.proving_ground.scenarios import load as load_scenario
+from tierod_lab.ground.scenarios import load as load_scenario
 
 SEED = 5
 

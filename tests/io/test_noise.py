@@ -12,8 +12,8 @@ from tierod.core.findings import Finding, Status
 from tierod.core.recording import Recording
 from tierod.monitors.diagnose import diagnose
 from tierod.monitors.inspection import inspect
-from tierod.proving_ground import drive, lock_to_lock
-from tierod.proving_ground.scenarios import load
+from tierod_lab.ground import drive, lock_to_lock
+from tierod_lab.ground.scenarios import load
 
 NOISE = 0.6
 

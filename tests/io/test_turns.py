@@ -10,7 +10,7 @@ from shared_data import shared_data
 from tierod.core.recording import Channel, Recording
 from tierod.io.readers import read
 from tierod.io.signs import NAMES, turn_warnings
-from tierod.proving_ground import drive
+from tierod_lab.ground import drive
 
 
 @pytest.fixture(scope="module")

@@ -17,8 +17,8 @@ from tierod.models.steering_column import (
     SteeringColumn,
 )
 from tierod.models.two_inertia_column import TwoInertiaColumn, without_gear
-from tierod.papers.column.column_friction import FrictionObservationParameters, with_dahl_friction
 from tierod.vehicles import load
+from tierod_lab.papers.column.column_friction import FrictionObservationParameters, with_dahl_friction
 
 DT = 1e-3
 

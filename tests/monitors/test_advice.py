@@ -15,9 +15,9 @@ from tierod.core.recording import Recording
 from tierod.io.writers import write
 from tierod.monitors.diagnose import diagnose
 from tierod.monitors.harness.baseline import Baseline
-from tierod.proving_ground import drive
-from tierod.proving_ground.scenarios import load as load_scenario
 from tierod.vehicles import Parameter, Vehicle, load
+from tierod_lab.ground import drive
+from tierod_lab.ground.scenarios import load as load_scenario
 
 GAIN = 1.4
 """Factor on both torques of this car, so that its fault-free friction lies above the limit of the vehicle file."""

@@ -16,9 +16,9 @@ from tierod.core.findings import Status
 from tierod.core.recording import Channel, Recording
 from tierod.monitors.diagnose import Run, find, usual_monitor
 from tierod.monitors.registry import MONITORS
-from tierod.proving_ground import FrictionCourse
 from tierod.report.page import render
 from tierod.vehicles import load
+from tierod_lab.ground import FrictionCourse
 
 VARIANTS = [("friction", variant) for variant in MONITORS["friction"].variants]
 

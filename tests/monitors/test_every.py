@@ -14,11 +14,11 @@ from tierod.io.writers import write
 from tierod.monitors.every import Every, Look
 from tierod.monitors.inspection import inspect
 from tierod.monitors.several import judge
-from tierod.proving_ground import drive
-from tierod.proving_ground.drives import CHANNELS
-from tierod.proving_ground.sensors import SensorSet
 from tierod.vehicles import load
 from tierod.vehicles.classes import typical
+from tierod_lab.ground import drive
+from tierod_lab.ground.drives import CHANNELS
+from tierod_lab.ground.sensors import SensorSet
 
 WHEELS = tuple(f"wheel_speed_{place}" for place in ("front_left", "front_right", "rear_left", "rear_right"))
 MOTION = ("vehicle_speed", "yaw_rate", "lateral_acceleration", "longitudinal_acceleration")

@@ -13,10 +13,10 @@ from tierod.core.findings import Finding, Status
 from tierod.core.recording import Recording
 from tierod.monitors.diagnose import diagnose
 from tierod.monitors.harness.baseline import Baseline
-from tierod.proving_ground import drive, lock_to_lock
-from tierod.proving_ground.scenarios import load as load_scenario
 from tierod.report import to_json
 from tierod.vehicles import Parameter, Vehicle, load
+from tierod_lab.ground import drive, lock_to_lock
+from tierod_lab.ground.scenarios import load as load_scenario
 
 TRUE = 4.0
 

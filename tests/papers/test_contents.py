@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from tierod.core.errors import ParameterError
-from tierod.papers.contents import PAPERS, Contents, Entry, contents
+from tierod_lab.papers.contents import PAPERS, Contents, Entry, contents
 
 ROOT = Path(__file__).resolve().parents[2]
 ENTRIES = [pytest.param(row, id=f"{package} {row.of}") for package in PAPERS for row in contents(package).rows]
@@ -29,7 +29,7 @@ def test_what_an_entry_names_is_there(entry):
     for each in entry.tests:
         assert (ROOT / each).is_file(), each
     for each in entry.study:
-        assert hasattr(import_module(f"tierod.papers.{each}"), "items") or each == "friction.paper_sets", each
+        assert hasattr(import_module(f"tierod_lab.papers.{each}"), "items") or each == "friction.paper_sets", each
     if entry.code and entry.kind == "equation":
         assert entry.tests
     assert entry.verdict

@@ -6,10 +6,10 @@ from importlib import import_module
 import pytest
 
 from tierod.core.errors import ParameterError
-from tierod.papers.friction.cases import Case
-from tierod.papers.friction.estimators import monitor
-from tierod.papers.friction.reported import SEEDS as FRICTION
-from tierod.papers.seeds import APART, ReportedSeeds
+from tierod_lab.papers.friction.cases import Case
+from tierod_lab.papers.friction.estimators import monitor
+from tierod_lab.papers.friction.reported import SEEDS as FRICTION
+from tierod_lab.papers.seeds import APART, ReportedSeeds
 
 STUDIES = ("friction", "motor_angle", "sideslip", "column", "fleet", "own_car")
 
@@ -43,7 +43,7 @@ def test_a_study_prints_its_seeds():
 
 @pytest.mark.parametrize("name", STUDIES)
 def test_no_reported_drive_was_driven_while_tierod_was_tuned(name):
-    found = import_module(f"tierod.papers.{name}.reported").SEEDS
+    found = import_module(f"tierod_lab.papers.{name}.reported").SEEDS
     assert found.first >= APART
     begins = sorted(found.parts.values())
     assert len(set(begins)) == len(begins)

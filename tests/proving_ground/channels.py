@@ -4,7 +4,7 @@ import numpy as np
 
 from tierod.core.block import leaves, skeleton
 from tierod.core.graph import scan
-from tierod.proving_ground.recorder import channel_names
+from tierod_lab.ground.recorder import channel_names
 
 ONES = ("road.adhesion_left", "road.adhesion_right", "road.support", "demand.grip")
 """What is one unless said otherwise, as are the gains of ports; all else is zero."""

@@ -7,9 +7,9 @@ import pytest
 
 from tierod.core.errors import ParameterError
 from tierod.core.signals import SIGNALS
-from tierod.proving_ground import City, DryFriction, EpsCar, FrictionCourse, Sensor, SensorSet, drive, lock_to_lock
-from tierod.proving_ground.drives import CHANNELS
-from tierod.proving_ground.steering.friction_laws import Dahl
+from tierod_lab.ground import City, DryFriction, EpsCar, FrictionCourse, Sensor, SensorSet, drive, lock_to_lock
+from tierod_lab.ground.drives import CHANNELS
+from tierod_lab.ground.steering.friction_laws import Dahl
 
 
 def level(course, *time):

@@ -11,16 +11,16 @@ from scipy.linalg import expm
 from proving_ground.steering.rig import STEP, Rig
 from tierod.core.block import leaves, rebuild
 from tierod.core.graph.derivatives import jacobian
-from tierod.proving_ground.integration import GAMMA, implicit_inverse, rosenbrock, runge_kutta, with_entry
-from tierod.proving_ground.parts import Loads
-from tierod.proving_ground.steering.active_front import ActiveFront
-from tierod.proving_ground.steering.column_eps import ColumnEps, WormGear
-from tierod.proving_ground.steering.demonstrator import Demonstrator
-from tierod.proving_ground.steering.friction import DryFriction
-from tierod.proving_ground.steering.friction_laws import Coulomb, Dahl, LuGre
-from tierod.proving_ground.steering.linkage import Linkage
-from tierod.proving_ground.steering.rack_eps import RackEps
-from tierod.proving_ground.steering.steer_by_wire import SteerByWire
+from tierod_lab.ground.integration import GAMMA, implicit_inverse, rosenbrock, runge_kutta, with_entry
+from tierod_lab.ground.parts import Loads
+from tierod_lab.ground.steering.active_front import ActiveFront
+from tierod_lab.ground.steering.column_eps import ColumnEps, WormGear
+from tierod_lab.ground.steering.demonstrator import Demonstrator
+from tierod_lab.ground.steering.friction import DryFriction
+from tierod_lab.ground.steering.friction_laws import Coulomb, Dahl, LuGre
+from tierod_lab.ground.steering.linkage import Linkage
+from tierod_lab.ground.steering.rack_eps import RackEps
+from tierod_lab.ground.steering.steer_by_wire import SteerByWire
 
 
 class Swing(NamedTuple):

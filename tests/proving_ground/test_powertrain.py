@@ -3,8 +3,8 @@ from typing import NamedTuple
 
 import pytest
 
-from tierod.proving_ground.parts import Wheels
-from tierod.proving_ground.powertrain import Powertrain, WheelMotors
+from tierod_lab.ground.parts import Wheels
+from tierod_lab.ground.powertrain import Powertrain, WheelMotors
 
 
 class Moving(NamedTuple):

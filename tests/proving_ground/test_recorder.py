@@ -4,7 +4,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 import pytest
 
-from tierod.proving_ground.recorder import TRUTH, Recorder, channel, channel_names, declared_units
+from tierod_lab.ground.recorder import TRUTH, Recorder, channel, channel_names, declared_units
 
 
 def recorded(outputs, columns, instants, seconds, sizes):
@@ -100,6 +100,6 @@ def test_units_come_from_the_catalogue_or_from_the_plant():
 )
 def test_the_truth_of_a_channel_has_a_name_of_its_own(kind):
     module, _, name = kind.partition(".")
-    car = getattr(importlib.import_module(f"tierod.proving_ground.cars.{module}"), name)()
+    car = getattr(importlib.import_module(f"tierod_lab.ground.cars.{module}"), name)()
     names = channel_names(car)
     assert not [each for each in names if TRUTH + each in names]

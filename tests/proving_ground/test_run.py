@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 from tierod.core.errors import ParameterError
-from tierod.proving_ground import EpsCar, Scatter, SensorSet, SingleTrack, run
-from tierod.proving_ground.courses import Start
-from tierod.proving_ground.courses.natural import NaturalDrive
-from tierod.proving_ground.courses.open_loop import SineSteer, StepSteer
-from tierod.proving_ground.faults import AtTime, Fault, Gain, Offset, Stuck, trigger_of
-from tierod.proving_ground.faults import Step as Jump
-from tierod.proving_ground.run import Foresight
-from tierod.proving_ground.steering.friction_laws import MaxwellSlip
+from tierod_lab.ground import EpsCar, Scatter, SensorSet, SingleTrack, run
+from tierod_lab.ground.courses import Start
+from tierod_lab.ground.courses.natural import NaturalDrive
+from tierod_lab.ground.courses.open_loop import SineSteer, StepSteer
+from tierod_lab.ground.faults import AtTime, Fault, Gain, Offset, Stuck, trigger_of
+from tierod_lab.ground.faults import Step as Jump
+from tierod_lab.ground.run import Foresight
+from tierod_lab.ground.steering.friction_laws import MaxwellSlip
 
 CAR = EpsCar(chassis=SingleTrack())
 FEW = SensorSet.production().only(("steering_wheel_angle", "driver_torque", "motor_torque", "yaw_rate"))
@@ -64,7 +64,7 @@ def test_the_same_seed_gives_the_same_bits():
 
 def test_how_a_run_is_cut_moves_the_course_by_less_than_the_eye_sees(monkeypatch):
     usual = run(CAR, DRIVE, 40.0, sensors=IDEAL).recording
-    module = __import__("tierod.proving_ground.run", fromlist=["PIECE"])
+    module = __import__("tierod_lab.ground.run", fromlist=["PIECE"])
     monkeypatch.setattr(module, "LOOK", 0.01)
     fine = run(CAR, DRIVE, 40.0, sensors=IDEAL).recording
     angle = fine["steering_wheel_angle"].values
@@ -90,7 +90,7 @@ def test_a_run_that_is_lost_from_the_beginning_is_empty():
 
 def test_leaving_the_limits_for_a_moment_is_leaving_them(monkeypatch):
     """Where a signal is back within its limits before the car is looked at again."""
-    module = __import__("tierod.proving_ground.run", fromlist=["LIMITS"])
+    module = __import__("tierod_lab.ground.run", fromlist=["LIMITS"])
     monkeypatch.setattr(module, "LOOK", 5.0)
     course = SineSteer(name="sine", speed=20.0, settle=1.0, frequency=1.0, rest=3.0)
     yaw_rate = run(CAR, course, sensors=IDEAL).recording["truth_yaw_rate"]

@@ -7,15 +7,15 @@ import pytest
 
 from tierod.core.errors import ParameterError
 from tierod.core.toml import Document, build
-from tierod.proving_ground.cars.active_front_car import ActiveFrontCar
-from tierod.proving_ground.cars.demonstrator_car import DemonstratorCar
-from tierod.proving_ground.cars.eps_car import EpsCar
-from tierod.proving_ground.cars.steer_by_wire_car import SteerByWireCar
-from tierod.proving_ground.chassis import SingleTrack, TwoTrack
-from tierod.proving_ground.scatter import Scatter, Spread
-from tierod.proving_ground.sensors import SensorSet
-from tierod.proving_ground.steering.column_eps import ColumnEps
-from tierod.proving_ground.steering.rack_eps import RackEps
+from tierod_lab.ground.cars.active_front_car import ActiveFrontCar
+from tierod_lab.ground.cars.demonstrator_car import DemonstratorCar
+from tierod_lab.ground.cars.eps_car import EpsCar
+from tierod_lab.ground.cars.steer_by_wire_car import SteerByWireCar
+from tierod_lab.ground.chassis import SingleTrack, TwoTrack
+from tierod_lab.ground.scatter import Scatter, Spread
+from tierod_lab.ground.sensors import SensorSet
+from tierod_lab.ground.steering.column_eps import ColumnEps
+from tierod_lab.ground.steering.rack_eps import RackEps
 
 CARS = {
     "two-track": EpsCar(TwoTrack(), ColumnEps()),

@@ -7,7 +7,7 @@ import pytest
 from tierod.core.block import leaves, skeleton
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
-from tierod.proving_ground.varied import Varied
+from tierod_lab.ground.varied import Varied
 
 
 @dataclass(frozen=True)

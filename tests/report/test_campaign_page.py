@@ -11,12 +11,12 @@ from rich.console import Console
 from experiments.campaign_rows import row
 from experiments.test_compare import campaign as compared
 from experiments.test_summary import ROWS, STEP, gate, summary
-from tierod.experiments.compare import compare
-from tierod.experiments.compare import document as comparison_document
-from tierod.experiments.summary import document, text
-from tierod.report.campaign import render_campaign, render_comparison, show, show_comparison
-from tierod.report.campaign.charts import box_figure, detection_figure, grid
-from tierod.report.campaign.words import NEVER, amount, count, place, seconds, value
+from tierod_lab.campaign.compare import compare
+from tierod_lab.campaign.compare import document as comparison_document
+from tierod_lab.campaign.report import render_campaign, render_comparison, show, show_comparison
+from tierod_lab.campaign.report.charts import box_figure, detection_figure, grid
+from tierod_lab.campaign.report.words import NEVER, amount, count, place, seconds, value
+from tierod_lab.campaign.summary import document, text
 
 GATES = (gate("detection_worst_s", "<= 10"), gate("false_alarms", "<= 9", fault="fault-free"))
 EVIL = "<script>alert(1)</script>"

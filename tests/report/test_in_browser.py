@@ -13,16 +13,16 @@ from experiments.test_summary import gate, summary
 from report.test_study_page import CHART, CLAIMS
 from report.test_study_page import page as study
 from tierod.core.content import Chart, Heading, Lines, Panel, Table
-from tierod.experiments.summary import document, text
 from tierod.fleet.report import worked_out
 from tierod.fleet.report_page import render as fleet
 from tierod.fleet.schema import findings, ledger
 from tierod.fleet.trends import Design
 from tierod.report.analysis.analysis import Analysis, render_analysis
-from tierod.report.campaign import render_campaign
 from tierod.report.html import UNFOLDED, Origin
 from tierod.report.page import render
-from tierod.report.study_page import render_study
+from tierod_lab.campaign.report import render_campaign
+from tierod_lab.campaign.summary import document, text
+from tierod_lab.studies.page import render_study
 
 
 def many_charts():

@@ -7,7 +7,7 @@ from report_pages import Page, charts
 from tierod.core.claims import Claim, at_least, at_most
 from tierod.core.content import Band, Bars, Boxes, Cells, Chart, Heading, Lines, Panel, Points, Table
 from tierod.report.charts.study import study_figure
-from tierod.report.study_page import StudyPage, render_study
+from tierod_lab.studies.page import StudyPage, render_study
 
 CLAIMS = (
     Claim("paper.a", "It is <small>.", "Somebody, section 2", "1.5 to 2.2", 0.2, at_most(0.3), "N*m", "in few drives"),

@@ -5,12 +5,12 @@ import time
 import pytest
 
 from tierod.core.errors import InputError
-from tierod.fleet.virtual import FleetFile, Group, drawn
-from tierod.fleet.virtual_ageing import SECONDS_PER_DAY, Ageing, Linear
-from tierod.fleet.virtual_writing import shipped_law, write_estimates
 from tierod.web.errors import Absent
 from tierod.web.fleets import Fleets, drives_of, filtered, key_of, work_out
 from tierod.web.site import Site, roots_of
+from tierod_lab.fleet.ageing import SECONDS_PER_DAY, Ageing, Linear
+from tierod_lab.fleet.virtual import FleetFile, Group, drawn
+from tierod_lab.fleet.writing import shipped_law, write_estimates
 
 
 @pytest.fixture(scope="module")

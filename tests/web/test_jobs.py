@@ -83,7 +83,7 @@ def test_too_many_jobs_are_refused():
 
 
 def test_a_scenario_that_cannot_be_is_reported_without_lines_of_a_file(tmp_path):
-    from tierod.web.scenarios import drive
+    from tierod_lab.web.scenarios import drive
 
     late = {"name": "friction-step", "start": 120.0}
     chosen = {"folder": str(tmp_path), "car": "midsize-eps", "course": "mixed", "seconds": 60.0, "faults": [late]}

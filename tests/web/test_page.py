@@ -24,13 +24,13 @@ FILE = "drives/weave.parquet"
 def server(analysed, tmp_path_factory):
     import uvicorn
 
-    from tierod.fleet.virtual import FleetFile, drawn
-    from tierod.fleet.virtual_writing import shipped_law, write_estimates
     from tierod.web.app import application
     from tierod.web.guard import Trust
     from tierod.web.server import listening
     from tierod.web.site import Site, roots_of
     from tierod.web.workbench import Workbench
+    from tierod_lab.fleet.virtual import FleetFile, drawn
+    from tierod_lab.fleet.writing import shipped_law, write_estimates
 
     top = tmp_path_factory.mktemp("page")
     write_estimates(drawn(FleetFile("small", cars=12, start="2024-01-08", weeks=20)), top / "fleet", shipped_law())

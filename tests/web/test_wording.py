@@ -5,8 +5,8 @@ import pytest
 from tierod.core.errors import InputError, ParameterError
 from tierod.io.readers import read
 from tierod.monitors.harness.named_vehicle import vehicle_named_in
-from tierod.web.scenarios import drive
 from tierod.web.wording import in_the_page
+from tierod_lab.web.scenarios import drive
 
 
 def test_a_bus_log_without_database_leads_to_the_page(tmp_path):

@@ -159,7 +159,7 @@ def test_lanes_that_lag_are_waited_for():
 
 def test_a_diagnosis_does_not_depend_on_the_format_or_on_the_pieces(tmp_path, monkeypatch):
     from exact_vehicle import diagnose
-    from tierod.proving_ground import drive as driven
+    from tierod_lab.ground import drive as driven
 
     recording = driven(minutes=1.0, seed=2)
     found = {}

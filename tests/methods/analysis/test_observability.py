@@ -21,8 +21,8 @@ from tierod.methods.analysis.observability import (
 )
 from tierod.models.disturbances import with_outputs
 from tierod.models.linear import LinearSystem, linearise, sampled
-from tierod.papers.column.output_subsets import extended
-from tierod.papers.column.parameter_sets import EIGENVALUES, SETS
+from tierod_lab.papers.column.output_subsets import extended
+from tierod_lab.papers.column.parameter_sets import EIGENVALUES, SETS
 
 
 def friction_system(direction, outputs=3):

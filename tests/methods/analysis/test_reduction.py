@@ -21,9 +21,9 @@ from tierod.methods.analysis.reduction import balanced_reduction, modal_reductio
 from tierod.models.linear import LinearSystem, linearise
 from tierod.models.steering_column import ColumnInput
 from tierod.models.two_inertia_column import TwoInertiaColumn, without_gear
-from tierod.papers.column.frequency_response import frequency_response, largest_difference
-from tierod.papers.column.output_subsets import extended
-from tierod.papers.column.parameter_sets import EIGENVALUES, SETS
+from tierod_lab.papers.column.frequency_response import frequency_response, largest_difference
+from tierod_lab.papers.column.output_subsets import extended
+from tierod_lab.papers.column.parameter_sets import EIGENVALUES, SETS
 
 
 @pytest.mark.parametrize("rate", [-2.0, 0.0, 3.0])

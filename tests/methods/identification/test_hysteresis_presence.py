@@ -7,7 +7,7 @@ from shared_data import shared_data
 from tierod.core.errors import InputError
 from tierod.io.readers import read
 from tierod.methods.identification.hysteresis_presence import HysteresisPresenceTest
-from tierod.proving_ground import drive
+from tierod_lab.ground import drive
 
 NAMES = (
     "steering_wheel_angle",

@@ -9,8 +9,8 @@ import pytest
 from tierod.core.errors import InputError, ParameterError
 from tierod.core.recording import Channel, Recording
 from tierod.methods.identification.inverter import identified_inverter
-from tierod.papers.motor_angle.observer_drives import to_and_fro
-from tierod.proving_ground.motor import Inverter
+from tierod_lab.ground.motor import Inverter
+from tierod_lab.papers.motor_angle.observer_drives import to_and_fro
 
 MOTOR = (0.05, 1e-4, 0.0085)
 NAMES = ("motor_current_alpha", "motor_current_beta", "motor_target_voltage_alpha", "motor_target_voltage_beta")

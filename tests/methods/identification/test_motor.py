@@ -14,11 +14,11 @@ from tierod.core.signals import SIGNALS
 from tierod.methods.identification.motor import identify_motor
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
 from tierod.monitors.motor_angle.signals import MotorAngleSample
-from tierod.papers.motor_angle import identified as study
-from tierod.papers.motor_angle.fault_drives import course
-from tierod.papers.motor_angle.observer_drives import bench, drive, locked
-from tierod.papers.motor_angle.salient_drives import salient_bench, salient_drive
 from tierod.physics.clarke_park import StatorVector, inverse_clarke
+from tierod_lab.papers.motor_angle import identified as study
+from tierod_lab.papers.motor_angle.fault_drives import course
+from tierod_lab.papers.motor_angle.observer_drives import bench, drive, locked
+from tierod_lab.papers.motor_angle.salient_drives import salient_bench, salient_drive
 
 
 def electrical(recording):

@@ -12,7 +12,7 @@ from tierod.methods.identification.column_misfit import misfit
 from tierod.methods.identification.experiment import Experiment, Free
 from tierod.methods.identification.maximum_likelihood import MaximumLikelihood
 from tierod.methods.identification.simulation import Innovations
-from tierod.papers.column.output_error import OutputError
+from tierod_lab.papers.column.output_error import OutputError
 
 
 class Level(NamedTuple):

@@ -13,12 +13,12 @@ from tierod.methods.identification.vehicle_doubts import doubt_of, remarks_of
 from tierod.methods.identification.vehicle_judgement import BOUND, LEARNT, NOT_SEEN, Contradiction, contradictions
 from tierod.methods.identification.vehicle_priors import SHOWN
 from tierod.models.lateral_parameters import LateralParameters
-from tierod.proving_ground.cars.catalogue import load as load_car
-from tierod.proving_ground.courses.natural import City, Country
-from tierod.proving_ground.drives import CHANNELS, drive
-from tierod.proving_ground.sensors import SensorSet
 from tierod.vehicles import load
 from tierod.vehicles.vehicle import Parameter
+from tierod_lab.ground.cars.catalogue import load as load_car
+from tierod_lab.ground.courses.natural import City, Country
+from tierod_lab.ground.drives import CHANNELS, drive
+from tierod_lab.ground.sensors import SensorSet
 
 FREE = ("steering_ratio", "front_cornering_stiffness")
 SENSORS = SensorSet.production().only((*CHANNELS, "longitudinal_acceleration"))

@@ -7,9 +7,9 @@ import pytest
 from tierod.methods.identification.drive_model import DriveNoises
 from tierod.methods.identification.vehicle_judgement import NOT_SEEN, kept
 from tierod.methods.identification.vehicle_priors import held_distances, priors_of
-from tierod.papers.own_car.brochure import brochure_car
 from tierod.vehicles import QUANTITIES
 from tierod.vehicles.vehicle import Parameter
+from tierod_lab.papers.own_car.brochure import brochure_car
 
 
 def looked_for(vehicle, *free):

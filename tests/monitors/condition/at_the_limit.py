@@ -10,10 +10,10 @@ from dataclasses import replace
 from monitors.condition.motion_alone import MOTION, SETS, declared, judged
 from tierod.core.recording import Recording
 from tierod.monitors.condition.monitor import rolling_monitor
-from tierod.papers.own_car.cars import drawn
-from tierod.proving_ground.courses.conditions import Adhesion, During
-from tierod.proving_ground.courses.open_loop import AngleRamp, SineSteer, StepSteer
-from tierod.proving_ground.run import run
+from tierod_lab.ground.courses.conditions import Adhesion, During
+from tierod_lab.ground.courses.open_loop import AngleRamp, SineSteer, StepSteer
+from tierod_lab.ground.run import run
+from tierod_lab.papers.own_car.cars import drawn
 
 CARS = 7
 ADHESION = (1.0, 0.6, 0.35, 0.2)

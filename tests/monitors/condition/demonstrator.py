@@ -5,8 +5,8 @@ import math
 import numpy as np
 
 from tierod.monitors.condition.signals import ConditionSample
-from tierod.papers.condition.rules.parameters import ResidualParameters
 from tierod.vehicles import load
+from tierod_lab.papers.condition.rules.parameters import ResidualParameters
 
 CAR = load("smartload").parameters_for(ResidualParameters)
 

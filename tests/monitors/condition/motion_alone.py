@@ -19,14 +19,14 @@ from tierod.monitors.condition.kinds.catalogue import KINDS
 from tierod.monitors.condition.monitor import rolling_monitor
 from tierod.monitors.condition.signals import ACCELERATIONS, ALL_WHEELS, FRONT_WHEELS, OF_CARS, ConditionSample
 from tierod.monitors.condition.statements import FAULT
-from tierod.papers.condition.faults import DRIFT, GAIN, LOSS, NOISE, OFFSET, STUCK, Injected
-from tierod.proving_ground.cars.catalogue import load as car_of
-from tierod.proving_ground.courses.catalogue import load as course_of
-from tierod.proving_ground.courses.circuit import Bend, Circuit, Halt, Straight
-from tierod.proving_ground.courses.way import Pace
-from tierod.proving_ground.faults import injected
-from tierod.proving_ground.run import run
 from tierod.vehicles import load
+from tierod_lab.ground.cars.catalogue import load as car_of
+from tierod_lab.ground.courses.catalogue import load as course_of
+from tierod_lab.ground.courses.circuit import Bend, Circuit, Halt, Straight
+from tierod_lab.ground.courses.way import Pace
+from tierod_lab.ground.faults import injected
+from tierod_lab.ground.run import run
+from tierod_lab.papers.condition.faults import DRIFT, GAIN, LOSS, NOISE, OFFSET, STUCK, Injected
 
 BEFORE, LASTING, AFTER = 10.0, 10.0, 4.0
 """Of an excerpt: fault-free, with the fault, fault-free again [s]."""

@@ -5,8 +5,8 @@ from functools import lru_cache
 
 from tierod.monitors.condition.bank.lane import LeaveOutFilter
 from tierod.monitors.condition.signals import ConditionSample
-from tierod.papers.condition.vehicles import vehicle
 from tierod.vehicles import load
+from tierod_lab.papers.condition.vehicles import vehicle
 
 
 @lru_cache(maxsize=1)

@@ -12,9 +12,9 @@ from tierod.monitors.condition.calibration.grid import aligned
 from tierod.monitors.condition.monitor import rolling_monitor
 from tierod.monitors.condition.statements import FAULT
 from tierod.monitors.diagnose import diagnose
-from tierod.papers.condition.faults import OFFSET, Injected
-from tierod.papers.own_car.cars import drawn
-from tierod.proving_ground.faults import injected
+from tierod_lab.ground.faults import injected
+from tierod_lab.papers.condition.faults import OFFSET, Injected
+from tierod_lab.papers.own_car.cars import drawn
 
 SEED = 41
 

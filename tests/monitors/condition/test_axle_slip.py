@@ -11,14 +11,14 @@ from tierod.core.recording import Channel, Recording
 from tierod.monitors.condition.recording_checks.axle_slip import AxleSlip
 from tierod.monitors.condition.signals import ALL_WHEELS, FRONT_WHEELS, WHEELS
 from tierod.monitors.diagnose import diagnose
-from tierod.papers.condition.faults import OFFSET, Injected
-from tierod.proving_ground.cars.catalogue import load as car_of
-from tierod.proving_ground.courses.circuit import Bend, Circuit, Halt, Straight
-from tierod.proving_ground.courses.conditions import Adhesion, Along
-from tierod.proving_ground.courses.way import Pace
-from tierod.proving_ground.faults import injected
-from tierod.proving_ground.run import run
 from tierod.vehicles import load
+from tierod_lab.ground.cars.catalogue import load as car_of
+from tierod_lab.ground.courses.circuit import Bend, Circuit, Halt, Straight
+from tierod_lab.ground.courses.conditions import Adhesion, Along
+from tierod_lab.ground.courses.way import Pace
+from tierod_lab.ground.faults import injected
+from tierod_lab.ground.run import run
+from tierod_lab.papers.condition.faults import OFFSET, Injected
 
 SPIN, LOCK = (24.0, 25.5), (45.0, 45.8)
 

@@ -5,7 +5,7 @@ import pytest
 from tierod.monitors.condition import further_variants as further
 from tierod.monitors.condition.definition import CONDITION
 
-NONE = "tierod.papers.condition.not_there.definition:VARIANTS"
+NONE = "tierod_lab.papers.condition.not_there.definition:VARIANTS"
 
 
 def test_the_rules_of_the_paper_are_variants_beside_the_bank():

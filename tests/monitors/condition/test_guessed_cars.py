@@ -6,10 +6,10 @@ from shared_data import shared_data
 from tierod.core.findings import Status
 from tierod.io.readers import read
 from tierod.monitors.diagnose import diagnose
-from tierod.papers.condition.faults import OFFSET, Injected
-from tierod.papers.own_car.brochure import brochure_car
-from tierod.proving_ground.faults import injected
 from tierod.vehicles import load
+from tierod_lab.ground.faults import injected
+from tierod_lab.papers.condition.faults import OFFSET, Injected
+from tierod_lab.papers.own_car.brochure import brochure_car
 
 
 @pytest.fixture(scope="module")

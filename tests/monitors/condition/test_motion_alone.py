@@ -16,8 +16,8 @@ from monitors.condition.motion_alone import (
     with_slip,
 )
 from tierod.monitors.condition.monitor import rolling_monitor
-from tierod.papers.condition.faults import DRIFT, OFFSET, STUCK
 from tierod.vehicles import load
+from tierod_lab.papers.condition.faults import DRIFT, OFFSET, STUCK
 
 SEED = 3
 LATE = {STUCK: 1.5, DRIFT: 4.5, OFFSET: 0.1}

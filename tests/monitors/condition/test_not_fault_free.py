@@ -10,9 +10,9 @@ from monitors.condition.small_car import STEP, SmallCar, recordings, vehicle_of
 from tierod.core.findings import Status
 from tierod.core.recording import Channel, Recording
 from tierod.monitors.diagnose import diagnose
-from tierod.papers.condition.faults import LOSS, STUCK, Injected
-from tierod.proving_ground.faults import injected
 from tierod.vehicles import load
+from tierod_lab.ground.faults import injected
+from tierod_lab.papers.condition.faults import LOSS, STUCK, Injected
 
 SEED = 91
 """Its yaw rate stays below 0.01 rad/s from 15 to 25 s."""

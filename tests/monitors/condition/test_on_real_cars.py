@@ -12,9 +12,9 @@ from tierod.io.derive import complete
 from tierod.io.readers import read
 from tierod.io.writers import write
 from tierod.monitors.condition.signals import ALL_WHEELS
-from tierod.papers.condition.faults import OFFSET, Injected
-from tierod.proving_ground.faults import injected
 from tierod.vehicles import load
+from tierod_lab.ground.faults import injected
+from tierod_lab.papers.condition.faults import OFFSET, Injected
 
 CARS = {
     "rav4": (("rav4_highway_minute", "can.log"), {*ALL_WHEELS}, []),

@@ -13,10 +13,10 @@ from tierod.monitors.condition.hypotheses import hypotheses_of_cars
 from tierod.monitors.condition.monitor import rolling_monitor
 from tierod.monitors.condition.signals import FRONT_WHEELS, OF_CARS, WHEELS, ConditionSample
 from tierod.monitors.condition.statements import FAULT
-from tierod.papers.condition.drives import Drive
-from tierod.papers.condition.faults import LOSS, OFFSET, Injected
-from tierod.papers.condition.recorded import recorded
 from tierod.vehicles import load
+from tierod_lab.papers.condition.drives import Drive
+from tierod_lab.papers.condition.faults import LOSS, OFFSET, Injected
+from tierod_lab.papers.condition.recorded import recorded
 
 CAR = load("smartload")
 START, END = 12.0, 20.0

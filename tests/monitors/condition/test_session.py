@@ -13,11 +13,11 @@ from tierod.monitors.condition.definition import CONDITION
 from tierod.monitors.condition.driven import SLID
 from tierod.monitors.condition.signals import ACTUATORS, OF_AUTOMATED, TARGETS
 from tierod.monitors.diagnose import Run
-from tierod.papers.condition.drives import Drive
-from tierod.papers.condition.faults import OFFSET, Injected
-from tierod.papers.condition.odd_drives import without
-from tierod.papers.condition.recorded import recorded
 from tierod.vehicles import load
+from tierod_lab.papers.condition.drives import Drive
+from tierod_lab.papers.condition.faults import OFFSET, Injected
+from tierod_lab.papers.condition.odd_drives import without
+from tierod_lab.papers.condition.recorded import recorded
 
 CAR = load("smartload")
 FEW = ("wheel_speed_rear_right", "yaw_rate")

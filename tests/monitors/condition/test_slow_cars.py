@@ -9,9 +9,9 @@ from tierod.cli import main
 from tierod.core.findings import Status
 from tierod.io.writers import write
 from tierod.monitors.diagnose import diagnose
-from tierod.papers.condition.faults import GAIN, OFFSET, Injected
-from tierod.proving_ground.faults import injected
 from tierod.vehicles import load
+from tierod_lab.ground.faults import injected
+from tierod_lab.papers.condition.faults import GAIN, OFFSET, Injected
 
 
 @pytest.fixture(scope="module")

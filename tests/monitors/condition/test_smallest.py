@@ -10,12 +10,12 @@ from monitors.condition.motion_alone import drive
 from tierod.core.findings import Status
 from tierod.core.recording import Recording
 from tierod.monitors.diagnose import diagnose
-from tierod.papers.condition.drives import Drive
-from tierod.papers.condition.faults import OFFSET, Injected, lost
-from tierod.papers.condition.recorded import recorded
-from tierod.proving_ground.faults import injected
 from tierod.report.document import document
 from tierod.report.verdict import rows
+from tierod_lab.ground.faults import injected
+from tierod_lab.papers.condition.drives import Drive
+from tierod_lab.papers.condition.faults import OFFSET, Injected, lost
+from tierod_lab.papers.condition.recorded import recorded
 
 LASTING, TESTABLE = 10.0, 5.0
 """Length of a fault, and least time in it in which it would show [s]."""

@@ -11,12 +11,12 @@ from tierod.cli import main
 from tierod.core.recording import Recording
 from tierod.io.writers import write
 from tierod.monitors.diagnose import diagnose
-from tierod.papers.condition.drives import Drive
-from tierod.papers.condition.faults import DRIFT, NOISE, OFFSET, STUCK, Injected
-from tierod.papers.condition.recorded import recorded
-from tierod.proving_ground.faults import injected
 from tierod.report.document import document
 from tierod.vehicles import load
+from tierod_lab.ground.faults import injected
+from tierod_lab.papers.condition.drives import Drive
+from tierod_lab.papers.condition.faults import DRIFT, NOISE, OFFSET, STUCK, Injected
+from tierod_lab.papers.condition.recorded import recorded
 
 SEED, LEFT, YAW = 3, "wheel_speed_rear_left", "yaw_rate"
 BEGIN, LASTING = 36.0, 10.0

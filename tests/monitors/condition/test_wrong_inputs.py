@@ -13,10 +13,10 @@ from tierod.core.recording import Recording
 from tierod.monitors.condition.definition import CONDITION
 from tierod.monitors.condition.signals import ACCELERATIONS, ACTUATORS, OF_AUTOMATED, TARGETS
 from tierod.monitors.diagnose import Run
-from tierod.papers.condition.drives import Drive
-from tierod.papers.condition.faults import OFFSET, Injected, lost
-from tierod.papers.condition.recorded import recorded
 from tierod.vehicles import load
+from tierod_lab.papers.condition.drives import Drive
+from tierod_lab.papers.condition.faults import OFFSET, Injected, lost
+from tierod_lab.papers.condition.recorded import recorded
 
 ALONG, ACROSS = ACCELERATIONS
 CAR = load("smartload")

@@ -10,9 +10,9 @@ from scipy.signal import lfilter
 
 from tierod.core.recording import Channel, Recording
 from tierod.monitors.diagnose import diagnose
-from tierod.proving_ground.faults import AtTime, Fault
-from tierod.proving_ground.faults.behaviours import Gain
-from tierod.proving_ground.scenarios import load
+from tierod_lab.ground.faults import AtTime, Fault
+from tierod_lab.ground.faults.behaviours import Gain
+from tierod_lab.ground.scenarios import load
 
 BAR = Fault(element="driver_torque", behaviour=Gain(1.5), trigger=AtTime(5.0))
 

@@ -10,12 +10,12 @@ from tierod.core.errors import ParameterError
 from tierod.core.findings import Status
 from tierod.core.recording import Recording
 from tierod.monitors.driver_torque.definition import DRIVER_TORQUE
-from tierod.proving_ground.cars.column_bench import ColumnBench
-from tierod.proving_ground.courses.bench import BenchHands
-from tierod.proving_ground.run import run
-from tierod.proving_ground.scenarios import load as scenario
-from tierod.proving_ground.sensors import SensorSet
 from tierod.vehicles import load
+from tierod_lab.ground.cars.column_bench import ColumnBench
+from tierod_lab.ground.courses.bench import BenchHands
+from tierod_lab.ground.run import run
+from tierod_lab.ground.scenarios import load as scenario
+from tierod_lab.ground.sensors import SensorSet
 
 BENCH = load("column-bench")
 JUDGED = (DRIVER_TORQUE.default, "fixed-lag")

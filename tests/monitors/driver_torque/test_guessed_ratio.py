@@ -9,10 +9,10 @@ from exact_vehicle import diagnose
 from tierod.core.findings import Status
 from tierod.core.recording import Recording
 from tierod.monitors import diagnose as with_spread
-from tierod.proving_ground import SensorSet, run
-from tierod.proving_ground.cars import catalogue as cars
-from tierod.proving_ground.courses import catalogue as courses
 from tierod.vehicles import load
+from tierod_lab.ground import SensorSet, run
+from tierod_lab.ground.cars import catalogue as cars
+from tierod_lab.ground.courses import catalogue as courses
 
 CAR = load("midsize-eps")
 CHANNELS = ("motor_torque", "steering_wheel_angle", "motor_angle_mechanical", "driver_torque")

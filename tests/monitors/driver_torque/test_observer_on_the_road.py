@@ -7,11 +7,11 @@ from monitors.driver_torque.swept_runs import rms
 from tierod.core.graph import scan
 from tierod.monitors.driver_torque.observer import ColumnObserver
 from tierod.monitors.driver_torque.signs import ColumnSigns, wrong_signs
-from tierod.papers.column.swept_bench import NOISE
-from tierod.proving_ground import SensorSet, run
-from tierod.proving_ground.cars import catalogue as cars
-from tierod.proving_ground.courses import catalogue as courses
 from tierod.vehicles import load
+from tierod_lab.ground import SensorSet, run
+from tierod_lab.ground.cars import catalogue as cars
+from tierod_lab.ground.courses import catalogue as courses
+from tierod_lab.papers.column.swept_bench import NOISE
 
 CHANNELS = ("motor_torque", "steering_wheel_angle", "motor_angle_mechanical", "driver_torque")
 

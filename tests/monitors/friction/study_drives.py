@@ -8,8 +8,8 @@ import numpy as np
 
 from tierod.core.recording import Recording
 from tierod.monitors.friction.signals import SteeringSample
-from tierod.papers.friction import cases
-from tierod.proving_ground import FrictionCourse
+from tierod_lab.ground import FrictionCourse
+from tierod_lab.papers.friction import cases
 
 MINUTES = 7.0
 """Duration of a drive [min]."""

@@ -11,8 +11,8 @@ import pytest
 from tierod.core.findings import Finding, Status
 from tierod.core.recording import Recording
 from tierod.monitors.diagnose import diagnose
-from tierod.proving_ground import drive
 from tierod.vehicles import load
+from tierod_lab.ground import drive
 
 RATIO, BAR = 20.0, 140.0
 """Motor turns per turn of the column, and stiffness of the torsion bar [N*m/rad], as in midsize-eps."""

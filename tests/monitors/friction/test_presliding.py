@@ -15,9 +15,9 @@ from tierod.monitors.friction.presliding import PreslidingFrictionFilter
 from tierod.monitors.friction.signals import SteeringConditioning, SteeringSample
 from tierod.physics.kingpin import weight_lever
 from tierod.physics.tyre import parking_torque
-from tierod.proving_ground import EpsCar, run
-from tierod.proving_ground.courses.natural import NaturalDrive
 from tierod.vehicles import load
+from tierod_lab.ground import EpsCar, run
+from tierod_lab.ground.courses.natural import NaturalDrive
 
 VEHICLE = load("midsize-eps")
 FILTER = PreslidingFrictionFilter.of_vehicle(VEHICLE)

@@ -14,7 +14,7 @@ from tierod.models.friction_estimation import FrictionEstimation
 from tierod.monitors.friction.presets import consistent, equal_low_pass, joint_filter, printed, printed_open, unscented
 from tierod.monitors.friction.refined import RefinedFrictionMonitor, Sticking
 from tierod.monitors.friction.signals import FrictionGate, FrictionSample, SteeringSample
-from tierod.proving_ground import FrictionCourse
+from tierod_lab.ground import FrictionCourse
 
 PRESETS = {"printed": printed, "printed_open": printed_open, "consistent": consistent, "unscented": unscented}
 

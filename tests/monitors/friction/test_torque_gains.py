@@ -9,8 +9,8 @@ import pytest
 
 from tierod.monitors.friction.torque_gains import GainsOverDrive
 from tierod.monitors.registry import MONITORS
-from tierod.proving_ground import FrictionCourse, drive
 from tierod.vehicles import load
+from tierod_lab.ground import FrictionCourse, drive
 
 REQUIRED = MONITORS["friction"].required
 

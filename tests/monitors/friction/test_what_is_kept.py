@@ -6,8 +6,8 @@ from tierod.io.derive import complete
 from tierod.monitors.diagnose import find
 from tierod.monitors.harness.run import Run
 from tierod.monitors.harness.session import opened
-from tierod.proving_ground import drive
 from tierod.vehicles import load
+from tierod_lab.ground import drive
 
 
 @pytest.fixture(scope="module")

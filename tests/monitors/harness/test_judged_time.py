@@ -15,9 +15,9 @@ from tierod.core.findings import Status
 from tierod.core.recording import Recording
 from tierod.monitors.diagnose import Run, find
 from tierod.monitors.registry import MONITORS
-from tierod.proving_ground import FrictionCourse
-from tierod.proving_ground.scenarios import load as scenario
 from tierod.vehicles import load
+from tierod_lab.ground import FrictionCourse
+from tierod_lab.ground.scenarios import load as scenario
 
 REQUIRED = MONITORS["friction"].required
 

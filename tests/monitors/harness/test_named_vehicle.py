@@ -8,10 +8,10 @@ from tierod.core.recording import Channel, Recording
 from tierod.io.writers import write
 from tierod.monitors.diagnose import diagnose
 from tierod.monitors.harness.named_vehicle import other_vehicle, vehicle_named_in
-from tierod.proving_ground.cars.catalogue import load as load_car
-from tierod.proving_ground.cars.catalogue import shipped as cars
-from tierod.proving_ground.scenarios import load
 from tierod.vehicles import shipped
+from tierod_lab.ground.cars.catalogue import load as load_car
+from tierod_lab.ground.cars.catalogue import shipped as cars
+from tierod_lab.ground.scenarios import load
 
 
 def recording(**metadata):

@@ -12,8 +12,8 @@ from tierod.core.recording import Channel, Recording
 from tierod.core.signals import SIGNALS
 from tierod.monitors.motor_angle.monitor import MotorAngleMonitor
 from tierod.monitors.motor_angle.signals import MotorAngleSample
-from tierod.papers.motor_angle.fault_drives import RATE, drive
 from tierod.vehicles import load
+from tierod_lab.papers.motor_angle.fault_drives import RATE, drive
 
 MONITOR = MotorAngleMonitor.of_vehicle(load("motor-bench"), 1.0 / RATE)
 FAULT_FREE = lru_cache(maxsize=8)(lambda seed=3, seconds=9.0: drive(seed, seconds))

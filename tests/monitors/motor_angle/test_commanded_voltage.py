@@ -9,9 +9,9 @@ from tierod.core.graph import scan
 from tierod.models.stator_frame_motor import CommandedMotorParameters, SampledMotorParameters
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
 from tierod.monitors.motor_angle.signals import MotorAngleTuning
-from tierod.papers.motor_angle.observer_drives import SAMPLE_TIME, to_and_fro
-from tierod.proving_ground.motor import Inverter
 from tierod.vehicles import load
+from tierod_lab.ground.motor import Inverter
+from tierod_lab.papers.motor_angle.observer_drives import SAMPLE_TIME, to_and_fro
 
 VEHICLE = load("motor-bench")
 OBSERVER = MotorAngleObserver.of_vehicle(VEHICLE, SAMPLE_TIME, commanded=True)

@@ -12,9 +12,9 @@ from tierod.core.recording import Recording
 from tierod.models.stator_frame_motor import SampledMotorParameters
 from tierod.monitors.motor_angle.misread import cause_of
 from tierod.monitors.motor_angle.voltage_balance import AS_RECORDED, Balance, Reading
-from tierod.papers.motor_angle.fault_drives import course
-from tierod.papers.motor_angle.observer_drives import bench, drive
 from tierod.vehicles import load
+from tierod_lab.papers.motor_angle.fault_drives import course
+from tierod_lab.papers.motor_angle.observer_drives import bench, drive
 
 P = load("motor-bench").parameters_for(SampledMotorParameters)
 CURRENTS, VOLTAGES = (("motor_current_alpha", "motor_current_beta"), ("motor_voltage_alpha", "motor_voltage_beta"))

@@ -12,9 +12,9 @@ from exact_vehicle import diagnose
 from monitors.motor_angle.monitored import COLUMN, FAULT_FREE, recording, vehicle_with
 from tierod.core.findings import Status
 from tierod.core.graph import scan
-from tierod.papers.motor_angle.fault_drives import RATE
-from tierod.papers.motor_angle.fault_kinds import offset
-from tierod.papers.motor_angle.salient_drives import (
+from tierod_lab.papers.motor_angle.fault_drives import RATE
+from tierod_lab.papers.motor_angle.fault_kinds import offset
+from tierod_lab.papers.motor_angle.salient_drives import (
     RIGHT,
     Assumed,
     fast_drive,

@@ -11,8 +11,8 @@ from exact_vehicle import diagnose
 from monitors.motor_angle.monitored import COLUMN, FAULT_FREE, changed, recording
 from tierod.core.findings import Status
 from tierod.monitors.motor_angle.voltage_balance import AS_RECORDED, FITS, READINGS, InducedVoltage, VoltageBalance
-from tierod.papers.motor_angle.fault_drives import RATE
 from tierod.vehicles import load
+from tierod_lab.papers.motor_angle.fault_drives import RATE
 
 RESISTANCE, INDUCTANCE, FLUX, PAIRS, STEP = 0.05, 1e-4, 0.0085, 4.0, 1e-4
 TIME = np.arange(20_000) * STEP

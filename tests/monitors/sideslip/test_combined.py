@@ -20,10 +20,10 @@ from tierod.monitors.sideslip.combined_identifiability import identifiability
 from tierod.monitors.sideslip.combined_tuning import CombinedTuning, Wandering
 from tierod.monitors.sideslip.decisions import limit_rule
 from tierod.monitors.sideslip.grip_limit import GripLimit
-from tierod.proving_ground import Sensor, SensorSet, run
-from tierod.proving_ground.cars import catalogue
-from tierod.proving_ground.courses.open_loop import RandomSteer
 from tierod.vehicles import load
+from tierod_lab.ground import Sensor, SensorSet, run
+from tierod_lab.ground.cars import catalogue
+from tierod_lab.ground.courses.open_loop import RandomSteer
 
 pytestmark = pytest.mark.usefixtures("kernels_in_a_moment")
 

@@ -11,12 +11,12 @@ import pytest
 from exact_vehicle import diagnose
 from tierod.core.findings import Status
 from tierod.core.recording import Recording
-from tierod.proving_ground import SensorSet, run
-from tierod.proving_ground.cars.catalogue import load
-from tierod.proving_ground.courses.catalogue import load as course_called
-from tierod.proving_ground.courses.conditions import Adhesion
-from tierod.proving_ground.courses.open_loop import AngleRamp, SineSteer
-from tierod.proving_ground.scenarios import load as load_scenario
+from tierod_lab.ground import SensorSet, run
+from tierod_lab.ground.cars.catalogue import load
+from tierod_lab.ground.courses.catalogue import load as course_called
+from tierod_lab.ground.courses.conditions import Adhesion
+from tierod_lab.ground.courses.open_loop import AngleRamp, SineSteer
+from tierod_lab.ground.scenarios import load as load_scenario
 
 
 def driven(course):

@@ -11,8 +11,8 @@ from tierod.monitors.sideslip.consistency import consistency_of
 from tierod.monitors.sideslip.expected import Tolerances
 from tierod.monitors.sideslip.observables import WHEELS, ObservablesOverDrive
 from tierod.monitors.sideslip.own_motion import OwnMotionLimits, OwnMotionOverDrive
-from tierod.papers.own_car.brochure import brochure_car
 from tierod.vehicles import load
+from tierod_lab.papers.own_car.brochure import brochure_car
 
 RATE = 50.0
 TIME = np.arange(9000) / RATE

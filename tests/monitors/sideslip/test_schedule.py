@@ -21,8 +21,8 @@ from tierod.monitors.sideslip.schedule import (
     scheduled,
 )
 from tierod.monitors.sideslip.two_stage import decoupled
-from tierod.papers.condition.rules.exponential import discretise_pair
 from tierod.vehicles import load
+from tierod_lab.papers.condition.rules.exponential import discretise_pair
 
 CAR = dataclasses.replace(load("steer-by-wire").parameters_for(SteeredVehicle.Parameters), road_wheel_friction=0.0)
 VEHICLE = load("steer-by-wire").parameters_for(TorqueShownVehicle.Parameters)

@@ -14,10 +14,10 @@ from tierod.core.findings import Status
 from tierod.core.recording import Recording
 from tierod.monitors.sideslip.monitor import SideslipEstimate, SideslipMonitor
 from tierod.monitors.sideslip.session import TRACES
-from tierod.proving_ground import SensorSet, run
-from tierod.proving_ground.cars.catalogue import load as load_car
-from tierod.proving_ground.courses.open_loop import SineSteer
 from tierod.vehicles import load
+from tierod_lab.ground import SensorSet, run
+from tierod_lab.ground.cars.catalogue import load as load_car
+from tierod_lab.ground.courses.open_loop import SineSteer
 
 VARIANT = "two-stage-kalman"
 NEEDED = ("vehicle_speed", "yaw_rate", "road_wheel_angle", "motor_current", "lateral_acceleration")

@@ -9,7 +9,7 @@ import pytest
 from monitors.condition.small_car import EVERY, QUADRICYCLE, STEP, backs_out, driven, recordings
 from tierod.core.findings import Status
 from tierod.monitors.diagnose import diagnose
-from tierod.papers.own_car.brochure import brochure_car
+from tierod_lab.papers.own_car.brochure import brochure_car
 
 BAND = 1.96
 SEED = 14

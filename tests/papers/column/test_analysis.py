@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from tierod.core.errors import ParameterError
-from tierod.papers.column.analysis import HEARD, analyse_column, balanced_column, damping_ratio, vibrations
-from tierod.papers.column.parameter_sets import SETS
+from tierod_lab.papers.column.analysis import HEARD, analyse_column, balanced_column, damping_ratio, vibrations
+from tierod_lab.papers.column.parameter_sets import SETS
 
 
 @pytest.fixture(scope="module")

@@ -7,15 +7,15 @@ import pytest
 
 from tierod.core.claims import Claim, claims_document
 from tierod.core.content import Heading
-from tierod.experiments.effort import Effort
 from tierod.methods.analysis.observability import unscaled_rank
 from tierod.models.column_observation import linear_column
 from tierod.models.linear import LinearSystem
 from tierod.models.steering_column import SteeringColumn
-from tierod.papers.column import frequency, observability, reduction
-from tierod.papers.column.observability import rational_rank, single_angle_ranks
-from tierod.papers.column.parameter_sets import EIGENVALUES, member
-from tierod.report.study_page import StudyPage, render_study
+from tierod_lab.papers.column import frequency, observability, reduction
+from tierod_lab.papers.column.observability import rational_rank, single_angle_ranks
+from tierod_lab.papers.column.parameter_sets import EIGENVALUES, member
+from tierod_lab.studies.effort import Effort
+from tierod_lab.studies.page import StudyPage, render_study
 
 EXPECTED = {
     observability: {"observability.with-disturbances": 5.0, "observability.artefact": 8.0},

@@ -5,8 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from tierod.papers.column import position_control, tracking
-from tierod.papers.column.closed_loop import (
+from tierod_lab.ground.cars.column_bench import ColumnBench
+from tierod_lab.papers.column import position_control, tracking
+from tierod_lab.papers.column.closed_loop import (
     BEGIN,
     NOISE,
     SAMPLE_TIME,
@@ -17,8 +18,7 @@ from tierod.papers.column.closed_loop import (
     run,
     sine,
 )
-from tierod.papers.column.control.reference import Sweep
-from tierod.proving_ground.cars.column_bench import ColumnBench
+from tierod_lab.papers.column.control.reference import Sweep
 
 KNOWN = belief()
 

@@ -7,8 +7,8 @@ from monitors.driver_torque.swept_runs import rms, run
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
 from tierod.models.steering_column import ColumnParameters
-from tierod.papers.column.column_friction import ColumnFrictionObserver, FrictionTuning
 from tierod.vehicles import load
+from tierod_lab.papers.column.column_friction import ColumnFrictionObserver, FrictionTuning
 
 BENCH = load("column-bench")
 KNOWN = BENCH.parameters_for(ColumnParameters)

@@ -7,8 +7,8 @@ from methods.analysis.column_sets import TORQUES, column
 from tierod.core.errors import ParameterError
 from tierod.models.disturbances import with_outputs
 from tierod.models.linear import LinearSystem, sampled
-from tierod.papers.column.cramer_rao import cramer_rao
-from tierod.papers.column.output_subsets import extended
+from tierod_lab.papers.column.cramer_rao import cramer_rao
+from tierod_lab.papers.column.output_subsets import extended
 
 NOISE = {"steering_wheel_angle": 8.7e-4, "motor_angle_mechanical": 3.5e-3, "driver_torque": 0.02}
 

@@ -10,11 +10,10 @@ import pytest
 from tierod.core.block import Ring
 from tierod.core.claims import Claim
 from tierod.core.content import Chart, Table
-from tierod.experiments.effort import Effort
 from tierod.monitors.driver_torque.starting import ColumnSample
-from tierod.papers.column.driver_torque import items
-from tierod.papers.column.observer_sensitivity import SENSORS
-from tierod.papers.column.swept_bench import (
+from tierod_lab.papers.column.driver_torque import items
+from tierod_lab.papers.column.observer_sensitivity import SENSORS
+from tierod_lab.papers.column.swept_bench import (
     AMPLITUDE,
     HANDS,
     NOISE,
@@ -27,6 +26,7 @@ from tierod.papers.column.swept_bench import (
     seeds,
     swept,
 )
+from tierod_lab.studies.effort import Effort
 
 QUICK = Effort(quick=True)
 

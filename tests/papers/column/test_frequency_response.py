@@ -10,7 +10,7 @@ from scipy import signal
 from methods.analysis.column_sets import column
 from tierod.core.errors import InputError, ParameterError
 from tierod.models.linear import LinearSystem, sampled
-from tierod.papers.column.frequency_response import (
+from tierod_lab.papers.column.frequency_response import (
     decibels,
     frequency_response,
     largest_difference,

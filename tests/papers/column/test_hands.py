@@ -6,12 +6,12 @@ from scipy.signal import lfilter
 
 from tierod.core.claims import Claim, claims_document
 from tierod.core.graph import scan
-from tierod.experiments.effort import Effort
 from tierod.monitors.driver_torque.hands import OFF, HandsMonitor
-from tierod.papers.column import hands, natural_drives
-from tierod.papers.column.handled_bench import STEP, HeldRecord, design_thresholds, drawn, score, together
-from tierod.proving_ground.courses.bench import BenchHands
 from tierod.vehicles import load
+from tierod_lab.ground.courses.bench import BenchHands
+from tierod_lab.papers.column import hands, natural_drives
+from tierod_lab.papers.column.handled_bench import STEP, HeldRecord, design_thresholds, drawn, score, together
+from tierod_lab.studies.effort import Effort
 
 COURSE = BenchHands(time=60.0, seed=8)
 

@@ -2,9 +2,9 @@ import pytest
 
 from tierod.core.claims import Claim
 from tierod.core.content import Table
-from tierod.experiments.effort import Effort
-from tierod.papers.column import identification
-from tierod.papers.column.identified_bench import EXPERIMENTS, LAWS, bench, recorded
+from tierod_lab.papers.column import identification
+from tierod_lab.papers.column.identified_bench import EXPERIMENTS, LAWS, bench, recorded
+from tierod_lab.studies.effort import Effort
 
 
 @pytest.mark.slow

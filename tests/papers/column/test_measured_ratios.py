@@ -3,7 +3,7 @@ import pytest
 
 from tierod.core.errors import InputError
 from tierod.methods.detectors.design import run_length
-from tierod.papers.column.measured_ratios import threshold_from_ratios
+from tierod_lab.papers.column.measured_ratios import threshold_from_ratios
 
 
 def ratios(count, shift, seed=1):

@@ -6,7 +6,7 @@ import pytest
 from methods.analysis.column_sets import TORQUES, column
 from tierod.core.errors import ParameterError
 from tierod.models.linear import LinearSystem
-from tierod.papers.column.output_subsets import Sampling, extended, output_subsets, shown_by
+from tierod_lab.papers.column.output_subsets import Sampling, extended, output_subsets, shown_by
 
 
 def test_constant_torques_become_states():

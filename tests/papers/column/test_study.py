@@ -10,10 +10,10 @@ from report_pages import Page, charts
 from tierod.cli import main
 from tierod.core.claims import Claim, Goal
 from tierod.core.content import Chart, Table
-from tierod.experiments.effort import Effort
-from tierod.papers.column.position_control import items
-from tierod.papers.column.study import PARTS
-from tierod.papers.registry import STUDIES
+from tierod_lab.papers.column.position_control import items
+from tierod_lab.papers.column.study import PARTS
+from tierod_lab.studies.effort import Effort
+from tierod_lab.studies.registry import STUDIES
 
 SCHEMA = json.loads(files("tierod.core").joinpath("claims.schema.json").read_text(encoding="utf-8"))
 

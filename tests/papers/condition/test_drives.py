@@ -9,9 +9,9 @@ from itertools import product
 
 import numpy as np
 
-from tierod.experiments.effort import Results
-from tierod.papers.condition import by_bank
-from tierod.papers.condition.drives import (
+from tierod.vehicles import load
+from tierod_lab.papers.condition import by_bank
+from tierod_lab.papers.condition.drives import (
     ACTUATORS,
     SENSORS,
     Drive,
@@ -25,11 +25,11 @@ from tierod.papers.condition.drives import (
     sensor_tests,
     supply_tests,
 )
-from tierod.papers.condition.faults import OFFSET, Injected, lost
-from tierod.papers.condition.recorded import MEASURED, TRUTHS, recorded
-from tierod.papers.condition.substitutes import _squares
-from tierod.papers.condition.vehicles import vehicle
-from tierod.vehicles import load
+from tierod_lab.papers.condition.faults import OFFSET, Injected, lost
+from tierod_lab.papers.condition.recorded import MEASURED, TRUTHS, recorded
+from tierod_lab.papers.condition.substitutes import _squares
+from tierod_lab.papers.condition.vehicles import vehicle
+from tierod_lab.studies.effort import Results
 
 
 def test_the_tests_of_the_paper_are_48_and_9():

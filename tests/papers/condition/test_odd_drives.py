@@ -9,9 +9,9 @@ import pytest
 
 from driven import odd_drives
 from tierod.core.findings import Diagnosis, Element, Episode, Finding, Status
-from tierod.experiments.effort import Effort
-from tierod.papers.condition import odd
 from tierod.vehicles import load
+from tierod_lab.papers.condition import odd
+from tierod_lab.studies.effort import Effort
 
 
 @pytest.fixture(scope="module")

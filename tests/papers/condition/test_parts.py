@@ -12,8 +12,7 @@ import pytest
 from tierod.core.claims import Claim, Outcome
 from tierod.core.content import Table
 from tierod.core.recording import Recording
-from tierod.experiments.effort import Effort
-from tierod.papers.condition import (
+from tierod_lab.papers.condition import (
     actuators,
     beyond,
     closed_loop,
@@ -24,12 +23,13 @@ from tierod.papers.condition import (
     theory,
     uncalibrated,
 )
-from tierod.papers.condition.drives import Drive
-from tierod.papers.condition.faults import OFFSET, Injected
-from tierod.papers.condition.recorded import fault_free, recorded
-from tierod.papers.condition.scoring import ELEMENTS, score
-from tierod.papers.condition.truth import Declared, truth_of
-from tierod.papers.condition.vehicles import vehicle
+from tierod_lab.papers.condition.drives import Drive
+from tierod_lab.papers.condition.faults import OFFSET, Injected
+from tierod_lab.papers.condition.recorded import fault_free, recorded
+from tierod_lab.papers.condition.scoring import ELEMENTS, score
+from tierod_lab.papers.condition.truth import Declared, truth_of
+from tierod_lab.papers.condition.vehicles import vehicle
+from tierod_lab.studies.effort import Effort
 
 LATE = 0.1
 

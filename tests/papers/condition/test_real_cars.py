@@ -8,15 +8,15 @@ import pytest
 
 from shared_data import shared_data
 from tierod.core.claims import Claim
-from tierod.experiments.effort import Effort
 from tierod.monitors.condition.monitor import SLOW, WITH_WHEELS, WITHOUT_WHEELS
 from tierod.monitors.condition.signals import SENSOR_TABLE
-from tierod.papers.condition import real_cars
-from tierod.papers.condition.real_cars import at_other_instants, judged
-from tierod.papers.condition.real_diagnoses import RULES, SETTLED, accuracy, healthy_ratios
-from tierod.papers.condition.real_recordings import CARS, SENSORS
-from tierod.papers.condition.summary import isolated, summary
-from tierod.papers.real_data import DATA
+from tierod_lab.papers.condition import real_cars
+from tierod_lab.papers.condition.real_cars import at_other_instants, judged
+from tierod_lab.papers.condition.real_diagnoses import RULES, SETTLED, accuracy, healthy_ratios
+from tierod_lab.papers.condition.real_recordings import CARS, SENSORS
+from tierod_lab.papers.condition.summary import isolated, summary
+from tierod_lab.papers.real_data import DATA
+from tierod_lab.studies.effort import Effort
 
 
 @pytest.fixture(params=CARS, ids=["rav4", "passenger-car"])

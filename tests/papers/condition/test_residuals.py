@@ -2,8 +2,8 @@ import pytest
 
 from tierod.core.claims import Claim
 from tierod.core.content import Table
-from tierod.experiments.effort import Effort
-from tierod.papers.condition import residuals
+from tierod_lab.papers.condition import residuals
+from tierod_lab.studies.effort import Effort
 
 
 @pytest.mark.slow

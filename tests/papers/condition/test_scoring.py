@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from tierod.core.recording import Channel, Recording
-from tierod.papers.condition.drives import Drive
-from tierod.papers.condition.faults import LOSS, OFFSET, Injected
-from tierod.papers.condition.scoring import FOUND, MISSED, NOT_TESTABLE, DriveScore
-from tierod.papers.condition.scoring import score as score_of
-from tierod.papers.condition.summary import confusion, isolated, summary
-from tierod.papers.condition.truth import Declared, truth_of, where_shown
+from tierod_lab.papers.condition.drives import Drive
+from tierod_lab.papers.condition.faults import LOSS, OFFSET, Injected
+from tierod_lab.papers.condition.scoring import FOUND, MISSED, NOT_TESTABLE, DriveScore
+from tierod_lab.papers.condition.scoring import score as score_of
+from tierod_lab.papers.condition.summary import confusion, isolated, summary
+from tierod_lab.papers.condition.truth import Declared, truth_of, where_shown
 
 YAW, ANGLE = "yaw_rate", "steering_wheel_angle"
 TIME = np.arange(6000) / 100.0

@@ -10,7 +10,6 @@ import pytest
 from tierod.core.block import tuning
 from tierod.core.claims import Claim
 from tierod.core.content import Table
-from tierod.experiments.effort import Effort
 from tierod.monitors.condition.bank import testability
 from tierod.monitors.condition.bank.decision import Decision
 from tierod.monitors.condition.bank.judge import ConditionJudge
@@ -22,15 +21,16 @@ from tierod.monitors.condition.bank.weighing import Limits, Weighing
 from tierod.monitors.condition.kinds.kind import KindOfFault
 from tierod.monitors.condition.monitor import condition_monitor
 from tierod.monitors.condition.reaction import FaultReaction
-from tierod.papers.condition import sensitivity
-from tierod.papers.condition.by_bank import Known
-from tierod.papers.condition.drives import Drive
-from tierod.papers.condition.faults import KINDS, OFFSET, Injected
-from tierod.papers.condition.recorded import recorded
-from tierod.papers.condition.sensitivity import Judged, drives, effect, judged_by
-from tierod.papers.condition.tuned_numbers import COUNTS, is_given, numbers_of, varied
-from tierod.papers.condition.vehicles import SHORT
 from tierod.vehicles import load
+from tierod_lab.papers.condition import sensitivity
+from tierod_lab.papers.condition.by_bank import Known
+from tierod_lab.papers.condition.drives import Drive
+from tierod_lab.papers.condition.faults import KINDS, OFFSET, Injected
+from tierod_lab.papers.condition.recorded import recorded
+from tierod_lab.papers.condition.sensitivity import Judged, drives, effect, judged_by
+from tierod_lab.papers.condition.tuned_numbers import COUNTS, is_given, numbers_of, varied
+from tierod_lab.papers.condition.vehicles import SHORT
+from tierod_lab.studies.effort import Effort
 
 BLOCKS = (
     *(ConditionJudge, Decision, FaultReaction, KindOfFault, LeaveOutFilter, Limits),

@@ -1,7 +1,7 @@
 """Residuals' signatures by equation and by measurement, on shares made by hand."""
 
-from tierod.papers.condition.rules.catalogue import RESIDUALS
-from tierod.papers.condition.signatures import Seen, disagreements, theory_and_measurement, uses
+from tierod_lab.papers.condition.rules.catalogue import RESIDUALS
+from tierod_lab.papers.condition.signatures import Seen, disagreements, theory_and_measurement, uses
 
 
 def made(**shares):

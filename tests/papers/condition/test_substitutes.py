@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from tierod.monitors.condition.substitutes import FILTER, substitution_graph
-from tierod.papers.condition.by_bank import Known
-from tierod.papers.condition.drives import Drive
-from tierod.papers.condition.faults import OFFSET, Injected
-from tierod.papers.condition.recorded import fault_free, recorded
-from tierod.papers.condition.substitutes import SETTLED, _root, _squares
 from tierod.vehicles import load
+from tierod_lab.papers.condition.by_bank import Known
+from tierod_lab.papers.condition.drives import Drive
+from tierod_lab.papers.condition.faults import OFFSET, Injected
+from tierod_lab.papers.condition.recorded import fault_free, recorded
+from tierod_lab.papers.condition.substitutes import SETTLED, _root, _squares
 
 CAR = load("smartload")
 

@@ -6,9 +6,9 @@ import pytest
 
 from tierod.methods.analysis.structure import isolability
 from tierod.monitors.condition.structure import vehicle_structure
-from tierod.papers.condition.scoring import AMBIGUOUS, NEVER, UNNAMED
-from tierod.papers.condition.theory import Compared, compared, disagreements, reason, table
 from tierod.vehicles import load
+from tierod_lab.papers.condition.scoring import AMBIGUOUS, NEVER, UNNAMED
+from tierod_lab.papers.condition.theory import Compared, compared, disagreements, reason, table
 
 YAW = Compared("yaw_rate", "isolable", (), {})
 MOTOR = Compared("steering_motor_1", "not isolable from steering motor 2", ("steering_motor_2",), {})
@@ -59,7 +59,7 @@ def test_structure_is_asked_about_pairs_by_any_order_of_names(monkeypatch):
         "yaw_rate + drive_left": Counter(),
         "steering_motor_1": Counter(),
     }
-    monkeypatch.setattr("tierod.papers.condition.theory.confusion", lambda scores: counts)
+    monkeypatch.setattr("tierod_lab.papers.condition.theory.confusion", lambda scores: counts)
     found = {each.fault: each for each in compared(structure, {"bank": []})}
     assert found["yaw_rate + steering_motor_1"].alike == ("yaw_rate + steering_motor_2",)
     assert found["yaw_rate + drive_left"].theory == "isolable"

@@ -3,9 +3,9 @@ import pytest
 
 from monitors.condition.demonstrator import CAR, circle
 from tierod.core.graph import scan
-from tierod.papers.condition import two_bodies as part
-from tierod.papers.condition.rules.angle_filters import one_body, two_bodies
-from tierod.papers.condition.rules.residual_set import residual_set
+from tierod_lab.papers.condition import two_bodies as part
+from tierod_lab.papers.condition.rules.angle_filters import one_body, two_bodies
+from tierod_lab.papers.condition.rules.residual_set import residual_set
 
 pytestmark = pytest.mark.usefixtures("kernels_in_a_moment")
 

@@ -5,11 +5,11 @@ import pytest
 
 from tierod.core.claims import Claim
 from tierod.core.content import Table
-from tierod.experiments.effort import Effort
-from tierod.fleet.virtual_ageing import Ageing, Linear
-from tierod.fleet.virtual_writing import shipped_law
-from tierod.papers.fleet import batches, measured_errors, study, virtual_years
-from tierod.papers.fleet.virtual_years import BEGIN, RAMP, Counted, Years
+from tierod_lab.fleet.ageing import Ageing, Linear
+from tierod_lab.fleet.writing import shipped_law
+from tierod_lab.papers.fleet import batches, measured_errors, study, virtual_years
+from tierod_lab.papers.fleet.virtual_years import BEGIN, RAMP, Counted, Years
+from tierod_lab.studies.effort import Effort
 
 
 def test_vehicle_years_and_delays_are_counted():

@@ -3,9 +3,9 @@ import pytest
 
 from tierod.core.claims import Claim
 from tierod.core.content import Table
-from tierod.papers.condition import real_cars
-from tierod.papers.foreign import cars
-from tierod.papers.foreign.multibody_car import NOISES, STEERING_RATIO, MultibodyCar, multibody_drive
+from tierod_lab.papers.condition import real_cars
+from tierod_lab.papers.foreign import cars
+from tierod_lab.papers.foreign.multibody_car import NOISES, STEERING_RATIO, MultibodyCar, multibody_drive
 
 
 @pytest.fixture(scope="module")

@@ -4,8 +4,8 @@ import pytest
 from tierod.core.claims import Claim
 from tierod.core.content import Table
 from tierod.core.findings import Status
-from tierod.papers.foreign import friction
-from tierod.papers.foreign.friction import LAWS, LEVELS, Judged, judged, shown
+from tierod_lab.papers.foreign import friction
+from tierod_lab.papers.foreign.friction import LAWS, LEVELS, Judged, judged, shown
 
 
 def drives(off=0.05, deviation=0.1, status=None):

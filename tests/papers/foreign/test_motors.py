@@ -6,8 +6,8 @@ import pytest
 from tierod.core.claims import Claim
 from tierod.core.content import Table
 from tierod.core.findings import Finding, Status
-from tierod.papers.foreign.motor_drives import MACHINES, SAMPLE_TIME, motor_drive
-from tierod.papers.foreign.motors import FAULTS, Judged, alarms_of, judged, shown, vehicle
+from tierod_lab.papers.foreign.motor_drives import MACHINES, SAMPLE_TIME, motor_drive
+from tierod_lab.papers.foreign.motors import FAULTS, Judged, alarms_of, judged, shown, vehicle
 
 FALSE = Finding("motor-angle", Status.FAULT, "False.", 1.0, cause="none", action="none")
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tierod.papers.foreign import rubbing_column as plant
-from tierod.papers.foreign.rubbing_column import LUGRE, MAXWELL, SIGNALS, STEP, Course, RubbingCar, course, driven
+from tierod_lab.papers.foreign import rubbing_column as plant
+from tierod_lab.papers.foreign.rubbing_column import LUGRE, MAXWELL, SIGNALS, STEP, Course, RubbingCar, course, driven
 
 
 def test_it_imports_nothing_of_the_project():

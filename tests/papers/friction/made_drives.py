@@ -5,12 +5,12 @@ import math
 import numpy as np
 
 from tierod.core.findings import Status
-from tierod.experiments.effort import Effort
-from tierod.papers.friction.cases import HEALTHY, Case
-from tierod.papers.friction.digest import Course, Digest, Verdict, Windows
-from tierod.papers.friction.estimators import BASELINES, DEFAULT, ESTIMATORS
-from tierod.papers.friction.runs import Drives
-from tierod.papers.friction.study import WANTS
+from tierod_lab.papers.friction.cases import HEALTHY, Case
+from tierod_lab.papers.friction.digest import Course, Digest, Verdict, Windows
+from tierod_lab.papers.friction.estimators import BASELINES, DEFAULT, ESTIMATORS
+from tierod_lab.papers.friction.runs import Drives
+from tierod_lab.papers.friction.study import WANTS
+from tierod_lab.studies.effort import Effort
 
 QUICK = Effort(quick=True)
 ENABLED = 0.36

@@ -1,7 +1,7 @@
 import pytest
 
-from tierod.experiments.effort import Effort
-from tierod.papers.friction.hysteresis import TABLE_1, Turn, brake_torque, items, turns
+from tierod_lab.papers.friction.hysteresis import TABLE_1, Turn, brake_torque, items, turns
+from tierod_lab.studies.effort import Effort
 
 
 def claims(measured):

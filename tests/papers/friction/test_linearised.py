@@ -7,9 +7,9 @@ import pytest
 
 from models.friction_paper import CAR
 from tierod.core.graph import scan
-from tierod.papers.friction.linearised import linearised
-from tierod.papers.friction.linearised_model import VariableRatioParameters
 from tierod.vehicles import load
+from tierod_lab.papers.friction.linearised import linearised
+from tierod_lab.papers.friction.linearised_model import VariableRatioParameters
 
 GROWTH, FRICTION = 0.06, 6.0
 

@@ -6,7 +6,7 @@ import pytest
 from papers.friction.made_drives import QUICK, claims_of, made_drives, right
 from tierod.core.content import Chart, Table
 from tierod.core.findings import Status
-from tierod.papers.friction import (
+from tierod_lab.papers.friction import (
     all_terms,
     baseline,
     conditions,
@@ -18,11 +18,11 @@ from tierod.papers.friction import (
     steps,
     verdicts,
 )
-from tierod.papers.friction.cases import Case
-from tierod.papers.friction.digest import Course, Digest
-from tierod.papers.friction.estimators import ALL_TERMS, DEFAULT, PRINTED
-from tierod.papers.friction.runs import Drives
-from tierod.papers.friction.study import PARTS
+from tierod_lab.papers.friction.cases import Case
+from tierod_lab.papers.friction.digest import Course, Digest
+from tierod_lab.papers.friction.estimators import ALL_TERMS, DEFAULT, PRINTED
+from tierod_lab.papers.friction.runs import Drives
+from tierod_lab.papers.friction.study import PARTS
 
 
 def test_every_part_shows_and_claims_something():

@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 
 from tierod.core.graph import scan
-from tierod.papers.friction.plant_checks import courses
-from tierod.papers.friction.plant_replay import Replay
-from tierod.proving_ground.chassis import SingleTrack, TwoTrack
+from tierod_lab.ground.chassis import SingleTrack, TwoTrack
+from tierod_lab.papers.friction.plant_checks import courses
+from tierod_lab.papers.friction.plant_replay import Replay
 
 
 @pytest.mark.parametrize("chassis", [SingleTrack(), TwoTrack()], ids=["single", "two"])

@@ -5,13 +5,13 @@ import pytest
 
 from tierod.core.errors import ParameterError, TierodError
 from tierod.core.findings import Status
-from tierod.experiments.effort import Effort
-from tierod.experiments.executor import Failure
-from tierod.papers.friction.cases import Case
-from tierod.papers.friction.digest import digest, lag_between
-from tierod.papers.friction.estimators import BASELINE, DEFAULT, PRINTED
-from tierod.papers.friction.runs import run_drives
-from tierod.proving_ground import FrictionCourse
+from tierod.work.executor import Failure
+from tierod_lab.ground import FrictionCourse
+from tierod_lab.papers.friction.cases import Case
+from tierod_lab.papers.friction.digest import digest, lag_between
+from tierod_lab.papers.friction.estimators import BASELINE, DEFAULT, PRINTED
+from tierod_lab.papers.friction.runs import run_drives
+from tierod_lab.studies.effort import Effort
 
 
 def silent(share, what):

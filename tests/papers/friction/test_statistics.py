@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from tierod.papers.friction.statistics import best_accuracy, on_right_side, overlap, plus_minus
+from tierod_lab.papers.friction.statistics import best_accuracy, on_right_side, overlap, plus_minus
 
 LOW, HIGH = np.array([1.0, 2.0, 3.0, 4.0]), np.array([3.5, 5.0, 6.0, 7.0])
 

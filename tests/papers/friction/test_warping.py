@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tierod.core.errors import ParameterError
-from tierod.papers.friction.warping import _path, _totals, warped
+from tierod_lab.papers.friction.warping import _path, _totals, warped
 
 
 def every_path(samples, band):

@@ -6,9 +6,9 @@ import pytest
 from tierod.core.errors import ParameterError
 from tierod.models.linear import linearise
 from tierod.models.stator_frame_motor import SampledMotorParameters, StatorFrameMotor
-from tierod.papers.motor_angle.dq_motor import DqMotor, DqMotorParameters, LoadedDqMotor, q_axis_motor, with_load
 from tierod.physics.clarke_park import RotorVector, direction, inverse_park
 from tierod.vehicles import load
+from tierod_lab.papers.motor_angle.dq_motor import DqMotor, DqMotorParameters, LoadedDqMotor, q_axis_motor, with_load
 
 P = load("motor-bench").parameters_for(DqMotorParameters)
 

@@ -8,8 +8,8 @@ from monitors.motor_angle.steady_motor import FLUX, INDUCTANCE, load_torque, ste
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
 from tierod.models.stator_frame_motor import SampledMotorParameters
-from tierod.papers.motor_angle.feedforward import FeedforwardAngle, FeedforwardWithLoad
 from tierod.vehicles import load
+from tierod_lab.papers.motor_angle.feedforward import FeedforwardAngle, FeedforwardWithLoad
 
 P = load("motor-bench").parameters_for(SampledMotorParameters)
 

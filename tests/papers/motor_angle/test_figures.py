@@ -3,9 +3,9 @@ import pytest
 
 from tierod.core.claims import Claim
 from tierod.core.content import Chart
-from tierod.experiments.effort import Effort
-from tierod.papers.motor_angle.figures import CAR, FAST, HELD, PRINTED, car_drive, items
-from tierod.papers.motor_angle.observer_drives import methods
+from tierod_lab.papers.motor_angle.figures import CAR, FAST, HELD, PRINTED, car_drive, items
+from tierod_lab.papers.motor_angle.observer_drives import methods
+from tierod_lab.studies.effort import Effort
 
 
 def test_the_sections_are_what_they_are_called():

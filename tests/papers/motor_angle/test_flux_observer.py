@@ -5,8 +5,8 @@ from monitors.motor_angle.motor_drives import drive, observed
 from monitors.motor_angle.steady_motor import steady
 from tierod.core.graph import scan
 from tierod.models.stator_frame_motor import SampledMotorParameters
-from tierod.papers.motor_angle.flux_observer import FluxObserver
 from tierod.vehicles import load
+from tierod_lab.papers.motor_angle.flux_observer import FluxObserver
 
 P = load("motor-bench").parameters_for(SampledMotorParameters)
 

@@ -5,8 +5,8 @@ import pytest
 
 from tierod.core.claims import Claim
 from tierod.core.content import Table
-from tierod.experiments.effort import Effort
-from tierod.papers.motor_angle import identified
+from tierod_lab.papers.motor_angle import identified
+from tierod_lab.studies.effort import Effort
 
 
 def test_the_study_shows_bias_intervals_and_the_observer():

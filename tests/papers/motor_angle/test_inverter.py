@@ -1,8 +1,8 @@
 from tierod.core.claims import Claim
 from tierod.core.content import Table
-from tierod.experiments.effort import Effort
-from tierod.papers.motor_angle.inverter import LOSSY, identified, items, said_wrong
-from tierod.papers.motor_angle.observer_drives import to_and_fro
+from tierod_lab.papers.motor_angle.inverter import LOSSY, identified, items, said_wrong
+from tierod_lab.papers.motor_angle.observer_drives import to_and_fro
+from tierod_lab.studies.effort import Effort
 
 
 def test_a_quick_run_shows_every_claim_and_meets_it():

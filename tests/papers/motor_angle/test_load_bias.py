@@ -1,9 +1,9 @@
 import pytest
 
-from tierod.papers.motor_angle.dq_motor import DqMotorParameters
-from tierod.papers.motor_angle.load_bias import predicted, settled, slope, standing, stepped
-from tierod.papers.motor_angle.printed_observers import luenberger
 from tierod.vehicles import load
+from tierod_lab.papers.motor_angle.dq_motor import DqMotorParameters
+from tierod_lab.papers.motor_angle.load_bias import predicted, settled, slope, standing, stepped
+from tierod_lab.papers.motor_angle.printed_observers import luenberger
 
 P = load("motor-bench").parameters_for(DqMotorParameters)
 

@@ -5,7 +5,7 @@ import pytest
 
 from tierod.core.errors import InputError
 from tierod.methods.identification.motor_recording import MotorRecording
-from tierod.papers.motor_angle.motor_bounds import MotorErrorBounds, guaranteed_motor
+from tierod_lab.papers.motor_angle.motor_bounds import MotorErrorBounds, guaranteed_motor
 
 R, L, PSI, PAIRS, STEP = 0.05, 1e-4, 0.0085, 4.0, 1e-4
 BOUNDS = MotorErrorBounds(0.26, 0.05, 8.7e-4, 2e6)

@@ -4,11 +4,18 @@ import pytest
 
 from tierod.core.claims import Claim
 from tierod.core.content import Table
-from tierod.experiments.effort import Effort
-from tierod.papers.motor_angle.feedforward import FeedforwardAngle
-from tierod.papers.motor_angle.observer_drives import SAMPLE_TIME, accuracy, by_speed, methods, parameters, to_and_fro
-from tierod.papers.motor_angle.printed import inductive_error, items, turned_by_printed_sign
-from tierod.papers.motor_angle.printed_observers import extended_kalman, luenberger
+from tierod_lab.papers.motor_angle.feedforward import FeedforwardAngle
+from tierod_lab.papers.motor_angle.observer_drives import (
+    SAMPLE_TIME,
+    accuracy,
+    by_speed,
+    methods,
+    parameters,
+    to_and_fro,
+)
+from tierod_lab.papers.motor_angle.printed import inductive_error, items, turned_by_printed_sign
+from tierod_lab.papers.motor_angle.printed_observers import extended_kalman, luenberger
+from tierod_lab.studies.effort import Effort
 
 DQ, FIXED = parameters()
 

@@ -5,9 +5,9 @@ from monitors.motor_angle.motor_drives import drive, observed
 from monitors.motor_angle.steady_motor import TIME, load_torque, steady
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
-from tierod.papers.motor_angle.dq_motor import DqMotorParameters
-from tierod.papers.motor_angle.printed_observers import extended_kalman, luenberger, reduced_luenberger
 from tierod.vehicles import load
+from tierod_lab.papers.motor_angle.dq_motor import DqMotorParameters
+from tierod_lab.papers.motor_angle.printed_observers import extended_kalman, luenberger, reduced_luenberger
 
 P = load("motor-bench").parameters_for(DqMotorParameters)
 MAKERS = [luenberger, reduced_luenberger, extended_kalman]

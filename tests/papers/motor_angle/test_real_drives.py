@@ -6,9 +6,9 @@ import pytest
 from shared_data import shared_data
 from tierod.core.claims import Claim
 from tierod.core.content import Table
-from tierod.experiments.effort import Effort
-from tierod.papers.motor_angle import real_drives
-from tierod.papers.real_data import NO_DATA
+from tierod_lab.papers.motor_angle import real_drives
+from tierod_lab.papers.real_data import NO_DATA
+from tierod_lab.studies.effort import Effort
 
 
 @pytest.fixture

@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 
 from tierod.core.errors import ParameterError
-from tierod.papers.motor_angle.dq_motor import DqMotorParameters, q_axis_motor, with_load
-from tierod.papers.motor_angle.luenberger import (
+from tierod.physics.clarke_park import RotorVector
+from tierod.vehicles import load
+from tierod_lab.papers.motor_angle.dq_motor import DqMotorParameters, q_axis_motor, with_load
+from tierod_lab.papers.motor_angle.luenberger import (
     LinearSpeed,
     full_observer,
     printed_reduced_observer,
     reduced_observer,
     speed_per_load,
 )
-from tierod.physics.clarke_park import RotorVector
-from tierod.vehicles import load
 
 P = load("motor-bench").parameters_for(DqMotorParameters)
 MOTOR = q_axis_motor(P)

@@ -2,8 +2,8 @@ import numpy as np
 
 from tierod.core.claims import Claim
 from tierod.core.content import Table
-from tierod.experiments.effort import Effort
-from tierod.papers.motor_angle.resistance import items, ramped
+from tierod_lab.papers.motor_angle.resistance import items, ramped
+from tierod_lab.studies.effort import Effort
 
 
 def test_a_quick_run_shows_every_claim_and_meets_it():

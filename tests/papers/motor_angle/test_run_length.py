@@ -4,19 +4,19 @@ import numpy as np
 import pytest
 
 from tierod.core.claims import Claim
-from tierod.experiments.effort import Effort
 from tierod.methods.detectors.stopping_rules import CusumRule
 from tierod.monitors.motor_angle.comparison import ANGLE_DRIFT
-from tierod.papers.motor_angle import run_length
-from tierod.papers.motor_angle.healthy_drives import (
+from tierod_lab.papers.motor_angle import run_length
+from tierod_lab.papers.motor_angle.healthy_drives import (
     HealthyDrive,
     HealthyDrives,
     bench_monitor,
     healthy_drives,
     other_motor,
 )
-from tierod.papers.motor_angle.observer_drives import FLUX, INDUCTANCE, RESISTANCE
-from tierod.papers.motor_angle.run_length import TriedLength, items, simulated, tried_lengths
+from tierod_lab.papers.motor_angle.observer_drives import FLUX, INDUCTANCE, RESISTANCE
+from tierod_lab.papers.motor_angle.run_length import TriedLength, items, simulated, tried_lengths
+from tierod_lab.studies.effort import Effort
 
 
 @pytest.fixture(scope="module")

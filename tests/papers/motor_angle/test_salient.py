@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from tierod.core.claims import Claim
-from tierod.experiments.effort import Effort
-from tierod.papers.motor_angle import salient
-from tierod.papers.motor_angle.salient_drives import LOAD, RIGHT, fast_drive, salient_bench, stepping_load
+from tierod_lab.papers.motor_angle import salient
+from tierod_lab.papers.motor_angle.salient_drives import LOAD, RIGHT, fast_drive, salient_bench, stepping_load
+from tierod_lab.studies.effort import Effort
 
 
 def test_a_load_stands_and_steps_within_a_millisecond():

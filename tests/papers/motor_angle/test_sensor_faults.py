@@ -5,11 +5,10 @@ import pytest
 
 from tierod.core.claims import Claim
 from tierod.core.content import Table
-from tierod.experiments.effort import Effort
 from tierod.monitors.motor_angle.signals import MotorAngleSample
-from tierod.papers.motor_angle import sensor_faults
-from tierod.papers.motor_angle.fault_drives import RATE, drive
-from tierod.papers.motor_angle.fault_kinds import (
+from tierod_lab.papers.motor_angle import sensor_faults
+from tierod_lab.papers.motor_angle.fault_drives import RATE, drive
+from tierod_lab.papers.motor_angle.fault_kinds import (
     DEGREE,
     FAULTS,
     FIVE_DEGREES,
@@ -20,8 +19,9 @@ from tierod.papers.motor_angle.fault_kinds import (
     intermittent,
     offset,
 )
-from tierod.papers.motor_angle.fault_trials import Found, Trial, anywhere, begin, found, found_in, target
-from tierod.papers.motor_angle.sensor_faults import Delays, items
+from tierod_lab.papers.motor_angle.fault_trials import Found, Trial, anywhere, begin, found, found_in, target
+from tierod_lab.papers.motor_angle.sensor_faults import Delays, items
+from tierod_lab.studies.effort import Effort
 
 ANGLE = MotorAngleSample._fields.index("motor_angle_mechanical")
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tierod.core.errors import InputError, ParameterError
-from tierod.papers.motor_angle.set_membership import Bounded, feasible_box
+from tierod_lab.papers.motor_angle.set_membership import Bounded, feasible_box
 
 
 def exact(regressors, values, bound):

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from tierod.core.claims import Claim
-from tierod.experiments.effort import Effort
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
-from tierod.papers.motor_angle.observer_drives import parameters
-from tierod.papers.motor_angle.standing import HELD, MOVING, held_drive, items, settled, settling, standing
+from tierod_lab.papers.motor_angle.observer_drives import parameters
+from tierod_lab.papers.motor_angle.standing import HELD, MOVING, held_drive, items, settled, settling, standing
+from tierod_lab.studies.effort import Effort
 
 DRIVE = held_drive(1)
 

@@ -10,15 +10,15 @@ import pytest
 from report_pages import Page, charts
 from tierod.cli import main
 from tierod.core.claims import Goal
-from tierod.papers.motor_angle.study import PARTS
-from tierod.papers.registry import STUDIES
+from tierod_lab.papers.motor_angle.study import PARTS
+from tierod_lab.studies.registry import STUDIES
 
 SCHEMA = json.loads(files("tierod.core").joinpath("claims.schema.json").read_text(encoding="utf-8"))
 
 
 @pytest.mark.parametrize("name", PARTS)
 def test_every_part_says_what_it_finds(name):
-    assert import_module(f"tierod.papers.motor_angle.{name}").items.__doc__
+    assert import_module(f"tierod_lab.papers.motor_angle.{name}").items.__doc__
 
 
 @pytest.mark.slow

@@ -5,9 +5,9 @@ from tierod.core.claims import Claim
 from tierod.core.content import Table
 from tierod.core.graph import scan
 from tierod.core.graph.operation_count import operation_count
-from tierod.experiments.effort import Effort
-from tierod.papers.motor_angle.bare_observers import BareFeedforward, BareLuenberger, BareReduced
-from tierod.papers.motor_angle.table_one import PRINTED, bare_observers, items, observers
+from tierod_lab.papers.motor_angle.bare_observers import BareFeedforward, BareLuenberger, BareReduced
+from tierod_lab.papers.motor_angle.table_one import PRINTED, bare_observers, items, observers
+from tierod_lab.studies.effort import Effort
 
 
 def test_every_printed_row_is_counted():

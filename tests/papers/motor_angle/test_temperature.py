@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-from tierod.papers.motor_angle import temperature
-from tierod.papers.motor_angle.drawn_motors import Errors, drawn, ramped
-from tierod.papers.motor_angle.observer_drives import to_and_fro
-from tierod.papers.motor_angle.temperature import COLD, HOT, RAMP, ZERO, alarmed, judged, ramp
+from tierod_lab.papers.motor_angle import temperature
+from tierod_lab.papers.motor_angle.drawn_motors import Errors, drawn, ramped
+from tierod_lab.papers.motor_angle.observer_drives import to_and_fro
+from tierod_lab.papers.motor_angle.temperature import COLD, HOT, RAMP, ZERO, alarmed, judged, ramp
 
 
 def test_a_hot_motor_is_learnt():

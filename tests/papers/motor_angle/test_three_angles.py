@@ -1,6 +1,6 @@
 import math
 
-from tierod.papers.motor_angle.three_angles import Case, Findings, findings_of
+from tierod_lab.papers.motor_angle.three_angles import Case, Findings, findings_of
 
 
 def test_a_fault_free_drive_raises_nothing():

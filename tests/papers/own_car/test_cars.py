@@ -6,10 +6,10 @@ import dataclasses
 
 import pytest
 
-from tierod.papers.own_car.brochure import brochure_car, identified
-from tierod.papers.own_car.cars import BASES, drawn, true_values
-from tierod.proving_ground.cars.catalogue import load as car_of
 from tierod.vehicles import load
+from tierod_lab.ground.cars.catalogue import load as car_of
+from tierod_lab.papers.own_car.brochure import brochure_car, identified
+from tierod_lab.papers.own_car.cars import BASES, drawn, true_values
 
 
 def test_every_class_is_drawn_and_differs_from_its_brochure_within_reason():

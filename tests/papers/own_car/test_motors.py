@@ -9,9 +9,9 @@ import pytest
 
 from tierod.core.claims import Claim
 from tierod.core.findings import Status
-from tierod.papers.own_car import motors
-from tierod.papers.own_car.judging import BROCHURE, IDENTIFIED, TRUE, Judged
-from tierod.papers.registry import STUDIES
+from tierod_lab.papers.own_car import motors
+from tierod_lab.papers.own_car.judging import BROCHURE, IDENTIFIED, TRUE, Judged
+from tierod_lab.studies.registry import STUDIES
 
 
 def test_motors_differ_from_their_data_sheet_as_far_as_it_is_known():

@@ -12,11 +12,11 @@ from tierod.cli import main
 from tierod.core.claims import Claim
 from tierod.core.findings import Status
 from tierod.io.readers import read
-from tierod.papers.own_car import real
-from tierod.papers.own_car.judging import BROCHURE, TRUE, Case, Judged, Studied, studied, without_truth
-from tierod.papers.own_car.virtual import pooled, shown
-from tierod.papers.registry import STUDIES
 from tierod.vehicles import load
+from tierod_lab.papers.own_car import real
+from tierod_lab.papers.own_car.judging import BROCHURE, TRUE, Case, Judged, Studied, studied, without_truth
+from tierod_lab.papers.own_car.virtual import pooled, shown
+from tierod_lab.studies.registry import STUDIES
 
 
 @pytest.fixture(scope="module")

@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from tierod.core.claims import Claim
-from tierod.experiments.effort import Effort
-from tierod.papers.sideslip.combined import items
-from tierod.papers.sideslip.combined_drives import FRONT, REAR, both_stiff, from_file, general
+from tierod_lab.papers.sideslip.combined import items
+from tierod_lab.papers.sideslip.combined_drives import FRONT, REAR, both_stiff, from_file, general
+from tierod_lab.studies.effort import Effort
 
 
 def test_beliefs_change_what_they_say_and_nothing_else():

@@ -8,8 +8,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from tierod.papers.sideslip import combined_limit
-from tierod.papers.sideslip.combined_limit import Ramp, false_ice
+from tierod_lab.papers.sideslip import combined_limit
+from tierod_lab.papers.sideslip.combined_limit import Ramp, false_ice
 
 
 def ramp(announced):

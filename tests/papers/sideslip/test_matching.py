@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tierod.papers.sideslip.estimators import INVERSION, MODEL, NAMES, courses, error
-from tierod.papers.sideslip.matching import from_file, matched_to
-from tierod.papers.sideslip.setting import FAST, brush_car, driven, neutral, virtual_car
+from tierod_lab.papers.sideslip.estimators import INVERSION, MODEL, NAMES, courses, error
+from tierod_lab.papers.sideslip.matching import from_file, matched_to
+from tierod_lab.papers.sideslip.setting import FAST, brush_car, driven, neutral, virtual_car
 
 
 @pytest.fixture(scope="module")

@@ -7,8 +7,8 @@ import pytest
 
 from tierod.core.claims import Claim, claims_document
 from tierod.core.content import Chart, Table
-from tierod.experiments.effort import Effort
-from tierod.papers.sideslip import bandwidth, limits, neutral_steer, paper, table
+from tierod_lab.papers.sideslip import bandwidth, limits, neutral_steer, paper, table
+from tierod_lab.studies.effort import Effort
 
 QUICK = Effort(quick=True)
 

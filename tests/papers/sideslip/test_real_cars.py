@@ -10,11 +10,11 @@ from tierod.core.claims import Claim
 from tierod.core.content import Table
 from tierod.core.graph import scan
 from tierod.core.recording import Channel, Recording
-from tierod.experiments.effort import Effort
-from tierod.papers.real_data import NO_DATA
-from tierod.papers.sideslip import car_park, race_laps, real_cars, rivals
-from tierod.papers.sideslip.real_recordings import recorded
 from tierod.vehicles import load
+from tierod_lab.papers.real_data import NO_DATA
+from tierod_lab.papers.sideslip import car_park, race_laps, real_cars, rivals
+from tierod_lab.papers.sideslip.real_recordings import recorded
+from tierod_lab.studies.effort import Effort
 
 TIME = np.arange(2000) / 100.0
 

@@ -7,11 +7,11 @@ import pytest
 from proving_ground.channels import Run
 from tierod.core.block import leaves, rebuild, skeleton
 from tierod.core.graph.trace import trace
-from tierod.proving_ground.cars.active_front_car import ActiveFrontCar
-from tierod.proving_ground.cars.car import Start
-from tierod.proving_ground.chassis import SingleTrack
-from tierod.proving_ground.control.driver import HumanDriver
-from tierod.proving_ground.recorder import channel_names
+from tierod_lab.ground.cars.active_front_car import ActiveFrontCar
+from tierod_lab.ground.cars.car import Start
+from tierod_lab.ground.chassis import SingleTrack
+from tierod_lab.ground.control.driver import HumanDriver
+from tierod_lab.ground.recorder import channel_names
 
 pytestmark = pytest.mark.usefixtures("kernels_in_a_moment")
 

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 from proving_ground.chassis.bench import STEP, drive
-from tierod.proving_ground.cars.body import START, InertialUnit, moved, path_rate
-from tierod.proving_ground.chassis import TwoTrack
-from tierod.proving_ground.integration import runge_kutta
+from tierod_lab.ground.cars.body import START, InertialUnit, moved, path_rate
+from tierod_lab.ground.chassis import TwoTrack
+from tierod_lab.ground.integration import runge_kutta
 
 G = 9.81
 UNIT = InertialUnit(forward=0.8, left=0.3, up=-0.4)

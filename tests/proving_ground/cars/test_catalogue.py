@@ -12,10 +12,10 @@ from tierod.core.graph import scan
 from tierod.core.toml import Document
 from tierod.io.derive import complete
 from tierod.io.readers import read
-from tierod.papers.friction.plant_replay import ChassisInput, Replay
-from tierod.proving_ground.cars.catalogue import Choice, by_path, load, shipped
-from tierod.proving_ground.chassis import SingleTrack, TwoTrack
-from tierod.proving_ground.steering.friction_laws import LuGre
+from tierod_lab.ground.cars.catalogue import Choice, by_path, load, shipped
+from tierod_lab.ground.chassis import SingleTrack, TwoTrack
+from tierod_lab.ground.steering.friction_laws import LuGre
+from tierod_lab.papers.friction.plant_replay import ChassisInput, Replay
 
 FILE = """\
 name = "mine"

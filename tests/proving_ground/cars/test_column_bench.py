@@ -8,8 +8,8 @@ from scipy.linalg import expm
 from proving_ground.channels import Run
 from tierod.core.block import rebuild, skeleton
 from tierod.core.graph.derivatives import jacobian
-from tierod.proving_ground.cars.column_bench import Acting, Arms, ColumnBench, ColumnMotion
-from tierod.proving_ground.steering.friction import DryFriction
+from tierod_lab.ground.cars.column_bench import Acting, Arms, ColumnBench, ColumnMotion
+from tierod_lab.ground.steering.friction import DryFriction
 
 TABLE_3 = (
     -0.491074732452 + 706.750702094704j,

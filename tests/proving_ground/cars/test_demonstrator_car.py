@@ -6,11 +6,11 @@ import pytest
 
 from proving_ground.channels import Run
 from tierod.core.graph.trace import trace
-from tierod.proving_ground.cars.car import Start
-from tierod.proving_ground.cars.demonstrator_car import DemonstratorCar
-from tierod.proving_ground.chassis import demonstrator
-from tierod.proving_ground.control.automated import Split
-from tierod.proving_ground.recorder import channel_names
+from tierod_lab.ground.cars.car import Start
+from tierod_lab.ground.cars.demonstrator_car import DemonstratorCar
+from tierod_lab.ground.chassis import demonstrator
+from tierod_lab.ground.control.automated import Split
+from tierod_lab.ground.recorder import channel_names
 
 CAR = DemonstratorCar(start=Start(6.0))
 COUNT = 8000

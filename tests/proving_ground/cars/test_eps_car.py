@@ -8,16 +8,16 @@ from tierod.core.block import leaves, rebuild, skeleton
 from tierod.core.graph import scan
 from tierod.core.graph.trace import trace
 from tierod.physics import single_track
-from tierod.proving_ground.cars.car import Start
-from tierod.proving_ground.cars.eps_car import EpsCar
-from tierod.proving_ground.chassis import SingleTrack, TwoTrack
-from tierod.proving_ground.control.assist import ActiveReturn, AssistUnit, Characteristic
-from tierod.proving_ground.control.driver import HumanDriver, Pedals
-from tierod.proving_ground.parts import Port, pass_through
-from tierod.proving_ground.recorder import channel_names
-from tierod.proving_ground.steering.column_eps import ColumnEps
-from tierod.proving_ground.steering.friction import DryFriction
-from tierod.proving_ground.steering.friction_laws import Dahl
+from tierod_lab.ground.cars.car import Start
+from tierod_lab.ground.cars.eps_car import EpsCar
+from tierod_lab.ground.chassis import SingleTrack, TwoTrack
+from tierod_lab.ground.control.assist import ActiveReturn, AssistUnit, Characteristic
+from tierod_lab.ground.control.driver import HumanDriver, Pedals
+from tierod_lab.ground.parts import Port, pass_through
+from tierod_lab.ground.recorder import channel_names
+from tierod_lab.ground.steering.column_eps import ColumnEps
+from tierod_lab.ground.steering.friction import DryFriction
+from tierod_lab.ground.steering.friction_laws import Dahl
 
 STEP = 1e-3
 ONES = ("road.adhesion_left", "road.adhesion_right", "road.support", "demand.grip")

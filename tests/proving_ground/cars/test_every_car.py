@@ -2,17 +2,17 @@ import pytest
 
 from tierod.core.graph.trace import trace
 from tierod.core.signals import SIGNALS
-from tierod.proving_ground.cars.active_front_car import ActiveFrontCar
-from tierod.proving_ground.cars.column_bench import ColumnBench
-from tierod.proving_ground.cars.demonstrator_car import DemonstratorCar
-from tierod.proving_ground.cars.eps_car import EpsCar, PmEpsCar
-from tierod.proving_ground.cars.motor_bench import MotorBench
-from tierod.proving_ground.cars.steer_by_wire_car import SteerByWireCar
-from tierod.proving_ground.chassis import SingleTrack, TwoTrack
-from tierod.proving_ground.faults import Sluggish
-from tierod.proving_ground.faults.elements import Reach
-from tierod.proving_ground.recorder import channel_names
-from tierod.proving_ground.sensors import SensorSet
+from tierod_lab.ground.cars.active_front_car import ActiveFrontCar
+from tierod_lab.ground.cars.column_bench import ColumnBench
+from tierod_lab.ground.cars.demonstrator_car import DemonstratorCar
+from tierod_lab.ground.cars.eps_car import EpsCar, PmEpsCar
+from tierod_lab.ground.cars.motor_bench import MotorBench
+from tierod_lab.ground.cars.steer_by_wire_car import SteerByWireCar
+from tierod_lab.ground.chassis import SingleTrack, TwoTrack
+from tierod_lab.ground.faults import Sluggish
+from tierod_lab.ground.faults.elements import Reach
+from tierod_lab.ground.recorder import channel_names
+from tierod_lab.ground.sensors import SensorSet
 
 ROAD = (ActiveFrontCar, DemonstratorCar, EpsCar, PmEpsCar, SteerByWireCar)
 PLANTS = [kind(chassis=chassis()) for kind in ROAD for chassis in (SingleTrack, TwoTrack)]

@@ -8,13 +8,13 @@ import pytest
 from tierod.core.errors import ParameterError
 from tierod.core.toml import Document
 from tierod.core.toml_builder import kind_name
-from tierod.proving_ground import cars
-from tierod.proving_ground.cars.active_front_car import ActiveFrontCar
-from tierod.proving_ground.cars.car import Car
-from tierod.proving_ground.cars.eps_car import EpsCar
-from tierod.proving_ground.cars.kinds import KINDS, choices, parts_of, with_parts
-from tierod.proving_ground.chassis import SingleTrack
-from tierod.proving_ground.steering.column_eps import WormGear
+from tierod_lab.ground import cars
+from tierod_lab.ground.cars.active_front_car import ActiveFrontCar
+from tierod_lab.ground.cars.car import Car
+from tierod_lab.ground.cars.eps_car import EpsCar
+from tierod_lab.ground.cars.kinds import KINDS, choices, parts_of, with_parts
+from tierod_lab.ground.chassis import SingleTrack
+from tierod_lab.ground.steering.column_eps import WormGear
 
 NOWHERE = Document({}, "", "test")
 

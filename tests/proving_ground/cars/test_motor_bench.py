@@ -5,8 +5,8 @@ import pytest
 
 from proving_ground.channels import Run
 from tierod.core.graph.trace import trace
-from tierod.proving_ground.cars.motor_bench import MotorBench
-from tierod.proving_ground.recorder import channel_names
+from tierod_lab.ground.cars.motor_bench import MotorBench
+from tierod_lab.ground.recorder import channel_names
 
 BENCH = MotorBench()
 COUNT = 4000

@@ -6,11 +6,11 @@ import pytest
 
 from proving_ground.channels import Run
 from tierod.core.graph.trace import trace
-from tierod.proving_ground.cars.car import Start
-from tierod.proving_ground.cars.eps_car import EpsCar, PmEpsCar
-from tierod.proving_ground.chassis import SingleTrack
-from tierod.proving_ground.motor import EPS_MOTOR, Warming
-from tierod.proving_ground.recorder import channel_names
+from tierod_lab.ground.cars.car import Start
+from tierod_lab.ground.cars.eps_car import EpsCar, PmEpsCar
+from tierod_lab.ground.chassis import SingleTrack
+from tierod_lab.ground.motor import EPS_MOTOR, Warming
+from tierod_lab.ground.recorder import channel_names
 
 CAR = PmEpsCar(chassis=SingleTrack(), start=Start(12.0))
 COUNT = 4000

@@ -7,12 +7,12 @@ import pytest
 from proving_ground.channels import Run
 from tierod.core.graph.trace import trace
 from tierod.physics import single_track
-from tierod.proving_ground.cars.car import Start
-from tierod.proving_ground.cars.steer_by_wire_car import SteerByWireCar
-from tierod.proving_ground.chassis import SingleTrack
-from tierod.proving_ground.control.angle_control import Feel
-from tierod.proving_ground.control.driver import HumanDriver
-from tierod.proving_ground.recorder import channel_names
+from tierod_lab.ground.cars.car import Start
+from tierod_lab.ground.cars.steer_by_wire_car import SteerByWireCar
+from tierod_lab.ground.chassis import SingleTrack
+from tierod_lab.ground.control.angle_control import Feel
+from tierod_lab.ground.control.driver import HumanDriver
+from tierod_lab.ground.recorder import channel_names
 
 CAR = SteerByWireCar(chassis=SingleTrack(), driver=HumanDriver(persistence=0.0), start=Start(15.0))
 COUNT = 4000

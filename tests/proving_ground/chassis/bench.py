@@ -8,9 +8,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tierod.core.graph import Result, scan
-from tierod.proving_ground.chassis import TwoTrack
-from tierod.proving_ground.integration import rosenbrock
-from tierod.proving_ground.parts import Reaction, Road, Steer, Wheels, Wind
+from tierod_lab.ground.chassis import TwoTrack
+from tierod_lab.ground.integration import rosenbrock
+from tierod_lab.ground.parts import Reaction, Road, Steer, Wheels, Wind
 
 STEP = 1e-3
 

@@ -9,8 +9,8 @@ import pytest
 from proving_ground.chassis.bench import Bench, Inputs, columns, drive, finite, surroundings
 from tierod.core.block import leaves
 from tierod.core.graph import scan
-from tierod.papers.friction.plant_checks import understeer_error, unresisted, yaw_gain_error
-from tierod.proving_ground.chassis import SingleTrack, TwoTrack, demonstrator
+from tierod_lab.ground.chassis import SingleTrack, TwoTrack, demonstrator
+from tierod_lab.papers.friction.plant_checks import understeer_error, unresisted, yaw_gain_error
 
 G = 9.81
 BODIES = [SingleTrack(), TwoTrack(), demonstrator()]

@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 
 from proving_ground.chassis.bench import drive
-from tierod.papers.friction.plant_checks import unresisted
 from tierod.physics.tyre import parking_torque
-from tierod.proving_ground.chassis import SingleTrack
+from tierod_lab.ground.chassis import SingleTrack
+from tierod_lab.papers.friction.plant_checks import unresisted
 
 CAR = SingleTrack()
 

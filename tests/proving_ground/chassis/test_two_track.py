@@ -7,10 +7,10 @@ import pytest
 
 from proving_ground.chassis.bench import Bench, Inputs, columns, drive, finite, surroundings
 from tierod.core.graph import scan
-from tierod.papers.friction.plant_checks import energy_error, unresisted
-from tierod.proving_ground.chassis import TYRES, TwoTrack, demonstrator
-from tierod.proving_ground.integration import runge_kutta
-from tierod.proving_ground.parts import Road, Steer, Wheels, Wind
+from tierod_lab.ground.chassis import TYRES, TwoTrack, demonstrator
+from tierod_lab.ground.integration import runge_kutta
+from tierod_lab.ground.parts import Road, Steer, Wheels, Wind
+from tierod_lab.papers.friction.plant_checks import energy_error, unresisted
 
 G = 9.81
 CAR = TwoTrack()

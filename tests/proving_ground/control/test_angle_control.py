@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from tierod.proving_ground.control.angle_control import AngleControl, Feel, SpeedControl, VariableRatio
+from tierod_lab.ground.control.angle_control import AngleControl, Feel, SpeedControl, VariableRatio
 
 STEP = 1e-3
 CONTROL = AngleControl(stiffness=40.0, damping=1.5, integral=100.0, torque_limit=10.0)

@@ -8,14 +8,14 @@ from proving_ground.steering.rig import STEP, Rig
 from tierod.core.block import leaves, rebuild, tuning, values_of
 from tierod.core.graph.derivatives import jacobian
 from tierod.physics.assist import assist_torque
-from tierod.proving_ground.cars.active_front_car import ActiveFrontCar
-from tierod.proving_ground.control.assist import ActiveReturn, AssistMemory, AssistUnit, Characteristic
-from tierod.proving_ground.steering.active_front import ActiveFront
-from tierod.proving_ground.steering.column_eps import ColumnEps, WormGear
-from tierod.proving_ground.steering.friction import DryFriction
-from tierod.proving_ground.steering.friction_laws import Coulomb
-from tierod.proving_ground.steering.rack_eps import RackEps
-from tierod.proving_ground.steering.shaft import Wheel
+from tierod_lab.ground.cars.active_front_car import ActiveFrontCar
+from tierod_lab.ground.control.assist import ActiveReturn, AssistMemory, AssistUnit, Characteristic
+from tierod_lab.ground.steering.active_front import ActiveFront
+from tierod_lab.ground.steering.column_eps import ColumnEps, WormGear
+from tierod_lab.ground.steering.friction import DryFriction
+from tierod_lab.ground.steering.friction_laws import Coulomb
+from tierod_lab.ground.steering.rack_eps import RackEps
+from tierod_lab.ground.steering.shaft import Wheel
 
 SMOOTH = DryFriction(level=0.0)
 PLAIN = AssistUnit(active_return=ActiveReturn(gain=0.0), damping=0.0)

@@ -3,8 +3,8 @@ import math
 import pytest
 
 from tierod.physics.single_track import steady_road_wheel_angle
-from tierod.proving_ground.control.automated import AutomatedDriver, Sensed, Split
-from tierod.proving_ground.parts import Demand, Hand, Intent, Seen
+from tierod_lab.ground.control.automated import AutomatedDriver, Sensed, Split
+from tierod_lab.ground.parts import Demand, Hand, Intent, Seen
 
 DRIVER = AutomatedDriver(target_rate=1e6)
 ON_THE_PATH = Seen(1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, Hand(0.0, 0.0))

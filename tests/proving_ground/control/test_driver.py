@@ -8,8 +8,8 @@ import pytest
 from tierod.core.block import Ring
 from tierod.core.graph import scan
 from tierod.core.graph.derivatives import jacobian
-from tierod.proving_ground.control.driver import HumanDriver, Pedals
-from tierod.proving_ground.parts import Demand, Hand, Intent, Seen
+from tierod_lab.ground.control.driver import HumanDriver, Pedals
+from tierod_lab.ground.parts import Demand, Hand, Intent, Seen
 
 DRIVER = HumanDriver()
 DEMAND = Demand(20.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0)

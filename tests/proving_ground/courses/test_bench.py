@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from tierod.core.errors import ParameterError
-from tierod.proving_ground.cars.column_bench import ColumnBench
-from tierod.proving_ground.cars.motor_bench import MotorBench
-from tierod.proving_ground.courses.bench import BenchHands, BenchMultisine, BenchRamps, BenchSteps, BenchSweep
-from tierod.proving_ground.run import run
+from tierod_lab.ground.cars.column_bench import ColumnBench
+from tierod_lab.ground.cars.motor_bench import MotorBench
+from tierod_lab.ground.courses.bench import BenchHands, BenchMultisine, BenchRamps, BenchSteps, BenchSweep
+from tierod_lab.ground.run import run
 
 
 def frequency(sweep, at):

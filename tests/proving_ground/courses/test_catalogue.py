@@ -8,10 +8,10 @@ from tierod.core.block import leaves, skeleton
 from tierod.core.errors import ParameterError
 from tierod.core.toml import Document, override
 from tierod.core.toml_builder import kind_name
-from tierod.proving_ground.cars.column_bench import Acting
-from tierod.proving_ground.courses import described, load, shipped
-from tierod.proving_ground.courses.catalogue import AnyCourse
-from tierod.proving_ground.parts import Demand, Road, Wind
+from tierod_lab.ground.cars.column_bench import Acting
+from tierod_lab.ground.courses import described, load, shipped
+from tierod_lab.ground.courses.catalogue import AnyCourse
+from tierod_lab.ground.parts import Demand, Road, Wind
 
 KNOWN = {
     f"{part}.{path}"
@@ -119,6 +119,6 @@ def test_a_file_that_is_not_there(tmp_path):
 
 
 def test_a_course_from_the_text_of_a_document():
-    from tierod.proving_ground.courses import from_document
+    from tierod_lab.ground.courses import from_document
 
     assert from_document(Document.parse('kind = "slalom"\nname = "short"\ncones = 4')).cones == 4

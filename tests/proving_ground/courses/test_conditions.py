@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tierod.core.errors import ParameterError
-from tierod.proving_ground.courses.conditions import (
+from tierod_lab.ground.courses.conditions import (
     Adhesion,
     Along,
     Attention,
@@ -18,8 +18,8 @@ from tierod.proving_ground.courses.conditions import (
     Tremor,
     Unevenness,
 )
-from tierod.proving_ground.courses.course import Repeated, band_limited, combine, smooth_noise
-from tierod.proving_ground.courses.lane import StraightLane
+from tierod_lab.ground.courses.course import Repeated, band_limited, combine, smooth_noise
+from tierod_lab.ground.courses.lane import StraightLane
 
 TIME = np.arange(0.0, 20.0, 0.01)
 PLACE = 10.0 * TIME

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tierod.proving_ground import scenarios
-from tierod.proving_ground.cars.eps_car import EpsCar
-from tierod.proving_ground.courses import load
-from tierod.proving_ground.run import run
+from tierod_lab.ground import scenarios
+from tierod_lab.ground.cars.eps_car import EpsCar
+from tierod_lab.ground.courses import load
+from tierod_lab.ground.run import run
 
 HALF_LANE = 0.5 * (3.5 - 1.8)
 """Room on either side of a car of 1.8 m in a lane of 3.5 m [m]."""

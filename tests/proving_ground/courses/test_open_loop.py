@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from tierod.core.errors import ParameterError
-from tierod.proving_ground.courses.lane import Slalom, SteadyCircle
-from tierod.proving_ground.courses.open_loop import (
+from tierod_lab.ground.courses.lane import Slalom, SteadyCircle
+from tierod_lab.ground.courses.open_loop import (
     AngleRamp,
     LockToLock,
     RandomSteer,
@@ -13,7 +13,7 @@ from tierod.proving_ground.courses.open_loop import (
     SteadyAngle,
     StepSteer,
 )
-from tierod.proving_ground.courses.table import WayTable
+from tierod_lab.ground.courses.table import WayTable
 
 
 def test_a_step_has_its_rate_and_height():

@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from tierod.proving_ground.courses.base import WayCourse
-from tierod.proving_ground.courses.course import Grid
-from tierod.proving_ground.courses.way import TICK, Pace, Way, reachable
+from tierod_lab.ground.courses.base import WayCourse
+from tierod_lab.ground.courses.course import Grid
+from tierod_lab.ground.courses.way import TICK, Pace, Way, reachable
 
 
 def way(speed=20.0, length=600.0, curvature=None, lateral=3.0, **more):

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from tierod.core.errors import ParameterError
-from tierod.proving_ground.courses import load
-from tierod.proving_ground.courses.table import read_table
-from tierod.proving_ground.courses.way import STEP
+from tierod_lab.ground.courses import load
+from tierod_lab.ground.courses.table import read_table
+from tierod_lab.ground.courses.way import STEP
 
 
 def written(folder, text, name="course.csv"):

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from tierod.core.errors import ParameterError
-from tierod.proving_ground.courses import load
-from tierod.proving_ground.courses.circuit import Bend, Circuit, Halt, Straight
-from tierod.proving_ground.courses.lane import DoubleLaneChange, Slalom, SteadyCircle, StraightLane
-from tierod.proving_ground.courses.natural import City, Country, Motorway, NaturalDrive, Roundabouts
-from tierod.proving_ground.courses.way import STEP, TICK, Pace, bump
+from tierod_lab.ground.courses import load
+from tierod_lab.ground.courses.circuit import Bend, Circuit, Halt, Straight
+from tierod_lab.ground.courses.lane import DoubleLaneChange, Slalom, SteadyCircle, StraightLane
+from tierod_lab.ground.courses.natural import City, Country, Motorway, NaturalDrive, Roundabouts
+from tierod_lab.ground.courses.way import STEP, TICK, Pace, bump
 
 ROUNDS = ("short-round", "long-round", "third-round")
 

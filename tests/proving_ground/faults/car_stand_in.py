@@ -5,8 +5,8 @@ from typing import Annotated, Any, NamedTuple
 
 from tierod.core.block import named_tuple
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE
-from tierod.proving_ground.parts import Demand, Road, pass_through, ports_type
-from tierod.proving_ground.sensors import Sensor, SensorSet
+from tierod_lab.ground.parts import Demand, Road, pass_through, ports_type
+from tierod_lab.ground.sensors import Sensor, SensorSet
 
 PORTS = ("driver_torque", "vehicle_speed", "motor_torque")
 

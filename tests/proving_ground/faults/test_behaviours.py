@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from proving_ground.faults.car_stand_in import SENSORS, Car
 from tierod.core.errors import ParameterError
-from tierod.proving_ground.faults import (
+from tierod_lab.ground.faults import (
     BEHAVIOURS,
     AtTime,
     BitFlip,
@@ -32,8 +32,8 @@ from tierod.proving_ground.faults import (
     TotalLoss,
     WithTemperature,
 )
-from tierod.proving_ground.faults.behaviour import Behaviour
-from tierod.proving_ground.sensors import Sensor, SensorSet
+from tierod_lab.ground.faults.behaviour import Behaviour
+from tierod_lab.ground.sensors import Sensor, SensorSet
 
 SECONDS = 20.0
 TIME = np.arange(2000) / 100.0

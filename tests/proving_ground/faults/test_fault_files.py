@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from proving_ground.faults.car_stand_in import SENSORS, Car
 from tierod.core.errors import ParameterError
 from tierod.core.toml import Document, build
-from tierod.proving_ground import EpsCar, Scatter
-from tierod.proving_ground.faults import (
+from tierod_lab.ground import EpsCar, Scatter
+from tierod_lab.ground.faults import (
     Always,
     AtDistance,
     AtTime,
@@ -33,8 +33,8 @@ from tierod.proving_ground.faults import (
     shipped,
     trigger_of,
 )
-from tierod.proving_ground.faults.triggers import Comparison
-from tierod.proving_ground.sensors import SensorSet
+from tierod_lab.ground.faults.triggers import Comparison
+from tierod_lab.ground.sensors import SensorSet
 
 
 def faults_of(document):

@@ -5,9 +5,9 @@ import json
 import numpy as np
 import pytest
 
-from tierod.proving_ground import EpsCar, SensorSet, SingleTrack, run
-from tierod.proving_ground.courses.natural import NaturalDrive
-from tierod.proving_ground.faults import (
+from tierod_lab.ground import EpsCar, SensorSet, SingleTrack, run
+from tierod_lab.ground.courses.natural import NaturalDrive
+from tierod_lab.ground.faults import (
     AtDistance,
     AtTime,
     Fault,

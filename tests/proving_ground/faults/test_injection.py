@@ -7,12 +7,12 @@ import pytest
 
 from tierod.core.errors import ParameterError
 from tierod.core.recording import Channel, Recording
-from tierod.proving_ground.cars.demonstrator_car import DemonstratorCar
-from tierod.proving_ground.courses.catalogue import load
-from tierod.proving_ground.faults import Delay, Drift, Fault, Noise, Offset, Outlier, Stuck, TotalLoss, injected
-from tierod.proving_ground.faults.triggers import AtTime, When
-from tierod.proving_ground.run import run
-from tierod.proving_ground.sensors import SensorSet
+from tierod_lab.ground.cars.demonstrator_car import DemonstratorCar
+from tierod_lab.ground.courses.catalogue import load
+from tierod_lab.ground.faults import Delay, Drift, Fault, Noise, Offset, Outlier, Stuck, TotalLoss, injected
+from tierod_lab.ground.faults.triggers import AtTime, When
+from tierod_lab.ground.run import run
+from tierod_lab.ground.sensors import SensorSet
 
 
 @pytest.mark.parametrize("behaviour", [TotalLoss(), Stuck(), Offset("5 deg/s"), Drift(0.1), Noise(0.2), Delay(0.1)])

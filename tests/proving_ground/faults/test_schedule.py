@@ -5,7 +5,7 @@ from proving_ground.faults.car_stand_in import SENSORS, Car, Steering
 from tierod.core.errors import ParameterError
 from tierod.core.graph.kernel import kernel
 from tierod.core.graph.trace import initial_memory
-from tierod.proving_ground.faults import (
+from tierod_lab.ground.faults import (
     AtDistance,
     AtTime,
     Drift,
@@ -25,8 +25,8 @@ from tierod.proving_ground.faults import (
     When,
     Within,
 )
-from tierod.proving_ground.recorder import channel_names
-from tierod.proving_ground.varied import Varied
+from tierod_lab.ground.recorder import channel_names
+from tierod_lab.ground.varied import Varied
 
 SECONDS = 10.0
 PIECE = 50

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from tierod.core.errors import ParameterError
-from tierod.proving_ground.cars import catalogue
-from tierod.proving_ground.faults import Schedule, load, shipped
-from tierod.proving_ground.faults.schedule import Schedule as Ready
-from tierod.proving_ground.sensors import SensorSet
+from tierod_lab.ground.cars import catalogue
+from tierod_lab.ground.faults import Schedule, load, shipped
+from tierod_lab.ground.faults.schedule import Schedule as Ready
+from tierod_lab.ground.sensors import SensorSet
 
 
 @cache

@@ -3,9 +3,9 @@
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from tierod.proving_ground.motor import AFS_MOTOR, PmMotor, Rotor
-from tierod.proving_ground.motor.pm_motor import Senses
-from tierod.proving_ground.parts import Port, pass_through
+from tierod_lab.ground.motor import AFS_MOTOR, PmMotor, Rotor
+from tierod_lab.ground.motor.pm_motor import Senses
+from tierod_lab.ground.parts import Port, pass_through
 
 
 class Acting(NamedTuple):

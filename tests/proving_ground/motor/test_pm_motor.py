@@ -10,8 +10,8 @@ from proving_ground.motor.three_phases import ThreePhases
 from tierod.core.block import leaves, rebuild, skeleton
 from tierod.physics.clarke_park import StatorVector, inverse_clarke
 from tierod.physics.inverter import longest_voltage
-from tierod.proving_ground.motor import AFS_MOTOR, EPS_MOTOR, Inverter, Rotor, Warming
-from tierod.proving_ground.motor.machine import Winding, advance, begin
+from tierod_lab.ground.motor import AFS_MOTOR, EPS_MOTOR, Inverter, Rotor, Warming
+from tierod_lab.ground.motor.machine import Winding, advance, begin
 
 PERIOD = 1e-4
 IDEAL = Inverter(dead_time=0.0, forward_drop=0.0)

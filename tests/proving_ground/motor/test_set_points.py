@@ -5,7 +5,7 @@ import pytest
 
 from tierod.physics.clarke_park import RotorVector
 from tierod.physics.pm_motor import electromagnetic_torque
-from tierod.proving_ground.motor.set_points import SetPoints
+from tierod_lab.ground.motor.set_points import SetPoints
 
 RATIOS = (1.0, 1.5, 3.0)
 LIMIT = 60.0

@@ -4,9 +4,9 @@ import json
 
 import pytest
 
-from tierod.proving_ground import courses
-from tierod.proving_ground.cars import catalogue
-from tierod.proving_ground.faults import (
+from tierod_lab.ground import courses
+from tierod_lab.ground.cars import catalogue
+from tierod_lab.ground.faults import (
     AtDistance,
     AtTime,
     Drift,
@@ -19,8 +19,8 @@ from tierod.proving_ground.faults import (
     When,
     Within,
 )
-from tierod.proving_ground.scenarios import load
-from tierod.proving_ground.scenarios.described import (
+from tierod_lab.ground.scenarios import load
+from tierod_lab.ground.scenarios.described import (
     car_document,
     course_document,
     facts,

@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from tierod.core.toml import Document
-from tierod.proving_ground.cars import catalogue
-from tierod.proving_ground.scenarios import from_document
+from tierod_lab.ground.cars import catalogue
+from tierod_lab.ground.scenarios import from_document
 
 GUIDE = (Path(__file__).parents[3] / "docs" / "how-to" / "simulate.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"```(toml|text)\n(.*?)```", GUIDE, re.DOTALL)

@@ -3,10 +3,10 @@
 import pytest
 
 from tierod.core.errors import ParameterError
-from tierod.proving_ground.chassis import SingleTrack
-from tierod.proving_ground.faults import AtTime, Ramp
-from tierod.proving_ground.scenarios import load, shipped
-from tierod.proving_ground.steering.friction_laws import LuGre
+from tierod_lab.ground.chassis import SingleTrack
+from tierod_lab.ground.faults import AtTime, Ramp
+from tierod_lab.ground.scenarios import load, shipped
+from tierod_lab.ground.steering.friction_laws import LuGre
 
 FILE = """\
 name = "mine"

@@ -7,7 +7,7 @@ import pytest
 
 from tierod.core.errors import ParameterError
 from tierod.core.toml import Document
-from tierod.proving_ground.scenarios import from_document, load
+from tierod_lab.ground.scenarios import from_document, load
 
 TEXT = """\
 name = "mine"

@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tierod.core.errors import ParameterError
-from tierod.proving_ground import Sensor, SensorSet
-from tierod.proving_ground.sensors.sensor import gauss_markov, lost_frames, random_walk
+from tierod_lab.ground import Sensor, SensorSet
+from tierod_lab.ground.sensors.sensor import gauss_markov, lost_frames, random_walk
 
 
 def chance(seed=0):

@@ -6,9 +6,9 @@ from tierod.core.errors import ParameterError
 from tierod.core.fields import numbers
 from tierod.core.signals import SIGNALS
 from tierod.core.toml import Document, build
-from tierod.proving_ground import Sensor
-from tierod.proving_ground.drives import CHANNELS
-from tierod.proving_ground.sensors import PRESETS, SensorSet
+from tierod_lab.ground import Sensor
+from tierod_lab.ground.drives import CHANNELS
+from tierod_lab.ground.sensors import PRESETS, SensorSet
 
 
 def read(text, path="drive.toml"):

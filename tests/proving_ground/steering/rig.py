@@ -8,10 +8,10 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 from tierod.core.graph import scan
-from tierod.proving_ground.control.assist import AssistUnit
-from tierod.proving_ground.integration import rosenbrock, steering_inverse
-from tierod.proving_ground.parts import Loads
-from tierod.proving_ground.steering.column_eps import ColumnEps
+from tierod_lab.ground.control.assist import AssistUnit
+from tierod_lab.ground.integration import rosenbrock, steering_inverse
+from tierod_lab.ground.parts import Loads
+from tierod_lab.ground.steering.column_eps import ColumnEps
 
 STEP = 1e-3
 

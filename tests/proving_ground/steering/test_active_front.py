@@ -3,10 +3,10 @@ from dataclasses import replace
 import pytest
 
 from tierod.core.errors import ParameterError
-from tierod.proving_ground.parts import Loads
-from tierod.proving_ground.steering.active_front import ActiveFront
-from tierod.proving_ground.steering.column_eps import ColumnEps
-from tierod.proving_ground.steering.shaft import Wheel
+from tierod_lab.ground.parts import Loads
+from tierod_lab.ground.steering.active_front import ActiveFront
+from tierod_lab.ground.steering.column_eps import ColumnEps
+from tierod_lab.ground.steering.shaft import Wheel
 
 STEERING = replace(ActiveFront(), input_ratio=1.1)
 LOADS = Loads(40.0, 50.0, 1.5, (3.0, 5.0), 9400.0, 15.0)

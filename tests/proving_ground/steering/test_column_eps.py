@@ -9,11 +9,11 @@ from scipy.linalg import expm
 from proving_ground.steering.rig import STEP, Rig
 from tierod.core.block import leaves
 from tierod.physics.friction import dahl_slope
-from tierod.proving_ground.steering.column_eps import ColumnEps, Rotor, WormGear
-from tierod.proving_ground.steering.friction import DryFriction
-from tierod.proving_ground.steering.friction_laws import Coulomb, Dahl, DahlPower, LuGre, MaxwellSlip, Stribeck
-from tierod.proving_ground.steering.linkage import Linkage
-from tierod.proving_ground.steering.shaft import Motor, Ripple, TorsionBar, Wheel
+from tierod_lab.ground.steering.column_eps import ColumnEps, Rotor, WormGear
+from tierod_lab.ground.steering.friction import DryFriction
+from tierod_lab.ground.steering.friction_laws import Coulomb, Dahl, DahlPower, LuGre, MaxwellSlip, Stribeck
+from tierod_lab.ground.steering.linkage import Linkage
+from tierod_lab.ground.steering.shaft import Motor, Ripple, TorsionBar, Wheel
 
 SMOOTH = DryFriction(level=0.0)
 PARALLEL = Linkage(ackermann_gain=0.0)

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from tierod.core.graph.derivatives import jacobian
-from tierod.proving_ground.parts import Loads
-from tierod.proving_ground.steering.demonstrator import Demonstrator, demonstrator_rack
-from tierod.proving_ground.steering.friction import DryFriction
+from tierod_lab.ground.parts import Loads
+from tierod_lab.ground.steering.demonstrator import Demonstrator, demonstrator_rack
+from tierod_lab.ground.steering.friction import DryFriction
 
 SMOOTH = Demonstrator(rack=replace(demonstrator_rack(), friction=DryFriction(level=0.0)))
 IDLE = Loads(0.0, 0.0, 0.0, (0.0, 0.0, 0.0, 0.0), 2000.0, 5.0)

@@ -2,8 +2,8 @@ import math
 
 import pytest
 
-from tierod.proving_ground.steering.friction import DryFriction, Wave
-from tierod.proving_ground.steering.friction_laws import Coulomb, LuGre
+from tierod_lab.ground.steering.friction import DryFriction, Wave
+from tierod_lab.ground.steering.friction_laws import Coulomb, LuGre
 
 
 def sliding(friction, direction, angle=0.0, load=1.0):

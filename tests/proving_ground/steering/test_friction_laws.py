@@ -19,7 +19,7 @@ from tierod.physics.friction import (
     lugre_torque,
     stribeck_level,
 )
-from tierod.proving_ground.steering.friction_laws import (
+from tierod_lab.ground.steering.friction_laws import (
     Coulomb,
     Dahl,
     DahlPower,

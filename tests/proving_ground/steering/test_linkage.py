@@ -4,9 +4,9 @@ from hypothesis import strategies as st
 
 from tierod.core.block import units
 from tierod.core.signals import SIGNALS
-from tierod.proving_ground.parts import Loads
-from tierod.proving_ground.steering.friction import DryFriction
-from tierod.proving_ground.steering.linkage import EndStop, Linkage, SteeringSignals
+from tierod_lab.ground.parts import Loads
+from tierod_lab.ground.steering.friction import DryFriction
+from tierod_lab.ground.steering.linkage import EndStop, Linkage, SteeringSignals
 
 GROWING = Linkage(ratio_growth=0.004)
 

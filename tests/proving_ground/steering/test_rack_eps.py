@@ -7,13 +7,13 @@ from scipy.linalg import expm
 
 from proving_ground.steering.rig import STEP, Rig
 from tierod.core.graph.derivatives import jacobian
-from tierod.proving_ground.parts import Loads
-from tierod.proving_ground.steering.column_eps import ColumnEps
-from tierod.proving_ground.steering.demonstrator import demonstrator_rack
-from tierod.proving_ground.steering.friction import DryFriction
-from tierod.proving_ground.steering.friction_laws import Coulomb, LuGre
-from tierod.proving_ground.steering.linkage import Linkage
-from tierod.proving_ground.steering.rack_eps import Mesh, RackEps
+from tierod_lab.ground.parts import Loads
+from tierod_lab.ground.steering.column_eps import ColumnEps
+from tierod_lab.ground.steering.demonstrator import demonstrator_rack
+from tierod_lab.ground.steering.friction import DryFriction
+from tierod_lab.ground.steering.friction_laws import Coulomb, LuGre
+from tierod_lab.ground.steering.linkage import Linkage
+from tierod_lab.ground.steering.rack_eps import Mesh, RackEps
 
 SMOOTH = DryFriction(level=0.0)
 

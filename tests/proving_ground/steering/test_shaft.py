@@ -3,7 +3,7 @@ import math
 import pytest
 
 from tierod.core.errors import ParameterError
-from tierod.proving_ground.steering.shaft import Motor, Ripple, SpeedLimit
+from tierod_lab.ground.steering.shaft import Motor, Ripple, SpeedLimit
 
 
 def test_torque_follows_the_request_with_the_lag_and_keeps_the_limit():

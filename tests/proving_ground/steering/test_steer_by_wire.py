@@ -2,9 +2,9 @@ from dataclasses import replace
 
 import pytest
 
-from tierod.proving_ground.parts import Loads
-from tierod.proving_ground.steering.linkage import Linkage
-from tierod.proving_ground.steering.steer_by_wire import HandWheelMotion, SteerByWire
+from tierod_lab.ground.parts import Loads
+from tierod_lab.ground.steering.linkage import Linkage
+from tierod_lab.ground.steering.steer_by_wire import HandWheelMotion, SteerByWire
 
 PLAIN = SteerByWire()
 STEERING = replace(PLAIN, linkage=replace(PLAIN.linkage, ackermann_gain=0.0))

@@ -19,11 +19,11 @@ from tierod.monitors.condition.signals import (
     OF_AUTOMATED,
     ConditionSample,
 )
-from tierod.papers.condition.drives import Drive
-from tierod.papers.condition.faults import Injected, lost
-from tierod.papers.condition.recorded import recorded
-from tierod.papers.condition.vehicles import vehicle
 from tierod.vehicles import load
+from tierod_lab.papers.condition.drives import Drive
+from tierod_lab.papers.condition.faults import Injected, lost
+from tierod_lab.papers.condition.recorded import recorded
+from tierod_lab.papers.condition.vehicles import vehicle
 
 SETTLED = 300
 """Samples until the car rolls."""

@@ -12,15 +12,15 @@ from tierod.monitors.condition.bank.low_grip import Lack, LowGrip, sliding
 from tierod.monitors.condition.calibration.grid import aligned
 from tierod.monitors.condition.hypotheses import Hypothesis
 from tierod.monitors.condition.signals import DRIVES
-from tierod.papers.condition.drives import Drive
-from tierod.papers.condition.faults import lost
-from tierod.papers.condition.recorded import as_recorded, recorded
-from tierod.papers.condition.vehicles import vehicle
-from tierod.proving_ground.courses.catalogue import load as course
-from tierod.proving_ground.courses.circuit import Halt
-from tierod.proving_ground.courses.conditions import Adhesion, Along
-from tierod.proving_ground.run import run
 from tierod.vehicles import load
+from tierod_lab.ground.courses.catalogue import load as course
+from tierod_lab.ground.courses.circuit import Halt
+from tierod_lab.ground.courses.conditions import Adhesion, Along
+from tierod_lab.ground.run import run
+from tierod_lab.papers.condition.drives import Drive
+from tierod_lab.papers.condition.faults import lost
+from tierod_lab.papers.condition.recorded import as_recorded, recorded
+from tierod_lab.papers.condition.vehicles import vehicle
 
 OTHERS = (0.0, -5.0, -8.0)
 NONE = Lack(0.0, 0.0, 0.0)

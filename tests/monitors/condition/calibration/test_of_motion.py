@@ -12,10 +12,10 @@ from tierod.monitors.condition.definition import CONDITION
 from tierod.monitors.condition.hypotheses import hypotheses_of_cars
 from tierod.monitors.condition.monitor import condition_monitor, rolling_limits
 from tierod.monitors.condition.signals import OF_CARS
-from tierod.papers.own_car.cars import drawn
-from tierod.papers.own_car.judging import driven
 from tierod.report.identification import identify
 from tierod.vehicles import load
+from tierod_lab.papers.own_car.cars import drawn
+from tierod_lab.papers.own_car.judging import driven
 
 FRONT = "wheel_speed_front_left"
 COUNT = len(hypotheses_of_cars()) - 1

@@ -13,11 +13,11 @@ from tierod.monitors.condition.bank.tuning import SENSOR_NOISE
 from tierod.monitors.condition.calibration.grid import aligned
 from tierod.monitors.condition.calibration.likeliest import Place, Search, WhitenedInnovations
 from tierod.monitors.condition.calibration.vehicle_parameters import FREE, _free, calibrate
-from tierod.papers.condition.drives import Drive, calibration_drives
-from tierod.papers.condition.recorded import recorded
-from tierod.papers.condition.vehicles import vehicle
 from tierod.vehicles import load
 from tierod.vehicles.catalogue import QUANTITIES
+from tierod_lab.papers.condition.drives import Drive, calibration_drives
+from tierod_lab.papers.condition.recorded import recorded
+from tierod_lab.papers.condition.vehicles import vehicle
 
 CAR = load("smartload")
 

@@ -8,9 +8,9 @@ import pytest
 from tierod.models.automated_vehicle import AutomatedVehicle
 from tierod.monitors.condition.recording_checks.filter_inputs import BOUNDS, AccelerationCheck
 from tierod.monitors.condition.signals import ACCELERATIONS, ConditionSample
-from tierod.papers.condition.drives import Drive
-from tierod.papers.condition.recorded import recorded
 from tierod.vehicles import load
+from tierod_lab.papers.condition.drives import Drive
+from tierod_lab.papers.condition.recorded import recorded
 
 PARAMETERS = load("smartload").parameters_for(AutomatedVehicle.Parameters)
 ALONG, ACROSS = ACCELERATIONS

@@ -13,8 +13,8 @@ from tierod.monitors.harness.session import opened
 from tierod.monitors.harness.spread import points
 from tierod.monitors.harness.spread.points import Points
 from tierod.monitors.registry import MONITORS
-from tierod.proving_ground import drive
 from tierod.vehicles import load
+from tierod_lab.ground import drive
 
 pytestmark = pytest.mark.usefixtures("kernels_in_a_moment")
 

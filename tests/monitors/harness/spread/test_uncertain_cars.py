@@ -15,10 +15,10 @@ from tierod.monitors.diagnose import diagnose, find
 from tierod.monitors.harness.run import Run
 from tierod.monitors.harness.session import opened
 from tierod.monitors.harness.spread.opening import Uncertain
-from tierod.papers.own_car.brochure import brochure_car
-from tierod.proving_ground import drive
 from tierod.vehicles import Vehicle, load
 from tierod.vehicles.uncertain import WatchedParameters, may_move
+from tierod_lab.ground import drive
+from tierod_lab.papers.own_car.brochure import brochure_car
 
 TRUTHS = ("sideslip_angle", "truth_sideslip_angle")
 

@@ -4,7 +4,7 @@ from scipy.linalg import expm
 
 from tierod.core.errors import ParameterError
 from tierod.models.linear import LinearSystem, sampled
-from tierod.papers.column.control.lqr import lqr, require_stabilisable, with_delay, with_integral
+from tierod_lab.papers.column.control.lqr import lqr, require_stabilisable, with_delay, with_integral
 
 
 def mass(sample_time=0.1):

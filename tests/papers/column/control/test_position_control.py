@@ -7,13 +7,13 @@ import pytest
 from controlled_column import COLUMN, CONTROL, STEP, turn
 from tierod.core.errors import ParameterError
 from tierod.models.two_inertia_column import without_gear
-from tierod.papers.column.control.lqr import column_system, regulator
-from tierod.papers.column.control.position_control import (
+from tierod_lab.papers.column.control.lqr import column_system, regulator
+from tierod_lab.papers.column.control.position_control import (
     ObservedColumn,
     PositionControl,
     TorqueLimits,
 )
-from tierod.papers.column.control.reference import Reference, Step, Sweep
+from tierod_lab.papers.column.control.reference import Reference, Step, Sweep
 
 BELIEF = without_gear(COLUMN)
 

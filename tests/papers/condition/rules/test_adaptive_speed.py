@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from tierod.core.graph import scan
-from tierod.papers.condition.rules.adaptive_speed import AdaptiveSpeed
+from tierod_lab.papers.condition.rules.adaptive_speed import AdaptiveSpeed
 
 BLOCK = AdaptiveSpeed.design(1.084, 0.01)
 TIME = np.arange(3000) * 0.01

@@ -4,8 +4,8 @@ import pytest
 
 from tierod.core.errors import ParameterError
 from tierod.core.toml import Document
-from tierod.papers.condition.rules.diagnosis import RuleDiagnosis
-from tierod.papers.condition.rules.symptom_files import table_of
+from tierod_lab.papers.condition.rules.diagnosis import RuleDiagnosis
+from tierod_lab.papers.condition.rules.symptom_files import table_of
 
 RESIDUALS = tuple(f"r{k}" for k in range(1, 8))
 FAULTS = ("left", "right", "gyro", "angle")

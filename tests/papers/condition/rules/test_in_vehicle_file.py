@@ -6,10 +6,10 @@ import math
 import pytest
 
 from tierod.core.errors import ParameterError
-from tierod.papers.condition.rules.storage import calibration_of, name_of, shipped_calibration, table_of
 from tierod.vehicles import load
 from tierod.vehicles.vehicle import SHIPPED
 from tierod.vehicles.writer import with_thresholds
+from tierod_lab.papers.condition.rules.storage import calibration_of, name_of, shipped_calibration, table_of
 
 TEXT = (SHIPPED / "smartload.toml").read_text(encoding="utf-8")
 

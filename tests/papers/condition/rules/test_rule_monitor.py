@@ -10,12 +10,12 @@ from tierod.core.recording import Channel, Recording
 from tierod.core.signals import SIGNALS
 from tierod.monitors.condition.signals import ACTUATORS, ELEMENTS, OF_AUTOMATED, ConditionSample
 from tierod.monitors.condition.statements import FAULT, SUSPECT
-from tierod.papers.condition.rules.calibration import ResidualCalibration, calibrate_residuals
-from tierod.papers.condition.rules.catalogue import RESIDUALS
-from tierod.papers.condition.rules.parameters import Coefficients
-from tierod.papers.condition.rules.readings import Excitation, ResidualThreshold
-from tierod.papers.condition.rules.rule_monitor import rule_monitor
-from tierod.papers.condition.rules.symptom_files import FILES, rules
+from tierod_lab.papers.condition.rules.calibration import ResidualCalibration, calibrate_residuals
+from tierod_lab.papers.condition.rules.catalogue import RESIDUALS
+from tierod_lab.papers.condition.rules.parameters import Coefficients
+from tierod_lab.papers.condition.rules.readings import Excitation, ResidualThreshold
+from tierod_lab.papers.condition.rules.rule_monitor import rule_monitor
+from tierod_lab.papers.condition.rules.symptom_files import FILES, rules
 
 pytestmark = pytest.mark.usefixtures("kernels_in_a_moment")
 

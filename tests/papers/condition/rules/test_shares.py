@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from tierod.core.graph import scan
-from tierod.papers.condition.rules.steering_signals import LostShares
+from tierod_lab.papers.condition.rules.steering_signals import LostShares
 
 TIME = np.arange(300) * 0.01
 

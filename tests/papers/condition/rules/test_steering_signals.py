@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from tierod.core.graph import scan
-from tierod.papers.condition.rules.steering_signals import SteeringSignals
+from tierod_lab.papers.condition.rules.steering_signals import SteeringSignals
 
 TIME = np.arange(400) * 0.01
 

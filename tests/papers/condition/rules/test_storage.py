@@ -3,12 +3,12 @@ import math
 import pytest
 
 from tierod.core.errors import ParameterError
-from tierod.papers.condition.residuals import USUAL, judged
-from tierod.papers.condition.rules.calibration import ResidualCalibration
-from tierod.papers.condition.rules.catalogue import RESIDUALS
-from tierod.papers.condition.rules.parameters import Coefficients
-from tierod.papers.condition.rules.readings import ResidualThreshold
-from tierod.papers.condition.rules.storage import read_calibration, shipped_calibration, text_of, widen
+from tierod_lab.papers.condition.residuals import USUAL, judged
+from tierod_lab.papers.condition.rules.calibration import ResidualCalibration
+from tierod_lab.papers.condition.rules.catalogue import RESIDUALS
+from tierod_lab.papers.condition.rules.parameters import Coefficients
+from tierod_lab.papers.condition.rules.readings import ResidualThreshold
+from tierod_lab.papers.condition.rules.storage import read_calibration, shipped_calibration, text_of, widen
 
 SAMPLE = ResidualCalibration(
     Coefficients(1.25, per_mass=0.5),

@@ -1,0 +1,192 @@
+"""A campaign from its file, checked completely before the first drive."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from tierod.core.claims import Goal
+from tierod.core.errors import ParameterError, nearest
+from tierod.core.files import expanded
+from tierod.core.toml import Document, build
+from tierod.monitors.diagnose import find
+from tierod.vehicles import load as load_vehicle
+from tierod_lab.campaign.definition import LEARNT, CampaignFile, MonitorChoice
+from tierod_lab.campaign.gates import Gate
+from tierod_lab.campaign.matrix import Point, check_where, levels_of, points
+from tierod_lab.campaign.plan import Cell, Judge, Plan, drive_key, reference_drives
+from tierod_lab.campaign.pools import Pool
+from tierod_lab.campaign.rows import FAULT, SEED, SIZE, is_at
+from tierod_lab.campaign.scenarios import Scenes
+
+SHIPPED = Path(__file__).parent
+"""Folder of the campaigns that tierod ships."""
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """A campaign that is ready to run.
+
+    Args:
+        file, document: content of the file and its document
+        plan: all cells and monitors
+        gates: limits on figures
+    """
+
+    file: CampaignFile
+    document: Document
+    plan: Plan
+    gates: tuple[Gate, ...]
+
+    @property
+    def axes(self) -> dict[str, list[str]]:
+        """Levels of every axis in order; fault, size and seed are last."""
+        found: dict[str, list[str]] = {}
+        for cell in self.plan.cells:
+            for axis, level in cell.point.place.items():
+                levels = found.setdefault(axis, [])
+                if level not in levels:
+                    levels.append(level)
+        return found
+
+    @property
+    def hours(self) -> float:
+        """Driving time of all cells together [h]."""
+        return float(sum(cell.scenario.duration for cell in self.plan.cells)) / 3600.0
+
+
+def shipped() -> tuple[str, ...]:
+    """The names of the campaigns that tierod ships, in alphabetical order."""
+    return tuple(sorted(path.stem for path in SHIPPED.glob("*.toml")))
+
+
+def load(name_or_path: str | Path) -> Campaign:
+    """The campaign of a shipped name or of a file.
+
+    Args:
+        name_or_path: a name that `shipped` lists, or the path of a campaign file (.toml)
+
+    Raises:
+        ParameterError: no such campaign, or an invalid or contradictory one (message: file, line, nearest name)
+    """
+    return from_document(Document.read(_find(str(name_or_path)), "campaign"))
+
+
+def _find(given: str) -> Path:
+    if given in shipped():
+        return SHIPPED / f"{given}.toml"
+    path = expanded(given)
+    if path.suffix == ".toml" or path.parent != Path() or path.is_file():
+        return path
+    raise ParameterError(f"no campaign is called '{given}'{nearest(given, shipped())} A file is named by its path")
+
+
+def from_document(document: Document) -> Campaign:
+    """The campaign of a document; relative paths in it start at its folder.
+
+    Raises:
+        ParameterError: an error or a contradiction, with file and line
+    """
+    file: CampaignFile = build(CampaignFile, document.content, document)
+    matrix = points(file, document)
+    judges = _judges(file, document)
+    scenes = Scenes.of(file, document)
+    driven = [scenes.scenario(point) for point in matrix]
+    scattered = any(scenario.scatter is not None for scenario in driven)
+    references = (
+        _reference_points(file, document, matrix, scattered)
+        if any(each.learns for each in judges)
+        else [None] * len(matrix)
+    )
+    known: dict[int, tuple[object, str]] = {}
+    cells = [
+        Cell(point, scenario, drive_key(scenario, known), reference)
+        for point, scenario, reference in zip(matrix, driven, references, strict=True)
+    ]
+    plan = Plan(cells, judges, file.settling, file.keep == "recordings")
+    return Campaign(file, document, plan, _gates(file, document, matrix, judges))
+
+
+def _judges(file: CampaignFile, document: Document) -> tuple[Judge, ...]:
+    if not file.monitors:
+        raise document.error(("monitors",), "no monitor judges the drives; add [[monitors]]")
+    judges: dict[str, Judge] = {}
+    for number, choice in enumerate(file.monitors):
+        judge = _judge(choice, document, ("monitors", number))
+        if judge.label in judges:
+            raise document.error(
+                ("monitors", number), f"two monitors are called '{judge.label}'; give one of them another label"
+            )
+        judges[judge.label] = judge
+    return tuple(judges.values())
+
+
+def _judge(choice: MonitorChoice, document: Document, location: tuple[str | int, ...]) -> Judge:
+    try:
+        monitor, variant = find(choice.monitor, choice.variant or None)
+    except ParameterError as error:
+        raise document.error((*location, "variant" if choice.variant else "monitor"), str(error)) from None
+    beside = document.path.parent / choice.vehicle
+    try:
+        belief = load_vehicle(beside if beside.is_file() else choice.vehicle)
+        variant.open(belief, monitor.rate, None)
+    except ParameterError as error:
+        raise document.error((*location, "vehicle"), str(error)) from None
+    label = choice.label or f"{monitor.name}, {variant.name}"
+    return Judge(label, monitor.name, variant.name, belief, choice.baseline == LEARNT)
+
+
+def _reference_points(
+    file: CampaignFile, document: Document, matrix: Sequence[Point], scattered: bool
+) -> list[int | None]:
+    """Number of the cell that sets the baseline, for every cell; every car needs a fault-free drive for it."""
+    if file.same_car is None:
+        raise document.error(
+            ("same_car",),
+            "'same_car' is missing: a baseline is learnt from the first fault-free drive of the same car; name the "
+            f"axes that define a car, of: {', '.join(matrix[0].place)}",
+        )
+    for number, axis in enumerate(file.same_car):
+        if axis not in matrix[0].place or axis in (FAULT, SIZE):
+            known = [name for name in matrix[0].place if name not in (FAULT, SIZE)]
+            raise document.error(("same_car", number), f"'{axis}' is not an axis of cars{nearest(axis, known)}")
+    if scattered and SEED not in file.same_car:
+        raise document.error(
+            ("same_car",),
+            "the scenario scatters cars and sensors from seed to seed, so that 'seed' belongs to same_car",
+        )
+    references = reference_drives(matrix, file.same_car)
+    if -1 in references:
+        place = matrix[references.index(-1)].place
+        car = ", ".join(f"{axis} {place[axis]}" for axis in file.same_car) or "any car"
+        raise document.error(
+            ("same_car",), f"there is no fault-free drive of the same car ({car}) to learn its baseline from"
+        )
+    return references
+
+
+def _gates(
+    file: CampaignFile, document: Document, matrix: Sequence[Point], judges: Sequence[Judge]
+) -> tuple[Gate, ...]:
+    gates, labels = [], [judge.label for judge in judges]
+    axes = levels_of(file, document)
+    for number, entry in enumerate(file.gates):
+        location = ("gates", number)
+        if entry.figure not in Pool._fields:
+            raise document.error(
+                (*location, "figure"), f"no figure is called '{entry.figure}'{nearest(entry.figure, Pool._fields)}"
+            )
+        try:
+            goal = Goal.read(entry.goal)
+        except ParameterError as error:
+            raise document.error((*location, "goal"), str(error)) from None
+        check_where(entry.where, axes, None, document, (*location, "where"))
+        if not any(is_at(point.place, entry.where) for point in matrix):
+            raise document.error((*location, "where"), "no cell of the matrix is there; the gate would judge nothing")
+        if entry.monitor not in labels and (entry.monitor or len(labels) > 1):
+            raise document.error(
+                (*location, "monitor"), f"no monitor is called '{entry.monitor}'{nearest(entry.monitor, labels)}"
+            )
+        gates.append(Gate(entry.figure, goal, entry.where, entry.monitor or labels[0]))
+    return tuple(gates)

@@ -1,0 +1,212 @@
+"""Judgement of one monitor on one virtual drive against the true values: alarms, estimation errors, judged time."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+
+from tierod.core.findings import Finding, Status
+from tierod.core.recording import Aligned, Recording
+from tierod.monitors.harness.baseline import Baseline
+from tierod.monitors.harness.run import Run
+from tierod.monitors.harness.session import Conclusion, Monitor, Session, StatusChange, Variant
+from tierod.vehicles import Vehicle
+from tierod_lab.campaign.figures import Moments, area_under_curve
+from tierod_lab.campaign.judged import (
+    ALARMS,
+    JUDGEMENTS,
+    Judged,
+    Window,
+    alarms_of,
+    during,
+    enabled_until,
+    first_after,
+    outcome,
+)
+
+TRUTH = "truth_"
+DEVIATION = "_standard_deviation"
+"""Suffix of standard deviations: a trace X with a trace X_standard_deviation is an estimate of the channel truth_X."""
+
+SAMPLE_PERIOD = 5.0
+"""Interval between kept estimates [s]: friction estimates vary over tens of seconds."""
+
+
+def judge(
+    recording: Recording,
+    monitor: tuple[Monitor, Variant],
+    belief: Vehicle,
+    baseline: Baseline | None,
+    fault: Window | None,
+    settling: Annotated[float, "s"],
+) -> tuple[Judged, Baseline | None]:
+    """Run a monitor over a drive and compare it with the true values.
+
+    Args:
+        recording: measured channels, and true values in channels prefixed `truth_`
+        monitor: monitor and variant
+        belief: vehicle parameters of the monitor
+        baseline: baseline learnt earlier from this car
+        fault: window of the fault; None for a fault-free drive
+        settling: enabled time from the onset of a fault until estimates are attributed to the fault [s]
+
+    Returns:
+        the judgement, and the baseline that the drive has set, if any
+
+    Raises:
+        TierodError: the recording does not suit the monitor
+    """
+    definition = monitor[0].suited_to(recording)
+    run = Run(definition, monitor[1], belief, baseline)
+    run.session = tap = _Tap(run.session)
+    run.add(recording)
+    finding = run.finish().findings[0]
+    seen = tap.seen()
+    # A monitor that judges the recording as a whole has no status before the end.
+    ends = ((seen.time[0], Status.NOT_READY), (seen.time[-1], finding.status))
+    course = run.course or tuple(StatusChange(float(time), status) for time, status in ends)
+    return _judged(recording, finding, course, seen, fault, settling, 1.0 / definition.rate), run.learnt
+
+
+class _Seen(NamedTuple):
+    """Outputs of a monitor over the drive: time, and traces by name, (n,) each."""
+
+    time: np.ndarray
+    traces: dict[str, np.ndarray]
+
+
+class _Tap:
+    """A session that also keeps its complete traces."""
+
+    def __init__(self, session: Session):
+        self._session = session
+        self.signals, self.traces = session.signals, session.traces
+        self._time: list[np.ndarray] = []
+        self._pieces: list[Mapping[str, np.ndarray]] = []
+
+    def __getattr__(self, name: str) -> Any:
+        """Attributes of the wrapped session, which describe its decisions."""
+        if name.startswith("_"):
+            raise AttributeError(name)
+        return getattr(self._session, name)
+
+    def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
+        """Absorb a piece with the wrapped session, and keep its traces."""
+        shown = self._session.absorb(aligned)
+        self._time.append(aligned.time)
+        self._pieces.append(shown)
+        return shown
+
+    def conclude(self) -> Conclusion:
+        """Conclude with the wrapped session."""
+        return self._session.conclude()
+
+    def seen(self) -> _Seen:
+        names = self._pieces[0] if self._pieces else {}
+        return _Seen(
+            np.concatenate(self._time),
+            {name: np.concatenate([piece[name] for piece in self._pieces]) for name in names},
+        )
+
+
+def _judged(
+    recording: Recording,
+    finding: Finding,
+    course: Sequence[StatusChange],
+    seen: _Seen,
+    fault: Window | None,
+    settling: float,
+    step: float,
+) -> Judged:
+    enabled = seen.traces.get("enabled", np.ones(len(seen.time))) > 0.5
+    judging = during(course, seen.time, JUDGEMENTS)
+    start, end = fault or Window(math.inf, math.inf)
+    fault_free, faulty = seen.time < start, (seen.time >= start) & (seen.time < end)
+    clock = np.asarray((np.cumsum(enabled) - enabled) * step)
+    settled = faulty & (clock >= settling + float(np.interp(start, seen.time, clock, right=math.inf)))
+    estimates = _Estimates(recording, seen, judging)
+    judged_at_all = bool(judging[faulty if fault else fault_free].any())
+    return Judged(
+        **_final(finding, seen),
+        **_times(course, fault, seen.time, clock, judged_at_all),
+        seconds=len(seen.time) * step,
+        enabled_s=int(enabled.sum()) * step,
+        judged_s=int(judging.sum()) * step,
+        fault_free_s=int(fault_free.sum()) * step,
+        fault_free_judged_s=int((fault_free & judging).sum()) * step,
+        truth_fault_free=estimates.truth_in(fault_free),
+        truth_faulty=estimates.truth_in(faulty),
+        errors_fault_free=estimates.errors_in(fault_free),
+        errors_faulty=estimates.errors_in(settled),
+        area=area_under_curve(estimates.values_in(fault_free), estimates.values_in(settled)),
+        estimates_fault_free=estimates.kept_in(fault_free, step),
+        estimates_faulty=estimates.kept_in(settled, step),
+    )
+
+
+def _final(finding: Finding, seen: _Seen) -> dict[str, Any]:
+    """Final statement of a finding."""
+    known, ratio = finding.estimate, seen.traces.get("ratio_to_baseline")
+    return {
+        "status": str(finding.status),
+        "headline": finding.headline,
+        "cause": finding.cause,
+        "value": known.value if known else math.nan,
+        "deviation": known.standard_deviation if known else math.nan,
+        "unit": known.unit if known else "",
+        "ratio": float(ratio[-1]) if known and ratio is not None and ratio[-1] > 0.0 else math.nan,
+    }
+
+
+def _times(
+    course: Sequence[StatusChange], fault: Window | None, time: np.ndarray, clock: np.ndarray, judged_at_all: bool
+) -> dict[str, Any]:
+    """Times from the onset of the fault to its alarms, and number of false alarms before it."""
+    start, end = fault or Window(math.inf, math.inf)
+    alarms = alarms_of(course, ALARMS)
+    first, worst = (first_after(alarms_of(course, wanted), start, end) for wanted in (ALARMS, ALARMS[1:]))
+    found: dict[str, Any] = {
+        "outcome": outcome(alarms, first, fault, judged_at_all),
+        "false_alarms": sum(begin < start for begin, _ in alarms),
+    }
+    for name, instant in (("detection", first), ("fault", worst)):
+        found[f"{name}_s"] = instant - start if fault else math.nan
+        found[f"{name}_enabled_s"] = enabled_until(instant, start, time, clock) if fault else math.nan
+    return found
+
+
+class _Estimates:
+    """Estimates while the monitor judged, and the true values at the same instants."""
+
+    def __init__(self, recording: Recording, seen: _Seen, judging: np.ndarray):
+        name = next((n for n in seen.traces if n + DEVIATION in seen.traces), None)
+        none = np.full(len(seen.time), np.nan)
+        self.values = np.where(judging, seen.traces[name], np.nan) if name else none
+        truth = recording.channels.get(f"{TRUTH}{name}")
+        if truth is None or not len(truth.time):
+            self.truth = none
+        else:
+            # The tolerance makes equal instants match despite rounding.
+            at = np.searchsorted(truth.time, seen.time + 1e-9, side="right") - 1
+            self.truth = truth.values[np.maximum(at, 0)]
+
+    def values_in(self, part: np.ndarray) -> np.ndarray:
+        """Finite estimates in a part of the drive."""
+        values: np.ndarray = self.values[part]
+        kept: np.ndarray = values[np.isfinite(values)]
+        return kept
+
+    def kept_in(self, part: np.ndarray, step: float) -> tuple[float, ...]:
+        """Estimates at intervals of `SAMPLE_PERIOD`."""
+        return tuple(self.values_in(part)[:: max(round(SAMPLE_PERIOD / step), 1)].tolist())
+
+    def errors_in(self, part: np.ndarray) -> Moments:
+        """Moments of estimate minus true value in a part of the drive."""
+        return Moments.of((self.values - self.truth)[part])
+
+    def truth_in(self, part: np.ndarray) -> float:
+        """Mean of the true value in a part of the drive."""
+        return Moments.of(self.truth[part]).mean

@@ -1,0 +1,259 @@
+"""Matrix of a campaign: all combinations of levels without excluded and with included cells."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from tierod.core.errors import nearest
+from tierod.core.toml import Document
+from tierod_lab.campaign.definition import CampaignFile, Seeds, label, labels
+from tierod_lab.campaign.rows import FAULT, FAULT_FREE, SEED, SIZE, is_at
+from tierod_lab.ground.faults import Fault, fault_of
+
+Location = tuple[str | int, ...]
+SEEDS = "seeds"
+"""Key of the seeds of an included part."""
+
+MOST_CELLS = 1_000_000
+"""Maximum size of a matrix before exclusions: a thousand cars every week for twenty years."""
+
+
+@dataclass(frozen=True)
+class Level:
+    """One level of an axis; faults and their sizes form one axis with two names.
+
+    Args:
+        place: axis -> level
+        changes: changes of the scenario, by dotted name
+        location: place in the campaign file
+        faults: faults of the level
+        tables: tables of these faults, as in a scenario
+    """
+
+    place: Mapping[str, str]
+    changes: Mapping[str, Any]
+    location: Location
+    faults: tuple[Fault, ...] = ()
+    tables: tuple[Mapping[str, Any], ...] = ()
+
+
+@dataclass(frozen=True)
+class Point:
+    """One cell of the matrix, before its scenario is built.
+
+    Args:
+        place: axis -> level; fault, size and seed last
+        levels: levels of the cell
+        seed: seed of all random numbers
+    """
+
+    place: Mapping[str, str]
+    levels: tuple[Level, ...]
+    seed: int
+
+    def changes(self, common: Mapping[str, object]) -> dict[str, Any]:
+        """Changes of the scenario by dotted name; a later axis overrides an earlier one."""
+        merged = dict(common)
+        for level in self.levels:
+            merged |= level.changes
+        return merged
+
+    @property
+    def faults(self) -> tuple[Fault, ...]:
+        """Faults of the drive."""
+        return tuple(fault for level in self.levels for fault in level.faults)
+
+    @property
+    def tables(self) -> list[Mapping[str, Any]]:
+        """Tables of these faults, as in a scenario."""
+        return [table for level in self.levels for table in level.tables]
+
+
+def levels_of(file: CampaignFile, document: Document) -> list[list[Level]]:
+    """Levels of every axis, the faults last.
+
+    Raises:
+        ParameterError: two levels of one name, a reserved name, or no level at all
+    """
+    axes = []
+    for name, axis in file.axes.items():
+        if name in (FAULT, SIZE, SEED, SEEDS):
+            raise document.error(("axes", name), f"an axis cannot be called '{name}', which every campaign has")
+        levels = [
+            Level({name: label}, changes, ("axes", name, *location)) for label, changes, location in axis.changes(name)
+        ]
+        axes.append(_distinct(levels, document))
+    faults = [Level({FAULT: FAULT_FREE, SIZE: ""}, {}, ("fault_free",))] if file.fault_free else []
+    for name in file.faults:
+        if name == FAULT_FREE:
+            raise document.error(
+                ("faults", name), f"a fault cannot be called '{FAULT_FREE}', which is a drive without one"
+            )
+        faults += _distinct(_sizes(file, name, document), document)
+    if not faults:
+        raise document.error(
+            ("fault_free",), "the matrix is empty: there are no faults, and fault-free drives are left out"
+        )
+    return [*axes, faults]
+
+
+def _sizes(file: CampaignFile, name: str, document: Document) -> list[Level]:
+    """Levels of one fault, one per size."""
+    table = dict(file.faults[name])
+    location: Location = ("faults", name)
+    sizes, together = table.pop("sizes", None), table.pop("together", [])
+    if not isinstance(together, list) or not (sizes is None or (isinstance(sizes, list) and sizes)):
+        raise document.error(location, "'sizes' is a list of sizes, 'together' a list of further faults; correct that")
+    if sizes is not None and "size" in table:
+        raise document.error((*location, "size"), "'size' and 'sizes' state the same; leave one out")
+    others = [fault_of(each, document, (*location, "together", at)) for at, each in enumerate(together)]
+    table.setdefault("name", name)
+    levels = []
+    for at, size in enumerate([None] if sizes is None else sizes):
+        sized = table if size is None else table | {"size": size}
+        faults = (fault_of(sized, document, location), *others)
+        place = {FAULT: name, SIZE: "" if size is None else label(size)}
+        levels.append(
+            Level(place, {}, location if size is None else (*location, "sizes", at), faults, (sized, *together))
+        )
+    return levels
+
+
+def with_changes(content: Mapping[str, object], changes: Mapping[str, object]) -> dict[str, Any]:
+    """Nested tables with values set at dotted names; missing tables are created.
+
+    A name that is written with dots in the tables (`"steering.ratio" = 0.07`) is found as it stands. Higher levels are
+    set first, so that `car` and `car.parameters` may have any order; a text that gets values below it becomes the
+    `name` of a table.
+    """
+    merged = dict(content)
+    for path, value in sorted(changes.items(), key=lambda change: change[0].count(".")):
+        if path in merged or "." not in path:
+            merged[path] = value
+            continue
+        head, _, rest = path.partition(".")
+        below = merged.get(head)
+        below = {"name": below} if isinstance(below, str) else below
+        merged[head] = with_changes(below if isinstance(below, Mapping) else {}, {rest: value})
+    return merged
+
+
+def _distinct(levels: Sequence[Level], document: Document) -> list[Level]:
+    seen: dict[tuple[str, ...], Level] = {}
+    for level in levels:
+        key = tuple(level.place.values())
+        if key in seen:
+            raise document.error(level.location, f"there are two levels '{' '.join(filter(None, key))}'; take one out")
+        seen[key] = level
+    return list(levels)
+
+
+def points(file: CampaignFile, document: Document) -> list[Point]:
+    """All cells of the matrix, in its order; included cells are last.
+
+    Raises:
+        ParameterError: invalid levels or seeds, an exclusion or inclusion with unknown names or without effect, or a
+            matrix without cells
+    """
+    axes = levels_of(file, document)
+    seeds = _checked_seeds(file.seeds, ("seeds",), document)
+    found = {_key(point): point for point in _product(axes, seeds, document, ("seeds",))}
+    for number, where in enumerate(file.exclude):
+        location = ("exclude", number)
+        check_where(where, axes, seeds, document, location)
+        gone = [key for key, point in found.items() if is_at(point.place, where)]
+        if not gone:
+            raise document.error(location, "this excludes no cell that is left; take it out")
+        for key in gone:
+            del found[key]
+    for number, where in enumerate(file.include):
+        for point in _included(where, axes, seeds, document, ("include", number)):
+            found.setdefault(_key(point), point)
+    if not found:
+        raise document.error(("exclude",), "every cell of the matrix is excluded; leave some")
+    return list(found.values())
+
+
+def _product(
+    axes: Sequence[Sequence[Level]], seeds: Sequence[int], document: Document, location: Location
+) -> list[Point]:
+    cells = math.prod(map(len, axes)) * len(seeds)
+    if cells > MOST_CELLS:
+        raise document.error(location, f"with these seeds the matrix has {cells} cells; give at most {MOST_CELLS}")
+    made = []
+    for levels in itertools.product(*axes):
+        place: dict[str, str] = {}
+        for level in levels:
+            place |= level.place
+        made += [Point(place | {SEED: str(seed)}, levels, seed) for seed in seeds]
+    return made
+
+
+def _included(
+    where: Mapping[str, object], axes: list[list[Level]], seeds: tuple[int, ...], document: Document, location: Location
+) -> list[Point]:
+    own = where.get(SEEDS)
+    if own is not None:
+        seeds = _checked_seeds(own, (*location, SEEDS), document)
+    chosen = {axis: level for axis, level in where.items() if axis != SEEDS}
+    check_where(chosen, axes, seeds, document, location)
+    return [point for point in _product(axes, seeds, document, location) if is_at(point.place, chosen)]
+
+
+def _checked_seeds(seeds: Any, location: Location, document: Document) -> tuple[int, ...]:
+    if isinstance(seeds, Mapping) and set(seeds) == {"first", "count"} and _whole(seeds.values()):
+        seeds = Seeds(**seeds)
+    if isinstance(seeds, Seeds):
+        if seeds.count > MOST_CELLS:
+            raise document.error(location, f"these are {seeds.count} seeds; give at most {MOST_CELLS}")
+        seeds = tuple(range(seeds.first, seeds.first + seeds.count))
+    if not isinstance(seeds, list | tuple) or not seeds or not _whole(seeds) or len(set(seeds)) != len(seeds):
+        raise document.error(
+            location, "seeds are whole numbers from 0 on, each once: a list, or a table with first and count"
+        )
+    return tuple(seeds)
+
+
+def _whole(numbers: Iterable[object]) -> bool:
+    return all(isinstance(each, int) and not isinstance(each, bool) and each >= 0 for each in numbers)
+
+
+def check_where(
+    where: Mapping[str, object],
+    axes: Iterable[Sequence[Level]],
+    seeds: Sequence[int] | None,
+    document: Document,
+    location: Location,
+) -> None:
+    """Reject a choice of levels with an unknown axis or level.
+
+    Args:
+        where: axis -> level or list of levels
+        axes: all axes but the seeds
+        seeds: all seeds; None accepts any
+        document: the campaign file
+        location: place of the choice in it
+
+    Raises:
+        ParameterError: an unknown name, with the line and the nearest name
+    """
+    known: dict[str, list[str]] = {}
+    for level in itertools.chain(*axes):
+        for axis, name in level.place.items():
+            known.setdefault(axis, []).append(name)
+    known[SEED] = [] if seeds is None else [str(seed) for seed in seeds]
+    for axis, wanted in where.items():
+        if axis not in known:
+            raise document.error((*location, axis), f"no axis is called '{axis}'{nearest(axis, known)}")
+        for name in labels(wanted):
+            if name not in known[axis] and not (axis == SEED and seeds is None):
+                near = nearest(name, filter(None, known[axis]))
+                raise document.error((*location, axis), f"the axis '{axis}' has no level '{name}'{near}")
+
+
+def _key(point: Point) -> tuple[str, ...]:
+    return tuple(point.place.values())

@@ -1,0 +1,158 @@
+"""Plan of a campaign: drives and verdicts, each with the key of everything that determines it, and existing results."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from tierod.monitors.harness.session import Monitor, Variant
+from tierod.vehicles import Vehicle
+from tierod.work.fingerprint import fingerprint, ground_code, tower_code
+from tierod_lab.campaign.judged import Window
+from tierod_lab.campaign.matrix import Point
+from tierod_lab.campaign.rows import FAULT, FAULT_FREE
+from tierod_lab.campaign.store import Store, slug
+
+
+@dataclass(frozen=True)
+class Judge:
+    """A monitor of the campaign.
+
+    Args:
+        label: name in the campaign
+        monitor, variant: names
+        belief: vehicle parameters of the monitor
+        learns: whether it uses the baseline from the first fault-free drive of the same car
+    """
+
+    label: str
+    monitor: str
+    variant: str
+    belief: Vehicle
+    learns: bool
+
+    def found(self) -> tuple[Monitor, Variant]:
+        """The monitor and its variant."""
+        from tierod.monitors.diagnose import find
+
+        return find(self.monitor, self.variant)
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One drive of the campaign.
+
+    Args:
+        point: point in the matrix
+        scenario: scenario with its seed
+        key: key of everything that determines the drive
+        reference: number of the cell whose drive sets the baseline of the same car; None if nothing is learnt, or for
+            this cell itself
+    """
+
+    point: Point
+    scenario: Any
+    key: str
+    reference: int | None
+
+    @property
+    def name(self) -> str:
+        """Name of the cell's files."""
+        return slug(self.point.place)
+
+    @property
+    def faulty(self) -> bool:
+        """Whether the cell has a fault."""
+        return self.point.place[FAULT] != FAULT_FREE
+
+
+@dataclass(frozen=True)
+class Plan:
+    """All cells and monitors.
+
+    Args:
+        cells: cells in the order of the matrix
+        judges: monitors that judge every drive
+        settling: see `tierod_lab.campaign.definition.CampaignFile`
+        keep: whether recordings are kept
+    """
+
+    cells: Sequence[Cell]
+    judges: Sequence[Judge]
+    settling: float
+    keep: bool
+
+    def verdict_key(self, cell: Cell, judge: Judge) -> str:
+        """Key of a verdict, from drive, monitor with its vehicle, baseline, and code."""
+        reference = None if cell.reference is None or not judge.learns else self.cells[cell.reference].key
+        belief = {name: getattr(judge.belief, name) for name in ("name", "torque_unit", "parameters")}
+        return fingerprint(
+            cell.key, judge.monitor, judge.variant, belief, reference, self.settling, cell.faulty, tower_code()
+        )
+
+    def verdict_name(self, cell: Cell, judge: Judge) -> str:
+        """File name of a verdict."""
+        return f"{cell.name}_{slug({'label': judge.label}, 40)}"
+
+    def done(self, cell: Cell, store: Store) -> bool:
+        """Whether the drive, its recording if it is to be kept, and every verdict exist."""
+        drive = store.drive(cell.name, cell.key)
+        if drive is None or not drive["lasting"] or (self.keep and self.lacks_recording(drive, store)):
+            return False
+        return drive["outcome"] != "driven" or not self.open_judges(cell, store)
+
+    def lacks_recording(self, drive: Mapping[str, Any], store: Store) -> bool:
+        """Whether a drive has samples that should be kept but are not."""
+        return drive["outcome"] != "failed" and not store.has_recording(drive)
+
+    def open_judges(self, cell: Cell, store: Store) -> list[Judge]:
+        """Monitors whose verdict is missing, or failed for a reason that may no longer hold."""
+        return [
+            judge for judge in self.judges if not (self.verdict(cell, judge, store) or {"lasting": False})["lasting"]
+        ]
+
+    def verdict(self, cell: Cell, judge: Judge, store: Store) -> dict[str, Any] | None:
+        """Record of a verdict, or None."""
+        return store.verdict(self.verdict_name(cell, judge), self.verdict_key(cell, judge))
+
+
+DECIDING = ("car", "course", "duration", "seed", "sensors", "faults", "scatter", "files")
+"""Fields of a scenario that determine its drive; names and descriptions do not."""
+
+
+def drive_key(scenario: Any, known: dict[int, tuple[Any, str]] | None = None) -> str:
+    """Key of a drive, from the scenario and the code that simulates it.
+
+    Args:
+        scenario: scenario of the drive
+        known: cache of fingerprints by the identity of a part, reused from scenario to scenario, since scenarios that
+            differ in their seed share a car; it also keeps the parts, so that their identities stay unique
+    """
+    known = {} if known is None else known
+    prints = {}
+    for name in DECIDING:
+        part = getattr(scenario, name)
+        if id(part) not in known:
+            known[id(part)] = (part, fingerprint(part))
+        prints[name] = known[id(part)][1]
+    return fingerprint(prints, ground_code())
+
+
+def window_of(windows: Sequence[Mapping[str, Any]]) -> Window | None:
+    """Window from the first start to the last end of a drive's faults; None if no fault started."""
+    came = [each for each in windows if each["start"] is not None]
+    if not came:
+        return None
+    return Window(min(float(each["start"]) for each in came), max(float(each["end"]) for each in came))
+
+
+def reference_drives(points: Sequence[Point], same_car: Sequence[str]) -> list[int | None]:
+    """Number of the first fault-free cell of the same car, per cell; None for that cell itself, -1 if there is none."""
+    first: dict[tuple[str, ...], int] = {}
+    cars = [tuple(point.place[axis] for axis in same_car) for point in points]
+    for number, (point, car) in enumerate(zip(points, cars, strict=True)):
+        if point.place[FAULT] == FAULT_FREE:
+            first.setdefault(car, number)
+    found = [first.get(car, -1) for car in cars]
+    return [None if reference == number else reference for number, reference in enumerate(found)]

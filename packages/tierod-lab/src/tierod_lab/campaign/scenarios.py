@@ -1,0 +1,143 @@
+"""Scenarios of the points of a matrix, with changes and faults applied, and checked."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+from tierod.core.errors import ParameterError
+from tierod.core.toml import Document, quoted
+from tierod_lab.campaign.definition import CampaignFile
+from tierod_lab.campaign.matrix import Level, Point, with_changes
+from tierod_lab.ground import scenarios
+from tierod_lab.ground.faults import Fault
+from tierod_lab.ground.scenarios import Scenario
+from tierod_lab.ground.scenarios.scenario import require_fault_free
+
+_BARE = re.compile(r"[A-Za-z0-9_-]+")
+
+
+def toml_text(content: Mapping[str, object]) -> str:
+    """A TOML document, one line per key of the top level, with inline tables.
+
+    Raises:
+        TypeError: a value that TOML cannot represent
+    """
+    return "".join(f"{_key(key)} = {_value(value)}\n" for key, value in content.items())
+
+
+def _key(key: str) -> str:
+    return key if _BARE.fullmatch(key) else quoted(key)
+
+
+def _value(value: object) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, float) and not math.isfinite(value):
+        return "nan" if math.isnan(value) else "inf" if value > 0.0 else "-inf"
+    if isinstance(value, int | float):
+        return repr(value)
+    if isinstance(value, str):
+        return quoted(value)
+    if isinstance(value, Mapping):
+        return "{ " + ", ".join(f"{_key(key)} = {_value(entry)}" for key, entry in value.items()) + " }"
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(map(_value, value)) + "]"
+    raise TypeError(f"{value!r} cannot be written as TOML")
+
+
+Place = tuple[str, ...]
+
+
+@dataclass
+class Scenes:
+    """Builds the scenarios of a campaign; each combination of levels is built and checked once for all seeds.
+
+    Args:
+        file, document: campaign file and its document
+        base: base scenario of all drives
+    """
+
+    file: CampaignFile
+    document: Document
+    base: Document
+    _made: dict[Place, Scenario] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, file: CampaignFile, document: Document) -> Scenes:
+        """Scenarios of a campaign file.
+
+        Raises:
+            ParameterError: no such scenario, or one that already has faults
+        """
+        given = file.scenario
+        beside = document.path.parent / given
+        try:
+            base = scenarios.load(beside if beside.is_file() else given)
+        except ParameterError as error:
+            raise document.error(("scenario",), str(error)) from None
+        if base.faults:
+            raise document.error(
+                ("scenario",), f"the scenario '{base.name}' has faults itself; a campaign brings its own: take them out"
+            )
+        return cls(file, document, base.document)
+
+    def scenario(self, point: Point) -> Scenario:
+        """The scenario of a point, with its seed.
+
+        Raises:
+            ParameterError: levels that cannot be simulated, with the line of the faulty level
+        """
+        place = tuple(label for level in point.levels for label in level.place.values())
+        if place not in self._made:
+            self._made[place] = self._checked(point)
+        return self._made[place].with_run(seed=point.seed)
+
+    def _checked(self, point: Point) -> Scenario:
+        try:
+            return self._built(point.changes(self.file.changes), point.faults, point.tables)
+        except ParameterError as error:
+            raise self._blamed(point, error) from None
+
+    def _blamed(self, point: Point, error: ParameterError) -> ParameterError:
+        """The error at the line of the first level that fails by itself, or of the axes if only all together fail."""
+        message = str(error)
+        if message.startswith(f"{self.document.path}, line"):
+            return error
+        for path, value in self.file.changes.items():
+            if alone := self._refused({path: value}, ()):
+                return self.document.error(("changes", path), _bare(alone, self.base))
+        for level in point.levels:
+            if alone := self._refused({**self.file.changes, **level.changes}, level.faults):
+                return self.document.error(level.location, f"{_called(level)}: {_bare(alone, self.base)}")
+        names = ", ".join(_called(level) for level in point.levels)
+        return self.document.error(("axes",), f"{names}: {_bare(message, self.base)}")
+
+    def _refused(self, changes: Mapping[str, object], faults: tuple[Fault, ...]) -> str:
+        try:
+            self._built(changes, faults)
+        except ParameterError as error:
+            return str(error)
+        return ""
+
+    def _built(
+        self, changes: Mapping[str, object], faults: tuple[Fault, ...], tables: Sequence[Mapping[str, object]] = ()
+    ) -> Scenario:
+        content = with_changes(self.base.content, changes)
+        # An empty text keeps lines of the base scenario out of messages about the campaign's changes.
+        made = scenarios.from_document(Document(content, "", self.base.path))
+        whole = {**content, "faults": list(tables)} if tables else content
+        described = Document(whole, toml_text(whole), self.base.path)
+        driven = replace(made, faults=faults, document=described)
+        require_fault_free(driven)
+        return driven
+
+
+def _called(level: Level) -> str:
+    return ", ".join(f"{axis} '{label}'" for axis, label in level.place.items() if label)
+
+
+def _bare(message: str, base: Document) -> str:
+    return message.removeprefix(f"{base.path}: ")

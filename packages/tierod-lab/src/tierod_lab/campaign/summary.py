@@ -1,0 +1,210 @@
+"""Summary of a campaign: rows, figures of every group, gates, and a document of all results."""
+
+from __future__ import annotations
+
+import datetime
+import itertools
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from tierod.core.version import __version__
+from tierod_lab.campaign.campaign import Campaign
+from tierod_lab.campaign.figures import CONFIDENCE
+from tierod_lab.campaign.gates import Passed, pass_through, pool_at
+from tierod_lab.campaign.judged import from_plain, json_value
+from tierod_lab.campaign.plan import Judge
+from tierod_lab.campaign.pools import Pool, boxes, confusion
+from tierod_lab.campaign.rows import FAULT, FAULT_FREE, SEED, SIZE, Row, matching
+from tierod_lab.campaign.store import Store
+
+SCHEMA = "tierod.campaign/1"
+"""Name and version of the document."""
+
+OPEN = "open"
+"""Outcome of a drive that has not been simulated yet."""
+
+MET, MISSED, NOT_JUDGED, UNGATED = "met", "missed", "not judged", "no gates"
+EXIT_CODES = {MET: 0, UNGATED: 0, MISSED: 1, NOT_JUDGED: 2}
+"""Exit code by the combined result of all gates."""
+
+
+@dataclass(frozen=True)
+class Summary:
+    """Results of a campaign.
+
+    Args:
+        campaign: the campaign
+        rows: row of every monitor and cell, in the order of the matrix
+        gates: results of the gates
+    """
+
+    campaign: Campaign
+    rows: tuple[Row, ...]
+    gates: tuple[Passed, ...]
+
+    @property
+    def status(self) -> str:
+        """Missed if one gate is missed; not judged if one gate or no drive at all could be judged."""
+        found = {each.met for each in self.gates}
+        if False in found:
+            return MISSED
+        if None in found or not any(row.judged for row in self.rows):
+            return NOT_JUDGED
+        return MET if found else UNGATED
+
+    @property
+    def exit_code(self) -> int:
+        """Exit code of the command: 0 all gates met, 1 one missed, 2 not judged."""
+        return EXIT_CODES[self.status]
+
+
+def summarise(campaign: Campaign, store: Store) -> Summary:
+    """Read the existing results; cells that are not simulated yet have rows too."""
+    rows = tuple(row for judge in campaign.plan.judges for row in _rows(campaign, store, judge))
+    return Summary(campaign, rows, tuple(pass_through(gate, rows) for gate in campaign.gates))
+
+
+def _rows(campaign: Campaign, store: Store, judge: Judge) -> Iterator[Row]:
+    none: dict[str, Any] = {"outcome": OPEN, "reason": "not driven yet", "last_good_s": None}
+    none |= {"windows": [], "recording": None}
+    for cell in campaign.plan.cells:
+        drive = store.drive(cell.name, cell.key) or none
+        verdict = campaign.plan.verdict(cell, judge, store)
+        place = cell.point.place
+        if drive["outcome"] != "driven":
+            yield Row(place, drive, judge.label, None, drive["reason"])
+        elif verdict is None:
+            yield Row(place, drive, judge.label, None, "not judged yet")
+        elif verdict["judged"] is None:
+            yield Row(place, drive, judge.label, None, verdict["reason"])
+        else:
+            yield Row(place, drive, judge.label, from_plain(verdict["judged"]))
+
+
+def groups(summary: Summary) -> list[dict[str, str]]:
+    """Groups with own figures: all drives, every level of every axis but seeds, and every fault with its magnitude."""
+    axes = {axis: levels for axis, levels in summary.campaign.axes.items() if axis not in (SEED, SIZE)}
+    single = [{axis: level} for axis, levels in axes.items() if len(levels) > 1 or axis == FAULT for level in levels]
+    sized = dict.fromkeys((row.place[FAULT], row.place[SIZE]) for row in summary.rows if row.place[SIZE])
+    faults = [{FAULT: fault, SIZE: size} for fault, size in sized]
+    wide = [axis for axis, levels in axes.items() if axis != FAULT and len(levels) > 1]
+    crossed = [
+        {axis: level} | fault
+        for axis in wide
+        for level, fault in itertools.product(
+            axes[axis], faults or [{FAULT: f} for f in axes[FAULT] if f != FAULT_FREE]
+        )
+    ]
+    return [{}, *single, *faults, *crossed]
+
+
+def document(summary: Summary, command: str = "") -> dict[str, Any]:
+    """The campaign as a JSON document; values that JSON cannot represent are null (none) or "inf" (never)."""
+    campaign = summary.campaign
+    cells: dict[int, list[Row]] = {}
+    for row in summary.rows:
+        # Rows of one cell share the same place object.
+        cells.setdefault(id(row.place), []).append(row)
+    content = {
+        "schema": SCHEMA,
+        "version": __version__,
+        "created": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
+        "command": command,
+        "name": campaign.file.name,
+        "description": campaign.file.description,
+        "status": summary.status,
+        "exit_code": summary.exit_code,
+        "confidence": CONFIDENCE,
+        "text": campaign.document.text,
+        "hours": campaign.hours,
+        "axes": campaign.axes,
+        "monitors": [
+            {
+                "label": judge.label,
+                "monitor": judge.monitor,
+                "variant": judge.variant,
+                "vehicle": judge.belief.name,
+                "baseline": "first fault-free drive" if judge.learns else "none",
+            }
+            for judge in campaign.plan.judges
+        ],
+        "gates": [_gate(each) for each in summary.gates],
+        "pools": [
+            {"monitor": judge.label, "where": where, "figures": figures(pool_at(summary.rows, where, judge.label))}
+            for judge in campaign.plan.judges
+            for where in groups(summary)
+        ],
+        "states": [_states(summary, judge.label) for judge in campaign.plan.judges],
+        "cells": [_cell(rows) for rows in cells.values()],
+    }
+    document: dict[str, Any] = json_value(content)
+    return document
+
+
+def figures(pool: Pool) -> dict[str, float]:
+    """Figures of a group by name."""
+    return dict(pool._asdict())
+
+
+def _gate(passed: Passed) -> dict[str, Any]:
+    gate = passed.gate
+    return {
+        "name": gate.name,
+        "figure": gate.figure,
+        "where": dict(gate.where),
+        "monitor": gate.monitor,
+        "goal": str(gate.goal),
+        "measured": passed.measured,
+        "met": passed.met,
+        "note": passed.note,
+    }
+
+
+def _states(summary: Summary, monitor: str) -> dict[str, Any]:
+    rows = matching(summary.rows, {}, monitor)
+    return {
+        "monitor": monitor,
+        "confusion": confusion(rows),
+        "unit": next((row.judged.unit for row in rows if row.judged and row.judged.unit), ""),
+        "boxes": [box._asdict() for box in boxes(rows)],
+    }
+
+
+def _cell(rows: Sequence[Row]) -> dict[str, Any]:
+    """One drive with the results of all monitors."""
+    row = rows[0]
+    recording = row.drive["recording"]
+    return {
+        "place": dict(row.place),
+        "given": row.given,
+        "outcome": row.drive["outcome"],
+        "reason": row.drive["reason"],
+        "last_good_s": row.drive["last_good_s"],
+        "recording": recording["file"] if recording else None,
+        "verdicts": [_verdict(each) for each in rows],
+    }
+
+
+def _verdict(row: Row) -> dict[str, Any]:
+    judged = row.judged
+    content: dict[str, Any] = {"monitor": row.monitor, "reason": row.reason}
+    if judged is None:
+        return content | {"status": None}
+    names = (
+        "status",
+        "outcome",
+        "headline",
+        "value",
+        "deviation",
+        "detection_s",
+        "detection_enabled_s",
+        "false_alarms",
+    )
+    return content | {name: getattr(judged, name) for name in names}
+
+
+def text(content: Mapping[str, object]) -> str:
+    """The document as text."""
+    return json.dumps(content, ensure_ascii=False, indent=1, allow_nan=False) + "\n"

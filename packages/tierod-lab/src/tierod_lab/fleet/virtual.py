@@ -1,0 +1,248 @@
+"""Virtual fleet: its description in a file, and the cars drawn from it."""
+
+from __future__ import annotations
+
+import datetime as dt
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+
+from tierod.core.errors import ParameterError, TierodError
+from tierod.core.fields import NOT_NEGATIVE, POSITIVE
+from tierod.core.files import expanded
+from tierod.core.toml import Document, build
+from tierod_lab.fleet.ageing import SECONDS_PER_DAY, YEAR, Ageing
+
+REFERENCE = 288.15
+"""Temperature at which friction is stated [K]: 15 °C."""
+HOTTEST = 200.0
+"""Warmest day of the year (19 July) [d]."""
+
+
+@dataclass(frozen=True)
+class Group:
+    """A cohort of cars: a batch of racks, a supplier, a climate.
+
+    Args:
+        kind, name: kind and name of the cohort, such as "rack batch" and "2026-03"
+        share: share of the cars; the rest of a kind forms a group "others"
+        friction: additional friction of its cars [N*m]
+        warmer: additional ambient temperature of its cars [K]
+    """
+
+    kind: str
+    name: str
+    share: Annotated[float, "", POSITIVE]
+    friction: Annotated[float, "N*m"] = 0.0
+    warmer: Annotated[float, "K"] = 0.0
+
+
+@dataclass(frozen=True)
+class Season:
+    """Ambient temperature over the year.
+
+    Args:
+        mean: mean over the year [K]
+        amplitude: amplitude of the annual cycle [K]
+        weather: standard deviation from day to day [K]
+        winter: whether cars stand on winter tyres from November to March
+    """
+
+    mean: Annotated[float, "K", POSITIVE] = 283.15
+    amplitude: Annotated[float, "K", NOT_NEGATIVE] = 9.0
+    weather: Annotated[float, "K", NOT_NEGATIVE] = 4.0
+    winter: bool = True
+
+
+@dataclass(frozen=True)
+class FleetFile:
+    """A virtual fleet.
+
+    Args:
+        name, description: name and description, for display
+        cars: number of cars
+        start: first day, as an ISO date
+        seed: seed of all draws
+        weeks: duration of the study [weeks]
+        drives_per_week: number of drives per week of each car
+        duration: duration of a drive [s]
+        vehicle: parameter set that the monitors assume, as a shipped name
+        friction: mean friction of the fault-free cars at 15 °C [N*m]
+        friction_deviation: standard deviation of friction from car to car [N*m]
+        per_kelvin: change of friction with temperature [N*m/K]; grease stiffens in the cold
+        per_metre: rise of friction with mileage [N*m/m]; 0.02 N*m per 10 000 km is 2e-9
+        mileage_per_year, mileage_deviation: median mileage of the cars [m], log-normal with this relative deviation
+        age: age of the oldest car at the start [s]; ages are uniformly distributed
+        season: ambient temperature over the year
+        groups: cohorts
+        ageing: ageing of some of the cars
+        wrong_share: share of outlier drives at estimate level, with an error five times as large
+    """
+
+    name: str
+    cars: Annotated[int, "", POSITIVE]
+    start: str
+    description: str = ""
+    seed: Annotated[int, "", NOT_NEGATIVE] = 1
+    weeks: Annotated[int, "", POSITIVE] = 52
+    drives_per_week: Annotated[int, "", POSITIVE] = 1
+    duration: Annotated[float, "s", POSITIVE] = 300.0
+    vehicle: str = "midsize-eps"
+    friction: Annotated[float, "N*m", POSITIVE] = 4.0
+    friction_deviation: Annotated[float, "N*m", NOT_NEGATIVE] = 0.2
+    per_kelvin: Annotated[float, "N*m/K"] = -0.01
+    per_metre: Annotated[float, "N*m/m"] = 2e-9
+    mileage_per_year: Annotated[float, "m", POSITIVE] = 1.5e7
+    mileage_deviation: Annotated[float, "", NOT_NEGATIVE] = 0.4
+    age: Annotated[float, "s", NOT_NEGATIVE] = 3.0 * YEAR * SECONDS_PER_DAY
+    season: Season = field(default_factory=Season)
+    groups: tuple[Group, ...] = ()
+    ageing: tuple[Ageing, ...] = ()
+    wrong_share: Annotated[float, "", NOT_NEGATIVE] = 0.005
+
+    def __post_init__(self) -> None:
+        _first_day(self.start)
+        for kind in {each.kind for each in self.groups}:
+            whole = sum(each.share for each in self.groups if each.kind == kind)
+            if whole > 1.0 + 1e-9:
+                raise ParameterError(f"the groups '{kind}' have shares of {whole:g} together; expected 1 at the most")
+        if sum(each.share for each in self.ageing) > 1.0 + 1e-9:
+            raise ParameterError("the shares of all ageings together exceed 1; a car has one ageing at the most")
+
+
+def load(path: str | Path) -> FleetFile:
+    """Read the virtual fleet of a file.
+
+    Raises:
+        ParameterError: the file does not exist or has an error (message: file, line, nearest name)
+    """
+    document = Document.read(expanded(str(path)), "virtual fleet")
+    made: FleetFile = build(FleetFile, document.content, document)
+    return made
+
+
+def describes_fleet(path: str | Path) -> bool:
+    """Whether a file describes a virtual fleet, and not a scenario of a single drive."""
+    if not Path(path).is_file():
+        return False
+    try:
+        return "cars" in Document.read(Path(path), "virtual fleet").content
+    except TierodError:
+        return False
+
+
+def _first_day(start: str) -> float:
+    """The start date in days since 1970."""
+    try:
+        return float((dt.date.fromisoformat(start) - dt.date(1970, 1, 1)).days)
+    except ValueError:
+        raise ParameterError(f"'start' is '{start}'; expected a day like 2026-01-05") from None
+
+
+@dataclass(frozen=True, eq=False)
+class VirtualCars:
+    """Cars of a virtual fleet and their drives; rows are cars, columns are drives.
+
+    Args:
+        file: description of the fleet
+        names: names of the cars
+        labels: kind of cohort -> name of each car's cohort
+        day: day of each drive since 1970 [d], (cars, drives)
+        temperature: ambient temperature [K], (cars, drives)
+        mileage: mileage [m], (cars, drives)
+        friction: true friction [N*m], (cars, drives)
+        ageing: name of each car's ageing; "" for none
+        begin: day on which the ageing begins, (cars,); NaN for none
+    """
+
+    file: FleetFile
+    names: tuple[str, ...]
+    labels: Mapping[str, tuple[str, ...]]
+    day: np.ndarray
+    temperature: np.ndarray
+    mileage: np.ndarray
+    friction: np.ndarray
+    ageing: tuple[str, ...]
+    begin: np.ndarray
+
+    @property
+    def winter(self) -> np.ndarray:
+        """Whether each drive is on winter tyres, (cars, drives)."""
+        of_year = self.day % YEAR  # days count from a first of January
+        return np.asarray(self.file.season.winter & ((of_year < 90.0) | (of_year >= 305.0)))
+
+
+def drawn(file: FleetFile) -> VirtualCars:
+    """Draw the cars of a fleet with the true friction of every drive; each part uses a random stream of its own.
+
+    Args:
+        file: description of the fleet
+    """
+    streams = iter(np.random.default_rng([file.seed, number]) for number in range(100))
+    chance = next(streams)
+    first, count = _first_day(file.start), file.weeks * file.drives_per_week
+    span = 7.0 / file.drives_per_week
+    day = first + span * (np.arange(count) + chance.uniform(0.1, 0.9, (file.cars, count)))
+    labels, friction, warmer = _groups(file, next(streams))
+    chance = next(streams)
+    wave = file.season.amplitude * np.cos(2.0 * np.pi * (day - HOTTEST) / YEAR)
+    temperature = file.season.mean + warmer[:, None] + wave + file.season.weather * chance.standard_normal(day.shape)
+    chance = next(streams)
+    rate = file.mileage_per_year / YEAR * np.exp(file.mileage_deviation * chance.standard_normal(file.cars))
+    age = chance.uniform(0.0, file.age / SECONDS_PER_DAY, file.cars)
+    mileage = rate[:, None] * (day - first + age[:, None])
+    chance = next(streams)
+    own = file.friction + file.friction_deviation * chance.standard_normal(file.cars) + friction
+    level = own[:, None] + file.per_kelvin * (temperature - REFERENCE) + file.per_metre * mileage
+    ageing, begin, added = _aged(file, day, first, next(streams))
+    width = len(str(file.cars))
+    return VirtualCars(
+        file,
+        tuple(f"car-{number + 1:0{width}d}" for number in range(file.cars)),
+        labels,
+        day,
+        temperature,
+        mileage,
+        np.maximum(level + added, 0.0),
+        ageing,
+        begin,
+    )
+
+
+def _groups(file: FleetFile, chance: np.random.Generator) -> tuple[dict[str, tuple[str, ...]], np.ndarray, np.ndarray]:
+    """Labels by kind of cohort, and the additional friction [N*m] and temperature [K] of each car."""
+    labels: dict[str, tuple[str, ...]] = {}
+    friction, warmer = np.zeros(file.cars), np.zeros(file.cars)
+    for kind in dict.fromkeys(each.kind for each in file.groups):
+        order = chance.permutation(file.cars)
+        names = ["others"] * file.cars
+        first = 0.0
+        for group in (each for each in file.groups if each.kind == kind):
+            # Exact counts instead of draws: a batch of 20 cars in 1 000 has 20 cars.
+            chosen = order[round(first * file.cars) : round((first + group.share) * file.cars)]
+            first += group.share
+            friction[chosen] += group.friction
+            warmer[chosen] += group.warmer
+            for car in chosen:
+                names[car] = group.name
+        labels[kind] = tuple(names)
+    return labels, friction, warmer
+
+
+def _aged(
+    file: FleetFile, day: np.ndarray, first: float, chance: np.random.Generator
+) -> tuple[tuple[str, ...], np.ndarray, np.ndarray]:
+    """Name and begin of each car's ageing, and the friction that it adds to every drive [N*m]."""
+    names, begin, added = [""] * file.cars, np.full(file.cars, np.nan), np.zeros(day.shape)
+    order, taken = chance.permutation(file.cars), 0.0
+    for each in file.ageing:
+        chosen = order[round(taken * file.cars) : round((taken + each.share) * file.cars)]
+        taken += each.share
+        begin[chosen] = first + chance.uniform(*each.begin, len(chosen)) / SECONDS_PER_DAY
+        added[chosen] = each.law.added(day[chosen], begin[chosen, None])
+        for car in chosen:
+            names[car] = each.name
+    return tuple(names), begin, added

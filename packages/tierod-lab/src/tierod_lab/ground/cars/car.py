@@ -1,0 +1,297 @@
+"""Base class of the virtual cars on a road, which advances chassis, steering, driver and control units by one step."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cache
+from typing import Annotated, NamedTuple, TypeAlias
+
+from tierod.core.block import Scalar, Tree, named_tuple
+from tierod.core.fields import Range
+from tierod_lab.ground.cars.body import (
+    START,
+    Body,
+    InertialUnit,
+    Path,
+    body_signals,
+    moved,
+    path_rate,
+    vehicle_speed,
+)
+from tierod_lab.ground.chassis import TwoTrack
+from tierod_lab.ground.control.driver import HumanDriver
+from tierod_lab.ground.courses import Start
+from tierod_lab.ground.integration import rosenbrock, steering_inverse
+from tierod_lab.ground.parts import (
+    Chassis,
+    Demand,
+    Driver,
+    Hand,
+    Intent,
+    Loads,
+    Memory,
+    Reaction,
+    Road,
+    Seen,
+    Steering,
+    Wheels,
+    Wind,
+    pass_through,
+    ports_type,
+)
+from tierod_lab.ground.parts import (
+    Motion as PartMotion,
+)
+from tierod_lab.ground.powertrain import Powertrain
+
+Torques: TypeAlias = tuple[Scalar, ...]
+"""Torque of every actuator [N*m], in the order of `Steering.actuators`."""
+
+Read: TypeAlias = Callable[[str, Scalar], Scalar]
+"""Function that passes a signal through the port of its name."""
+
+Controlled: TypeAlias = tuple[Memory, Torques, Tree]
+"""Result of the control units: memory, requested torques, and signals as a NamedTuple of canonical names."""
+
+
+class Motion(NamedTuple):
+    """State of all differential equations."""
+
+    chassis: PartMotion
+    steering: PartMotion
+    driver: PartMotion
+    path: Path
+
+
+class Held(NamedTuple):
+    """Values that are updated once per step."""
+
+    steering: Memory
+    driver: Memory
+    control: Memory
+    torques: Torques
+    ports: tuple[Scalar, ...]
+    position: tuple[Scalar, Scalar]
+
+
+class Surroundings(NamedTuple):
+    """External inputs of a car at one instant; every car has its own class with its `ports`."""
+
+    road: Road
+    wind: Wind
+    demand: Demand
+    ports: Tree
+
+
+class State(NamedTuple):
+    """State of a car between two steps."""
+
+    motion: Motion
+    held: Held
+
+
+class Observed(NamedTuple):
+    """Signals that the control units of a car can read at one instant, before sensors and ports.
+
+    Args:
+        reaction: reaction of the chassis
+        steering: signals of the steering
+        view: inputs of the driver
+        demand: demand of the course
+    """
+
+    reaction: Reaction
+    steering: Tree
+    view: Seen
+    demand: Demand
+
+    @property
+    def hand(self) -> Hand:
+        """Motion of the steering wheel."""
+        return self.view.hand
+
+    @property
+    def vehicle_speed(self) -> Scalar:
+        """Vehicle speed on the bus [m/s]."""
+        return vehicle_speed(self.reaction)
+
+
+class Output(NamedTuple):
+    """Signals of a car at the instant of a sample; the last part of a leaf's dotted name is the channel."""
+
+    body: Body
+    steering: Tree
+    control: Tree
+
+
+@dataclass(frozen=True)
+class Car:
+    """Base class of the virtual cars; a car adds its control units by `ports`, `reset` and `control`.
+
+    Args:
+        chassis: body, wheels, tyres
+        steering: steering from the steering wheel to the road wheels
+        driver: driver who steers and requests drive and brake forces
+        powertrain: powertrain and brakes
+        inertial_unit: mounting position of the inertial sensors
+        start: initial state of a run
+        step_time: step of integration and control units; tyres and brakes are integrated explicitly and allow at most 2
+            ms
+    """
+
+    chassis: Chassis = field(default_factory=TwoTrack)
+    steering: Steering = None  # type: ignore[assignment]  # every car gives its own
+    driver: Driver = field(default_factory=HumanDriver)
+    powertrain: Powertrain = field(default_factory=Powertrain)
+    inertial_unit: InertialUnit = field(default_factory=InertialUnit)
+    start: Start = field(default_factory=Start)
+    step_time: Annotated[float, "s", Range(1e-5, 2e-3)] = 1e-3
+
+    @property
+    def ports(self) -> tuple[str, ...]:
+        """Names of the signals that control units read, and of the actuators, where faults can act.
+
+        An actuator without a port delivers the torque that its control unit commands. A control unit that has itself
+        passed an actuator's torque through its port, ahead of a drive of its own, prevents a second pass.
+        """
+        return self.steering.actuators
+
+    @property
+    def Sample(self) -> type:
+        """Class of the external inputs of the car at one instant."""
+        return _sample(self.ports)
+
+    def reset(self) -> Memory:
+        """Memory of the control units before the first step."""
+        return ()
+
+    def control(self, memory: Memory, seen: Observed, read: Read) -> Controlled:
+        """One step of the control units.
+
+        Args:
+            memory: memory of the control units
+            seen: readable signals
+            read: function that passes a signal through the port of its name
+
+        Returns:
+            memory, requested torque of every actuator [N*m], signals (NamedTuple of canonical names)
+        """
+        return memory, (0.0,) * len(self.steering.actuators), ()
+
+    def init(self) -> State:
+        """State straight ahead at the initial speed."""
+        motion = Motion(
+            self.chassis.init(self.start.speed),
+            self.steering.init(),
+            self.driver.init(),
+            START,
+        )
+        held = Held(
+            self.steering.remembered(),
+            self.driver.remembered(),
+            self.reset(),
+            (0.0,) * len(self.steering.actuators),
+            (0.0,) * len(self.ports),
+            (0.0, 0.0),
+        )
+        return State(motion, held)
+
+    def step(self, state: State, sample: Surroundings) -> tuple[State, Output]:
+        """Advance by one step; the output belongs to the instant of the sample, before the step."""
+        motion, held = state
+        steer, hand = self.steering.steer(motion.steering), self.steering.hand(motion.steering)
+        reaction = self.chassis.reaction(motion.chassis, steer, sample.road, sample.wind)
+        view = _seen(motion, reaction, hand, sample.road)
+        driver, intent = self.driver.decide(held.driver, view, sample.demand)
+        hand_torque = self.driver.hand_torque(motion.driver, hand, sample.demand)
+        # These signals contain the torques of the last step, since this step's are decided from them.
+        before = _loads(reaction, hand_torque, held.torques)
+        signals = self.steering.signals(motion.steering, held.steering, before)
+        observed = Observed(reaction, signals, view, sample.demand)
+        control, torques, controlled, ports = self._controlled(held, observed, sample.ports)
+        drive, brakes = self.drives(intent, reaction, torques)
+
+        def slope(now: Motion) -> Motion:
+            return self._derivative(now, motion, held.steering, sample, intent, torques, drive, brakes)
+
+        inverse = steering_inverse(self.steering, motion.steering, held.steering, self.step_time)
+        after = rosenbrock(slope, motion, self.step_time, "steering", inverse)
+        loads = _loads(reaction, hand_torque, torques)
+        position = moved(held.position, reaction, motion.path.heading, self.step_time)
+        steering = self.steering.advance(after.steering, motion.steering, held.steering, loads)
+        next_held = Held(steering, driver, control, torques, ports, position)
+        force = self.drive_force(intent, held.torques)
+        body = body_signals(reaction, self.inertial_unit, motion.path, held.position, sample.road, hand_torque, force)
+        return State(after, next_held), Output(body, signals, controlled)
+
+    def drives(self, intent: Intent, reaction: Reaction, torques: Torques) -> tuple[Wheels, Wheels]:
+        """Drive torque and maximum brake torque of every wheel [N*m]."""
+        return self.powertrain.torques(intent.force, reaction)
+
+    def drive_force(self, intent: Intent, torques: Torques) -> Scalar:
+        """Requested force along the road [N], from the driver's intent or the actuators' torques [N*m]."""
+        return intent.force
+
+    def _controlled(
+        self, held: Held, observed: Observed, ports: Tree
+    ) -> tuple[Memory, Torques, Tree, tuple[Scalar, ...]]:
+        kept = dict(zip(self.ports, held.ports, strict=True))
+        waiting = {name for name in self.steering.actuators if name in kept}
+
+        def read(name: str, value: Scalar) -> Scalar:
+            waiting.discard(name)
+            kept[name], passed = pass_through(getattr(ports, name), kept[name], value)
+            return passed
+
+        memory, requests, signals = self.control(held.control, observed, read)
+        requested = zip(self.steering.actuators, requests, strict=True)
+        torques = tuple(read(name, wanted) if name in waiting else wanted for name, wanted in requested)
+        return memory, torques, signals, tuple(kept[name] for name in self.ports)
+
+    def _derivative(
+        self,
+        now: Motion,
+        start: Motion,
+        friction: Memory,
+        sample: Surroundings,
+        intent: Intent,
+        torques: Torques,
+        drive: Wheels,
+        brakes: Wheels,
+    ) -> Motion:
+        steer, hand = self.steering.steer(now.steering), self.steering.hand(now.steering)
+        reaction = self.chassis.reaction(now.chassis, steer, sample.road, sample.wind)
+        hand_torque = self.driver.hand_torque(now.driver, hand, sample.demand)
+        loads = _loads(reaction, hand_torque, torques)
+        return Motion(
+            self.chassis.derivative(now.chassis, reaction, drive, brakes),
+            self.steering.derivative(now.steering, start.steering, friction, loads),
+            self.driver.derivative(now.driver, intent, hand, sample.demand),
+            path_rate(now.path, reaction, sample.road.curvature),
+        )
+
+
+@cache
+def _sample(ports: tuple[str, ...]) -> type:
+    return named_tuple(
+        "Surroundings", [("road", Road), ("wind", Wind), ("demand", Demand), ("ports", ports_type(ports))]
+    )
+
+
+def _seen(motion: Motion, reaction: Reaction, hand: Hand, road: Road) -> Seen:
+    return Seen(
+        reaction.speed,
+        reaction.longitudinal_acceleration,
+        reaction.lateral_speed,
+        reaction.yaw_rate,
+        motion.path.lateral_offset,
+        motion.path.heading_error,
+        road.curvature,
+        hand,
+    )
+
+
+def _loads(reaction: Reaction, hand_torque: Scalar, torques: Torques) -> Loads:
+    front = reaction.loads.front_left + reaction.loads.front_right
+    return Loads(reaction.kingpin_left, reaction.kingpin_right, hand_torque, torques, front, reaction.speed)

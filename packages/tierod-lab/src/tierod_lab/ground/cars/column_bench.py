@@ -1,0 +1,212 @@
+"""Test bench for the column of an electric power steering: no road, and a wheel that is free, locked or held."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Annotated, NamedTuple
+
+from tierod.core.block import Scalar
+from tierod.core.fields import COUNT, NOT_NEGATIVE, POSITIVE
+from tierod.core.graph.maths import where
+from tierod.physics.gear import gear_coupling_torque
+from tierod.physics.steering_ratio import torsion_bar_torque
+from tierod_lab.ground.integration import runge_kutta
+from tierod_lab.ground.parts import Port, pass_through
+from tierod_lab.ground.steering.friction import DryFriction
+from tierod_lab.ground.steering.friction_laws import Dahl
+from tierod_lab.ground.steering.shaft import Ripple, rippled
+
+
+class ColumnMotion(NamedTuple):
+    """Angles [rad] and rates [rad/s] of steering wheel, motor and gear."""
+
+    wheel_angle: Scalar
+    motor_angle: Scalar
+    gear_angle: Scalar
+    wheel_rate: Scalar
+    motor_rate: Scalar
+    gear_rate: Scalar
+
+
+class BenchState(NamedTuple):
+    """State of a bench between two steps."""
+
+    motion: ColumnMotion
+    friction: Scalar
+    held: Scalar
+
+
+class BenchPorts(NamedTuple):
+    """Ports for faults of the motor."""
+
+    motor_torque: Port
+
+
+class Acting(NamedTuple):
+    """External inputs of the bench.
+
+    Args:
+        motor_torque: requested shaft torque of the motor
+        motor_disturbance: disturbance torque at the motor's shaft, unknown to the control
+        gear_torque: torque on the output of the gear, as from a road
+        hand_torque: torque on the wheel, in addition to that of the arms
+        grip: 1 is hands that hold the wheel with their inertia, damping and stiffness, 0 hands off
+        held_angle: neutral angle of the arms' stiffness
+        locked: 1 locks the wheel where it is, 0 releases it
+        ports: faults of the motor
+    """
+
+    motor_torque: Annotated[float, "N*m"]
+    motor_disturbance: Annotated[float, "N*m"]
+    gear_torque: Annotated[float, "N*m"]
+    hand_torque: Annotated[float, "N*m"]
+    grip: Annotated[float, ""]
+    held_angle: Annotated[float, "rad"]
+    locked: Annotated[float, ""]
+    ports: BenchPorts
+
+
+class BenchSignals(NamedTuple):
+    """Signals of the bench at the instant of a sample; `truth_hand_torque` is all external torque on the wheel."""
+
+    steering_wheel_angle: Annotated[Scalar, "rad"]
+    motor_angle_mechanical: Annotated[Scalar, "rad"]
+    driver_torque: Annotated[Scalar, "N*m"]
+    motor_target_torque: Annotated[Scalar, "N*m"]
+    steering_wheel_rate: Annotated[Scalar, "rad/s"]
+    motor_speed: Annotated[Scalar, "rad/s"]
+    truth_motor_torque: Annotated[Scalar, "N*m"]
+    truth_gear_angle: Annotated[Scalar, "rad"]
+    truth_gear_rate: Annotated[Scalar, "rad/s"]
+    truth_hand_torque: Annotated[Scalar, "N*m"]
+    truth_motor_friction_torque: Annotated[Scalar, "N*m"]
+
+
+@dataclass(frozen=True)
+class Arms:
+    """Contribution of the hands to the wheel at full grip; with stiffness only if they hold an angle."""
+
+    inertia: Annotated[float, "kg*m**2", NOT_NEGATIVE] = 0.007
+    damping: Annotated[float, "N*m*s/rad", NOT_NEGATIVE] = 0.08
+    stiffness: Annotated[float, "N*m/rad", NOT_NEGATIVE] = 0.0
+
+
+@dataclass(frozen=True)
+class ColumnBench:
+    """Steering wheel, gear and motor as three inertias, with dry friction at the motor.
+
+    The defaults have the eigenvalues of the paper's table 3, which determines five parameters; inertia of the wheel,
+    stiffness of the torsion bar and ratio are typical values. The fastest mode has 112 Hz and no damping, so a step is
+    divided into several steps of the Runge-Kutta method of fourth order. Source: Raffone, eqs (1) to (4), corrected.
+
+    Args:
+        wheel_inertia, wheel_damping: J_sw, beta_sw
+        bar_stiffness: stiffness of the torsion bar, k_shaft
+        gear_ratio: turns of the motor per turn of the shaft, tau
+        gear_stiffness: stiffness between motor and gear, at the motor, k*
+        gear_inertia: inertia of wheel and worm at the shaft, J_shaft + tau^2 J_worm
+        motor_inertia, motor_damping: J_M2, beta_M2
+        friction: dry friction at the motor
+        ripple: None for a smooth motor
+        arms: arms of the person who holds the wheel
+        locking_time: time constant with which a locked wheel comes to rest
+        parts: number of integration steps per step
+        step_time: sampling interval
+    """
+
+    wheel_inertia: Annotated[float, "kg*m**2", POSITIVE] = 0.035
+    wheel_damping: Annotated[float, "N*m*s/rad", NOT_NEGATIVE] = 0.2286477177
+    bar_stiffness: Annotated[float, "N*m/rad", POSITIVE] = 140.0
+    gear_ratio: Annotated[float, "", POSITIVE] = 18.0
+    gear_stiffness: Annotated[float, "N*m/rad", POSITIVE] = 7.259936574
+    gear_inertia: Annotated[float, "kg*m**2", POSITIVE] = 5.51681521e-3
+    motor_inertia: Annotated[float, "kg*m**2", POSITIVE] = 1.448563969e-4
+    motor_damping: Annotated[float, "N*m*s/rad", NOT_NEGATIVE] = 1.483924848e-3
+    friction: DryFriction = field(default_factory=lambda: DryFriction(level=0.1, law=Dahl(0.05)))
+    ripple: Ripple | None = None
+    arms: Arms = field(default_factory=Arms)
+    locking_time: Annotated[float, "s", POSITIVE] = 1e-3
+    parts: Annotated[int, "", COUNT] = 5
+    step_time: Annotated[float, "s", POSITIVE] = 1e-3
+
+    Sample = Acting
+
+    @property
+    def actuators(self) -> tuple[str, ...]:
+        """Assist motor."""
+        return ("motor_torque",)
+
+    def init(self) -> BenchState:
+        """State at rest, straight ahead."""
+        return BenchState(ColumnMotion(*[0.0] * 6), self.friction.remembered(), 0.0)
+
+    def step(self, state: BenchState, sample: Acting) -> tuple[BenchState, BenchSignals]:
+        """Advance by one step; the output belongs to the instant of the sample, before the step."""
+        held, given = pass_through(sample.ports.motor_torque, state.held, sample.motor_torque)
+        motion, friction = state.motion, state.friction
+        for _ in range(self.parts):
+            start, memory = motion, friction
+
+            def slope(now: ColumnMotion, start: ColumnMotion = start, memory: Scalar = memory) -> ColumnMotion:
+                return self.derivative(now, start, memory, given, sample)
+
+            motion = runge_kutta(slope, motion, self.step_time / self.parts)
+            friction = self.friction.advance(memory, motion.motor_angle - start.motor_angle, motion.motor_rate)
+        return BenchState(motion, friction, held), self._signals(state, given, sample)
+
+    def derivative(
+        self, motion: ColumnMotion, start: ColumnMotion, friction: Scalar, motor_torque: Scalar, acting: Acting
+    ) -> ColumnMotion:
+        """Rate of change of the motion; dry friction is evaluated along the path from the `start`.
+
+        Args:
+            motion: present motion
+            start: motion to which the friction's memory belongs
+            friction: memory of the dry friction
+            motor_torque: electromagnetic torque of the motor [N*m]
+            acting: external inputs
+        """
+        bar = self._bar(motion)
+        coupling = gear_coupling_torque(motion.motor_angle, motion.gear_angle, self.gear_ratio, self.gear_stiffness)
+        dry = self.friction.torque(friction, motion.motor_angle - start.motor_angle, motion.motor_rate)
+        driving = rippled(motor_torque, motion.motor_angle, self.ripple) + acting.motor_disturbance
+        motor = driving - coupling - dry - self.motor_damping * motion.motor_rate
+        gear = bar + self.gear_ratio * coupling + acting.gear_torque
+        return ColumnMotion(
+            motion.wheel_rate,
+            motion.motor_rate,
+            motion.gear_rate,
+            self._wheel_acceleration(motion, bar, acting),
+            motor / self.motor_inertia,
+            gear / self.gear_inertia,
+        )
+
+    def _bar(self, motion: ColumnMotion) -> Scalar:
+        return torsion_bar_torque(motion.wheel_angle, motion.gear_angle, self.bar_stiffness)
+
+    def _wheel_acceleration(self, motion: ColumnMotion, bar: Scalar, acting: Acting) -> Scalar:
+        arms = self.arms
+        pull = arms.damping * motion.wheel_rate + arms.stiffness * (motion.wheel_angle - acting.held_angle)
+        torque = acting.hand_torque - acting.grip * pull - bar - self.wheel_damping * motion.wheel_rate
+        free = torque / (self.wheel_inertia + acting.grip * arms.inertia)
+        # The wheel may move when it is locked, so the lock stops it with a short time constant.
+        return where(acting.locked > 0.5, -motion.wheel_rate / self.locking_time, free)
+
+    def _signals(self, state: BenchState, given: Scalar, acting: Acting) -> BenchSignals:
+        motion = state.motion
+        bar = self._bar(motion)
+        from_outside = bar + self.wheel_damping * motion.wheel_rate
+        from_outside = from_outside + self.wheel_inertia * self._wheel_acceleration(motion, bar, acting)
+        return BenchSignals(
+            motion.wheel_angle,
+            motion.motor_angle,
+            bar,
+            acting.motor_torque,
+            motion.wheel_rate,
+            motion.motor_rate,
+            rippled(given, motion.motor_angle, self.ripple) + acting.motor_disturbance,
+            motion.gear_angle,
+            motion.gear_rate,
+            from_outside,
+            self.friction.torque(state.friction, 0.0, motion.motor_rate),
+        )

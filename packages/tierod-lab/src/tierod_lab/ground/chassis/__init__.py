@@ -1,0 +1,18 @@
+"""Body, wheels and tyres of the virtual cars."""
+
+from tierod_lab.ground.chassis.single_track import SingleTrack, SingleTrackMotion
+from tierod_lab.ground.chassis.suspension import Axle, Kingpins
+from tierod_lab.ground.chassis.two_track import TwoTrack, TwoTrackMotion, demonstrator
+from tierod_lab.ground.chassis.tyres import TYRES, Tyre
+
+__all__ = [
+    "TYRES",
+    "Axle",
+    "Kingpins",
+    "SingleTrack",
+    "SingleTrackMotion",
+    "TwoTrack",
+    "TwoTrackMotion",
+    "Tyre",
+    "demonstrator",
+]

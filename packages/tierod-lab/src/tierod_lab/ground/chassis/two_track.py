@@ -1,0 +1,271 @@
+"""Two-track chassis: four wheels with Magic Formula tyres, roll, and load transfer."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from tierod.core.block import Scalar
+from tierod.core.graph.maths import cos, limit, maximum, sin, where
+from tierod.physics.gravity import GRAVITY
+from tierod.physics.load_transfer import lateral_load_transfer, longitudinal_load_transfer
+from tierod.physics.resistances import AirForces, holding_friction, rolling_resistance
+from tierod.physics.single_track import yaw_moment
+from tierod.physics.tyre import parking_torque, twist_rate
+from tierod_lab.ground.chassis.suspension import Axle, Kingpins, TwoTrackParameters
+from tierod_lab.ground.chassis.tyres import Contact, Hub, Tyre, contact, hub
+from tierod_lab.ground.parts import Reaction, Road, Steer, Wheels, Wind
+
+STOPPING_TIME = 0.004
+"""Time constant with which a braked wheel comes to rest [s]: shorter than all others, stable at steps of 1 ms."""
+
+
+class TwoTrackMotion(NamedTuple):
+    """State of motion of the two-track chassis.
+
+    Args:
+        roll_angle, roll_rate: positive when the right side goes down [rad], [rad/s]
+        spins: angular speed of every wheel [rad/s]
+        longitudinal, lateral: deflection of every tyre, forward and to the left under a positive force [m]
+        left_twist, right_twist: twist of the front contact patches [rad]
+        tyre_force, front_force, rear_force: force along the body and forces of the axles across it behind the lag of
+            the suspension, which determine load transfer and compliance steer [N]
+    """
+
+    speed: Scalar
+    lateral_speed: Scalar
+    yaw_rate: Scalar
+    roll_angle: Scalar
+    roll_rate: Scalar
+    spins: Wheels
+    longitudinal: Wheels
+    lateral: Wheels
+    left_twist: Scalar
+    right_twist: Scalar
+    tyre_force: Scalar
+    front_force: Scalar
+    rear_force: Scalar
+
+
+class Sums(NamedTuple):
+    """Forces of all tyres in the axes of the body [N], and their yaw moment [N*m]."""
+
+    along: Scalar
+    front: Scalar
+    rear: Scalar
+    yaw_moment: Scalar
+
+
+class Scrub(NamedTuple):
+    """Scrub torques of the contact patches [N*m] and the rates of their twists [rad/s]."""
+
+    left: Scalar
+    right: Scalar
+    left_rate: Scalar
+    right_rate: Scalar
+
+
+class Balance(NamedTuple):
+    """Parts of a reaction for the derivative: rates, and the longitudinal forces on the wheels."""
+
+    rates: TwoTrackMotion
+    wheel_forces: Wheels
+
+
+@dataclass(frozen=True)
+class TwoTrack(TwoTrackParameters):
+    """Planar motion and roll of a body on four wheels; the fields are those of `TwoTrackParameters`.
+
+    Loads and compliance follow the forces with a first-order lag, which replaces the vertical motion of the wheels.
+    Speeds are those of the centre of gravity, about which the body rolls with the arm above its roll axis.
+    """
+
+    def init(self, speed: float) -> TwoTrackMotion:
+        """State of motion rolling straight ahead on level ground at a speed [m/s]."""
+        front, rear = speed / self.front.tyre.radius, speed / self.rear.tyre.radius
+        still = Wheels(0.0, 0.0, 0.0, 0.0)
+        spins = Wheels(front, front, rear, rear)
+        return TwoTrackMotion(speed, 0.0, 0.0, 0.0, 0.0, spins, still, still, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+    def reaction(self, motion: TwoTrackMotion, steer: Steer, road: Road, wind: Wind) -> Reaction:
+        """Forces, accelerations and kingpin torques in a state of motion."""
+        loads, hubs = self.loads(motion, road), self.hubs(motion, steer)
+        contacts = self.contacts(motion, loads, hubs, road)
+        scrub = self.scrub(motion, steer, loads, hubs, contacts)
+        sums = self.sums(hubs, contacts, scrub)
+        air = self.air(motion, road, wind)
+        rates = self._rates(motion, sums, air, road)._replace(
+            longitudinal=Wheels(*(each.longitudinal_rate for each in contacts)),
+            lateral=Wheels(*(each.lateral_rate for each in contacts)),
+            left_twist=scrub.left_rate,
+            right_twist=scrub.right_rate,
+        )
+        left, right = contacts.front_left, contacts.front_right
+        aligning_left, aligning_right = self.kingpins.aligning(left), self.kingpins.aligning(right)
+        geometry_left, geometry_right = self.kingpins.geometry(loads, hubs, contacts, self.front.tyre.radius)
+        return Reaction(
+            speed=motion.speed,
+            lateral_speed=motion.lateral_speed,
+            yaw_rate=motion.yaw_rate,
+            yaw_acceleration=rates.yaw_rate,
+            longitudinal_acceleration=(sums.along + air.longitudinal) / self.mass,
+            lateral_acceleration=(sums.front + sums.rear + air.lateral) / self.mass,
+            roll_angle=motion.roll_angle,
+            roll_rate=motion.roll_rate,
+            roll_acceleration=rates.roll_rate,
+            kingpin_left=aligning_left + scrub.left + geometry_left,
+            kingpin_right=aligning_right + scrub.right + geometry_right,
+            front_lateral_force=sums.front,
+            rear_lateral_force=sums.rear,
+            front_slip_angle=0.5 * (left.slip + right.slip),
+            loads=loads,
+            wheel_speeds=self._wheel_speeds(motion),
+            self_aligning_torque=aligning_left + aligning_right,
+            scrub_torque=scrub.left + scrub.right,
+            private=Balance(rates, Wheels(*(each.longitudinal_force for each in contacts))),
+        )
+
+    def derivative(self, motion: TwoTrackMotion, reaction: Reaction, torques: Wheels, brakes: Wheels) -> TwoTrackMotion:
+        """Rate of change of the motion, see `tierod_lab.ground.parts.Chassis`."""
+        balance: Balance = reaction.private
+        spins = []
+        for axle, spin, force, load, torque, brake in zip(
+            self.axles, motion.spins, balance.wheel_forces, reaction.loads, torques, brakes, strict=True
+        ):
+            driving = torque - axle.tyre.radius * force
+            greatest = brake + axle.tyre.radius * rolling_resistance(load, axle.tyre.rolling_coefficient)
+            held = holding_friction(spin, driving, greatest, axle.wheel_inertia, STOPPING_TIME)
+            spins.append((driving - held) / axle.wheel_inertia)
+        return balance.rates._replace(spins=Wheels(*spins))
+
+    @property
+    def axles(self) -> Wheels[Axle]:
+        """The axle of every wheel."""
+        return Wheels(self.front, self.front, self.rear, self.rear)
+
+    def loads(self, motion: TwoTrackMotion, road: Road) -> Wheels:
+        """Vertical load of every wheel [N]; when a wheel lifts off, the other carries the whole axle load."""
+        upright = 0.5 * road.support * cos(road.bank_angle) * cos(road.grade_angle)
+        shift = 0.5 * longitudinal_load_transfer(motion.tyre_force, self.centre_height, self.wheelbase)
+        loads = []
+        for axle, static, force in (
+            (self.front, upright * self.front_load - shift, motion.front_force),
+            (self.rear, upright * self.rear_load + shift, motion.rear_force),
+        ):
+            mean = maximum(static, 0.0)
+            roll_torque = axle.roll_stiffness * motion.roll_angle + axle.roll_damping * motion.roll_rate
+            transfer = lateral_load_transfer(force, axle.roll_centre_height, roll_torque, axle.track)
+            transfer = limit(transfer, -mean, mean)
+            loads += [mean - transfer, mean + transfer]
+        return Wheels(*loads)
+
+    def hubs(self, motion: TwoTrackMotion, steer: Steer) -> Wheels[Hub]:
+        """Steering angle of every wheel, with compliance, and motion of its contact point."""
+        across = motion.lateral_speed + self.roll_arm * motion.roll_rate
+        front_across = across + self.front_distance * motion.yaw_rate
+        rear_across = across - self.rear_distance * motion.yaw_rate
+        front, rear = (0.5 * axle.track * motion.yaw_rate for axle in (self.front, self.rear))
+        yielded = self.front.compliance * motion.front_force
+        rear_steer = -self.rear.compliance * motion.rear_force
+        return Wheels(
+            hub(steer.left - yielded, motion.speed - front, front_across),
+            hub(steer.right - yielded, motion.speed + front, front_across),
+            hub(rear_steer, motion.speed - rear, rear_across),
+            hub(rear_steer, motion.speed + rear, rear_across),
+        )
+
+    def contacts(self, motion: TwoTrackMotion, loads: Wheels, hubs: Wheels[Hub], road: Road) -> Wheels[Contact]:
+        """Forces and rates of every contact patch."""
+        sides = Wheels(road.adhesion_left, road.adhesion_right, road.adhesion_left, road.adhesion_right)
+        wheels = zip(
+            self.axles,
+            loads,
+            sides,
+            hubs,
+            self._wheel_speeds(motion),
+            motion.longitudinal,
+            motion.lateral,
+            strict=True,
+        )
+        return Wheels(*(contact(axle.tyre, *rest) for axle, *rest in wheels))
+
+    def scrub(
+        self, motion: TwoTrackMotion, steer: Steer, loads: Wheels, hubs: Wheels[Hub], contacts: Wheels[Contact]
+    ) -> Scrub:
+        """Scrub torques of the front contact patches, and rates of their twists."""
+        tyre, torques, rates = self.front.tyre, [], []
+        for twist, steer_rate, load, side, patch in (
+            (motion.left_twist, steer.left_rate, loads.front_left, hubs.front_left, contacts.front_left),
+            (motion.right_twist, steer.right_rate, loads.front_right, hubs.front_right, contacts.front_right),
+        ):
+            torques.append(parking_torque(load, patch.friction, tyre.pressure) * twist / tyre.twist_angle)
+            turning = steer_rate + motion.yaw_rate
+            loaded = twist_rate(twist, turning, side.along, tyre.twist_angle, tyre.twist_length)
+            # The twist of a lifted wheel fades, since nothing holds it.
+            rates.append(where(load > 0.0, loaded, -twist / self.suspension_lag))
+        return Scrub(*torques, *rates)
+
+    def sums(self, hubs: Wheels[Hub], contacts: Wheels[Contact], scrub: Scrub) -> Sums:
+        """Forces of all tyres on the body."""
+        forces = []
+        for side, patch in zip(hubs, contacts, strict=True):
+            forces.append(side.to_body(patch.longitudinal_force, patch.lateral_force))
+        (x1, y1), (x2, y2), (x3, y3), (x4, y4) = forces
+        aligning = sum(patch.trail * patch.lateral_force for patch in contacts)
+        turning = 0.5 * (self.front.track * (x2 - x1) + self.rear.track * (x4 - x3))
+        front, rear = y1 + y2, y3 + y4
+        moment = yaw_moment(front, rear, self.front_distance, self.rear_distance) + turning - aligning
+        return Sums(x1 + x2 + x3 + x4, front, rear, moment - scrub.left - scrub.right)
+
+    def _rates(self, motion: TwoTrackMotion, sums: Sums, air: AirForces, road: Road) -> TwoTrackMotion:
+        gravity = road.support * GRAVITY
+        along, across = sums.along + air.longitudinal, sums.front + sums.rear + air.lateral
+        stiffness = self.front.roll_stiffness + self.rear.roll_stiffness - self.mass * gravity * self.roll_arm
+        damping = self.front.roll_damping + self.rear.roll_damping
+        roll_torque = self.roll_arm * (sums.front + sums.rear)
+        roll_torque = roll_torque - stiffness * motion.roll_angle - damping * motion.roll_rate
+        lag = self.suspension_lag
+        return TwoTrackMotion(
+            speed=along / self.mass + motion.lateral_speed * motion.yaw_rate - gravity * sin(road.grade_angle),
+            lateral_speed=across / self.mass - motion.speed * motion.yaw_rate - gravity * sin(road.bank_angle),
+            yaw_rate=(sums.yaw_moment + air.yaw_moment) / self.yaw_inertia,
+            roll_angle=motion.roll_rate,
+            roll_rate=roll_torque / self.roll_inertia,
+            spins=motion.spins,
+            longitudinal=motion.longitudinal,
+            lateral=motion.lateral,
+            left_twist=0.0,
+            right_twist=0.0,
+            tyre_force=(sums.along - motion.tyre_force) / lag,
+            front_force=(sums.front - motion.front_force) / lag,
+            rear_force=(sums.rear - motion.rear_force) / lag,
+        )
+
+    def _wheel_speeds(self, motion: TwoTrackMotion) -> Wheels:
+        return Wheels(*(spin * axle.tyre.radius for axle, spin in zip(self.axles, motion.spins, strict=True)))
+
+
+def demonstrator() -> TwoTrack:
+    """Chassis of the light electric demonstrator of Li, Frey and Gauterin, a car at a scale of 1 to 1.5.
+
+    Source: Table A1 of the paper for mass, yaw inertia, distances, track and wheel radius. The cornering stiffness is
+    35 kN/rad per axle, as usual for these loads; the printed 322 kN/rad would be almost ten times as high. All roll
+    parameters and the scrub radius are assumed.
+    """
+    tyre = Tyre(
+        radius=0.243, nominal_load=1000.0, cornering_stiffness=26.0, lateral_relaxation=0.3, trail=0.018, pressure=2.0e5
+    )
+    return TwoTrack(
+        mass=403.2,
+        yaw_inertia=548.3,
+        front_distance=0.904,
+        rear_distance=1.166,
+        centre_height=0.35,
+        roll_inertia=70.0,
+        drag_area=0.5,
+        side_area=2.5,
+        side_force_lead=0.3,
+        front=Axle(1.084, 0.03, 14e3, 700.0, 0.0, 0.45, tyre),
+        rear=Axle(1.084, 0.05, 11e3, 600.0, 0.0, 0.40, tyre),
+        kingpins=Kingpins(mechanical_trail=0.02, scrub_radius=0.05, inclination=0.1),
+    ).with_axle_stiffness(35e3, 35e3)

@@ -1,0 +1,236 @@
+"""Model of a human driver, who follows a road with eyes, arms and a foot."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Annotated, NamedTuple
+
+from tierod.core.block import Ring, Scalar
+from tierod.core.fields import ANY, NOT_NEGATIVE, POSITIVE, SHARE
+from tierod.core.graph.maths import absolute, arctan, both, limit, maximum, minimum, where
+from tierod.physics.planar_motion import pursuit_curvature
+from tierod.physics.single_track import steady_road_wheel_angle
+from tierod_lab.ground.parts import Demand, Hand, Intent, Seen
+
+STANDING = 0.02
+"""Speed below which a car is at standstill [m/s]."""
+
+
+class Foot(NamedTuple):
+    """State of the foot, as accelerations [m/s**2].
+
+    Args:
+        learnt: integral part, which compensates gradients and drag
+        pressed: present pedal position
+        resting: minimum braking of a stopping car, which grows until standstill
+    """
+
+    learnt: Scalar
+    pressed: Scalar
+    resting: Scalar
+
+
+@dataclass(frozen=True)
+class Pedals:
+    """Speed controller with feed-forward of the planned acceleration and PI action on the speed error.
+
+    With the defaults both poles of the closed loop are near -0.5 1/s. Braking is reduced at walking pace, because an
+    abrupt stop makes the tyres push the car back. When the target is zero and the car has almost stopped, the foot
+    rests on the brake until the target rises.
+
+    Args:
+        proportional: acceleration per speed error
+        integral: rate of change of acceleration per speed error
+        learnt_limit: limit of the integral part, for a gradient of 20 % and drag at high speed
+        foot_time: time constant of the foot
+        strongest_acceleration, strongest_braking: limits of the request
+        easing_speed: speed below which braking is reduced
+        last_share: share of the braking that remains at standstill
+        holding: deceleration that corresponds to the brake force at standstill
+        resting_speed: speed below which the foot rests on the brake, if the target is zero
+        resting_rate: growth of the resting brake force while the car still rolls
+    """
+
+    proportional: Annotated[float, "1/s", POSITIVE] = 1.0
+    integral: Annotated[float, "1/s**2", NOT_NEGATIVE] = 0.25
+    learnt_limit: Annotated[float, "m/s**2", NOT_NEGATIVE] = 2.0
+    foot_time: Annotated[float, "s", POSITIVE] = 0.15
+    strongest_acceleration: Annotated[float, "m/s**2", POSITIVE] = 5.0
+    strongest_braking: Annotated[float, "m/s**2", POSITIVE] = 9.0
+    easing_speed: Annotated[float, "m/s", POSITIVE] = 0.8
+    last_share: Annotated[float, "", SHARE] = 0.2
+    holding: Annotated[float, "m/s**2", POSITIVE] = 3.0
+    resting_speed: Annotated[float, "m/s", POSITIVE] = 0.3
+    resting_rate: Annotated[float, "m/s**3", POSITIVE] = 3.0
+
+    def remembered(self) -> Foot:
+        """State of a relaxed foot."""
+        return Foot(0.0, 0.0, 0.0)
+
+    def press(
+        self, foot: Foot, speed: Scalar, wanted_speed: Scalar, planned: Scalar, step: Scalar
+    ) -> tuple[Foot, Scalar]:
+        """State of the foot after a step, and the acceleration that it commands [m/s**2].
+
+        Args:
+            foot: state before the step
+            speed: forward speed [m/s]
+            wanted_speed: target [m/s]
+            planned: acceleration of the target [m/s**2]
+            step: sampling interval [s]
+        """
+        error = wanted_speed - speed
+        asked = self._eased(planned + self.proportional * error, speed) + foot.learnt
+        wanted = limit(asked, -self.strongest_braking, self.strongest_acceleration)
+        halting = both(wanted_speed < 0.5 * self.resting_speed, speed < self.resting_speed)
+        resting = where(halting, self._resting(foot, speed, step), 0.0)
+        wanted = where(halting, minimum(wanted, -resting), wanted)
+        # Anti-windup: the integral stops at the limits of the request, and near standstill.
+        learning = where(both(wanted == asked, speed >= self.resting_speed), self.integral * error, 0.0)
+        learnt = limit(foot.learnt + step * learning, -self.learnt_limit, self.learnt_limit)
+        pressed = foot.pressed + step / self.foot_time * (wanted - foot.pressed)
+        return Foot(learnt, pressed, resting), pressed
+
+    def _eased(self, acceleration: Scalar, speed: Scalar) -> Scalar:
+        """Acceleration with braking reduced at walking pace [m/s**2]."""
+        share = self.last_share + (1.0 - self.last_share) * limit(speed / self.easing_speed, 0.0, 1.0)
+        return where(acceleration < 0.0, share * acceleration, acceleration)
+
+    def _resting(self, foot: Foot, speed: Scalar, step: Scalar) -> Scalar:
+        """Brake force of the resting foot [m/s**2]: the whole at standstill, growing until then."""
+        growing = minimum(foot.resting + step * self.resting_rate, self.holding)
+        return where(speed < STANDING, self.holding, growing)
+
+
+class Muscles(NamedTuple):
+    """State of the arms: angle [rad] and rate [rad/s] of the muscles, and integral of the angle error [rad]."""
+
+    angle: Scalar
+    rate: Scalar
+    persistent_angle: Scalar
+
+
+class Mind(NamedTuple):
+    """Memory of a driver: offsets within the reaction delay, filtered curvature of the path, and the foot."""
+
+    offset_ahead: Ring
+    curvature: Scalar
+    foot: Foot
+
+
+@dataclass(frozen=True)
+class HumanDriver:
+    """Driver who previews the road's curvature, corrects the lateral offset after a delay, and steers with the arms.
+
+    The arms are a spring and damper that pull the wheel towards the angle of the muscles; the muscles follow the target
+    angle with a critically damped second-order lag. After Pick and Cole, Vehicle System Dynamics 46 (2008). The
+    driver's internal model of the car has its own parameters, which may differ from the true ones.
+
+    Args:
+        mass: mass in the driver's model
+        wheelbase: wheelbase in the driver's model
+        understeer_gradient: understeer gradient in the driver's model
+        rear_distance: distance from the centre of gravity to the rear axle in the driver's model; the curvature is
+            filtered over it, since the centre of gravity turns in before the rear axle
+        steering_ratio: road-wheel angle per steering-wheel angle in the driver's model
+        arm_stiffness: torque per angle between muscles and wheel
+        arm_damping: torque per rate between muscles and wheel
+        muscle_time: time constant of each of the muscles' two lags
+        torque_limit: maximum torque of the arms
+        preview_time: preview time of the lateral offset
+        anticipation: preview time of the curvature, which compensates muscles and vehicle
+        correction: gain of the offset correction at full attention
+        greatest_offset: limit of the lateral offset in the correction
+        expected_effort: expected steering-wheel torque per lateral acceleration, which the arms apply in advance
+        persistence: integral gain on the angle error, for a driver who has to reach an angle (no attention to a lane,
+            hands on the wheel)
+        slowest_correction: speed below which the offset correction is reduced, to none at standstill
+        pedals: speed controller
+        step_time: sampling interval
+        delay_steps: reaction delay of the correction, in steps
+    """
+
+    mass: Annotated[float, "kg", POSITIVE] = 1600.0
+    wheelbase: Annotated[float, "m", POSITIVE] = 2.83
+    understeer_gradient: Annotated[float, "rad*s**2/m", ANY] = 3.73e-3
+    rear_distance: Annotated[float, "m", POSITIVE] = 1.69
+    steering_ratio: Annotated[float, "", POSITIVE] = 1.0 / 15.5
+    arm_stiffness: Annotated[float, "N*m/rad", POSITIVE] = 40.0
+    arm_damping: Annotated[float, "N*m*s/rad", NOT_NEGATIVE] = 2.0
+    muscle_time: Annotated[float, "s", POSITIVE] = 0.08
+    torque_limit: Annotated[float, "N*m", POSITIVE] = 15.0
+    preview_time: Annotated[float, "s", POSITIVE] = 1.5
+    anticipation: Annotated[float, "s", NOT_NEGATIVE] = 0.25
+    correction: Annotated[float, "", NOT_NEGATIVE] = 1.5
+    greatest_offset: Annotated[float, "m", POSITIVE] = 1.5
+    expected_effort: Annotated[float, "N*m*s**2/m", NOT_NEGATIVE] = 0.8
+    persistence: Annotated[float, "1/s", NOT_NEGATIVE] = 3.0
+    slowest_correction: Annotated[float, "m/s", POSITIVE] = 3.0
+    pedals: Pedals = field(default_factory=Pedals)
+    step_time: Annotated[float, "s", POSITIVE] = 1e-3
+    delay_steps: int = 150
+
+    def init(self) -> Muscles:
+        """State of relaxed muscles, straight ahead."""
+        return Muscles(0.0, 0.0, 0.0)
+
+    def remembered(self) -> Mind:
+        """Memory before the first step."""
+        return Mind(Ring(self.delay_steps), 0.0, self.pedals.remembered())
+
+    def decide(self, memory: Mind, seen: Seen, demand: Demand) -> tuple[Mind, Intent]:
+        """Decide once per step, on the lateral offset seen one reaction delay earlier.
+
+        Args:
+            memory: memory of the previous step
+            seen: inputs at this instant
+            demand: demand of the course
+        """
+        foot, acceleration = self.pedals.press(
+            memory.foot, seen.speed, demand.speed, demand.acceleration, self.step_time
+        )
+        attention = demand.attention * limit(seen.speed / self.slowest_correction, 0.0, 1.0)
+        offset = memory.offset_ahead.oldest
+        gone = minimum(absolute(seen.speed) * self.step_time / self.rear_distance, 1.0)
+        ahead = memory.curvature + gone * (demand.curvature_ahead - memory.curvature)
+        curvature = ahead + self._correcting(attention * offset, seen.speed)
+        steer = arctan(steady_road_wheel_angle(curvature, seen.speed, self.wheelbase, self.understeer_gradient))
+        pressed = self.expected_effort * seen.speed * seen.speed * ahead / self.arm_stiffness
+        wanted = demand.steering_wheel_angle + steer / self.steering_ratio + pressed
+        near = limit(seen.lateral_offset, -self.greatest_offset, self.greatest_offset)
+        noticed = memory.offset_ahead.push(near + self.preview_time * seen.offset_rate)
+        return Mind(noticed, ahead, foot), Intent(wanted, self.mass * acceleration)
+
+    def _correcting(self, offset_ahead: Scalar, speed: Scalar) -> Scalar:
+        """Curvature that would lead back to the path over the preview distance [1/m]."""
+        reach = self.preview_time * maximum(speed, self.slowest_correction)
+        return self.correction * pursuit_curvature(offset_ahead, reach)
+
+    def hand_torque(self, motion: Muscles, hand: Hand, demand: Demand) -> Scalar:
+        """Torque of the hands on the steering wheel [N*m].
+
+        Args:
+            motion: state of the muscles
+            hand: angle and rate of the steering wheel
+            demand: demand of the course: grip, and torque added to that of the arms
+        """
+        arms = self.arm_stiffness * (motion.angle - hand.angle) + self.arm_damping * (motion.rate - hand.rate)
+        return limit(demand.grip * arms, -self.torque_limit, self.torque_limit) + demand.hand_torque
+
+    def derivative(self, motion: Muscles, intent: Intent, hand: Hand, demand: Demand) -> Muscles:
+        """Rate of change of the muscles and of the integral part.
+
+        Args:
+            motion: state of the muscles
+            intent: decision from `decide`
+            hand: angle and rate of the steering wheel
+            demand: demand of the course: grip and attention
+        """
+        wanted, lag = intent.steering_wheel_angle + motion.persistent_angle, self.muscle_time
+        open_loop = demand.grip * (1.0 - demand.attention)
+        remaining = open_loop * (intent.steering_wheel_angle - hand.angle) - (1.0 - open_loop) * motion.persistent_angle
+        return Muscles(
+            angle=motion.rate,
+            rate=((wanted - motion.angle) / lag - 2.0 * motion.rate) / lag,
+            persistent_angle=self.persistence * remaining,
+        )

@@ -1,0 +1,286 @@
+"""Natural drives on random, seeded roads of several kinds: city, country and motorway."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from functools import cached_property
+from itertools import cycle
+from typing import Annotated
+
+import numpy as np
+
+from tierod.core.errors import ParameterError
+from tierod.core.fields import ANY, NOT_NEGATIVE, POSITIVE, SHARE
+from tierod.physics.gravity import GRAVITY
+from tierod_lab.ground.courses.base import WAY, WayCourse
+from tierod_lab.ground.courses.course import Columns, smooth_noise
+from tierod_lab.ground.courses.way import STEP, Way, bump, reachable
+
+Pair = tuple[float, float]
+"""Range of a random value: lower and upper limit."""
+
+
+def _in_order(what: str, pair: Pair) -> None:
+    if not pair[0] <= pair[1]:
+        raise ParameterError(f"the {what} is {pair[0]:g} to {pair[1]:g}; give the lower value first")
+
+
+@dataclass(frozen=True)
+class Bends:
+    """One kind of bend, drawn at random within ranges.
+
+    Args:
+        radius: minimum radius of the bend
+        turn: change of heading over the whole bend
+        share: relative frequency among the kinds of the same road
+        returns: whether its mirror image follows immediately, as in a lane change
+    """
+
+    radius: Annotated[Pair, "m", POSITIVE]
+    turn: Annotated[Pair, "rad", POSITIVE]
+    share: Annotated[float, "", POSITIVE] = 1.0
+    returns: bool = False
+
+    def __post_init__(self) -> None:
+        _in_order("radius of bends", self.radius)
+        _in_order("turn of bends", self.turn)
+
+    def draw(self, generator: np.random.Generator, heading: float) -> np.ndarray:
+        """Curvature of one bend [1/m]; the further left the heading [rad], the more likely a bend to the right."""
+        radius = math.exp(generator.uniform(*np.log(self.radius)))
+        turn = generator.uniform(*self.turn)
+        left = generator.random() < 0.5 - 0.25 * math.tanh(heading)
+        shape = bump(turn * radius, generator.uniform(0.5, 1.0)) / radius * (1.0 if left else -1.0)
+        return np.concatenate([shape, -shape]) if self.returns else shape
+
+
+@dataclass(frozen=True)
+class Roundabouts:
+    """Roundabouts of right-hand traffic: to the right, around the island to the left, and out to the right.
+
+    Args:
+        radius: radius around the island
+        entry_radius: radius of entry and exit
+        deflection: change of heading to the right at entry and exit
+        share: relative frequency among the bends of the same road
+    """
+
+    radius: Annotated[Pair, "m", POSITIVE] = (12.0, 20.0)
+    entry_radius: Annotated[Pair, "m", POSITIVE] = (18.0, 30.0)
+    deflection: Annotated[Pair, "rad", POSITIVE] = (math.radians(30.0), math.radians(45.0))
+    share: Annotated[float, "", POSITIVE] = 1.0
+
+    def __post_init__(self) -> None:
+        _in_order("radius of roundabouts", self.radius)
+        _in_order("entry radius of roundabouts", self.entry_radius)
+        _in_order("deflection of roundabouts", self.deflection)
+
+    def draw(self, generator: np.random.Generator, heading: float) -> np.ndarray:
+        """Curvature of one roundabout with exit straight on or to the left [1/m]."""
+        radius, entry = generator.uniform(*self.radius), generator.uniform(*self.entry_radius)
+        deflection = generator.uniform(*self.deflection)
+        onwards = 0.5 * math.pi * (generator.random() < 0.4 - 0.2 * math.tanh(heading))
+        inwards = -bump(entry * deflection, 0.7) / entry
+        around = bump(radius * (2.0 * deflection + onwards), 0.5) / radius
+        return np.concatenate([inwards, around, inwards])
+
+
+@dataclass(frozen=True)
+class RoadKind:
+    """Properties of one kind of road.
+
+    Args:
+        speed: speed limit outside bends, drawn for every bend
+        bends: kinds of bends, and roundabouts
+        gap: length of the straight between two bends
+        lateral_acceleration: comfort limit in bends
+        share: share of the drive's time
+        halts: share of the bends before which the car halts, as at a light or a junction
+        halt: duration of a halt
+        crossfall: bank of the straight road, positive falls to the right
+        superelevation: share of the lateral acceleration in a bend that the bank compensates
+        greatest_bank: limit of the bank
+        grade: standard deviation of the grade
+        hills: distance from valley to hilltop
+    """
+
+    speed: Annotated[Pair, "m/s", POSITIVE]
+    bends: tuple[Bends | Roundabouts, ...]
+    gap: Annotated[Pair, "m", NOT_NEGATIVE]
+    lateral_acceleration: Annotated[float, "m/s**2", POSITIVE]
+    share: Annotated[float, "", POSITIVE]
+    halts: Annotated[float, "", SHARE] = 0.0
+    halt: Annotated[Pair, "s", POSITIVE] = (3.0, 20.0)
+    crossfall: Annotated[float, "rad", ANY] = 0.02
+    superelevation: Annotated[float, "", SHARE] = 0.15
+    greatest_bank: Annotated[float, "rad", NOT_NEGATIVE] = 0.06
+    grade: Annotated[float, "rad", NOT_NEGATIVE] = 0.015
+    hills: Annotated[Pair, "m", POSITIVE] = (150.0, 400.0)
+
+    def __post_init__(self) -> None:
+        for name in ("speed", "gap", "halt", "hills"):
+            _in_order(f"{name} of a road", getattr(self, name))
+        if not self.bends:
+            raise ParameterError("a road needs at least one kind of bends")
+
+    def bend(self, generator: np.random.Generator, heading: float) -> np.ndarray:
+        """Curvature [1/m] of the next bend."""
+        shares = np.array([bends.share for bends in self.bends])
+        kind = generator.choice(len(self.bends), p=shares / shares.sum())
+        return self.bends[kind].draw(generator, heading)
+
+
+@dataclass(frozen=True)
+class City(RoadKind):
+    """Streets with junctions, lights, roundabouts and lane changes."""
+
+    speed: Annotated[Pair, "m/s", POSITIVE] = (8.0, 14.0)
+    bends: tuple[Bends | Roundabouts, ...] = (
+        Bends((9.0, 18.0), (math.radians(60.0), math.radians(100.0)), 0.35),
+        Bends((35.0, 150.0), (math.radians(15.0), math.radians(60.0)), 0.5),
+        Bends((60.0, 120.0), (math.radians(9.0), math.radians(12.0)), 0.1, returns=True),
+        Roundabouts(share=0.05),
+    )
+    gap: Annotated[Pair, "m", NOT_NEGATIVE] = (20.0, 120.0)
+    lateral_acceleration: Annotated[float, "m/s**2", POSITIVE] = 2.5
+    share: Annotated[float, "", POSITIVE] = 0.30
+    halts: Annotated[float, "", SHARE] = 0.15
+
+
+@dataclass(frozen=True)
+class Country(RoadKind):
+    """Winding roads through hills, with a few junctions and roundabouts."""
+
+    speed: Annotated[Pair, "m/s", POSITIVE] = (16.0, 27.0)
+    bends: tuple[Bends | Roundabouts, ...] = (
+        Bends((70.0, 450.0), (math.radians(15.0), math.radians(70.0)), 0.97),
+        Roundabouts((16.0, 25.0), (25.0, 50.0), share=0.03),
+    )
+    gap: Annotated[Pair, "m", NOT_NEGATIVE] = (20.0, 160.0)
+    lateral_acceleration: Annotated[float, "m/s**2", POSITIVE] = 3.0
+    share: Annotated[float, "", POSITIVE] = 0.40
+    halts: Annotated[float, "", SHARE] = 0.02
+    grade: Annotated[float, "rad", NOT_NEGATIVE] = 0.03
+
+
+@dataclass(frozen=True)
+class Motorway(RoadKind):
+    """Wide bends and lane changes at high speed."""
+
+    speed: Annotated[Pair, "m/s", POSITIVE] = (28.0, 36.0)
+    bends: tuple[Bends | Roundabouts, ...] = (
+        Bends((600.0, 2000.0), (math.radians(5.0), math.radians(20.0)), 0.5),
+        Bends((900.0, 1800.0), (math.radians(2.0), math.radians(4.0)), 0.5, returns=True),
+    )
+    gap: Annotated[Pair, "m", NOT_NEGATIVE] = (80.0, 600.0)
+    lateral_acceleration: Annotated[float, "m/s**2", POSITIVE] = 2.0
+    share: Annotated[float, "", POSITIVE] = 0.30
+    hills: Annotated[Pair, "m", POSITIVE] = (400.0, 1000.0)
+
+
+AnyRoad = City | Country | Motorway
+
+
+_BENDS, _HALTS, _HILLS = range(3)
+_MARGIN = 5.0
+"""Time by which the planned road exceeds the drive [s]."""
+
+
+@dataclass(frozen=True)
+class NaturalDrive(WayCourse):
+    """A drive over random roads, stretch by stretch; the same seed gives exactly the same roads.
+
+    Bends, halts and hills use separate random streams, so that more halts do not change the bends. Halts take their
+    time from the drive, which then has fewer bends.
+
+    Args:
+        roads: kinds of road, repeated in this order
+        time: duration of the drive
+        cycle: maximum time after which the kinds repeat
+        wait: time at rest before the start; 0 starts rolling
+    """
+
+    roads: tuple[AnyRoad, ...] = field(default_factory=lambda: (City(), Country(), Motorway()))
+    time: Annotated[float, "s", POSITIVE] = 780.0
+    cycle: Annotated[float, "s", POSITIVE] = 780.0
+    wait: Annotated[float, "s", NOT_NEGATIVE] = 0.0
+
+    def __post_init__(self) -> None:
+        if not self.roads:
+            raise ParameterError("a drive needs at least one kind of road; give city, country or motorway")
+
+    @property
+    def duration(self) -> float:
+        """Duration of the drive [s]."""
+        return self.time
+
+    @cached_property
+    def stretches(self) -> tuple[tuple[float, RoadKind], ...]:
+        """(start [m], kind) of every stretch."""
+        return self._built[1]
+
+    @cached_property
+    def way(self) -> Way:
+        """A road that takes at least the duration of the drive."""
+        return self._built[0]
+
+    @cached_property
+    def _built(self) -> tuple[Way, tuple[tuple[float, RoadKind], ...]]:
+        bends, halts = self.generator(WAY, _BENDS), self.generator(WAY, _HALTS)
+        pieces: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
+        stops = [(0.0, self.wait)] if self.wait > 0.0 else []
+        stretches: list[tuple[float, RoadKind]] = []
+        planned, points, heading, whole = 0.0, 0, 0.0, sum(kind.share for kind in self.roads)
+        for kind in cycle(self.roads):
+            if planned > self.time + _MARGIN:
+                break
+            stretches.append((points * STEP, kind))
+            end = planned + min(self.cycle, self.time) * kind.share / whole
+            while planned < end:
+                piece, before = self._piece(kind, bends, heading)
+                if halts.random() < kind.halts:
+                    stops.append(((points + before) * STEP, halts.uniform(*kind.halt)))
+                    planned += stops[-1][1]
+                pieces.append(piece)
+                points += len(piece[0])
+                curved = np.sqrt(kind.lateral_acceleration / np.maximum(np.abs(piece[0]), 1e-6))
+                planned += float(np.sum(STEP / np.minimum(piece[1], curved)))
+                heading += float(np.sum(piece[0])) * STEP
+        curvature, speed, lateral = (np.concatenate(part) for part in zip(*pieces, strict=True))
+        slopes = self._slopes(curvature, speed, lateral, stretches)
+        return Way(curvature, speed, lateral, slopes, tuple(stops)), tuple(stretches)
+
+    def _piece(
+        self, kind: RoadKind, generator: np.random.Generator, heading: float
+    ) -> tuple[tuple[np.ndarray, np.ndarray, np.ndarray], int]:
+        """Curvature and limits of a straight and a bend, and the number of points of the straight."""
+        shape = kind.bend(generator, heading)
+        straight = np.zeros(int(generator.uniform(*kind.gap) / STEP))
+        curvature = np.concatenate([straight, shape])
+        limit = np.full(len(curvature), generator.uniform(*kind.speed))
+        return (curvature, limit, np.full(len(curvature), kind.lateral_acceleration)), len(straight)
+
+    def _slopes(
+        self, curvature: np.ndarray, speed: np.ndarray, lateral: np.ndarray, stretches: list[tuple[float, RoadKind]]
+    ) -> Columns:
+        """Bank and grade from crossfall, superelevation and hills."""
+        generator = self.generator(WAY, _HILLS)
+        limit = np.minimum(speed, np.sqrt(lateral / np.maximum(np.abs(curvature), 1e-6)))
+        pulled = reachable(limit, STEP, self.pace.acceleration, self.pace.braking) ** 2 * curvature / GRAVITY
+        bank, grade = np.empty(len(curvature)), np.empty(len(curvature))
+        starts = [round(place / STEP) for place, _ in stretches]
+        for (_, kind), first, last in zip(stretches, starts, [*starts[1:], len(curvature)], strict=True):
+            tilted = kind.crossfall - kind.superelevation * pulled[first:last]
+            bank[first:last] = np.clip(tilted, -kind.greatest_bank, kind.greatest_bank)
+            hills = smooth_noise(generator, *kind.hills, STEP, int((last - first) * STEP / kind.hills[0]) + 2)
+            grade[first:last] = kind.grade * hills[: last - first]
+        return {"road.bank_angle": _softened(bank), "road.grade_angle": _softened(grade)}
+
+
+def _softened(slope: np.ndarray, length: float = 20.0) -> np.ndarray:
+    """Moving average over a length [m], which removes kinks between stretches."""
+    # An odd number of points keeps the average centred.
+    count = round(length / STEP) | 1
+    longer = np.pad(slope, count // 2, mode="edge")
+    return np.convolve(longer, np.full(count, 1.0 / count), mode="valid")

@@ -1,0 +1,150 @@
+"""Fixed-step integration of a plant's equations, its stiff part by a Rosenbrock method."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TypeVar
+
+from tierod.core.block import Scalar, leaves, rebuild, values_of
+from tierod.core.graph.derivatives import jacobian
+from tierod_lab.ground.parts import Loads, Memory, Motion, Steering
+
+State = TypeVar("State")
+
+
+def runge_kutta(derivative: Callable[[State], State], state: State, step: Scalar) -> State:
+    """State after one step of the classical Runge-Kutta method of fourth order.
+
+    Args:
+        derivative: rate of change of a state, in the state's own shape
+        state: tree of numbers
+        step: integration step [s]; stable while step times the fastest rate stays below about 2.7
+    """
+    first = derivative(state)
+    second = derivative(_ahead(state, first, 0.5 * step))
+    third = derivative(_ahead(state, second, 0.5 * step))
+    fourth = derivative(_ahead(state, third, step))
+    slopes = zip(*map(values_of, (first, second, third, fourth)), strict=True)
+    mean = [(a + 2.0 * (b + c) + d) / 6.0 for a, b, c, d in slopes]
+    return _ahead(state, rebuild(state, mean), step)
+
+
+def _ahead(state: State, slope: State, step: Scalar) -> State:
+    return rebuild(state, [x + step * rate for x, rate in zip(values_of(state), values_of(slope), strict=True)])
+
+
+def implicit_inverse(derivative: Callable[[State], State], at: State, step: Scalar) -> list[list[Scalar]]:
+    """Inverse of I - gamma step A for `rosenbrock`, where A is the Jacobian of the stiff part.
+
+    Args:
+        derivative: rate of change of the stiff part, all other states held
+        at: linearisation point; made of parameters only, so that the inverse is computed once per run
+        step: integration step [s]
+
+    Gaussian elimination without pivoting: for masses on springs and dampers, ordered as angle and rate, the pivots stay
+    at or above one, however stiff the springs are.
+    """
+    rows = [[-GAMMA * step * entry for entry in row] for row in jacobian(derivative, at)]
+    size = len(rows)
+    for k in range(size):
+        rows[k][k] = 1.0 + rows[k][k]
+    inverse: list[list[Scalar]] = [[float(i == j) for j in range(size)] for i in range(size)]
+    for k in range(size):
+        pivot = 1.0 / rows[k][k]
+        rows[k] = [entry * pivot for entry in rows[k]]
+        inverse[k] = [entry * pivot for entry in inverse[k]]
+        for i in range(size):
+            factor = rows[i][k]
+            if i != k and not _is_zero(factor):
+                rows[i] = [a - factor * b for a, b in zip(rows[i], rows[k], strict=True)]
+                inverse[i] = [a - factor * b for a, b in zip(inverse[i], inverse[k], strict=True)]
+    return inverse
+
+
+def with_entry(inverse: list[list[Scalar]], row: int, column: int, entry: Scalar, step: Scalar) -> list[list[Scalar]]:
+    """Inverse of `implicit_inverse` after one more entry has been added to the Jacobian.
+
+    Args:
+        inverse: inverse without the entry
+        row, column: place of the entry in the Jacobian
+        entry: value that is added, such that a stable system stays stable [1/s]
+        step: integration step [s]
+
+    Source: Sherman and Morrison, Ann. Math. Statist. 21 (1950) 124.
+    """
+    gain = GAMMA * step * entry
+    share = gain / (1.0 - gain * inverse[column][row])
+    return [
+        [
+            # Exact zeros are skipped, so that a traced program keeps the sparsity of the inverse.
+            value if _is_zero(line[row]) or _is_zero(other) else value + share * line[row] * other
+            for value, other in zip(line, inverse[column], strict=True)
+        ]
+        for line in inverse
+    ]
+
+
+def rosenbrock(
+    derivative: Callable[[State], State], state: State, step: Scalar, stiff: str, inverse: list[list[Scalar]]
+) -> State:
+    """State after one step of the Rosenbrock method ROS2 with an inexact Jacobian.
+
+    The stiff field of the state is treated implicitly, all others explicitly (Heun); the order is two for any Jacobian.
+
+    Args:
+        derivative: rate of change of a state, in the state's own shape
+        state: named tuple of trees
+        step: integration step [s]; for the explicit fields, step times the fastest rate must stay below about 2
+        stiff: name of the field that is treated implicitly
+        inverse: from `implicit_inverse`
+
+    Source: Verwer, Spee, Blom, Hundsdorfer, SIAM J. Sci. Comput. 20 (1999) 1456, eq (1.4), with gamma = 1 - 1/sqrt(2).
+    """
+    solved = [path == stiff or path.startswith(f"{stiff}.") for path, _ in leaves(state)]
+
+    def implicit(slope: list[Scalar]) -> list[Scalar]:
+        known = iter(_product(inverse, [value for value, own in zip(slope, solved, strict=True) if own]))
+        return [next(known) if own else value for value, own in zip(slope, solved, strict=True)]
+
+    first = implicit(values_of(derivative(state)))
+    ahead = rebuild(state, [x + step * slope for x, slope in zip(values_of(state), first, strict=True)])
+    right = [after - 2.0 * before for after, before in zip(values_of(derivative(ahead)), first, strict=True)]
+    second = implicit(right)
+    mean = [1.5 * a + 0.5 * b for a, b in zip(first, second, strict=True)]
+    return _ahead(state, rebuild(state, mean), step)
+
+
+GAMMA = 1.0 - 0.5**0.5
+"""Coefficient of ROS2, which makes the method L-stable: modes too fast for the step are damped."""
+
+
+def _product(matrix: list[list[Scalar]], vector: list[Scalar]) -> list[Scalar]:
+    return [
+        sum((entry * value for entry, value in zip(row, vector, strict=True) if not _is_zero(entry)), start=0.0)
+        for row in matrix
+    ]
+
+
+def _is_zero(value: Scalar) -> bool:
+    return isinstance(value, float) and value == 0.0
+
+
+def steering_inverse(steering: Steering, motion: Motion, memory: Memory, step: Scalar) -> list[list[Scalar]]:
+    """Inverse that `rosenbrock` needs for a steering at the start of a step.
+
+    All but dry friction is linearised at one point that depends on parameters alone, so this part is computed once. Dry
+    friction is stiff while it sticks and not stiff while it slides, so its entries follow its present state: treated as
+    stiff throughout, it would brake sliding parts; left out, light parts would chatter.
+
+    Args:
+        steering: steering of the car
+        motion, memory: state at the start of the step
+        step: integration step [s]
+    """
+    rest, relaxed = steering.stiff(), steering.remembered()
+    idle = Loads(0.0, 0.0, 0.0, (0.0,) * len(steering.actuators), 0.0, 0.0)
+    inverse = implicit_inverse(lambda at: steering.derivative(at, at, relaxed, idle), rest, step)
+    place = [path for path, _ in leaves(rest)].index
+    for (rate, angle), entry in steering.sticking(motion, memory).items():
+        inverse = with_entry(inverse, place(rate), place(angle), entry, step)
+    return inverse

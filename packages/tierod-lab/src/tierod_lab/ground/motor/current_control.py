@@ -1,0 +1,117 @@
+"""Field-oriented current control of a permanent-magnet motor, based on the control unit's model of the motor."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, NamedTuple
+
+from tierod.core.block import Scalar
+from tierod.core.fields import NOT_NEGATIVE, POSITIVE, SHARE
+from tierod.core.graph.maths import exp, limit
+from tierod.physics.clarke_park import Direction, RotorVector, StatorVector, inverse_park, park, turned
+from tierod.physics.inverter import limited_voltage
+from tierod.physics.pm_motor import torque_constant
+from tierod_lab.ground.motor.set_points import SetPoints
+
+
+class ControlMemory(NamedTuple):
+    """State of the control unit.
+
+    Args:
+        integral: integral of the current error, as voltage [V]
+        angle: mechanical angle sensed at the previous sample [rad]
+        speed: mechanical speed, from the sensed angle [rad/s]
+        command: voltage command of the inverter for the next period [V]
+    """
+
+    integral: RotorVector
+    angle: Scalar
+    speed: Scalar
+    command: StatorVector
+
+
+@dataclass(frozen=True)
+class CurrentControl:
+    """Proportional-integral control in the rotor's axes with feed-forward of the induced voltages.
+
+    The inverter applies the command of a sample in the next period, as in every digital drive; the command is rotated
+    by the angle through which the rotor turns until then. The motor parameters of the control unit are its own and may
+    differ from the true ones.
+
+    Args:
+        resistance, inductance_d, inductance_q, flux: motor parameters of the control unit
+        lag: time constant of the closed current loop; 1/3 ms tolerates a delay of one and a half periods at 10 kHz
+        current_limit: maximum length of the current vector
+        speed_time: time constant of the low-pass on the sensed speed; 0 is none
+        weakening: share of the maximum voltage that `SetPoints` may use when they choose the d-axis current; None sets
+            no d-axis current
+    """
+
+    resistance: Annotated[float, "ohm", POSITIVE] = 0.05
+    inductance_d: Annotated[float, "H", POSITIVE] = 1e-4
+    inductance_q: Annotated[float, "H", POSITIVE] = 1e-4
+    flux: Annotated[float, "V*s", POSITIVE] = 0.0085
+    lag: Annotated[float, "s", POSITIVE] = 1.0 / 3000.0
+    current_limit: Annotated[float, "A", POSITIVE] = 60.0
+    speed_time: Annotated[float, "s", NOT_NEGATIVE] = 5e-4
+    weakening: Annotated[float, "", SHARE] | None = None
+
+    def remembered(self) -> ControlMemory:
+        """State at rest, without voltage."""
+        return ControlMemory(RotorVector(0.0, 0.0), 0.0, 0.0, StatorVector(0.0, 0.0))
+
+    def wanted_current(self, torque: Scalar, pole_pairs: int) -> Scalar:
+        """Current across the flux [A] for a shaft torque [N*m], within the limit; none flows along the flux."""
+        return limit(torque / torque_constant(pole_pairs, self.flux), -self.current_limit, self.current_limit)
+
+    def step(
+        self,
+        memory: ControlMemory,
+        wanted: Scalar,
+        current: StatorVector,
+        angle: Scalar,
+        rotor: Direction,
+        longest: Scalar,
+        period: Scalar,
+        pole_pairs: int,
+    ) -> ControlMemory:
+        """Process one sample; the new command is part of the returned state.
+
+        Args:
+            memory: state after the previous sample
+            wanted: target current across the flux [A]
+            current: measured current [A]
+            angle: sensed mechanical angle [rad]
+            rotor: direction of the sensed electrical angle
+            longest: maximum voltage of the inverter [V]
+            period: sampling interval [s]
+            pole_pairs: pole pairs of the motor
+        """
+        speed = self._speed(memory, angle, period)
+        electrical_speed = pole_pairs * speed
+        own = park(current, rotor)
+        target = RotorVector(0.0, wanted)
+        if self.weakening is not None:
+            points = SetPoints(self.inductance_d, self.inductance_q, self.flux, self.current_limit)
+            target = points.of(wanted, electrical_speed, self.weakening * longest)
+        error = RotorVector(target.d - own.d, target.q - own.q)
+        gain_d, gain_q = self.inductance_d / self.lag, self.inductance_q / self.lag
+        asked = RotorVector(
+            memory.integral.d + gain_d * error.d - electrical_speed * self.inductance_q * own.q,
+            memory.integral.q + gain_q * error.q + electrical_speed * (self.inductance_d * own.d + self.flux),
+        )
+        made = limited_voltage(asked, longest)
+        # Back-calculation: the voltage that the inverter cannot make is subtracted at the input of the integral.
+        growth = period / self.lag * self.resistance
+        integral = RotorVector(
+            memory.integral.d + growth * (error.d + (made.d - asked.d) / gain_d),
+            memory.integral.q + growth * (error.q + (made.q - asked.q) / gain_q),
+        )
+        # The voltage acts during the next period, whose middle is one and a half periods after the sample.
+        ahead = turned(rotor, 1.5 * period * electrical_speed)
+        return ControlMemory(integral, angle, speed, inverse_park(made, ahead))
+
+    def _speed(self, memory: ControlMemory, angle: Scalar, period: Scalar) -> Scalar:
+        # The small second term permits a time constant of zero.
+        keep = exp(-period / (self.speed_time + 1e-9 * period))
+        return keep * memory.speed + (1.0 - keep) / period * (angle - memory.angle)

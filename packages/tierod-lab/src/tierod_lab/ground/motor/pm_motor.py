@@ -1,0 +1,264 @@
+"""Permanent-magnet motor with inverter and current control, integrated with its own step within a step of the car."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Annotated, NamedTuple, TypeAlias
+
+from tierod.core.block import Scalar, Tree
+from tierod.core.fields import COUNT, POSITIVE
+from tierod.physics.clarke_park import StatorVector, direction, electrical_angle, turned
+from tierod.physics.inverter import lost_voltage
+from tierod.physics.pm_motor import electric_power, flux_at, resistance_at, torque_of_flux
+from tierod_lab.ground.motor.current_control import ControlMemory, CurrentControl
+from tierod_lab.ground.motor.machine import (
+    Instant,
+    Inverter,
+    Load,
+    Machine,
+    Rotor,
+    Warming,
+    Warmth,
+    Winding,
+    advance,
+    begin,
+)
+
+
+def _true(value: Scalar) -> Scalar:
+    return value
+
+
+class Senses(NamedTuple):
+    """Functions from the true values to those that the current control reads, through the ports of a control unit.
+
+    Args:
+        angle: mechanical angle of the shaft [rad]
+        alpha, beta: currents in the stator's axes [A]
+    """
+
+    angle: Callable[[Scalar], Scalar] = _true
+    alpha: Callable[[Scalar], Scalar] = _true
+    beta: Callable[[Scalar], Scalar] = _true
+
+    @classmethod
+    def through(cls, read: Callable[[str, Scalar], Scalar]) -> Senses:
+        """Sensors that pass every signal through the port of its name."""
+        return cls(*(partial(read, name) for name in IN_LOOP))
+
+
+IN_LOOP = ("motor_angle_mechanical", "motor_current_alpha", "motor_current_beta")
+"""Canonical names of the signals that the current control reads."""
+
+TRUE_VALUES = Senses()
+"""Sensors without errors."""
+
+
+class DriveState(NamedTuple):
+    """State of a motor between two steps.
+
+    Args:
+        rotor: motion of the shaft
+        linkage: stator flux linkage [V*s]
+        dry: dry friction of the rotor divided by its level [-]
+        control: state of the current control
+        voltage: mean voltage over the last period [V]
+        command: voltage command of the inverter in the last period [V]
+        warmth: temperatures of winding and housing
+    """
+
+    rotor: Rotor
+    linkage: StatorVector
+    dry: Scalar
+    control: ControlMemory
+    voltage: StatorVector
+    command: StatorVector
+    warmth: Warmth
+
+
+Fine: TypeAlias = Tree
+"""Tuple with one number per sub-sample."""
+
+
+class FineSignals(NamedTuple):
+    """Signals at the motor's own rate: per step a tuple of sub-samples each, the first at the instant of the step.
+
+    Voltages are means over the period that ends at the instant; the target is the command of the inverter.
+    """
+
+    motor_current_alpha: Annotated[Fine, "A"]
+    motor_current_beta: Annotated[Fine, "A"]
+    motor_voltage_alpha: Annotated[Fine, "V"]
+    motor_voltage_beta: Annotated[Fine, "V"]
+    motor_target_voltage_alpha: Annotated[Fine, "V"]
+    motor_target_voltage_beta: Annotated[Fine, "V"]
+    motor_angle_mechanical: Annotated[Fine, "rad"]
+    motor_speed: Annotated[Fine, "rad/s"]
+    resolver_cosine: Annotated[Fine, "V"]
+    resolver_sine: Annotated[Fine, "V"]
+
+
+class DriveSignals(NamedTuple):
+    """Signals of a motor at the instant of a step, and its fine signals over the step after it."""
+
+    fine: FineSignals
+    motor_torque: Annotated[Scalar, "N*m"]
+    motor_temperature: Annotated[Scalar, "K"]
+    supply_voltage: Annotated[Scalar, "V"]
+    supply_current: Annotated[Scalar, "A"]
+    truth_load_torque: Annotated[Scalar, "N*m"]
+    truth_motor_friction_torque: Annotated[Scalar, "N*m"]
+    truth_motor_resistance: Annotated[Scalar, "ohm"]
+    truth_motor_flux: Annotated[Scalar, "V*s"]
+
+
+@dataclass(frozen=True)
+class PmMotor:
+    """Motor, inverter, current control and heating as one part, with `substeps` periods in every step of the car.
+
+    The machine is integrated in the stator's axes, in which the mean voltage of the inverter is constant over a period.
+    `turn` integrates the rotor against a load; `torque` is for a rotor whose motion a steering imposes.
+
+    Args:
+        machine: windings, magnets, rotor
+        inverter: inverter and its battery
+        control: current control
+        warming: thermal model of winding and housing
+        resolver_amplitude: amplitude of the angle sensor's sine and cosine of the electrical angle
+        substeps: periods of modulation and control per step
+    """
+
+    machine: Machine = field(default_factory=Machine)
+    inverter: Inverter = field(default_factory=Inverter)
+    control: CurrentControl = field(default_factory=CurrentControl)
+    warming: Warming = field(default_factory=Warming)
+    resolver_amplitude: Annotated[float, "V", POSITIVE] = 2.0
+    substeps: Annotated[int, "", COUNT] = 10
+
+    def init(self) -> DriveState:
+        """State at rest, without current, at the temperature of the air."""
+        warmth, none = self.warming.init(), StatorVector(0.0, 0.0)
+        linkage = StatorVector(flux_at(warmth.housing, self.machine.flux), 0.0)
+        return DriveState(Rotor(0.0, 0.0), linkage, 0.0, self.control.remembered(), none, none, warmth)
+
+    def turn(
+        self,
+        state: DriveState,
+        request: Scalar,
+        step: Scalar,
+        load: Load,
+        senses: Senses = TRUE_VALUES,
+        locked: Scalar = 0.0,
+    ) -> tuple[DriveState, DriveSignals]:
+        """Advance a motor with its own rotor by one step of the car.
+
+        Args:
+            state: state before the step
+            request: requested shaft torque [N*m]
+            step: step of the car [s]
+            load: load torque on the rotor, in addition to its own friction
+            senses: sensors of the current control
+            locked: 1 locks the rotor, 0 releases it
+        """
+        after, signals, _ = self._run(state, request, step, senses, load, 1.0 - locked)
+        return after, signals
+
+    def torque(
+        self, state: DriveState, rotor: Rotor, request: Scalar, step: Scalar, senses: Senses = TRUE_VALUES
+    ) -> tuple[DriveState, DriveSignals, Scalar]:
+        """Advance a motor by one step of the car, with the rotor moved by a steering at constant speed.
+
+        Args:
+            state: state before the step; its rotor is replaced
+            rotor: motion imposed by the steering
+            request: requested shaft torque [N*m]
+            step: step of the car [s]
+            senses: sensors of the current control
+
+        Returns:
+            state, signals, and the mean shaft torque over the step, without the rotor's own friction [N*m]
+        """
+        return self._run(state._replace(rotor=rotor), request, step, senses, None, 1.0)
+
+    def _run(
+        self, state: DriveState, request: Scalar, step: Scalar, senses: Senses, load: Load | None, free: Scalar
+    ) -> tuple[DriveState, DriveSignals, Scalar]:
+        machine, pole_pairs, period = self.machine, self.machine.pole_pairs, step / self.substeps
+        winding = self._winding(state.warmth)
+        now = first = begin(machine, state.rotor, state.linkage, state.dry, winding)
+        wanted, longest = self.control.wanted_current(request, pole_pairs), self.inverter.longest_voltage
+        control, voltage, command = state.control, state.voltage, state.command
+        angle = senses.angle(now.rotor.angle)
+        electrical = electrical_angle(angle, pole_pairs)
+        sensed_at = direction(electrical)
+        seen, means = [], []
+        for count in range(self.substeps):
+            resolver = (self.resolver_amplitude * now.at.cosine, self.resolver_amplitude * now.at.sine)
+            seen.append((*now.current, *voltage, *command, *now.rotor, *resolver))
+            # The inverter applies the command of the previous sample during this period.
+            command, current = control.command, StatorVector(senses.alpha(now.current[0]), senses.beta(now.current[1]))
+            control = self.control.step(control, wanted, current, angle, sensed_at, longest, period, pole_pairs)
+            voltage = self._made(command, now.current, period)
+            now, mean = advance(machine, now, voltage, winding, period, count * period, load, free)
+            means.append(mean)
+            angle = senses.angle(now.rotor.angle)
+            before, electrical = electrical, electrical_angle(angle, pole_pairs)
+            sensed_at = turned(sensed_at, electrical - before)
+        torque, heat = (sum(values[1:], values[0]) / self.substeps for values in zip(*means, strict=True))
+        warmth = self.warming.after(state.warmth, heat, step)
+        after = DriveState(now.rotor, now.linkage, now.dry, control, voltage, command, warmth)
+        return after, self._signals(state, first, seen, winding, load), torque
+
+    def _winding(self, warmth: Warmth) -> Winding:
+        machine = self.machine
+        return Winding(resistance_at(warmth.winding, machine.resistance), flux_at(warmth.housing, machine.flux))
+
+    def _made(self, command: StatorVector, current: StatorVector, period: Scalar) -> StatorVector:
+        inverter = self.inverter
+        lost = lost_voltage(
+            current,
+            inverter.supply_voltage,
+            inverter.dead_time,
+            period,
+            inverter.forward_drop,
+            inverter.knee_current,
+        )
+        return StatorVector(command.alpha - lost.alpha, command.beta - lost.beta)
+
+    def _signals(
+        self, state: DriveState, first: Instant, seen: Sequence[tuple[Scalar, ...]], winding: Winding, load: Load | None
+    ) -> DriveSignals:
+        machine = self.machine
+        return DriveSignals(
+            FineSignals(*map(tuple, zip(*seen, strict=True))),
+            torque_of_flux(first.linkage, first.current, machine.pole_pairs),
+            state.warmth.winding,
+            self.inverter.supply_voltage,
+            electric_power(state.command, first.current) / self.inverter.supply_voltage,
+            0.0 if load is None else load(*first.rotor, 0.0),
+            machine.friction * first.dry,
+            *winding,
+        )
+
+
+AFS_MOTOR = PmMotor(machine=Machine(friction=0.3))
+"""Motor of an active front steering, of the same kind as in Reinelt et al.; the friction is mainly that of the worm."""
+
+EPS_MOTOR = PmMotor(
+    machine=Machine(
+        resistance=0.016,
+        inductance_d=7e-5,
+        inductance_q=9e-5,
+        flux=0.0083,
+        inertia=1.5e-4,
+        damping=3e-4,
+        friction=0.03,
+        cogging=0.015,
+    ),
+    control=CurrentControl(
+        resistance=0.016, inductance_d=7e-5, inductance_q=9e-5, flux=0.0083, lag=4e-4, current_limit=80.0
+    ),
+)
+"""Motor of an electric power steering: 4 N*m, slightly salient; 0.05 N*m/A as in Mohtat et al."""

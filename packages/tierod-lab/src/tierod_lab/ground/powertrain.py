@@ -1,0 +1,134 @@
+"""Powertrain and brakes: wheel torques for the force that the driver requests."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from tierod.core.block import Scalar
+from tierod.core.fields import NOT_NEGATIVE, POSITIVE, SHARE
+from tierod.core.graph.maths import absolute, limit, maximum, minimum
+from tierod.physics.lag import share_reached
+from tierod_lab.ground.parts import Reaction, Wheels
+
+CRAWL = 1.0
+"""Speed below which the power limit uses this speed instead of the true one [m/s]."""
+
+LIMITER = 0.05
+"""Width of the engine speed limiter's ramp as a share of the maximum speed [-]."""
+
+
+@dataclass(frozen=True)
+class Powertrain:
+    """One engine, open differentials and brakes; without lag, since drivers are slower.
+
+    Args:
+        front_share: share of the drive force at the front axle; 1 is front-wheel, 0 rear-wheel drive
+        front_brake_share: share of the brake force at the front axle
+        wheel_radius: rolling radius
+        greatest_drive_force: maximum drive force, limited by engine torque in the lowest gear or by traction
+        greatest_power: maximum power at the wheels, computed from their rotation: a spinning wheel reduces the force
+        greatest_speed: speed of the driven wheels at which the engine's limiter leaves no torque
+        greatest_brake_force: maximum force of all four brakes
+    """
+
+    front_share: Annotated[float, "", SHARE] = 1.0
+    front_brake_share: Annotated[float, "", SHARE] = 0.68
+    wheel_radius: Annotated[float, "m", POSITIVE] = 0.31
+    greatest_drive_force: Annotated[float, "N", NOT_NEGATIVE] = 7000.0
+    greatest_power: Annotated[float, "W", NOT_NEGATIVE] = 110e3
+    greatest_speed: Annotated[float, "m/s", POSITIVE] = 70.0
+    greatest_brake_force: Annotated[float, "N", NOT_NEGATIVE] = 18e3
+
+    def torques(self, force: Scalar, reaction: Reaction) -> tuple[Wheels, Wheels]:
+        """Drive torque and maximum brake torque of every wheel [N*m].
+
+        Args:
+            force: requested force along the road, negative to brake [N]
+            reaction: reaction of the chassis
+        """
+        wheels = reaction.wheel_speeds
+        of_front, of_rear = 0.5 * self.front_share, 0.5 * (1.0 - self.front_share)
+        turning = of_front * (wheels.front_left + wheels.front_right) + of_rear * (wheels.rear_left + wheels.rear_right)
+        available = minimum(self.greatest_drive_force, self.greatest_power / maximum(absolute(turning), CRAWL))
+        available = available * limit((1.0 - turning / self.greatest_speed) / LIMITER, 0.0, 1.0)
+        drive = 0.5 * self.wheel_radius * limit(force, 0.0, available)
+        brake = 0.5 * self.wheel_radius * limit(-force, 0.0, self.greatest_brake_force)
+        front, rear = self.front_share * drive, (1.0 - self.front_share) * drive
+        front_brake, rear_brake = self.front_brake_share * brake, (1.0 - self.front_brake_share) * brake
+        return Wheels(front, front, rear, rear), Wheels(front_brake, front_brake, rear_brake, rear_brake)
+
+
+@dataclass(frozen=True)
+class WheelMotors:
+    """One electric motor in each front wheel, which drives and brakes, and friction brakes for the remaining force.
+
+    The defaults are assumed for the light demonstrator: a few kilowatts per wheel.
+
+    Args:
+        wheel_radius: rolling radius
+        greatest_torque: maximum torque of one motor at its wheel
+        greatest_power: maximum power of one motor
+        front_brake_share: share of the friction brakes' force at the front axle
+        greatest_brake_force: maximum force of all four friction brakes
+        left_lag, right_lag: time constants of the motors' torques
+    """
+
+    wheel_radius: Annotated[float, "m", POSITIVE] = 0.243
+    greatest_torque: Annotated[float, "N*m", NOT_NEGATIVE] = 160.0
+    greatest_power: Annotated[float, "W", NOT_NEGATIVE] = 6e3
+    front_brake_share: Annotated[float, "", SHARE] = 0.65
+    greatest_brake_force: Annotated[float, "N", NOT_NEGATIVE] = 4e3
+    left_lag: Annotated[float, "s", POSITIVE] = 0.01
+    right_lag: Annotated[float, "s", POSITIVE] = 0.01
+
+    def requests(self, force: Scalar, difference: Scalar, reaction: Reaction) -> tuple[Scalar, Scalar]:
+        """Requested torques of the left and the right motor, within their limits [N*m].
+
+        Args:
+            force: requested force along the road, negative to brake [N]
+            difference: torque of the right motor minus that of the left one, positive steers to the left [N*m]
+            reaction: reaction of the chassis
+        """
+        mean = 0.5 * self.wheel_radius * force
+        turning = maximum(absolute(reaction.speed), CRAWL) / self.wheel_radius
+        bound = minimum(self.greatest_torque, self.greatest_power / turning)
+        return limit(mean - 0.5 * difference, -bound, bound), limit(mean + 0.5 * difference, -bound, bound)
+
+    def lagging(
+        self, left: Scalar, right: Scalar, requests: tuple[Scalar, Scalar], step: Scalar
+    ) -> tuple[Scalar, Scalar]:
+        """Torques of the left and the right motor after one step of their first-order lags [N*m].
+
+        Args:
+            left, right: torques before the step [N*m]
+            requests: requested torques, from `requests` [N*m]
+            step: sampling interval [s]
+        """
+        return (
+            left + share_reached(step / self.left_lag) * (requests[0] - left),
+            right + share_reached(step / self.right_lag) * (requests[1] - right),
+        )
+
+    def wheels(self, left: Scalar, right: Scalar, force: Scalar) -> tuple[Wheels, Wheels]:
+        """Drive torque and maximum brake torque of every wheel [N*m]; friction brakes supply what the motors cannot.
+
+        Args:
+            left, right: torques of the motors [N*m]
+            force: requested force along the road, negative to brake [N]
+        """
+        lacking = limit(-force + (left + right) / self.wheel_radius, 0.0, self.greatest_brake_force)
+        # The second bound keeps the brakes open while the driver does not brake, whatever the lagging motors do.
+        brake = 0.5 * self.wheel_radius * minimum(lacking, maximum(-force, 0.0))
+        front, rear = self.front_brake_share * brake, (1.0 - self.front_brake_share) * brake
+        return Wheels(left, right, 0.0, 0.0), Wheels(front, front, rear, rear)
+
+    def torques(self, force: Scalar, reaction: Reaction) -> tuple[Wheels, Wheels]:
+        """Drive torque and maximum brake torque of every wheel [N*m], with equal torque of both motors.
+
+        Args:
+            force: requested force along the road, negative to brake [N]
+            reaction: reaction of the chassis
+        """
+        left, right = self.requests(force, 0.0, reaction)
+        return self.wheels(left, right, force)

@@ -1,0 +1,315 @@
+"""Simulation of a virtual car on a course, with its sensors and faults, into a recording."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import closing, contextmanager
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from tierod.core.block import tuning
+from tierod.core.errors import ParameterError, nearest
+from tierod.core.fields import check_ranges, replaced
+from tierod.core.graph.kernel import kernel
+from tierod.core.graph.maths import Number
+from tierod.core.graph.trace import initial_memory, trace
+from tierod.core.recording import Channel, Recording
+from tierod_lab.ground.courses import Course
+from tierod_lab.ground.courses.course import FACTORS
+from tierod_lab.ground.faults import Fault, Schedule
+from tierod_lab.ground.parts import Plant
+from tierod_lab.ground.recorder import Readings, Recorder, channel_names, declared_units, generator, true_channels
+from tierod_lab.ground.scatter import Scatter
+from tierod_lab.ground.sensors import Sensor, SensorSet
+from tierod_lab.ground.varied import Varied, path_of
+
+
+class Foresight:
+    """Predicts distance and speed over one piece of a run, without a jump where the true values correct the prediction.
+
+    The driver model reads the curvature of the path at the predicted distance; a jump of a few centimetres there would
+    become a jump of the steering target.
+
+    Args:
+        distance: initial distance along the path [m]
+        speed: initial speed [m/s]
+    """
+
+    def __init__(self, distance: float, speed: float):
+        self._distance, self._speed, self._acceleration = distance, speed, 0.0
+        self._foreseen = distance, speed
+
+    def look(self, distance: float, speed: float, after: float) -> None:
+        """Correct the prediction by the true distance and speed of the car.
+
+        Args:
+            distance: distance along the path [m]
+            speed: speed [m/s]
+            after: time since the last correction [s]
+        """
+        self._acceleration = (speed - self._speed) / after
+        self._distance, self._speed = distance, speed
+
+    def over(self, time: np.ndarray, until: float) -> tuple[np.ndarray, np.ndarray]:
+        """Distance [m] and speed [m/s] at instants after the last correction, whose jump fades linearly.
+
+        Args:
+            time: times since the last correction [s], (n,)
+            until: time from the last to the next correction [s]
+        """
+        wrong = [seen - now for seen, now in zip(self._foreseen, (self._distance, self._speed), strict=True)]
+        left = 1.0 - time / until
+        self._foreseen = self._at(until)
+        distance, speed = self._at(time)
+        return distance + wrong[0] * left, speed + wrong[1] * left
+
+    def _at(self, time: Number) -> tuple[Number, Number]:
+        distance = self._distance + (self._speed + 0.5 * self._acceleration * time) * time
+        return distance, self._speed + self._acceleration * time
+
+
+LOOK = 0.2
+"""Interval at which the course is evaluated [s]; over it the distance is predicted to within a centimetre."""
+WAITING_LOOK = 0.05
+"""The same interval while a fault waits for its condition [s]."""
+
+LIMITS = {"truth_speed": 150.0, "yaw_rate": 30.0, "steering_wheel_rate": 1e3}
+"""Limits of signals; a run has diverged where a signal exceeds them or is not finite."""
+
+_SCATTER = 3
+"""Number of the scatter's random stream."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Outcome of a run.
+
+    Args:
+        recording: measured channels, and true values in channels prefixed `truth_`
+        diverged_at: last valid time of a diverged run [s], zero if no instant was valid; None for a run that did not
+            diverge
+        windows: name, element, behaviour, start and end [s] of every effect of a fault
+        reason: why the run ended early, where more is known than that it diverged
+    """
+
+    recording: Recording
+    diverged_at: float | None = None
+    windows: tuple[dict[str, Any], ...] = ()
+    reason: str = ""
+
+
+def run(
+    car: Plant,
+    course: Course,
+    seconds: float | None = None,
+    seed: int = 0,
+    sensors: SensorSet | None = None,
+    faults: Iterable[Fault] = (),
+    scatter: Scatter | None = None,
+    metadata: Mapping[str, Any] | None = None,
+    progress: Callable[[float], None] = lambda share: None,
+) -> Outcome:
+    """Drive a car over a course.
+
+    Args:
+        car: a plant block of `tierod_lab.ground.cars`
+        course: inputs of car and driver over time or distance
+        seconds: duration [s]; that of the course if None
+        seed: seed of all random numbers; sensors, scatter and faults use separate streams and do not affect each other
+        sensors: sensors of the car; those of a production car if None; sensors of channels the car lacks are dropped
+        faults: faults that are injected, see `tierod_lab.ground.faults`
+        scatter: distribution of car and sensors around their nominal values
+        metadata: further entries of the recording's metadata
+        progress: called with the completed share of the run
+
+    Raises:
+        ParameterError: a duration that is not finite or shorter than a step; a step that is too long, or parts of the
+            car with different steps; a fault, sensor or course that does not fit the car
+    """
+    seconds = course.duration if seconds is None else seconds
+    _require_fault_free(car, seconds)
+    sensors = sensors or SensorSet.production()
+    if scatter is not None:
+        car, sensors = scatter.draw(car, sensors, generator(seed, _SCATTER))
+    car = started(car, course)
+    schedule = Schedule(faults, car, sensors, seed, seconds)
+    drive = _Run(car, course, schedule)
+    columns = channel_names(drive.block)
+    readings = Readings({name: sensor for name, sensor in sensors.items() if name in columns}, seconds, seed)
+    recorder = Recorder(columns, readings.instants, car.step_time, seconds)
+    with drive.begun(seconds):
+        diverged_at = drive.to_the_end(seconds, recorder, progress)
+    truths = recorder.truths()
+    described = declared_units(drive.kernel.graph.output_tree)
+    channels = readings.channels(truths, schedule.on_channel, described)
+    channels |= true_channels(truths, readings.sensors, described)
+    if diverged_at is not None:
+        channels = {name: _until(each, diverged_at) for name, each in channels.items()}
+    provenance = _provenance(car, readings.sensors, schedule)
+    provenance |= {"course": course.name, "seed": seed, "seconds": seconds, "diverged_at": diverged_at}
+    recording = Recording(channels, provenance | dict(metadata or {}))
+    return Outcome(recording, diverged_at, schedule.windows, drive.reason)
+
+
+def started(car: Plant, course: Course) -> Plant:
+    """Car with the initial state of a course.
+
+    Args:
+        car: a plant block
+        course: course that defines the start
+    """
+    begun: Plant = replaced(car, {"start": course.start}) if hasattr(car, "start") else car
+    return begun
+
+
+def _provenance(car: Plant, sensors: Mapping[str, Sensor], schedule: Schedule) -> dict[str, Any]:
+    return {
+        "source": "tierod virtual test vehicle",
+        "car": type(car).__name__,
+        "vehicle": dict(tuning(car)),
+        "sensors": {name: dataclasses.asdict(sensor) for name, sensor in sensors.items()},
+        "faults": list(schedule.provenance),
+    }
+
+
+def _require_fault_free(car: Plant, seconds: float) -> None:
+    if not car.step_time <= seconds < math.inf:
+        raise ParameterError(
+            f"a run needs a positive, finite duration of at least {car.step_time:g} s, not {seconds} s"
+        )
+    check_ranges(car)
+    for path, value in tuning(car):
+        if path.endswith(".step_time") and value != car.step_time:
+            raise ParameterError(
+                f"{type(car).__name__} is computed every {car.step_time:g} s, but its '{path}' is {value:g} s; make "
+                "them equal"
+            )
+
+
+class _Run:
+    """Run in progress: compiled kernel, memory, and the inputs of the next piece."""
+
+    def __init__(self, car: Plant, course: Course, schedule: Schedule):
+        self.block = Varied(car, schedule.parameters) if schedule.parameters else car
+        self.kernel, self.memory = kernel(self.block), initial_memory(self.block)
+        self.course, self.schedule = course, schedule
+        self.step_time = car.step_time
+        self.ahead = getattr(getattr(car, "driver", None), "anticipation", 0.0)
+        self.index = {path_of(name): column for column, name in enumerate(self.kernel.graph.sample)}
+        own = dict(tuning(car))
+        self.usual = np.array([_usual(name, own) for name in self.index])
+        self.longest, self.waiting = (max(round(time / car.step_time), 1) for time in (LOOK, WAITING_LOOK))
+        self.samples = np.empty((self.longest, len(self.index)))
+        self.outputs = {name: columns[0] for name, columns in channel_names(self.block).items()}
+        self.limits = [(self.outputs[name], limit) for name, limit in LIMITS.items() if name in self.outputs]
+        # A unit of another tool may give the speed of its wheels only.
+        self.speed = self.outputs.get("truth_speed", self.outputs.get("vehicle_speed", 0))
+        self.car, self.reason = car, ""
+        self.advance: Callable[[np.ndarray, np.ndarray, np.ndarray, int], int | None]
+        self.advance = self.kernel.scan
+
+    @contextmanager
+    def begun(self, seconds: float) -> Iterator[None]:
+        """Context that opens and closes the unit of another tool that computes the vehicle, if there is one.
+
+        Args:
+            seconds: duration of the run [s]
+        """
+        make = getattr(self.car, "coupled", None)
+        if make is None:
+            yield
+            return
+        usual = dict(zip(self.index, self.usual, strict=True))
+        with closing(make(self.block, usual, seconds)) as unit:
+            self.advance = unit.scan
+            try:
+                yield
+            finally:
+                self.reason = unit.failure
+
+    def to_the_end(self, seconds: float, recorder: Recorder, progress: Callable[[float], None]) -> float | None:
+        """Simulate all pieces and return the last valid time if the run diverged."""
+        count, done = round(seconds / self.step_time), 0
+        foresight = Foresight(0.0, self.course.start.speed)
+        while done < count:
+            look = self.waiting if self.schedule.pending else self.longest
+            size = min(look, count - done)
+            time = np.arange(done, done + size) * self.step_time
+            outputs = self._piece(time, *foresight.over(time - time[0], look * self.step_time), done)
+            good = self._good(outputs) if len(outputs) else 0
+            recorder.add(outputs[:good])
+            if good < size:
+                return float(max(done + good - 1, 0) * self.step_time)
+            if self.schedule.pending:
+                seen = {name: outputs[:, column] for name, column in self.outputs.items()}
+                self.schedule.observe(time, seen)
+            if "truth_distance" in self.outputs:
+                # The last output precedes the first sample of the next piece by one step.
+                distance = float(outputs[-1, self.outputs["truth_distance"]])
+                speed = float(outputs[-1, self.speed])
+                foresight.look(distance + speed * self.step_time, speed, size * self.step_time)
+            done += size
+            progress(done / count)
+        return None
+
+    def _piece(self, time: np.ndarray, distance: np.ndarray, speed: np.ndarray, done: int) -> np.ndarray:
+        samples = self.samples[: len(time)]
+        samples[:] = self.usual
+        self._set(samples, self.course.columns(time, distance, speed, self.ahead), f"the course '{self.course.name}'")
+        said = partial(self._said, samples)
+        self._set(samples, self.schedule.inputs(time, said), "a fault")
+        outputs = np.empty((len(time), len(self.kernel.graph.output)))
+        rows = self.advance(self.memory, samples, outputs, done)
+        return outputs[:rows]
+
+    def _set(self, samples: np.ndarray, columns: Mapping[str, np.ndarray], whose: str) -> None:
+        for name, values in columns.items():
+            samples[:, self._column(name, whose)] = values
+
+    def _said(self, samples: np.ndarray, name: str) -> np.ndarray:
+        return samples[:, self._column(name, "a fault")]
+
+    def _column(self, name: str, whose: str) -> int:
+        if name not in self.index:
+            raise ParameterError(
+                f"{whose} sets '{name}', which {self.kernel.graph.name} does not have{nearest(name, self.index)}"
+            )
+        return self.index[name]
+
+    def _good(self, outputs: np.ndarray) -> int:
+        """Number of leading rows that are finite and within the limits."""
+        good = np.ones(len(outputs), bool)
+        for column, limit in self.limits:
+            good &= np.abs(outputs[:, column]) < limit
+        # A state that is not finite stays so: only if the last row is affected must the others be searched.
+        if not np.isfinite(outputs[-1]).all():
+            good &= np.isfinite(outputs).all(axis=1)
+        return len(outputs) if good.all() else int(np.argmin(good))
+
+
+def usual_inputs(car: Plant) -> dict[str, float]:
+    """Value of every input of a car that neither course nor fault sets.
+
+    Args:
+        car: a plant block of `tierod_lab.ground.cars`
+    """
+    own = dict(tuning(car))
+    return {name: _usual(name, own) for name in trace(car).sample}
+
+
+def _usual(name: str, own: Mapping[str, float]) -> float:
+    """Default value of one input of a car."""
+    if name.startswith("parameters."):
+        return own[name.removeprefix("parameters.")]
+    one = name in FACTORS or (name.startswith("ports.") and name.endswith(".gain"))
+    return 1.0 if one else 0.0
+
+
+def _until(each: Channel, end: float) -> Channel:
+    kept = each.time <= end
+    return replace(each, time=each.time[kept], values=each.values[kept])

@@ -1,0 +1,95 @@
+"""Scenarios whose vehicle is computed by a functional mock-up unit of another tool."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from tierod.core.block import tuning
+from tierod.core.fields import replaced
+from tierod.core.files import expanded, sha256_of
+from tierod.core.signals import SIGNALS
+from tierod.core.toml import Document, build
+from tierod_lab.ground.courses import Start
+from tierod_lab.ground.parts import Plant
+from tierod_lab.ground.scenarios.scenario import Scenario, require_fault_free
+from tierod_lab.ground.units.car import UnitCar, offered
+from tierod_lab.ground.units.plant_file import USUAL_STEP, PlantFile, Variables, described
+
+
+def plant_car(document: Document, own: Plant) -> tuple[UnitCar, list[str]]:
+    """The unit of a plant file, with the driver of a car, and variables whose unit of measurement is assumed.
+
+    Args:
+        document: the plant file
+        own: car of a scenario
+
+    Raises:
+        ParameterError: an invalid file, or a unit or car that lacks what is needed
+        InputError: the unit cannot be used
+    """
+    file: PlantFile = build(PlantFile, document.content, document)
+    path = Path(file.fmu).expanduser()
+    path = expanded(path if path.is_absolute() else document.path.parent / path)
+    about = described(path)
+    variables = Variables(document, {str(each.name): each for each in about.modelVariables}, [])
+    known = {name: each.unit for name, each in SIGNALS.items()}
+    known |= {f"truth_{name}": unit for name, unit in known.items()} | {"truth_distance": "m", "truth_speed": "m/s"}
+    takes = [variables.wire(("inputs", name), "input", each, offered()) for name, each in file.inputs.items()]
+    gives = [variables.wire(("outputs", name), "output", each, known) for name, each in file.outputs.items()]
+    begun = {} if file.start_speed is None else {"start_speed": file.start_speed}
+    start = [variables.wire((name,), "parameter", each, {name: "m/s"}) for name, each in begun.items()]
+    values = [(variables.reference(("values", name), name, "parameter"), each) for name, each in file.values.items()]
+    driver: Any = getattr(own, "driver", None)
+    if driver is None:
+        raise document.error(("fmu",), f"{type(own).__name__} of the scenario has no driver; take a car on a road")
+    stated = about.coSimulation.fixedInternalStepSize or getattr(about.defaultExperiment, "stepSize", None)
+    step = file.step or float(stated or USUAL_STEP)
+    clocks = {name: step for name, _ in tuning(driver) if name.rpartition(".")[2] == "step_time"}
+    car = UnitCar(
+        path,
+        json.dumps((takes, gives, start, values)),
+        tuple(each.signal for each in takes),
+        tuple((each.signal, each.unit) for each in gives),
+        replaced(driver, clocks) if clocks else driver,
+        Start(),
+        step,
+    )
+    if lacking := car.lacking():
+        raise document.error(("outputs",), f"our driver needs {', '.join(lacking)} of the unit; name the variable here")
+    return car, variables.assumed
+
+
+def native_code(scenarios: Iterable[Scenario]) -> tuple[str, ...]:
+    """A caution for each unit that computes a car of these scenarios; none where all cars are of tierod's own model.
+
+    Args:
+        scenarios: scenarios that are going to run
+    """
+    paths = dict.fromkeys(each.car.path for each in scenarios if isinstance(each.car, UnitCar))
+    return tuple(
+        f"{path} runs its own native code on this computer, with all your rights; run only units that you trust"
+        for path in paths
+    )
+
+
+def with_plant(scenario: Scenario, document: Document) -> tuple[Scenario, list[str]]:
+    """A scenario with a unit in place of its car, and remarks for the user, in sentences.
+
+    Args:
+        scenario: scenario with its own car
+        document: the plant file
+
+    Raises:
+        ParameterError: an invalid file, a unit that lacks a required signal, or a scenario that the unit cannot drive
+        InputError: the unit cannot be used
+    """
+    car, assumed = plant_car(document, scenario.car)
+    files = {**scenario.files, car.path.name: sha256_of(car.path)}
+    driven = replace(scenario, car=car, car_name=car.path.stem, files=files)
+    require_fault_free(driven)
+    said = f"the unit states no unit of measurement for {', '.join(assumed)}: taken as they are"
+    return driven, [said] if assumed else []

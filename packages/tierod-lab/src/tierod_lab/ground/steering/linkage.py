@@ -1,0 +1,238 @@
+"""Linkage of rack, tie rods, steering arms and kingpins: kinematics, load at the pinion, and steering signals."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Annotated, NamedTuple
+
+from tierod.core.block import Scalar
+from tierod.core.fields import ANY, NOT_NEGATIVE, POSITIVE
+from tierod.physics.gear import end_stop_torque
+from tierod.physics.steering_ratio import (
+    ackermann_angle,
+    ackermann_slope,
+    road_wheel_angle,
+    torque_at_steering_wheel,
+    variable_ratio,
+)
+from tierod_lab.ground.parts import Hand, Loads, Memory, Steer
+from tierod_lab.ground.steering.friction import DryFriction
+from tierod_lab.ground.steering.friction_laws import Dahl
+
+
+@dataclass(frozen=True)
+class EndStop:
+    """End stops of the travel, referred to the pinion, beyond the 570 degrees of Mohtat et al., Appendix A."""
+
+    angle: Annotated[float, "rad", POSITIVE] = math.radians(572.0)
+    stiffness: Annotated[float, "N*m/rad", NOT_NEGATIVE] = 400.0
+    damping: Annotated[float, "N*m*s/rad", NOT_NEGATIVE] = 5.0
+
+
+class Resistance(NamedTuple):
+    """Torques at the pinion that oppose a turn to the left.
+
+    Args:
+        left, right: torque of each kingpin with its friction, by virtual work [N*m]
+        kingpin: torque of tyres and road, both sides [N*m]
+        friction: dry friction of both kingpins [N*m]
+        stop: torque of the end stops [N*m]
+    """
+
+    left: Scalar
+    right: Scalar
+    kingpin: Scalar
+    friction: Scalar
+    stop: Scalar
+
+    @property
+    def total(self) -> Scalar:
+        """Sum of tyre, friction and end-stop torque [N*m]."""
+        return self.kingpin + self.friction + self.stop
+
+
+@dataclass(frozen=True)
+class Linkage:
+    """Kinematics and losses of rack, tie rods and steering arms; typical of a mid-size car.
+
+    Args:
+        ratio: mean angle of the road wheels per angle of the pinion, straight ahead
+        ratio_growth: relative growth of the ratio with the squared pinion angle
+        ackermann_gain: see `tierod.physics.steering_ratio`; the default is about 60 % of full Ackermann
+        rack_ratio: travel of the rack per angle of the pinion; the default is 55 mm per revolution
+        road_wheel_inertia: inertia of one road wheel about its kingpin
+        friction: dry friction of ball joints and struts, both kingpins together, over the mean steering angle of the
+            road wheels, depending on the front axle load; 5 to 20 N*m is typical (0.3 to 1.3 N*m at the steering
+            wheel), the default is none
+        reference_load: load of the front axle at which this friction has its level
+        end_stop: stops at both ends of the travel
+    """
+
+    ratio: Annotated[float, "", POSITIVE] = 1.0 / 15.5
+    ratio_growth: Annotated[float, "1/rad**2", ANY] = 0.0
+    ackermann_gain: Annotated[float, "1/rad", NOT_NEGATIVE] = 0.16
+    rack_ratio: Annotated[float, "m/rad", POSITIVE] = 8.75e-3
+    road_wheel_inertia: Annotated[float, "kg*m**2", NOT_NEGATIVE] = 0.5
+    friction: DryFriction = field(
+        default_factory=lambda: DryFriction(level=0.0, law=Dahl(math.radians(0.1)), load_share=0.3)
+    )
+    reference_load: Annotated[float, "N", POSITIVE] = 9400.0
+    end_stop: EndStop = field(default_factory=EndStop)
+
+    @property
+    def inertia(self) -> float:
+        """Inertia of both road wheels at the pinion, with the on-centre ratio [kg*m**2]."""
+        return 2.0 * self.road_wheel_inertia * self.ratio * self.ratio
+
+    def remembered(self) -> Memory:
+        """Memory of relaxed friction."""
+        return self.friction.remembered()
+
+    def steer(self, angle: Scalar, rate: Scalar) -> Steer:
+        """Steering angles of the road wheels and their rates at an angle [rad] and rate [rad/s] of the pinion."""
+        mean, slope, gain = self._mean(angle), self._slope(angle) * rate, self.ackermann_gain
+        return Steer(
+            ackermann_angle(mean, gain),
+            ackermann_angle(mean, -gain),
+            slope * ackermann_slope(mean, gain),
+            slope * ackermann_slope(mean, -gain),
+        )
+
+    def resistance(self, angle: Scalar, rate: Scalar, start: Scalar, memory: Memory, loads: Loads) -> Resistance:
+        """Resistance at the pinion.
+
+        Args:
+            angle, rate: angle [rad] and rate [rad/s] of the pinion
+            start: angle of the pinion at the start of the step [rad]
+            memory: memory of the friction
+            loads: external loads
+        """
+        mean, slope, gain = self._mean(angle), self._slope(angle), self.ackermann_gain
+        friction = self.friction.torque(memory, *self._path(angle, rate, start, mean, slope), self._load(loads), mean)
+        friction = torque_at_steering_wheel(friction, slope)
+        left = torque_at_steering_wheel(loads.kingpin_left, slope * ackermann_slope(mean, gain))
+        right = torque_at_steering_wheel(loads.kingpin_right, slope * ackermann_slope(mean, -gain))
+        stop = end_stop_torque(angle, rate, self.end_stop.angle, self.end_stop.stiffness, self.end_stop.damping)
+        return Resistance(left + 0.5 * friction, right + 0.5 * friction, left + right, friction, stop)
+
+    def stiffness(self, angle: Scalar, rate: Scalar, memory: Memory) -> Scalar:
+        """Stiffness of the dry friction at the pinion at the start of a step, see `resistance` [N*m/rad]."""
+        slope = self._slope(angle)
+        return slope * slope * self.friction.stiffness(memory, slope * rate, self._mean(angle))
+
+    def advance(self, angle: Scalar, rate: Scalar, start: Scalar, memory: Memory, loads: Loads) -> Memory:
+        """Memory of the friction after a step; arguments as in `resistance`."""
+        mean, slope = self._mean(angle), self._slope(angle)
+        return self.friction.advance(memory, *self._path(angle, rate, start, mean, slope), self._load(loads), mean)
+
+    def friction_level(self, angle: Scalar) -> Scalar:
+        """Friction level at the pinion [N*m]."""
+        return torque_at_steering_wheel(self.friction.sliding_level(self._mean(angle)), self._slope(angle))
+
+    def _path(self, angle: Scalar, rate: Scalar, start: Scalar, mean: Scalar, slope: Scalar) -> tuple[Scalar, Scalar]:
+        return mean - self._mean(start), slope * rate
+
+    def _load(self, loads: Loads) -> Scalar:
+        return loads.front_load / self.reference_load
+
+    def _mean(self, angle: Scalar) -> Scalar:
+        return road_wheel_angle(angle, self.ratio, self.ratio_growth)
+
+    def _slope(self, angle: Scalar) -> Scalar:
+        return variable_ratio(angle, self.ratio, self.ratio_growth)
+
+
+class SteeringSignals(NamedTuple):
+    """Signals before sensors, and quantities without a sensor (`truth_`).
+
+    `truth_friction_torque` is the sliding level of all dry friction about the steering wheel's axis, at the reference
+    loads and the present angle; `truth_friction_resistance` is the present torque of all dry friction, with its sign.
+    """
+
+    steering_wheel_angle: Annotated[Scalar, "rad"]
+    steering_wheel_rate: Annotated[Scalar, "rad/s"]
+    driver_torque: Annotated[Scalar, "N*m"]
+    motor_torque: Annotated[Scalar, "N*m"]
+    motor_angle_mechanical: Annotated[Scalar, "rad"]
+    motor_speed: Annotated[Scalar, "rad/s"]
+    pinion_angle: Annotated[Scalar, "rad"]
+    rack_position: Annotated[Scalar, "m"]
+    rack_speed: Annotated[Scalar, "m/s"]
+    rack_force: Annotated[Scalar, "N"]
+    tie_rod_force_left: Annotated[Scalar, "N"]
+    tie_rod_force_right: Annotated[Scalar, "N"]
+    road_wheel_angle_left: Annotated[Scalar, "rad"]
+    road_wheel_angle_right: Annotated[Scalar, "rad"]
+    truth_friction_torque: Annotated[Scalar, "N*m"]
+    truth_friction_resistance: Annotated[Scalar, "N*m"]
+    truth_steering_wheel_acceleration: Annotated[Scalar, "rad/s**2"]
+
+
+class Shaft(NamedTuple):
+    """Motion of a rotor: electromagnetic torque [N*m], angle [rad] and rate [rad/s]."""
+
+    torque: Scalar
+    angle: Scalar
+    rate: Scalar
+
+
+class Rack(NamedTuple):
+    """Motion of a rack, referred to the pinion: angle [rad], rate [rad/s] and acceleration [rad/s**2]."""
+
+    angle: Scalar
+    rate: Scalar
+    acceleration: Scalar
+
+
+class Dry(NamedTuple):
+    """Dry friction of a whole steering about the steering wheel's axis: level and signed torque [N*m]."""
+
+    level: Scalar
+    torque: Scalar
+
+
+def steering_signals(
+    linkage: Linkage,
+    hand: Hand,
+    hand_acceleration: Scalar,
+    driver_torque: Scalar,
+    motor: Shaft,
+    pinion_angle: Scalar,
+    rack: Rack,
+    resistance: Resistance,
+    dry: Dry,
+) -> SteeringSignals:
+    """Signals of a steering; the tie-rod forces follow from the balance of moments of their road wheels.
+
+    Args:
+        hand, hand_acceleration: motion of the steering wheel, its acceleration in [rad/s**2]
+        driver_torque: torque in the torsion bar [N*m]
+        motor, rack: motion of rotor and rack
+        pinion_angle: angle of the pinion [rad]
+        linkage, resistance: linkage behind the rack and its resistance
+        dry: dry friction of the steering
+    """
+    steer = linkage.steer(rack.angle, rack.rate)
+    swing = 0.5 * linkage.inertia * rack.acceleration
+    left = (resistance.left + swing) / linkage.rack_ratio
+    right = (resistance.right + swing) / linkage.rack_ratio
+    return SteeringSignals(
+        steering_wheel_angle=hand.angle,
+        steering_wheel_rate=hand.rate,
+        driver_torque=driver_torque,
+        motor_torque=motor.torque,
+        motor_angle_mechanical=motor.angle,
+        motor_speed=motor.rate,
+        pinion_angle=pinion_angle,
+        rack_position=linkage.rack_ratio * rack.angle,
+        rack_speed=linkage.rack_ratio * rack.rate,
+        rack_force=left + right,
+        tie_rod_force_left=left,
+        tie_rod_force_right=right,
+        road_wheel_angle_left=steer.left,
+        road_wheel_angle_right=steer.right,
+        truth_friction_torque=dry.level,
+        truth_friction_resistance=dry.torque,
+        truth_steering_wheel_acceleration=hand_acceleration,
+    )

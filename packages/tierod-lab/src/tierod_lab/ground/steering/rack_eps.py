@@ -1,0 +1,249 @@
+"""Electric power steering with rack and pinion as two bodies, and the motor on either of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Annotated, NamedTuple
+
+from tierod.core.block import Scalar, Tree
+from tierod.core.fields import NOT_NEGATIVE, POSITIVE
+from tierod.physics.friction import viscous
+from tierod.physics.gear import lash_torque
+from tierod.physics.steering_ratio import column_torque_of_motor
+from tierod_lab.ground.parts import Hand, Loads, Memory, Steer
+from tierod_lab.ground.steering.friction import DryFriction
+from tierod_lab.ground.steering.linkage import (
+    Dry,
+    Linkage,
+    Rack,
+    Resistance,
+    Shaft,
+    SteeringSignals,
+    steering_signals,
+)
+from tierod_lab.ground.steering.shaft import Motor, TorsionBar, Wheel, assist_motor
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """Tooth mesh of pinion and rack, along the rack.
+
+    Args:
+        play: total free travel of the rack against the held pinion; a spring-loaded yoke leaves none
+    """
+
+    stiffness: Annotated[float, "N/m", POSITIVE] = 1e8
+    damping: Annotated[float, "N*s/m", NOT_NEGATIVE] = 5e3
+    play: Annotated[float, "m", NOT_NEGATIVE] = 0.0
+
+
+class RackMotion(NamedTuple):
+    """State of motion of a rack steering; motor torque and wheel are () if the steering has none."""
+
+    angle: Scalar
+    rate: Scalar
+    position: Scalar
+    speed: Scalar
+    motor_torque: Tree
+    wheel: Tree
+
+
+class RackMemory(NamedTuple):
+    """Memory of the dry friction of the gear and of the kingpins."""
+
+    gear: Memory
+    kingpins: Memory
+
+
+class _Balance(NamedTuple):
+    driver_torque: Scalar
+    friction: Scalar
+    resistance: Resistance
+    acceleration: Scalar
+    rack_acceleration: Scalar
+    wheel_acceleration: Scalar
+
+
+@dataclass(frozen=True)
+class RackEps:
+    """Steering wheel, torsion bar, pinion, rack with motor, and linkage; typical of a mid-size car.
+
+    Args:
+        wheel_inertia: inertia of the steering wheel
+        wheel_damping: viscous damping of its bearing and clock spring, as identified by Raffone
+        pinion_inertia: inertia of lower column and pinion
+        pinion_damping: viscous damping at the pinion
+        rack_mass: mass of the rack, without road wheels and a motor on the rack
+        rack_damping: viscous damping of the rack
+        centring: stiffness of a spring that centres the rack
+        mesh: teeth between pinion and rack
+        friction: dry friction of the whole gear, as torque over angle at the pinion, depending on the load of the gear
+        friction_on_rack: whether it acts on the rack (yoke, bushings, screw: divided by the rack ratio it is a force)
+            or on the pinion
+        reference_load: kingpin torque at the pinion at which friction has its level
+        motor: None for a rack without a motor
+        motor_on_rack: whether the motor drives the rack by belt and ball screw; else it drives the pinion
+        linkage: linkage from the rack to the road wheels
+        torsion_bar: None for a rigid column, whose driver torque is that of the hands
+    """
+
+    wheel_inertia: Annotated[float, "kg*m**2", POSITIVE] = 0.035
+    wheel_damping: Annotated[float, "N*m*s/rad", NOT_NEGATIVE] = 0.2
+    pinion_inertia: Annotated[float, "kg*m**2", POSITIVE] = 4e-4
+    pinion_damping: Annotated[float, "N*m*s/rad", NOT_NEGATIVE] = 0.1
+    rack_mass: Annotated[float, "kg", POSITIVE] = 3.0
+    rack_damping: Annotated[float, "N*s/m", NOT_NEGATIVE] = 1.5e3
+    centring: Annotated[float, "N/m", NOT_NEGATIVE] = 0.0
+    mesh: Mesh = field(default_factory=Mesh)
+    friction: DryFriction = field(default_factory=DryFriction)
+    friction_on_rack: bool = True
+    reference_load: Annotated[float, "N*m", POSITIVE] = 4.0
+    motor: Motor | None = field(default_factory=assist_motor)
+    motor_on_rack: bool = True
+    linkage: Linkage = field(default_factory=Linkage)
+    torsion_bar: TorsionBar | None = field(default_factory=TorsionBar)
+
+    @property
+    def actuators(self) -> tuple[str, ...]:
+        """Assist motor, if there is one."""
+        return () if self.motor is None else ("motor_torque",)
+
+    def init(self) -> RackMotion:
+        """State of motion straight ahead, at rest."""
+        motor = () if self.motor is None else 0.0
+        return RackMotion(0.0, 0.0, 0.0, 0.0, motor, () if self.torsion_bar is None else Wheel(0.0, 0.0))
+
+    def remembered(self) -> RackMemory:
+        """Memory of relaxed friction."""
+        return RackMemory(self.friction.remembered(), self.linkage.remembered())
+
+    def stiff(self) -> RackMotion:
+        """Linearisation point at rest, with the teeth in contact: within the play there is no stiffness."""
+        return self.init()._replace(position=-self.mesh.play)
+
+    def sticking(self, motion: RackMotion, memory: RackMemory) -> dict[tuple[str, str], Scalar]:
+        """Entries of dry friction in the Jacobian, see `Steering.sticking`."""
+        rack, (inertia, mass) = self._rack(motion), self._inertias()
+        kingpins = self.linkage.stiffness(rack.angle, rack.rate, memory.kingpins)
+        _, rate = self._rubbed(motion, motion)
+        gear = self.friction.stiffness(memory.gear, rate, self._rubbing(motion))
+        on_rack, on_pinion = (kingpins + gear, 0.0) if self.friction_on_rack else (kingpins, gear)
+        ratio = self.linkage.rack_ratio
+        return {("speed", "position"): -on_rack / (ratio * ratio * mass), ("rate", "angle"): -on_pinion / inertia}
+
+    def steer(self, motion: RackMotion) -> Steer:
+        """Steering angle and rate of the road wheels."""
+        ratio = self.linkage.rack_ratio
+        return self.linkage.steer(motion.position / ratio, motion.speed / ratio)
+
+    def hand(self, motion: RackMotion) -> Hand:
+        """Angle and rate of the steering wheel."""
+        return Hand(motion.angle, motion.rate) if self.torsion_bar is None else Hand(*motion.wheel)
+
+    def derivative(self, motion: RackMotion, start: RackMotion, memory: RackMemory, loads: Loads) -> RackMotion:
+        """Rate of change of the motion."""
+        balance = self._balance(motion, start, memory, loads)
+        motor = self.motor
+        return RackMotion(
+            motion.rate,
+            balance.acceleration,
+            motion.speed,
+            balance.rack_acceleration,
+            ()
+            if motor is None
+            else motor.torque_rate(motion.motor_torque, loads.actuator_torques[0], self._shaft(motion).rate),
+            () if self.torsion_bar is None else Wheel(motion.wheel.rate, balance.wheel_acceleration),
+        )
+
+    def advance(self, motion: RackMotion, start: RackMotion, memory: RackMemory, loads: Loads) -> RackMemory:
+        """Memory of the friction after a step."""
+        rack, before = self._rack(motion), self._rack(start)
+        return RackMemory(
+            self.friction.advance(memory.gear, *self._rubbed(motion, start), angle=self._rubbing(motion)),
+            self.linkage.advance(rack.angle, rack.rate, before.angle, memory.kingpins, loads),
+        )
+
+    def signals(self, motion: RackMotion, memory: RackMemory, loads: Loads) -> SteeringSignals:
+        """Signals at one instant."""
+        balance, rack = self._balance(motion, motion, memory, loads), self._rack(motion)
+        level = self.friction.sliding_level(self._rubbing(motion)) + self.linkage.friction_level(rack.angle)
+        return steering_signals(
+            self.linkage,
+            self.hand(motion),
+            balance.wheel_acceleration,
+            balance.driver_torque,
+            self._shaft(motion),
+            motion.angle,
+            rack._replace(acceleration=balance.rack_acceleration / self.linkage.rack_ratio),
+            balance.resistance,
+            Dry(level, balance.friction + balance.resistance.friction),
+        )
+
+    def _balance(self, motion: RackMotion, start: RackMotion, memory: RackMemory, loads: Loads) -> _Balance:
+        rack, before, ratio = self._rack(motion), self._rack(start), self.linkage.rack_ratio
+        resistance = self.linkage.resistance(rack.angle, rack.rate, before.angle, memory.kingpins, loads)
+        load = resistance.kingpin / self.reference_load
+        friction = self.friction.torque(memory.gear, *self._rubbed(motion, start), load, self._rubbing(motion))
+        mesh = self.mesh
+        passed = lash_torque(
+            ratio * motion.angle - motion.position,
+            ratio * motion.rate - motion.speed,
+            mesh.stiffness,
+            mesh.damping,
+            mesh.play,
+        )
+        (at_pinion, at_rack), (inertia, mass) = self._motor(motion), self._inertias()
+        if self.friction_on_rack:
+            at_rack = at_rack - friction
+        else:
+            at_pinion = at_pinion - friction
+        drive = at_pinion - viscous(motion.rate, self.pinion_damping) - ratio * passed
+        push = passed + (at_rack - resistance.total) / ratio
+        push = push - viscous(motion.speed, self.rack_damping) - self.centring * motion.position
+        if self.torsion_bar is None:
+            driver, drive = loads.hand_torque, drive - viscous(motion.rate, self.wheel_damping)
+            acceleration = wheel_acceleration = (driver + drive) / inertia
+        else:
+            driver = self.torsion_bar.torque(motion.wheel, motion.angle, motion.rate)
+            acceleration = (driver + drive) / inertia
+            held = loads.hand_torque - viscous(motion.wheel.rate, self.wheel_damping)
+            wheel_acceleration = (held - driver) / self.wheel_inertia
+        return _Balance(driver, friction, resistance, acceleration, push / mass, wheel_acceleration)
+
+    def _rack(self, motion: RackMotion) -> Rack:
+        ratio = self.linkage.rack_ratio
+        return Rack(motion.position / ratio, motion.speed / ratio, 0.0)
+
+    def _rubbing(self, motion: RackMotion) -> Scalar:
+        """Angle of the body on which the friction acts, referred to the pinion [rad]."""
+        return motion.position / self.linkage.rack_ratio if self.friction_on_rack else motion.angle
+
+    def _rubbed(self, motion: RackMotion, start: RackMotion) -> tuple[Scalar, Scalar]:
+        """Angle since the start of the step [rad] and rate [rad/s] of the body on which the friction acts."""
+        turned = self._rubbing(motion) - self._rubbing(start)
+        return turned, motion.speed / self.linkage.rack_ratio if self.friction_on_rack else motion.rate
+
+    def _shaft(self, motion: RackMotion) -> Shaft:
+        if self.motor is None:
+            return Shaft(0.0, 0.0, 0.0)
+        rack = self._rack(motion)
+        angle, rate = (rack.angle, rack.rate) if self.motor_on_rack else (motion.angle, motion.rate)
+        return Shaft(motion.motor_torque, self.motor.ratio * angle, self.motor.ratio * rate)
+
+    def _motor(self, motion: RackMotion) -> tuple[Scalar, Scalar]:
+        """Torque of the motor on the pinion and on the rack, referred to the pinion [N*m]."""
+        if self.motor is None:
+            return 0.0, 0.0
+        shaft, motor = self._shaft(motion), self.motor
+        torque = motor.shaft_torque(shaft.torque, shaft.angle) - viscous(shaft.rate, motor.damping)
+        torque = column_torque_of_motor(torque, motor.ratio)
+        return (0.0, torque) if self.motor_on_rack else (torque, 0.0)
+
+    def _inertias(self) -> tuple[Scalar, Scalar]:
+        """Inertia of the parts that move with the pinion [kg*m**2], and mass of those that move with the rack [kg]."""
+        inertia = self.pinion_inertia if self.torsion_bar is not None else self.pinion_inertia + self.wheel_inertia
+        moved, square = self.linkage.inertia, self.linkage.rack_ratio * self.linkage.rack_ratio
+        if self.motor is not None:
+            rotor = self.motor.ratio * self.motor.ratio * self.motor.inertia
+            inertia, moved = (inertia, moved + rotor) if self.motor_on_rack else (inertia + rotor, moved)
+        return inertia, self.rack_mass + moved / square

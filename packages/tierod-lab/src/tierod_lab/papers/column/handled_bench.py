@@ -1,0 +1,225 @@
+"""Column benches with hands that come and go: scores of a monitor of the hands, and thresholds designed on them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
+from typing import Annotated, NamedTuple
+
+import numpy as np
+
+from tierod.core.graph import Memory, scan
+from tierod.core.graph.kernel import kernel
+from tierod.monitors.driver_torque.hands import UNCERTAIN, HandsMonitor
+from tierod_lab.ground.cars.column_bench import ColumnBench
+from tierod_lab.ground.courses.bench import BenchHands
+from tierod_lab.papers.column.measured_ratios import RatioDesign, threshold_from_ratios
+from tierod_lab.papers.column.parameter_sets import SCATTERED
+
+PIECE = 60.0
+"""Duration of a simulated piece, so short that its arrays fit into the processor's cache [s]."""
+STEP = 1e-3
+"""Sampling interval [s]."""
+ANGLE_NOISE, ANGLE_STEP, TORQUE_NOISE = math.radians(0.005), math.radians(0.01), 0.01
+"""Noise and resolution of the angle sensor, noise of the torque sensor, as on the proving ground [rad, rad, N m]."""
+
+
+class Bench(NamedTuple):
+    """A randomly drawn bench.
+
+    Args:
+        plant: bench with its own parameters
+        gain: gain of the torque sensor
+        offset: offset of the torque sensor [N m]
+        course: course of hands and motor
+        seed: seed of the noise
+    """
+
+    plant: ColumnBench
+    gain: float
+    offset: float
+    course: BenchHands
+    seed: int
+
+
+class Piece(NamedTuple):
+    """A piece of a bench run: time [s], samples of angle [rad] and torque [N m], presence of the hands (0 to 1)."""
+
+    time: np.ndarray
+    samples: np.ndarray
+    present: np.ndarray
+
+
+class Score(NamedTuple):
+    """Detection delays and false changes of a monitor.
+
+    Args:
+        grabs, releases: detection delays of hands on and hands off [s]; infinite where undetected
+        firmness: standard deviation of the torque of every hold [N m]
+        false_on, false_off: changes to "on" without hands and to "off" with hands, after the correct first detection
+        uncertain: time in the state "uncertain" [s]
+        seconds: total time [s]
+    """
+
+    grabs: np.ndarray
+    releases: np.ndarray
+    firmness: np.ndarray
+    false_on: int
+    false_off: int
+    uncertain: Annotated[float, "s"]
+    seconds: Annotated[float, "s"]
+
+
+def drawn(seed: int, share: float, seconds: float, tremor: float = 0.03) -> Bench:
+    """Draw a bench whose parameters and torque sensor gain are wrong by a share, either way, with a torque offset.
+
+    Args:
+        seed: seed of all random numbers
+        share: relative error of each parameter
+        seconds: duration of its course [s]
+        tremor: standard deviation of the tremor of the hands [N m]
+    """
+    draw = np.random.default_rng([seed, 7])
+    plant = ColumnBench()
+    ways = draw.choice([-1.0, 1.0], len(SCATTERED) + 1)
+    off = {name: getattr(plant, name) * (1.0 + share * way) for name, way in zip(SCATTERED, ways[:-1], strict=True)}
+    gain, offset = 1.0 + share * float(ways[-1]), float(draw.normal(0.0, 0.03))
+    return Bench(replace(plant, **off), gain, offset, BenchHands(time=seconds, seed=seed, tremor=tremor), seed)
+
+
+def pieces(bench: Bench) -> Iterator[Piece]:
+    """Simulate a bench piece by piece."""
+    names = kernel(bench.plant).graph.sample
+    draw, state = np.random.default_rng([bench.seed, 8]), None
+    count, size = round(bench.course.duration / STEP), round(PIECE / STEP)
+    for begin in range(0, count, size):
+        time = np.arange(begin, min(begin + size, count)) * STEP
+        given = bench.course.columns(time, time, 0.0, 0.0)
+        inputs = np.zeros((len(time), len(names)))
+        for column, name in enumerate(names):
+            inputs[:, column] = given.get(name, 1.0 if name.endswith("gain") else 0.0)
+        result = scan(bench.plant, inputs, state)
+        state = result.state
+        noise = draw.standard_normal((2, len(time)))
+        angle = result["steering_wheel_angle"] + ANGLE_NOISE * noise[0]
+        torque = bench.gain * result["driver_torque"] + bench.offset + TORQUE_NOISE * noise[1]
+        samples = np.column_stack([np.round(angle / ANGLE_STEP) * ANGLE_STEP, torque])
+        yield Piece(time, samples, bench.course.held(time)[0])
+
+
+def scored(monitors: Sequence[HandsMonitor], bench: Bench) -> list[Score]:
+    """Scores of several monitors on one bench."""
+    states: list[Memory | None] = [None] * len(monitors)
+    states_of: list[list[np.ndarray]] = [[] for _ in monitors]
+    for piece in pieces(bench):
+        for place, monitor in enumerate(monitors):
+            result = scan(monitor, piece.samples, states[place])
+            states[place] = result.state
+            states_of[place].append(result["hands"].astype(np.float32))
+    return [score(np.concatenate(each), bench.course) for each in states_of]
+
+
+def score(hands: np.ndarray, course: BenchHands) -> Score:
+    """Score the decisions of a monitor against the true course of the hands.
+
+    Args:
+        hands: estimated state of the hands by sample, as from `HandsMonitor`
+        course: true course of the hands
+    """
+    decided = decisions(hands)
+    switches, ends = course.switches[:-1], course.switches[1:]
+    # An episode that the end of the run cuts off has no complete delay.
+    whole = ends < len(hands) * STEP
+    delays: tuple[list[float], list[float]] = ([], [])
+    false = [0, 0]
+    for number, (start, end) in enumerate(zip(switches[whole], ends[whole], strict=True)):
+        on = number % 2 == 0
+        part = decided[round(start / STEP) : round(end / STEP)]
+        right = np.flatnonzero(part == float(on))
+        delays[on].append(right[0] * STEP if len(right) else math.inf)
+        if len(right):
+            false[not on] += int(np.count_nonzero(np.diff(part[right[0] :]) == (-1.0 if on else 1.0)))
+    firmness = course.firmness[: len(delays[1]), 0]
+    uncertain = float(np.count_nonzero(hands == UNCERTAIN)) * STEP
+    return Score(np.array(delays[1]), np.array(delays[0]), firmness, false[1], false[0], uncertain, len(hands) * STEP)
+
+
+def decisions(hands: np.ndarray) -> np.ndarray:
+    """States of the hands, in which an uncertain sample keeps the last decision."""
+    decided: np.ndarray = hands[np.maximum.accumulate(np.where(hands == UNCERTAIN, 0, np.arange(len(hands))))]
+    return decided
+
+
+def together(scores: list[Score]) -> Score:
+    """Pool the scores of several benches."""
+    return Score(
+        np.concatenate([each.grabs for each in scores]),
+        np.concatenate([each.releases for each in scores]),
+        np.concatenate([each.firmness for each in scores]),
+        sum(each.false_on for each in scores),
+        sum(each.false_off for each in scores),
+        sum(each.uncertain for each in scores),
+        sum(each.seconds for each in scores),
+    )
+
+
+SETTLED = 1.0
+"""Time after hands have come or gone whose evidence is left out, since it is not that of the steady state [s]."""
+
+
+class HeldRecord(NamedTuple):
+    """A recording with the true state of the hands.
+
+    Args:
+        samples: angle [rad] and torque of the torsion bar [N*m], (n, 2)
+        held: 1 where hands held the wheel, 0 where none did, (n,)
+    """
+
+    samples: np.ndarray
+    held: np.ndarray
+
+
+class HandsDesign(NamedTuple):
+    """Thresholds for both changes, from measured log-likelihood ratios.
+
+    Args:
+        to_on: design of the threshold for "on", from data without hands
+        to_off: design of the threshold for "off", from data with hands
+    """
+
+    to_on: RatioDesign
+    to_off: RatioDesign
+
+    @property
+    def thresholds(self) -> tuple[float, float]:
+        """Thresholds for "on" and "off" [nat], as `HandsMonitor.of_vehicle` takes them."""
+        return self.to_on.threshold, self.to_off.threshold
+
+
+def design_thresholds(monitor: HandsMonitor, records: Iterable[HeldRecord], hours: float) -> HandsDesign:
+    """Design thresholds for a mean time between false changes.
+
+    Args:
+        monitor: monitor with thresholds so high that the records contain no false change
+        records: fault-free recordings of vehicles that differ from the file as much as is to be tolerated
+        hours: mean time between false changes, to "on" without hands and to "off" with hands [h]
+
+    Raises:
+        InputError: the records are too few to measure the run length
+    """
+    without, with_ = [], []
+    for record in records:
+        ratio = scan(monitor, record.samples)["log_likelihood_ratio"]
+        settled = _settled(record.held, round(SETTLED / monitor.sample_time))
+        without.append(np.where(settled & (record.held == 0.0), ratio, np.nan))
+        with_.append(np.where(settled & (record.held == 1.0), -ratio, np.nan))
+    wanted = 3600.0 * hours / monitor.sample_time
+    return HandsDesign(threshold_from_ratios(without, wanted), threshold_from_ratios(with_, wanted))
+
+
+def _settled(held: np.ndarray, count: int) -> np.ndarray:
+    """Mask of the samples at least `count` samples after the last change; the first sample counts as a change."""
+    place = np.arange(len(held))
+    changed = np.maximum.accumulate(np.where(np.diff(held, prepend=np.nan) != 0.0, place, 0))
+    return place - changed >= count

@@ -1,0 +1,99 @@
+"""The paper's rules as variants of the condition monitor, and their calibration for a vehicle file.
+
+`tierod.monitors.condition.further_variants` finds both by name, so that the product runs without this package.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+from tierod.core.recording import Recording
+from tierod.monitors.condition.decisions import PAPER, WIRING
+from tierod.monitors.condition.further_variants import Table
+from tierod.monitors.condition.reaction import FaultReaction
+from tierod.monitors.condition.session import EVIDENCE, ConditionSession
+from tierod.monitors.condition.signals import ConditionSample
+from tierod.monitors.condition.substitutes import Reconfiguration
+from tierod.monitors.harness.baseline import Baseline
+from tierod.monitors.harness.decision import Decision, OwnRule
+from tierod.monitors.harness.session import Session, Variant
+from tierod.vehicles import Vehicle
+
+_DECIDES = "symptom of a residual"
+"""Name of the decision that declares faults."""
+
+
+def _opening(name: str) -> Callable[[Vehicle, float, Baseline | None], Session]:
+    """A function that opens a session of a variant."""
+
+    def opened(vehicle: Vehicle, rate: float, baseline: Baseline | None) -> Session:
+        from tierod_lab.papers.condition.rules.parameters import ResidualParameters
+        from tierod_lab.papers.condition.rules.rule_monitor import RulesWithReaction, rule_monitor
+        from tierod_lab.papers.condition.rules.storage import calibration_of, name_of
+
+        printed = name == "rules-printed"
+        monitor = rule_monitor(
+            vehicle.parameters_for(ResidualParameters), calibration_of(vehicle, printed), name, 1.0 / rate
+        )
+        calibrated = name_of(printed) in vehicle.thresholds
+        # The models of the rules are no substitutes: they use sensors that may be faulty as well, and their errors in
+        # that case were never measured.
+        reconfiguration = Reconfiguration.of_vehicle(vehicle, 1.0 / rate, calibrated, filters=False)
+        block = RulesWithReaction(monitor, FaultReaction.of(reconfiguration, 1.0 / rate))
+        graph = reconfiguration.switchover.graph
+        return ConditionSession(f"condition, {name}", block, graph, vehicle, rate, calibrated, _DECIDES, {})
+
+    return opened
+
+
+_DECISIONS = (
+    Decision(
+        name=_DECIDES,
+        distance="residual over its threshold of the vehicle file",
+        rule=OwnRule(
+            "above one; the rule of a fault must hold for 0.1 s; candidates fit to 0.75", {"least_score": 0.75}
+        ),
+        place="block.monitor.rules",
+        mean_time_between_false_alarms=None,
+        demonstrated=None,
+        source="thresholds 1.15 times the largest residual of an hour of fault-free driving; "
+        "docs/explanation/papers/condition.md",
+        statistic=EVIDENCE,
+        levels=(1.0,),
+    ),
+    WIRING,
+)
+
+VARIANTS = {
+    name: Variant(name, summary, PAPER, _opening(name), decisions=_DECISIONS)
+    for name, summary in {
+        "rules": "The paper's residuals, thresholds and rules, corrected.",
+        "rules-discriminating": "The same with further rules that discriminate faults.",
+        "rules-printed": "The paper's residuals and rules with their misprints.",
+    }.items()
+}
+"""Variants of the monitor by name."""
+
+
+def calibrated_tables(
+    vehicle: Vehicle, fitted: Sequence[Recording], healthy: Sequence[Recording], source: str
+) -> Mapping[str, Table]:
+    """Calibrates the residuals, corrected and as printed, and returns the tables of a vehicle file.
+
+    Args:
+        vehicle: vehicle file with calibrated parameters
+        fitted, healthy: fault-free drives for the coefficients, and for the thresholds
+        source: description of the drives
+
+    Returns:
+        tables by name; empty where a recording lacks a signal that the residuals need
+    """
+    from tierod_lab.papers.condition.rules.calibration import calibrate_residuals
+    from tierod_lab.papers.condition.rules.parameters import ResidualParameters
+    from tierod_lab.papers.condition.rules.storage import name_of, table_of
+
+    if any(name not in each for each in (*fitted, *healthy) for name in ConditionSample._fields[:8]):
+        return {}
+    car = vehicle.parameters_for(ResidualParameters)
+    found = (calibrate_residuals(car, fitted, healthy, printed=each) for each in (False, True))
+    return {name_of(each.printed): table_of(each, source) for each in found}

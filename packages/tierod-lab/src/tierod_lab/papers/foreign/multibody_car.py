@@ -1,0 +1,135 @@
+"""Drives of CommonRoad's multi-body car, a BMW 320i, as readings of its motion sensors."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from tierod.core.errors import InputError
+from tierod.core.recording import Channel, Recording
+from tierod.vehicles import Vehicle, load
+from tierod_lab.papers.condition.real_recordings import RealCar
+
+RATE = 100.0
+"""Sampling rate of the recording [Hz]."""
+STEERING_RATIO, AXLE_STIFFNESS = 1.0 / 16.0, (107e3, 119e3)
+"""Road wheel angle over steering wheel angle, which CommonRoad does not give; cornering stiffness of the axles [N/rad].
+
+The stiffnesses follow from the coefficient 21.9 of CommonRoad's tyres, per load and friction.
+"""
+NOISES = {
+    "wheel_speed_front_left": 0.02,
+    "wheel_speed_front_right": 0.02,
+    "wheel_speed_rear_left": 0.02,
+    "wheel_speed_rear_right": 0.02,
+    "yaw_rate": 3e-3,
+    "steering_wheel_angle": 5e-3,
+    "lateral_acceleration": 0.05,
+    "longitudinal_acceleration": 0.05,
+}
+"""Standard deviation of the noise of each signal, in its unit."""
+UNITS = {"wheel": "m/s", "yaw": "rad/s", "steering": "rad", "lateral": "m/s**2", "longitudinal": "m/s**2"}
+"""Unit of a signal by the first word of its name."""
+
+
+@dataclass(frozen=True)
+class MultibodyCar(RealCar):
+    """CommonRoad's car in the form of a car of the study of real cars.
+
+    Args:
+        seed: seed of course and noise
+    """
+
+    seed: int = 0
+
+    @property
+    def known(self) -> Vehicle:
+        """Vehicle with the parameters of CommonRoad's car; all others are those of the RAV4."""
+        base, given = load("rav4"), _parameters()
+        values = {
+            "mass": given.m,
+            "yaw_inertia": given.I_z,
+            "front_distance": given.a,
+            "rear_distance": given.b,
+            "track_width": given.T_r,
+            "front_cornering_stiffness": AXLE_STIFFNESS[0],
+            "rear_cornering_stiffness": AXLE_STIFFNESS[1],
+            "steering_ratio": STEERING_RATIO,
+        }
+        changed = {name: replace(base.parameters[name], value=float(value)) for name, value in values.items()}
+        return replace(base, parameters={**base.parameters, **changed})
+
+    def recording(self) -> Recording | None:
+        """The simulated recording; None where CommonRoad's models are not installed."""
+        try:
+            return multibody_drive(self.seed, self.learning + 30.0)
+        except InputError:
+            return None
+
+
+@lru_cache(maxsize=4)
+def multibody_drive(seed: int, seconds: float) -> Recording:
+    """Simulate a drive through bends of up to some 2.5 m/s2, between 8 and 20 m/s.
+
+    Args:
+        seed: seed of bends, speeds and noise
+        seconds: duration [s]
+
+    Raises:
+        InputError: the package `commonroad-vehicle-models` is not installed
+    """
+    given = _parameters()
+    from scipy.integrate import solve_ivp
+    from vehiclemodels.init_mb import init_mb
+    from vehiclemodels.vehicle_dynamics_mb import vehicle_dynamics_mb
+
+    random = np.random.default_rng([seed, 4])
+    knots = np.arange(0.0, seconds + 6.0, 3.0)
+    lateral = random.uniform(-2.5, 2.5, len(knots)) * (random.random(len(knots)) < 0.8)
+    speeds = np.clip(14.0 + np.cumsum(random.normal(size=len(knots))), 8.0, 20.0)
+
+    def slope(instant: float, state: np.ndarray) -> list[float]:
+        target = float(np.interp(instant, knots, speeds))
+        wanted = float(np.interp(instant, knots, lateral)) * (given.a + given.b) / target**2
+        rate = float(np.clip(4.0 * (wanted - state[2]), -0.3, 0.3))
+        rates: list[float] = vehicle_dynamics_mb(
+            list(state), [rate, float(np.clip(target - state[3], -2.0, 2.0))], given
+        )
+        return rates
+
+    time = np.arange(round(seconds * RATE)) / RATE
+    begin = np.array(init_mb([0.0, 0.0, 0.0, speeds[0], 0.0, 0.0, 0.0], given), float)
+    states = solve_ivp(slope, (0.0, time[-1]), begin, "LSODA", t_eval=time, rtol=1e-6, atol=1e-8, max_step=0.02).y
+    return _recording(time, _signals(states, given), random)
+
+
+def _signals(states: np.ndarray, given: Any) -> dict[str, np.ndarray]:
+    along, yaw, across = states[3], states[5], states[10]
+    # The model names left the wheels that roll faster in a left turn, so that its sides are interchanged.
+    names = ("front_right", "front_left", "rear_right", "rear_left")
+    found = {f"wheel_speed_{name}": given.R_w * states[23 + place] for place, name in enumerate(names)}
+    return found | {
+        "yaw_rate": yaw,
+        "steering_wheel_angle": states[2] / STEERING_RATIO,
+        "lateral_acceleration": np.gradient(across, 1.0 / RATE) + along * yaw,
+        "longitudinal_acceleration": np.gradient(along, 1.0 / RATE) - across * yaw,
+    }
+
+
+def _recording(time: np.ndarray, signals: dict[str, np.ndarray], random: np.random.Generator) -> Recording:
+    channels = {}
+    for name, deviation in NOISES.items():
+        read = signals[name] + deviation * random.normal(size=len(time))
+        channels[name] = Channel(name, time, read, UNITS[name.partition("_")[0]])
+    return Recording(channels, {"source": "commonroad-vehicle-models"})
+
+
+def _parameters() -> Any:
+    try:
+        from vehiclemodels.parameters_vehicle2 import parameters_vehicle2
+    except ImportError:
+        raise InputError("the models of CommonRoad are not here; pip install commonroad-vehicle-models") from None
+    return parameters_vehicle2()

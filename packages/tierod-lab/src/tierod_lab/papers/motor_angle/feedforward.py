@@ -1,0 +1,282 @@
+"""Motor angle from the back-EMF (feedforward), alone and with an observer of the rotor and its load."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, NamedTuple
+
+import numpy as np
+
+from tierod.core.block import Scalar, Tree, Truth
+from tierod.core.errors import ParameterError, nearest
+from tierod.core.fields import POSITIVE, check_ranges
+from tierod.core.graph.maths import all_of, arctan2, both, either, hypot, limit, present, select, sqrt, where
+from tierod.methods.estimators.linear_algebra import add
+from tierod.methods.estimators.pole_placement import discrete_poles, observer_gain
+from tierod.models.linear import LinearSystem, sampled
+from tierod.models.stator_frame_motor import SampledMotorParameters
+from tierod.monitors.motor_angle.observer import MotorAngleObserver
+from tierod.physics.angle import wrapped
+from tierod.physics.clarke_park import Direction, StatorVector, direction, electrical_angle, park, turned
+from tierod.physics.lag import share_reached
+from tierod.physics.pm_motor import rotor_acceleration, torque_constant
+from tierod_lab.papers.motor_angle.printed_observers import WIDEST, Sample, flux_rate, fresh, output_class, residual
+
+READINGS = ("corrected", "printed")
+"""Sign of the inductive term in (46): minus, or plus as printed."""
+SLOW = ("held", "increments")
+"""Behaviour while the back-EMF is too small: hold the angle, or follow the increments of the sensor."""
+
+
+class FeedforwardState(NamedTuple):
+    """State of the feedforward.
+
+    Args:
+        emf: filtered back-EMF [V]
+        current: current of the last sample [A]
+        known: whether that current was available
+        speed: electrical speed [rad/s]
+        lagging: electrical angle of the filtered back-EMF [rad], not wrapped
+        sensed: last angle of the sensor [rad]
+        begun: whether the angle has been initialised by the sensor
+    """
+
+    emf: StatorVector
+    current: StatorVector
+    known: Scalar
+    speed: Scalar
+    lagging: Scalar
+    sensed: Scalar
+    begun: Scalar
+
+
+class Turning(NamedTuple):
+    """Angle and speed from the back-EMF.
+
+    Args:
+        lagging: electrical angle of the filtered back-EMF [rad]
+        electrical_angle: the same, compensated for the lag of the filter [rad]
+        electrical_speed: signed electrical speed [rad/s]
+        standing: 1 while the back-EMF is too small for an angle
+    """
+
+    lagging: Scalar
+    electrical_angle: Scalar
+    electrical_speed: Scalar
+    standing: Scalar
+
+
+@dataclass(frozen=True)
+class FeedforwardAngle:
+    """Motor angle from the direction of the filtered back-EMF, u - R i - L di/dt, with compensated filter lag.
+
+    Args:
+        parameters: parameters of the motor
+        bandwidth: bandwidth of the filter, which makes the derivative causal [rad/s]; 300 Hz
+        least_speed: speed below which the noise of the derivative exceeds the back-EMF, and `slow` applies
+        reading: "corrected", or "printed" with +L di/dt, which turns the angle by atan(2 L i_q / psi)
+        slow: below the least speed the angle is "held", or follows the "increments" of the sensor
+
+    The quotient of (46) is ambiguous by half a turn: of the two angles the one within a quarter of a turn of the last
+    angle is taken, which also gives the sign of the speed.
+
+    Validity: not at low speed, where the back-EMF is too small. If the motor turns by a quarter of an electrical turn
+    while the angle is held, the angle stays wrong by half turns.
+    Source: Reinelt et al., eq (46); corrected: minus L dI/dt in both axes, the arctangent of two arguments.
+    """
+
+    parameters: SampledMotorParameters
+    bandwidth: Annotated[float, "rad/s", POSITIVE] = 1885.0
+    least_speed: Annotated[float, "rad/s", POSITIVE] = 6.0
+    reading: str = "corrected"
+    slow: str = "held"
+
+    Sample = Sample
+
+    def __post_init__(self) -> None:
+        check_ranges(self)
+        for name, known in (("reading", READINGS), ("slow", SLOW)):
+            if getattr(self, name) not in known:
+                raise ParameterError(
+                    f"{name} is '{getattr(self, name)}'{nearest(getattr(self, name), known)}; "
+                    f"expected {' or '.join(known)}"
+                )
+
+    def init(self) -> FeedforwardState:
+        """State before the first sample."""
+        none = StatorVector(0.0, 0.0)
+        return FeedforwardState(none, none, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+    def step(self, state: FeedforwardState, sample: MotorAngleObserver.Sample) -> tuple[FeedforwardState, Tree]:
+        """Advance by one sample."""
+        pole_pairs = self.parameters.motor_pole_pairs
+        after, turning = self.turned(state, sample)
+        angle = turning.electrical_angle / pole_pairs
+        away = residual(after.begun, sample, angle, pole_pairs)
+        speed = turning.electrical_speed / pole_pairs
+        return after, output_class("standing")(angle, speed, turning.standing, away)
+
+    def turned(self, state: FeedforwardState, sample: MotorAngleObserver.Sample) -> tuple[FeedforwardState, Turning]:
+        """Advance by one sample; returns the state, and angle and speed from the back-EMF."""
+        p = self.parameters
+        first = fresh(state.begun, sample)
+        begun = where(either(state.begun, first), 1.0, 0.0)
+        emf = self._emf(state, sample)
+        before = where(first, p.motor_pole_pairs * sample.motor_angle_mechanical, state.lagging)
+        turning = self._turning(emf, before, self._increment(state, sample))
+        current, complete = (
+            StatorVector(sample.motor_current_alpha, sample.motor_current_beta),
+            self._has_current(sample),
+        )
+        kept = select(complete, current, state.current)
+        sensed = where(present(sample.motor_angle_mechanical), sample.motor_angle_mechanical, state.sensed)
+        known, speed = where(complete, 1.0, 0.0), turning.electrical_speed
+        return FeedforwardState(emf, kept, known, speed, turning.lagging, sensed, begun), turning
+
+    def _has_current(self, sample: MotorAngleObserver.Sample) -> Truth:
+        return both(present(sample.motor_current_alpha), present(sample.motor_current_beta))
+
+    def _emf(self, state: FeedforwardState, sample: MotorAngleObserver.Sample) -> StatorVector:
+        """Filtered back-EMF; while an input is missing it is rotated with the last speed."""
+        p = self.parameters
+        rest = flux_rate(sample, state.current, p)
+        slope = p.motor_inductance / p.sample_time * (1.0 if self.reading == "printed" else -1.0)
+        alpha = rest.alpha + slope * (sample.motor_current_alpha - state.current.alpha)
+        beta = rest.beta + slope * (sample.motor_current_beta - state.current.beta)
+        whole = all_of(present(alpha), present(beta), state.known)
+        share = share_reached(p.sample_time * self.bandwidth)
+        carried = turned(Direction(*state.emf), limit(p.sample_time * state.speed, -WIDEST, WIDEST))
+        return StatorVector(
+            where(whole, state.emf.alpha + share * (alpha - state.emf.alpha), carried.cosine),
+            where(whole, state.emf.beta + share * (beta - state.emf.beta), carried.sine),
+        )
+
+    def _increment(self, state: FeedforwardState, sample: MotorAngleObserver.Sample) -> Scalar:
+        """Increment of the electrical angle by the sensor [rad]; 0 where it is not used or missing."""
+        if self.slow == "held":
+            return 0.0
+        gained = wrapped(sample.motor_angle_mechanical - state.sensed)
+        return self.parameters.motor_pole_pairs * where(both(present(gained), state.begun), gained, 0.0)
+
+    def _turning(self, emf: StatorVector, before: Scalar, increment: Scalar) -> Turning:
+        """Angle of the back-EMF nearest to the last one, with lag compensation and speed."""
+        p = self.parameters
+        own = park(emf, direction(before))
+        sign = where(own.q < 0.0, -1.0, 1.0)
+        length = hypot(emf.alpha, emf.beta)
+        standing = where(length < p.motor_pole_pairs * p.motor_flux * self.least_speed, 1.0, 0.0)
+        lagging = before + where(standing, increment, arctan2(-sign * own.d, sign * own.q))
+        lag, speed = self._lag(length / p.motor_flux)
+        moved = where(standing, 0.0, sign * lag)
+        return Turning(lagging, lagging + moved, where(standing, 0.0, sign * speed), standing)
+
+    def _lag(self, filtered: Scalar) -> tuple[Scalar, Scalar]:
+        """Lag of the filtered back-EMF [rad], and speed [rad/s], from its amplitude over the flux.
+
+        A first-order filter s/(1 - a/z), a = 1 - s, reduces the amplitude by sqrt(1 + a x^2/s^2) and delays by
+        atan2(a x, s + a x^2/2) at an angle x per sample, up to its third power. The mean voltage adds a lag of x/2.
+        """
+        p = self.parameters
+        share = share_reached(p.sample_time * self.bandwidth)
+        kept = 1.0 - share
+        shortened = limit(filtered * p.sample_time * kept**0.5 / share, 0.0, 0.8)
+        speed = filtered / sqrt(1.0 - shortened * shortened)
+        per_sample = p.sample_time * speed
+        behind = arctan2(kept * per_sample, share + 0.5 * kept * per_sample * per_sample)
+        return behind + 0.5 * per_sample, speed
+
+
+FOLLOWING_POLES = (-250.0, -251.0, -252.0)
+"""Poles of the error of angle, speed and load [1/s]: faster than load reversals, slower than the derivative filter."""
+
+
+class RotorState(NamedTuple):
+    """Angle, speed and load torque of the rotor."""
+
+    angle: Annotated[float, "rad"]
+    speed: Annotated[float, "rad/s"]
+    load_torque: Annotated[float, "N*m"]
+
+
+class FollowedState(NamedTuple):
+    """States of feedforward and rotor, and whether the angle has been initialised by the sensor."""
+
+    feedforward: FeedforwardState
+    rotor: RotorState
+    begun: Scalar
+
+
+@dataclass(frozen=True)
+class FeedforwardWithLoad:
+    """Luenberger observer of angle, speed and load, driven by the torque of the current, corrected by the angle (46).
+
+    Args:
+        feedforward: the feedforward angle
+        gain: corrections of angle, speed and load per radian of difference between the two angles
+
+    While the back-EMF is too small, the observer is corrected by the held angle: otherwise a load that reverses at
+    standstill would carry the angle away.
+
+    Source: Reinelt et al., eqs (16) and (46); the combination and the load are additions.
+    """
+
+    feedforward: FeedforwardAngle
+    gain: tuple[float, float, float]
+
+    Sample = Sample
+
+    @classmethod
+    def of(
+        cls, parameters: SampledMotorParameters, poles: tuple[float, ...] = FOLLOWING_POLES, slow: str = "held"
+    ) -> FeedforwardWithLoad:
+        """Design the observer of a motor.
+
+        Args:
+            parameters: parameters of the motor
+            poles: poles of the error of angle, speed and load [1/s]
+            slow: behaviour of `FeedforwardAngle` below its least speed
+
+        Raises:
+            ParameterError: the poles cannot be placed
+        """
+        p, A = parameters, np.zeros((3, 3))
+        A[0, 1], A[1, 1], A[1, 2] = 1.0, -p.motor_damping / p.motor_inertia, -1.0 / p.motor_inertia
+        system = sampled(LinearSystem.of(A, [[1.0, 0.0, 0.0]], states=RotorState._fields), p.sample_time)
+        gain = observer_gain(system, discrete_poles(poles, p.sample_time))
+        return cls(FeedforwardAngle(p, slow=slow), tuple(row[0] for row in gain))  # type: ignore[arg-type]
+
+    def init(self) -> FollowedState:
+        """State before the first sample."""
+        return FollowedState(self.feedforward.init(), RotorState(0.0, 0.0, 0.0), 0.0)
+
+    def step(self, state: FollowedState, sample: MotorAngleObserver.Sample) -> tuple[FollowedState, Tree]:
+        """Advance by one sample."""
+        p = self.feedforward.parameters
+        first = fresh(state.begun, sample)
+        inner, turning = self.feedforward.turned(state.feedforward, sample)
+        rotor = self._predicted(state.rotor, sample)
+        away = turning.electrical_angle / p.motor_pole_pairs - rotor.angle
+        usable = both(inner.begun, present(away))
+        shift = where(usable, away, 0.0)
+        rotor = RotorState(*add(rotor, tuple(gain * shift for gain in self.gain)))
+        begun = inner.begun
+        rotor = select(begun, rotor, state.rotor)
+        rotor = rotor._replace(angle=where(first, sample.motor_angle_mechanical, rotor.angle))
+        away_from_sensor = residual(begun, sample, rotor.angle, p.motor_pole_pairs)
+        output = output_class("motor_load_torque", "standing")(
+            rotor.angle, rotor.speed, rotor.load_torque, turning.standing, away_from_sensor
+        )
+        return FollowedState(inner, rotor, begun), output
+
+    def _predicted(self, rotor: RotorState, sample: MotorAngleObserver.Sample) -> RotorState:
+        """Prediction of the rotor by the torque of the current; constant speed where the current is missing."""
+        p = self.feedforward.parameters
+        own = direction(electrical_angle(rotor.angle, p.motor_pole_pairs))
+        current = park(StatorVector(sample.motor_current_alpha, sample.motor_current_beta), own)
+        torque = torque_constant(p.motor_pole_pairs, p.motor_flux) * current.q
+        gained = p.sample_time * rotor_acceleration(
+            torque, rotor.load_torque, rotor.speed, p.motor_inertia, p.motor_damping
+        )
+        gained = where(present(gained), gained, 0.0)
+        angle = rotor.angle + p.sample_time * (rotor.speed + 0.5 * gained)
+        return RotorState(angle, rotor.speed + gained, rotor.load_torque)

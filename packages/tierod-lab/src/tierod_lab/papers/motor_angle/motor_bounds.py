@@ -1,0 +1,105 @@
+"""Guaranteed intervals of a motor's resistance, inductance and flux, from bounds of its sensor errors."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+
+from tierod.core.errors import InputError
+from tierod.core.fields import NOT_NEGATIVE, POSITIVE, check_ranges
+from tierod.methods.identification.motor_recording import MotorRecording
+from tierod_lab.papers.motor_angle.set_membership import Bounded, Box, feasible_box
+
+NAMES = ("motor_resistance", "motor_inductance", "motor_flux")
+"""Names of the parameters, in the order of the box."""
+
+LENGTHS = (4, 16, 64)
+"""Lengths of the windows over which the voltage is integrated [samples]."""
+
+MOST_ROWS = 20000
+"""Largest number of windows that are used; without the others the set is larger, but still guaranteed."""
+
+
+@dataclass(frozen=True)
+class MotorErrorBounds:
+    """Largest errors of the measurements of a motor, with offsets and quantisation.
+
+    Args:
+        current: of a current in the stator's axes
+        voltage: of the mean voltage of a step
+        angle: of the shaft
+        curvature: largest second derivative of a current, which is interpolated linearly between samples
+    """
+
+    current: Annotated[float, "A", POSITIVE]
+    voltage: Annotated[float, "V", POSITIVE]
+    angle: Annotated[float, "rad", NOT_NEGATIVE]
+    curvature: Annotated[float, "A/s**2", NOT_NEGATIVE]
+
+    def __post_init__(self) -> None:
+        check_ranges(self)
+
+
+def guaranteed_motor(
+    recordings: Sequence[MotorRecording],
+    pole_pairs: float,
+    errors: MotorErrorBounds,
+    lengths: Sequence[int] = LENGTHS,
+) -> Box:
+    """Intervals that certainly contain resistance, inductance and flux, if all errors are within their bounds.
+
+    Args:
+        recordings: of one motor at one temperature
+        pole_pairs: electrical turns per turn of the shaft
+        errors: bounds of the measurement errors
+        lengths: of the windows [samples]
+
+    Validity: no saliency, no saturation, constant resistance and flux; the bound of the voltage has to cover errors of
+    the model.
+
+    Raises:
+        InputError: too few samples; no parameters agree with all readings; or the drive does not bound one of them
+
+    Source: Reinelt et al., section on models ("unknown-but-bounded approaches"), with eqs (17) and (18) integrated over
+    windows.
+    """
+    rows = [_rows(seen, pole_pairs, errors, length) for seen in recordings for length in lengths]
+    parts = [np.concatenate(each) for each in zip(*rows, strict=True)]
+    if not len(parts[1]):
+        raise InputError("the recordings hold no window without missing samples; record some seconds without gaps")
+    thin = -(-len(parts[1]) // MOST_ROWS)
+    return feasible_box(Bounded(*(each[::thin] for each in parts)))
+
+
+def _rows(seen: MotorRecording, pole_pairs: float, errors: MotorErrorBounds, length: int) -> Bounded:
+    """Integrals of (17) and (18) over all windows of a length in both stator axes, with the bounds of their errors."""
+    starts = np.arange(0, len(seen.time) - length, max(length // 2, 1))
+    ends, step = starts + length, seen.step
+
+    def between(values: np.ndarray) -> np.ndarray:
+        total = np.concatenate([[0.0], np.cumsum(values)])
+        return np.asarray(step * (total[ends] - total[starts]))
+
+    voltage = between(seen.voltage[1:])
+    charge = between(0.5 * (seen.current[1:] + seen.current[:-1]))
+    rotor = np.exp(1j * pole_pairs * seen.angle)
+    columns = [charge, seen.current[ends] - seen.current[starts], rotor[ends] - rotor[starts]]
+    whole = np.isfinite(voltage + sum(columns))
+    regressors = np.stack([each[whole] for each in columns], axis=1)
+    time = length * step
+    # The trapezoidal rule has an error of up to step^3 / 12 times the second derivative in each step.
+    slopes = (
+        time * errors.current + length * step**3 / 12.0 * errors.curvature,
+        2.0 * errors.current,
+        2.0 * min(pole_pairs * errors.angle, 2.0),  # a component of a direction changes by 2 at most
+    )
+    count = 2 * int(whole.sum())
+    return Bounded(
+        np.concatenate([regressors.real, regressors.imag]),
+        np.concatenate([voltage[whole].real, voltage[whole].imag]),
+        np.full(count, time * errors.voltage),
+        np.tile(slopes, (count, 1)),
+    )

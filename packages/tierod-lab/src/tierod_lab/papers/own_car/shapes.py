@@ -1,0 +1,52 @@
+"""Virtual cars of two classes that the proving ground does not ship: a quadricycle and a van."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from tierod.core.fields import replaced
+from tierod_lab.ground.cars import catalogue
+from tierod_lab.papers.sideslip import slow_cars
+
+
+def quadricycle() -> Any:
+    """A light quadricycle with rear drive and the column EPS of a small car."""
+    car: Any = catalogue.load("small-eps").block
+    chassis = slow_cars.quadricycle()
+    radius = chassis.front.tyre.radius
+    steering = replace(car.steering, reference_load=1.0)
+    steering = replaced(steering, {"friction.level": 1.5, "linkage.reference_load": chassis.front_load})
+    powertrain = replace(
+        car.powertrain,
+        front_share=0.0,
+        front_brake_share=0.6,
+        wheel_radius=radius,
+        greatest_drive_force=1800.0,
+        greatest_power=15e3,
+        greatest_speed=28.0,
+        greatest_brake_force=4500.0,
+    )
+    return replace(car, chassis=chassis, steering=steering, powertrain=powertrain)
+
+
+def van() -> Any:
+    """A long and high delivery van of 2.6 t with front drive and the rack EPS of the large car."""
+    car: Any = catalogue.load("large-rack-eps").block
+    chassis = car.chassis
+    body = replace(
+        chassis,
+        mass=2600.0,
+        yaw_inertia=6900.0,
+        front_distance=1.55,
+        rear_distance=1.85,
+        centre_height=0.8,
+        roll_inertia=1250.0,
+        drag_area=1.6,
+        side_area=9.0,
+        front=replace(chassis.front, track=1.72, roll_stiffness=115e3, roll_damping=6000.0),
+        rear=replace(chassis.rear, track=1.70, roll_stiffness=90e3, roll_damping=4800.0),
+    ).with_axle_stiffness(135e3, 178e3)
+    powertrain = replace(car.powertrain, front_share=1.0, front_brake_share=0.68, greatest_power=110e3)
+    steering = replaced(car.steering, {"linkage.ratio": 1.0 / 17.0, "linkage.reference_load": body.front_load})
+    return replace(car, chassis=body, steering=steering, powertrain=powertrain)

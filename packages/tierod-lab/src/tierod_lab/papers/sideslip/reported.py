@@ -1,0 +1,29 @@
+"""Seeds of the reported sideslip drives, which change whenever one of the judged estimators changes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from tierod.core.block import Block
+from tierod.vehicles import load
+from tierod_lab.papers.seeds import ReportedSeeds
+
+
+def _judged() -> Sequence[Block]:
+    """The combined estimator with and without the steering torque, and all observers of the paper."""
+    from tierod.monitors.sideslip.combined import CombinedSideslip
+    from tierod_lab.papers.sideslip.estimators import OBSERVERS, built
+    from tierod_lab.papers.sideslip.matching import from_file
+
+    combined = CombinedSideslip.of_vehicle(load("midsize-eps"), 0.01), CombinedSideslip.of_vehicle(load("rav4"), 0.01)
+    return *combined, *(built(name, from_file()) for name in OBSERVERS)
+
+
+PAPER_TEST, SIDE_BY_SIDE, COMBINED = "the test of the paper", "the observers", "the combined estimator"
+LIMIT, SLOW = "ramps to the limit of grip", "slow cars"
+
+SEEDS = ReportedSeeds(
+    _judged,
+    {PAPER_TEST: 0, SIDE_BY_SIDE: 21, COMBINED: 201, LIMIT: 231, SLOW: 1000},
+    "the combined estimator and of every observer of the study",
+)

@@ -1,0 +1,156 @@
+"""Registry of the studies."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from importlib import import_module
+
+from tierod.core.content import Item
+from tierod_lab.studies.effort import Effort, Progress
+
+
+@dataclass(frozen=True)
+class Study:
+    """A study that `tierod study` runs.
+
+    Args:
+        name: name on the command line
+        title: subject, in a few words
+        summary: subject, in one sentence
+        items: function that runs the study and yields its claims, tables and charts one after the other
+        groups: title of every group of claims, by the first part of their keys, in the order of display
+    """
+
+    name: str
+    title: str
+    summary: str
+    items: Callable[[Effort, Progress], Iterator[Item]]
+    groups: Mapping[str, str] = field(default_factory=dict)
+
+
+def _items(package: str) -> Callable[[Effort, Progress], Iterator[Item]]:
+    """Function that imports the study of a package below `tierod_lab.papers` on its first call and yields its items."""
+
+    def items(effort: Effort, progress: Progress) -> Iterator[Item]:
+        worked_out: Iterator[Item] = import_module(f"tierod_lab.papers.{package}.study").items(effort, progress)
+        return worked_out
+
+    return items
+
+
+STUDIES: Mapping[str, Study] = {
+    study.name: study
+    for study in (
+        Study(
+            "friction",
+            "Friction of the steering",
+            "The paper of Mohtat et al. claim by claim, and how exact and how soon tierod's own estimator is.",
+            _items("friction"),
+            {
+                "paper": "What the paper says",
+                "estimator": "tierod's default estimator",
+                "verdict": "tierod's verdict",
+                "laws": "Friction laws outside the estimator's model",
+                "plant": "The virtual car itself",
+            },
+        ),
+        Study(
+            "column",
+            "Observers and control of the steering column",
+            "The paper of Raffone claim by claim: identification, observability, reduction, observers, control.",
+            _items("column"),
+            {
+                "observability": "Observability by the sensors",
+                "reduction": "Reduction of the model",
+                "frequency": "Frequency response",
+                "identification": "Identification on the bench",
+                "torque": "Torque of the driver's hands",
+                "hands": "Hands on and off the wheel",
+                "natural": "Natural drives",
+                "position": "Position control",
+            },
+        ),
+        Study(
+            "sideslip",
+            "Sideslip from the steering's torque",
+            "The paper of Yih, Ryu and Gerdes claim by claim, and how exact its observers and tierod's own are.",
+            _items("sideslip"),
+            {
+                "paper": "What the paper says",
+                "observers": "The two observers",
+                "combined": "The combined estimator",
+                "cars": "Real cars",
+                "unprepared": "Real cars with typical tyres and default noises",
+                "slow": "Small cars at walking pace",
+                "blocks": "Race laps by blocks",
+            },
+        ),
+        Study(
+            "motor-angle",
+            "Angle of the steering's motor from its currents",
+            "The paper of Reinelt et al. claim by claim, and how exact and how soon tierod watches the motor's sensor.",
+            _items("motor_angle"),
+            {
+                "motor-angle": "The observers as printed",
+                "car": "In the car",
+                "accuracy": "Motors that differ from the vehicle file",
+                "standing": "Standing, and a wrong beginning",
+                "temperature": "Temperature",
+                "faults": "Faults of the angle sensor",
+                "angles": "Which of three angles is wrong",
+                "run-length": "Time between false alarms",
+                "salient": "Salient motors, and loads that step",
+                "identified": "Parameters from a drive",
+                "real": "Recordings of a real drive",
+            },
+        ),
+        Study(
+            "condition",
+            "Condition of the vehicle's sensors and actuators",
+            "The paper of Li, Frey and Gauterin claim by claim, its rules beside tierod's bank of filters.",
+            _items("condition"),
+            {
+                "rules": "The paper's rules",
+                "sensors": "The 48 tests of sensors",
+                "actuators": "The tests of actuators",
+                "healthy": "Fault-free driving",
+                "beyond": "More faults, and two at once",
+                "cars": "Real cars",
+                "sensitivity": "Numbers a fifth smaller or larger",
+            },
+        ),
+        Study(
+            "foreign",
+            "Plants of others",
+            "Monitors on motulator's drives, CommonRoad's car and a column of its own, worst first.",
+            _items("foreign"),
+            {
+                "cars": "Sensors of CommonRoad's car",
+                "friction": "Friction on a foreign column",
+                "motors": "Motors of motulator",
+            },
+        ),
+        Study(
+            "own-car",
+            "Cars without preparation",
+            "Virtual cars drawn over the classes and real ones, judged by a brochure and by one identifying drive.",
+            _items("own_car"),
+            {
+                "unknown": "By the brochure alone",
+                "identified": "After one drive has identified the car",
+                "verdicts": "False verdicts",
+                "cost": "Cost of the spread",
+                "real": "Real cars",
+            },
+        ),
+        Study(
+            "fleet",
+            "Fleets over months",
+            "False alarms counted on virtual vehicle-years, how soon changes are found, and batches that differ.",
+            _items("fleet"),
+            {"ramps": "Changes of single cars", "batches": "Cohorts"},
+        ),
+    )
+}
+"""All studies by name, as given on the command line."""

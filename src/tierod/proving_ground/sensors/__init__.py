@@ -1,6 +1,0 @@
-"""Sensors of the virtual cars: rate, noise, drift, resolution, range, delay, jitter and loss of every channel."""
-
-from tierod.proving_ground.sensors.sensor import Sensor
-from tierod.proving_ground.sensors.sensor_set import PRESETS, SensorSet
-
-__all__ = ["PRESETS", "Sensor", "SensorSet"]

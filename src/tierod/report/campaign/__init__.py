@@ -1,7 +1,0 @@
-"""Presentation of a campaign, or of two compared ones, from its document: a page, and a table in the terminal."""
-
-from tierod.report.campaign.comparison import render_comparison, show_comparison
-from tierod.report.campaign.page import render_campaign
-from tierod.report.campaign.words import show
-
-__all__ = ["render_campaign", "render_comparison", "show", "show_comparison"]
