@@ -12,7 +12,7 @@ ENVIRONMENT := .venv/.ready-$(shell pwd | cksum | cut -d ' ' -f 1)
 help:  ## say what there is
 	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z]+):.*## (.*)/make \1\t\2/' | expand -t 14
 
-$(ENVIRONMENT): pyproject.toml constraints.txt scripts/setup.sh
+$(ENVIRONMENT): packages/tierod/pyproject.toml packages/tierod-lab/pyproject.toml constraints.txt scripts/setup.sh
 	@bash scripts/setup.sh && touch $@
 
 demo: $(ENVIRONMENT)  ## simulate a drive whose friction rises, diagnose it, print verdict and report
@@ -49,5 +49,5 @@ docs: $(ENVIRONMENT)  ## write the generated pages of docs/ anew, and build the 
 	NO_MKDOCS_2_WARNING=1 .venv/bin/mkdocs build --strict --quiet
 
 clean:  ## remove .venv and what tools left behind
-	rm -rf .venv .pytest_cache .mypy_cache .ruff_cache .hypothesis build dist out site src/*.egg-info bench.json attack.json .coverage
-	find src tests benchmarks scripts -name __pycache__ -prune -exec rm -rf {} +
+	rm -rf .venv .pytest_cache .mypy_cache .ruff_cache .hypothesis build dist out site packages/*/build packages/*/src/*.egg-info bench.json attack.json .coverage
+	find packages tests benchmarks scripts -name __pycache__ -prune -exec rm -rf {} +

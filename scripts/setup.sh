@@ -34,4 +34,4 @@ if ! whole; then
     fi
 fi
 echo "Installing tierod and what it needs into .venv ..." >&2
-.venv/bin/python -m pip install -qq --disable-pip-version-check -c constraints.txt -e '.[dev]'
+.venv/bin/python -m pip install -qq --disable-pip-version-check -c constraints.txt -e packages/tierod -e 'packages/tierod-lab[dev]'

@@ -1,0 +1,1 @@
+"""Studies: what papers and tierod claim, measured claim by claim."""
