@@ -33,8 +33,10 @@ if TYPE_CHECKING:
     from tierod.vehicles import Vehicle
     from tierod.vehicles import load as vehicle
     from tierod.web.server import serve
-    from tierod_lab.campaign.report.running import campaign, compare
-    from tierod_lab.ground.scenarios import simulate
+
+    campaign: Any
+    compare: Any
+    simulate: Any
 
 _HOMES = {
     "BlockSession": "tierod.monitors.harness.session",
@@ -53,8 +55,6 @@ _HOMES = {
     "Vehicle": "tierod.vehicles",
     "__version__": "tierod.core.version",
     "batch": "tierod.core.graph",
-    "campaign": "tierod_lab.campaign.report.running",
-    "compare": "tierod_lab.campaign.report.running",
     "diagnose": "tierod.monitors.diagnose",
     "identify": "tierod.report.identification",
     "inspect": "tierod.monitors.inspection",
@@ -64,13 +64,15 @@ _HOMES = {
     "read": "tierod.io.readers",
     "scan": "tierod.core.graph",
     "serve": "tierod.web.server",
-    "simulate": "tierod_lab.ground.scenarios",
     "to_json": "tierod.report",
     "vehicle": "tierod.vehicles:load",
     "write": "tierod.io.writers",
     "write_html": "tierod.report",
 }
 """Module of each name; after a colon its name there, nothing where it is the module itself."""
+
+_LAB = ("campaign", "compare", "simulate")
+"""Names that the package tierod-lab provides."""
 
 __all__ = [
     "BlockSession",
@@ -109,6 +111,11 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
+    if name in _LAB:
+        from tierod.core.lab import part
+
+        globals()[name] = part(name, f"tierod.{name}")
+        return globals()[name]
     if name not in _HOMES:
         raise AttributeError(f"module 'tierod' has no attribute '{name}'")
     place, colon, attribute = _HOMES[name].partition(":")

@@ -8,7 +8,8 @@ from typing import Any
 
 from tierod.monitors.harness.session import Monitor, Variant
 from tierod.vehicles import Vehicle
-from tierod.work.fingerprint import fingerprint, ground_code, tower_code
+from tierod.work.fingerprint import fingerprint
+from tierod_lab.campaign.code import ground_code, judging_code
 from tierod_lab.campaign.judged import Window
 from tierod_lab.campaign.matrix import Point
 from tierod_lab.campaign.rows import FAULT, FAULT_FREE
@@ -88,7 +89,7 @@ class Plan:
         reference = None if cell.reference is None or not judge.learns else self.cells[cell.reference].key
         belief = {name: getattr(judge.belief, name) for name in ("name", "torque_unit", "parameters")}
         return fingerprint(
-            cell.key, judge.monitor, judge.variant, belief, reference, self.settling, cell.faulty, tower_code()
+            cell.key, judge.monitor, judge.variant, belief, reference, self.settling, cell.faulty, judging_code()
         )
 
     def verdict_name(self, cell: Cell, judge: Judge) -> str:

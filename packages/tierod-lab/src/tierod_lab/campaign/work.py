@@ -14,7 +14,7 @@ from tierod.core.recording import Recording
 from tierod.core.version import __version__
 from tierod.monitors.harness.baseline import Baseline
 from tierod.work.executor import Passing
-from tierod.work.fingerprint import ground_code, tower_code
+from tierod_lab.campaign.code import ground_code, judging_code
 from tierod_lab.campaign.judged import Window, plain
 from tierod_lab.campaign.judging import judge
 from tierod_lab.campaign.plan import Cell, Judge, window_of
@@ -100,7 +100,7 @@ def work(task: Task) -> str:
 
 def code() -> tuple[str, str]:
     """Digests of the code for drives and of the code for verdicts."""
-    return ground_code(), tower_code()
+    return ground_code(), judging_code()
 
 
 def _driven(task: Task) -> tuple[Mapping[str, Any], Recording]:

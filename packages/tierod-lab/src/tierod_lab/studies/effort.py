@@ -15,7 +15,8 @@ from tierod.core.errors import InputError
 from tierod.core.graph.kernel_cache import Bounds, KernelCache
 from tierod.work.doors import cores, workers_of
 from tierod.work.executor import Failure, Given, Passing, Result, Work, Workers, run
-from tierod.work.fingerprint import fingerprint, work_code
+from tierod.work.fingerprint import fingerprint
+from tierod_lab.campaign.code import work_code
 
 Progress = Callable[[float, str], None]
 """Called with the completed share (0 to 1) and a description of the next part."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 from tierod.core.claims import Claim, Outcome
@@ -57,7 +58,7 @@ def render_study(page: StudyPage) -> str:
     claims, described = ([claim for claim in every if claim.describes is only] for only in (False, True))
     picture, parts = _picture(sections(page.items))
     return rendered(
-        "study.html.j2",
+        Path(__file__).with_name("study.html.j2"),
         Origin(page.created, page.version, page.command),
         [picture] if picture else [],
         sections=parts,

@@ -1,59 +1,15 @@
-"""The demo: a drive whose friction rises half-way, and a small virtual fleet at estimate level."""
+"""The fleet of the page's demo: virtual cars over a year at estimate level, one batch of which wears."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
-
-from tierod.web.analysing import Say
-
-MINUTES = 13.0
-"""Duration of the demo drive [min]."""
 
 CARS, WEEKS = 120, 52
 """Numbers of cars and of weeks of the demo fleet."""
 
 
-def folders(folder: Path) -> tuple[Path, Path]:
-    """Folders (recordings, results) of the demo.
-
-    Args:
-        folder: folder of the demo
-    """
-    return folder / "recordings", folder / "fleet"
-
-
-def make(folder: Path, say: Say) -> dict[str, Any]:
-    """Make those parts of the demo that do not exist yet.
-
-    Args:
-        folder: folder of the demo
-        say: receives the progress
-
-    Raises:
-        OutputError: the demo cannot be written
-    """
-    recordings, fleet = folders(folder)
-    recordings.mkdir(parents=True, exist_ok=True)
-    path = recordings / "demo-drive.parquet"
-    if not path.is_file():
-        say(0.05, "driving the demo")
-        _drive(path)
-    if not (fleet / "findings" / "virtual.parquet").is_file():
-        say(0.8, "drawing a virtual fleet")
-        _fleet(fleet)
-    return {"recording": str(path), "results": str(fleet)}
-
-
-def _drive(path: Path) -> None:
-    from tierod.io.writers import write
-    from tierod_lab.ground import FrictionCourse, drive
-
-    course = FrictionCourse.step(4.0, 8.0, at=30.0 * MINUTES)
-    write(drive(minutes=MINUTES, friction=course, seed=1), path)
-
-
-def _fleet(folder: Path) -> None:
+def demo_fleet(folder: Path) -> None:
+    """Draw the fleet, and write its results into a folder."""
     from tierod_lab.fleet.ageing import SECONDS_PER_DAY, Ageing, Linear
     from tierod_lab.fleet.virtual import FleetFile, Group, drawn
     from tierod_lab.fleet.writing import shipped_law, write_estimates

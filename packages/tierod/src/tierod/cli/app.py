@@ -13,12 +13,14 @@ import pkgutil
 import sys
 import warnings
 from collections.abc import Callable, Sequence
+from functools import cache
 from pathlib import Path
 from types import ModuleType
 from typing import Any, TextIO
 
 from tierod.cli.streams import abandon_output, complain
 from tierod.cli.terminal import spell_what_cannot_be_shown, visible
+from tierod.core import lab
 from tierod.core.errors import KernelWarning, PluginWarning, TierodError, nearest
 
 HEALTHY, FAULT, NOT_JUDGED, BAD_INPUT, DEFECT, INTERRUPTED, UNHEARD = 0, 1, 2, 3, 4, 130, 141
@@ -45,7 +47,6 @@ _NOT_COMMANDS = {
     "examples",
     "export_c",
     "export_fmu",
-    "simulate_fleet",
     "streams",
     "terminal",
 }
@@ -67,6 +68,11 @@ Exit codes: 0 healthy or done, 1 fault, 2 could not judge, 3 bad input or usage,
 
 def commands() -> tuple[str, ...]:
     """All verbs as they are typed."""
+    return tuple(sorted((*_own(), *(lab.VERBS if lab.installed() else ()))))
+
+
+@cache
+def _own() -> tuple[str, ...]:
     modules = (module.name for module in pkgutil.iter_modules([str(Path(__file__).parent)]))
     return tuple(sorted(name.replace("_", "-") for name in modules if name not in _NOT_COMMANDS))
 
@@ -136,7 +142,7 @@ def _dispatch(arguments: Sequence[str]) -> int:
         print(_overview(), file=sys.stdout if arguments else sys.stderr)
         return HEALTHY if arguments else BAD_INPUT
     verb, *rest = arguments
-    if verb not in commands():
+    if verb not in (*_own(), *lab.VERBS):
         raise _Usage(f"there is no command '{verb}'{nearest(verb, commands())} See 'tierod --help'")
     return _call(verb, rest)
 
@@ -193,18 +199,20 @@ def _below_help(verb: str, arguments: Sequence[str]) -> str | None:
     """Examples and names below the help; made only if help is requested, since listing the names takes time."""
     if "--help" not in arguments and "-h" not in arguments:
         return None
-    from tierod.cli.examples import EXAMPLES, names_of
+    from tierod.cli import examples
 
-    lines = [f"Example: {each}" for each in EXAMPLES.get(verb, ())]
+    of_verb = lab.part("verbs", verb) if verb in lab.VERBS else examples
+    lines = [f"Example: {each}" for each in of_verb.EXAMPLES.get(verb, ())]
     for parameter in parser(verb).params:
         argument = parameter.param_type_name == "argument"
-        if names := names_of(f"{verb} {parameter.name}" if argument else parameter.opts[0]):
+        if names := of_verb.names_of(f"{verb} {parameter.name}" if argument else parameter.opts[0]):
             lines.append(f"{parameter.name if argument else parameter.opts[0]}: {', '.join(names)}")
     return "\n\n".join(line.replace("[", "\\[") for line in lines) or None
 
 
 def _module(verb: str) -> ModuleType:
-    return importlib.import_module(f"tierod.cli.{verb.replace('-', '_')}")
+    package = lab.part("verbs", f"'tierod {verb}'").__name__ if verb in lab.VERBS else __package__
+    return importlib.import_module(f"{package}.{verb.replace('-', '_')}")
 
 
 def _function(verb: str) -> Callable[..., int | None]:

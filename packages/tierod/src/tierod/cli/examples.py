@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 EXAMPLES: dict[str, tuple[str, ...]] = {
-    "campaign": ("tierod campaign friction-steps --dry-run", "tierod campaign friction-steps -o runs/"),
     "convert": (
         "tierod convert bag/ -o drive.mf4",
         "tierod convert morning-1.mf4 morning-2.mf4 -o morning.parquet",
@@ -39,9 +38,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         'tierod new car.toml --class van "mass=2.1 t +- 3 %" steering_ratio=1/17 --drive drive.mf4',
     ),
     "replay": ("tierod replay drive.mf4 --dbc car.dbc --interface udp_multicast --channel 239.74.163.2 --speed 10",),
-    "scenarios": ("tierod scenarios",),
     "serve": ("tierod serve", "tierod serve recordings/ results/ --vehicle car.toml --port 8765 --no-browser"),
-    "simulate": ("tierod simulate mixed-drive-friction-step -o drive.mf4",),
     "vehicles": ("tierod vehicles", "tierod vehicles midsize-eps --toml > car.toml"),
 }
 """Examples by command, as they are typed."""
@@ -73,12 +70,4 @@ def _of_argument(parameter: str) -> tuple[str, ...]:
         from tierod.report.identification import SUBJECTS
 
         return tuple(SUBJECTS)
-    if parameter in ("simulate scenario", "scenarios name"):
-        from tierod_lab.ground.scenarios import shipped
-
-        return tuple(shipped())
-    if parameter == "campaign file":
-        from tierod_lab.campaign.campaign import shipped as campaigns
-
-        return tuple(campaigns())
     return ()

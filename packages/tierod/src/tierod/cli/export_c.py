@@ -169,16 +169,16 @@ def inputs_of(subject: Subject, car: Vehicle, drive: str | None, steps: int) -> 
             none
         steps: required number of steps
     """
+    from tierod.core import lab
     from tierod.export.drives import inputs_from
     from tierod.export.stimuli import SEED, random_inputs
-    from tierod_lab.ground.scenarios import load
 
-    name = drive or DRIVES.get(subject.monitor)
+    name = drive or (DRIVES.get(subject.monitor) if lab.installed() else None)
     if name is None:
         return random_inputs(subject, steps), f"drawn at random (seed {SEED})"
     if drive is not None and Path(drive).suffix not in ("", ".toml"):
         return inputs_from(subject, car, drive), f"the recording {Path(drive).name}"
-    scenario = load(name)
+    scenario = lab.part("scenario", f"the scenario '{name}'")(name)
     scenario = scenario.with_run(min(scenario.duration, steps / subject.rate), None)
     recording = scenario.run(lambda share: None).recording
     return inputs_from(subject, car, recording), f"the simulated drive {scenario.name} (seed {scenario.seed})"

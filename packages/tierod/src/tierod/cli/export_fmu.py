@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from tierod.core.errors import OutputError, ParameterError
 
@@ -64,29 +64,12 @@ def _monitor(name: str, vehicle: str | None, variant: str | None) -> Model:
 
 
 def _of_scenario(what: str, name: str | None) -> Model:
-    from tierod.export.members import identifier
-    from tierod.export.subject import subject_of_block
-    from tierod_lab.ground.control.blocks import AssistController, Driving
-    from tierod_lab.ground.run import started, usual_inputs
-    from tierod_lab.ground.scenarios import load
+    from tierod.core.lab import part
 
     if name is None:
         raise ParameterError(f"the unit '{what}' needs a scenario; name it with --scenario")
-    scenario = load(name)
-    car = started(scenario.car, scenario.course)
-    part: Any = getattr(car, what, None)
-    if what != "plant" and part is None:
-        raise ParameterError(
-            f"the car '{scenario.car_name}' of the scenario '{scenario.name}' has no {what} unit of its own"
-        )
-    made: Any = car
-    if what != "plant":
-        made = Driving(part, car.step_time) if what == "driver" else AssistController(part)
-    title = f"{what} of the scenario {scenario.name}"
-    subject = subject_of_block(
-        identifier(f"{what}_{scenario.name}"), made, 1.0 / car.step_time, title, what, scenario.name, scenario.car_name
-    )
-    return _model(subject, usual_inputs(made), what == "plant")
+    subject, starts = part("unit", f"the unit '{what}'")(what, name)
+    return _model(subject, starts, what == "plant")
 
 
 def _model(subject: Subject, starts: dict[str, float], present: bool) -> Model:

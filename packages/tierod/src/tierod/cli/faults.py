@@ -7,13 +7,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from tierod.cli.terminal import output, print_json, print_remark, rows, say
+from tierod.cli.terminal import output, print_json, print_remark
 from tierod.core.errors import InputError, ParameterError
-from tierod.core.user_files import read_text
+from tierod.core.lab import part
 
 if TYPE_CHECKING:
     from tierod.diagnosis.fault_memory import FaultMemory
-    from tierod_lab.ground.faults import FaultFile
 
 
 MEMORY_VERBS = ("read", "clear", "snapshot")
@@ -53,77 +52,7 @@ def faults(
         raise ParameterError(
             f"a memory or --uds needs one of {', '.join(MEMORY_VERBS)}, not '{name}'; name one of them"
         )
-    from tierod_lab.ground.faults import FAULTS, load
-
-    if toml and json:
-        raise ParameterError("--toml and --json exclude each other; give one of them")
-    if toml and name is None:
-        raise ParameterError("--toml needs a fault; 'tierod faults' lists them")
-    if behaviours:
-        if name is not None:
-            raise ParameterError(f"--behaviours lists all of them; leave '{name}' out")
-        _behaviours(json)
-    elif name is None:
-        found = [load(each) for each in FAULTS]
-        print_json({"faults": [_document(each) for each in found]}) if json else _list(found)
-    elif toml:
-        say(read_text(load(name).path, "the fault file", ParameterError), end="")
-    elif json:
-        print_json(_document(load(name)))
-    else:
-        _show(load(name))
-
-
-def _document(file: FaultFile) -> dict[str, Any]:
-    from tierod_lab.ground.faults import triggers
-    from tierod_lab.ground.faults.behaviours import described
-
-    fault = file.fault
-    return {
-        "name": file.name,
-        "description": file.description,
-        "source": file.source,
-        "effects": [{"element": each.element, "behaviour": described(each.behaviour)} for each in fault.effects],
-        "trigger": triggers.described(fault.trigger),
-        "duration": fault.duration or fault.behaviour.usual_duration,
-    }
-
-
-def _list(found: list[FaultFile]) -> None:
-    console = output()
-    console.print(rows(("fault", "what happens"), [(each.name, each.description) for each in found]))
-    console.print(
-        "\nShow one with 'tierod faults NAME'; begin your own with 'tierod faults NAME --toml > fault.toml'.\n"
-        "How elements can behave is listed by 'tierod faults --behaviours'."
-    )
-
-
-def _show(file: FaultFile) -> None:
-    from rich.text import Text
-
-    from tierod_lab.ground.faults import FAULTS, wording
-
-    console, fault = output(), file.fault
-    console.print(Text.assemble((file.name, "bold"), f": {file.description}"), Text(file.source), sep="\n")
-    console.print()
-    console.print(rows(("element", "behaviour"), [(each.element, wording.of_effect(each)) for each in fault.effects]))
-    console.print(Text(f"\nBegins {wording.of_beginning(fault)}, lasts {wording.of_duration(fault)}."))
-    use = f'use = "{file.name if file.name in FAULTS else file.path}"'
-    console.print(Text(f"\nIn a scenario; element, behaviour, size, start, duration may follow:\n[[faults]]\n{use}"))
-
-
-def _behaviours(json: bool) -> None:
-    from tierod_lab.ground.faults import BEHAVIOURS, wording
-
-    cells = []
-    for name, kind in sorted(BEHAVIOURS.items()):
-        first = (kind.__doc__ or "").strip().split("\n\n")[0]
-        cells.append((name, " ".join(first.split()), wording.of_fields(kind), ", ".join(sorted(kind.fits)) or "any"))
-    if json:
-        titles = ("name", "description", "fields", "elements")
-        print_json({"behaviours": [dict(zip(titles, row, strict=True)) for row in cells]})
-        return
-    output().print(rows(("behaviour", "what it does", "takes", "fits"), cells))
+    part("faults", "a fault that can be injected")(name, behaviours, toml, json)
 
 
 def on_memory(verb: str, path: Path | None, code: str | None, uds: str | None, json: bool) -> None:

@@ -6,7 +6,8 @@
     ├── TraceError        a block or model cannot be traced into a graph
     ├── CompileError      no compiler, or generated code did not compile
     ├── OutputError       a result cannot be written
-    └── MissingExtra      an optional library is not installed
+    ├── MissingExtra      an optional library is not installed
+    └── MissingPackage    the package tierod-lab is not installed, or of another version
 
 Each message states the given value, the expected one, and the remedy.
 """
@@ -60,6 +61,15 @@ class MissingExtra(TierodError):
         super().__init__(
             f"{purpose} needs the library '{library}', which is not installed; "
             f"install it with: pip install 'tierod[{extra}]'"
+        )
+
+
+class MissingPackage(TierodError):
+    """A package beside tierod is missing, or does not fit."""
+
+    def __init__(self, purpose: str, package: str, version: str, why: str):
+        super().__init__(
+            f"{purpose} needs the package {package} {version}, which {why}; pip install {package}=={version}"
         )
 
 

@@ -14,7 +14,7 @@ from tierod.core.version import __version__
 from tierod.monitors.harness.session import Monitor
 from tierod.monitors.registry import MONITORS
 from tierod.vehicles import Vehicle
-from tierod.work.fingerprint import fingerprint, tower_code
+from tierod.work.fingerprint import fingerprint, verdict_code
 
 OWN = Path(__file__).parent
 
@@ -27,7 +27,7 @@ def code() -> str:
     """Digest of all code that determines a result: that of tierod, and that of monitors from other packages."""
     own = [_content(OWN / name) for name in DECIDING]
     others = [_content(path) for name in MONITORS.plugin_names() for path in _sources(MONITORS[name])]
-    return fingerprint(tower_code(), own, others, __version__, np.__version__)
+    return fingerprint(verdict_code(), own, others, __version__, np.__version__)
 
 
 @cache

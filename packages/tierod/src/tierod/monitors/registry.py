@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from tierod.core.plugins import Registry
@@ -45,6 +46,23 @@ def _registered_obstacle(name: str, monitor: Any) -> str:
     if not (why := obstacle(monitor)) and monitor.name != name:
         return f"calls itself '{monitor.name}'; register it under that name"
     return why
+
+
+def variants_with_plugins(monitor: str, own: Mapping[str, str]) -> Registry[Variant]:
+    """Variants of a monitor by name: its own, and those of installed packages.
+
+    Args:
+        monitor: name of the monitor; packages register in the group "tierod.variants.MONITOR"
+        own: place of each of its own variants by name, "module:attribute"
+    """
+    return Registry(f"tierod.variants.{monitor.replace('-', '_')}", "variant", own, _variant_obstacle)
+
+
+def _variant_obstacle(name: str, variant: Any) -> str:
+    """Reason why an object cannot be registered as a variant under a name; "" if it can."""
+    if not isinstance(variant, Variant) or not callable(variant.open):
+        return "is no tierod.Variant with 'open', which builds its session"
+    return "" if variant.name == name else f"calls itself '{variant.name}'; register it under that name"
 
 
 MONITORS: Registry[Monitor] = Registry("tierod.monitors", "monitor", _OWN, _registered_obstacle)

@@ -37,11 +37,12 @@ LIBRARY = "plotly-cartesian.min.js.gz"
 
 
 @cache
-def template(name: str) -> Any:
-    """Jinja template of a page, by its file name."""
+def template(name: str | Path) -> Any:
+    """Jinja template of a page, by its file name, or by its path in another package."""
     import jinja2
 
-    loader = jinja2.FileSystemLoader(TEMPLATES)
+    path = Path(name)
+    loader = jinja2.FileSystemLoader([TEMPLATES, path.parent])
     environment = jinja2.Environment(
         loader=loader, autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
@@ -52,7 +53,7 @@ def template(name: str) -> Any:
         "status": jinja2.pass_context(lambda page, text: page["glossary"].status(text)),
         "reading": jinja2.pass_context(lambda page, figure: page["glossary"].chart(figure)),
     }
-    return environment.get_template(name)
+    return environment.get_template(path.name)
 
 
 @dataclass(frozen=True)
@@ -103,7 +104,7 @@ class Looks(NamedTuple):
 
 
 def rendered(
-    name: str,
+    name: str | Path,
     origin: Origin,
     figures: Sequence[Figure] = (),
     packed: Mapping[str, Packed] | None = None,
@@ -115,7 +116,7 @@ def rendered(
     """HTML text of a self-contained page.
 
     Args:
-        name: of the template
+        name: of the template, or its path in another package
         origin: of the page
         figures: charts, in the order of the page
         packed: packed series in the page, from which its script draws

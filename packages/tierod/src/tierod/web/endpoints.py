@@ -14,6 +14,7 @@ from starlette.requests import ClientDisconnect
 
 from tierod.core.errors import InputError
 from tierod.core.files import replacing
+from tierod.core.lab import part
 from tierod.web import fleets, windows
 from tierod.web.errors import Absent
 from tierod.web.guard import REPORT_POLICY
@@ -142,9 +143,7 @@ def _scenarios(router: APIRouter, bench: Workbench) -> None:
     @router.get("/scenarios")
     def scenarios() -> dict[str, Any]:
         """Shipped cars, courses, faults and scenarios to choose from."""
-        from tierod_lab.web.scenarios import catalogue
-
-        return catalogue()
+        return dict(part("page", "a simulated drive").catalogue())
 
     @router.post("/scenarios", status_code=202)
     def simulate(chosen: ChosenScenario) -> JobShape:

@@ -162,6 +162,7 @@ def site_of(
 ) -> Site:
     """The site to serve; arguments and errors as in `serve`."""
     from tierod.vehicles import load
+    from tierod.web.demo import folders
     from tierod.web.site import Limits, Root, Site, roots_of
     from tierod_lab.web.demo import folders
 

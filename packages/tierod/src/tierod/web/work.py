@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+from tierod.core.lab import part
 from tierod.web.analysing import Reading, Say, analyse
 from tierod.web.store import Store
 
@@ -59,9 +60,7 @@ def _inspect(given: Mapping[str, Any], say: Say) -> dict[str, Any]:
 
 def _simulate(given: Mapping[str, Any], say: Say) -> dict[str, Any]:
     """Simulate a scenario into a recording among the uploads, and judge it."""
-    from tierod_lab.web.scenarios import drive
-
-    path, facts = drive(given, lambda share: say(0.3 * share, "driving"))
+    path, facts = part("page", "a simulated drive").drive(given, lambda share: say(0.3 * share, "driving"))
     found = analyse(
         Store(Path(given["cache"])), Reading(path), facts["vehicle"], True,
         lambda share, text, **more: say(0.3 + 0.7 * share, text, **more),
@@ -77,7 +76,7 @@ def _fleet(given: Mapping[str, Any], say: Say) -> dict[str, Any]:
 
 
 def _demo(given: Mapping[str, Any], say: Say) -> dict[str, Any]:
-    from tierod_lab.web.demo import make
+    from tierod.web.demo import make
 
     return make(Path(given["folder"]), say)
 

@@ -18,10 +18,12 @@ from pathlib import Path
 from typing import Any
 
 from tierod.core.errors import InputError, ParameterError
+from tierod.core.lab import part
 from tierod.core.shown import shown
 from tierod.core.signals import SIGNALS
 from tierod.core.version import __version__
 from tierod.web import fleets, shapes
+from tierod.web.demo import folders
 from tierod.web.errors import Absent, Forbidden
 from tierod.web.jobs import Job, Jobs
 from tierod.web.listing import Listing, listing
@@ -204,11 +206,9 @@ class Workbench:
             ParameterError: a name is not shipped
             Busy: too many jobs are waiting
         """
-        from tierod_lab.web.scenarios import scenario_text
-
         given = chosen.model_dump()
         # Checked here, so that a wrong choice is refused before it becomes a job.
-        scenario_text(given)
+        part("page", "a simulated drive").scenario_text(given)
         given |= {"folder": str(self.uploads / "scenarios"), "cache": str(self.site.cache)}
         return self.jobs.submit("simulate", given, f"driving {chosen.scenario or chosen.car}")
 

@@ -21,7 +21,7 @@ from typing import Annotated, Any
 from tierod.core.errors import KernelWarning, MissingExtra, OutputError, ParameterError
 from tierod.core.version import __version__
 from tierod.work.executor import Failure, Given, Result, Work, done
-from tierod.work.fingerprint import ground_code, tower_code
+from tierod.work.fingerprint import installed_code
 
 MMAP_THRESHOLD = 32 * 1024**2
 """Size from which glibc maps a block [bytes]; smaller blocks come from memory that the process already has."""
@@ -223,7 +223,7 @@ class _Watch:
 
 def _about() -> dict[str, str]:
     """Version of tierod in this process, and digest of its code."""
-    return {"version": __version__, "code": ground_code() + tower_code()}
+    return {"version": __version__, "code": installed_code()}
 
 
 def _stranger(answer: Any, ours: Mapping[str, str]) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from tierod.core.shown import shown
@@ -41,7 +42,7 @@ def render_campaign(content: Mapping[str, Any]) -> str:
     views = [_view(index, content, monitor) for index, monitor in enumerate(content["monitors"])]
     figures = [figure for view in views for figure in view["figures"]]
     return rendered(
-        "campaign.html.j2",
+        Path(__file__).with_name("campaign.html.j2"),
         Origin(content["created"], content["version"], content["command"]),
         figures,
         page=content,

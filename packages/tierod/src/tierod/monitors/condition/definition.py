@@ -6,13 +6,13 @@ from tierod.monitors.condition.bank.decision import Decision
 from tierod.monitors.condition.calibration.grid import MAXIMUM_AGE
 from tierod.monitors.condition.calibration.limits import has_own_limits
 from tierod.monitors.condition.decisions import BANK_DECIDES, BANK_DECISIONS, PAPER
-from tierod.monitors.condition.further_variants import further_variants
 from tierod.monitors.condition.monitor import condition_monitor
 from tierod.monitors.condition.session import Car, ConditionSession
 from tierod.monitors.condition.signals import ELEMENTS, ConditionSample
 from tierod.monitors.condition.structure import rolls
 from tierod.monitors.harness.baseline import Baseline
 from tierod.monitors.harness.session import Monitor, Variant
+from tierod.monitors.registry import variants_with_plugins
 from tierod.vehicles import Vehicle
 
 _MOTION = (
@@ -35,6 +35,14 @@ def _bank(vehicle: Vehicle, rate: float, baseline: Baseline | None) -> Condition
     return ConditionSession("condition, bank", block, graph, vehicle, rate, calibrated, BANK_DECIDES, multiples, car)
 
 
+BANK = Variant(
+    "bank",
+    "About fifty Kalman filters, each without the elements that it suspects, compared by their likelihood.",
+    f"beyond {PAPER}; docs/explanation/condition.md",
+    _bank,
+    decisions=BANK_DECISIONS,
+)
+
 CONDITION = Monitor(
     name="condition",
     title="Sensors and actuators of the vehicle",
@@ -50,16 +58,7 @@ CONDITION = Monitor(
     minimum_rate=10.0,
     # A held reading would look like a stuck sensor; the filters predict without one instead.
     maximum_age=MAXIMUM_AGE,
-    variants={
-        "bank": Variant(
-            "bank",
-            "About fifty Kalman filters, each without the elements that it suspects, compared by their likelihood.",
-            f"beyond {PAPER}; docs/explanation/condition.md",
-            _bank,
-            decisions=BANK_DECISIONS,
-        ),
-        **further_variants(),
-    },
+    variants=variants_with_plugins("condition", {"bank": "tierod.monitors.condition.definition:BANK"}),
     default="bank",
     # Stuck sensors are faults that this monitor declares itself.
     subjects=ConditionSample._fields,

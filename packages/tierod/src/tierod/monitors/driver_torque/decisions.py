@@ -45,8 +45,8 @@ OFF_DESIGN = RuleDesign(
     spacing=1e-3,
     line=RunLengthLine(start=8.629, slope=0.3421, observed=3.65e6),
 )
-"""Design of the CUSUM for hands off at 1 kHz: counted on 2 h of benches that are 2 % off, see `design_thresholds` in
-`tierod_lab.papers.column.handled_bench`. 100 h between false alarms while holding need 32.4 nats; 33 are used. Hands that
+"""Design of the CUSUM for hands off at 1 kHz: counted on 2 h of benches that are 2 % off, by `design_thresholds` of the
+study of the column. 100 h between false alarms while holding need 32.4 nats; 33 are used. Hands that
 leave give a nat in 10.6 ms (thresholds from 8 to 45)."""
 
 

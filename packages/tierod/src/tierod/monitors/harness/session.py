@@ -8,7 +8,17 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
-from typing import Annotated, Any, NamedTuple, Protocol, get_args, get_origin, get_type_hints, runtime_checkable
+from typing import (
+    Annotated,
+    Any,
+    NamedTuple,
+    Protocol,
+    TypeAlias,
+    get_args,
+    get_origin,
+    get_type_hints,
+    runtime_checkable,
+)
 
 import numpy as np
 
@@ -26,6 +36,9 @@ from tierod.vehicles import Vehicle
 
 STATED = "statement.status"
 """Output of a block that holds the status of its estimate."""
+
+Table: TypeAlias = Mapping[str, float | str | Mapping[str, float]]
+"""Table of thresholds in a vehicle file."""
 
 
 class StatusChange(NamedTuple):
@@ -238,6 +251,8 @@ class Variant:
         open: function that opens the session for a vehicle, a rate [Hz], and a baseline from earlier recordings
         decisions: all decision rules of its sessions, with the numbers in effect at the monitor's own rate
         required: canonical signals without which it cannot run; None takes those of the monitor
+        calibrate: calibration from fault-free drives: (vehicle, drives to fit, drives for limits, source) -> tables of
+            thresholds for the vehicle file by name; empty where a signal is missing. None without one
     """
 
     name: str
@@ -246,6 +261,7 @@ class Variant:
     open: Callable[[Vehicle, float, Baseline | None], Session]
     decisions: tuple[Decision, ...] = ()
     required: tuple[str, ...] | None = None
+    calibrate: Callable[[Vehicle, Sequence[Recording], Sequence[Recording], str], Mapping[str, Table]] | None = None
 
 
 @dataclass(frozen=True)

@@ -1,22 +1,22 @@
 """The paper's rules as variants of the condition monitor, and their calibration for a vehicle file.
 
-`tierod.monitors.condition.further_variants` finds both by name, so that the product runs without this package.
+The package registers each of them in the group `tierod.variants.condition`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 
 from tierod.core.recording import Recording
 from tierod.monitors.condition.decisions import PAPER, WIRING
-from tierod.monitors.condition.further_variants import Table
 from tierod.monitors.condition.reaction import FaultReaction
 from tierod.monitors.condition.session import EVIDENCE, ConditionSession
 from tierod.monitors.condition.signals import ConditionSample
 from tierod.monitors.condition.substitutes import Reconfiguration
 from tierod.monitors.harness.baseline import Baseline
 from tierod.monitors.harness.decision import Decision, OwnRule
-from tierod.monitors.harness.session import Session, Variant
+from tierod.monitors.harness.session import Session, Table, Variant
 from tierod.vehicles import Vehicle
 
 _DECIDES = "symptom of a residual"
@@ -64,29 +64,20 @@ _DECISIONS = (
     WIRING,
 )
 
-VARIANTS = {
-    name: Variant(name, summary, PAPER, _opening(name), decisions=_DECISIONS)
-    for name, summary in {
-        "rules": "The paper's residuals, thresholds and rules, corrected.",
-        "rules-discriminating": "The same with further rules that discriminate faults.",
-        "rules-printed": "The paper's residuals and rules with their misprints.",
-    }.items()
-}
-"""Variants of the monitor by name."""
-
 
 def calibrated_tables(
-    vehicle: Vehicle, fitted: Sequence[Recording], healthy: Sequence[Recording], source: str
+    vehicle: Vehicle, fitted: Sequence[Recording], healthy: Sequence[Recording], source: str, *, printed: bool = False
 ) -> Mapping[str, Table]:
-    """Calibrates the residuals, corrected and as printed, and returns the tables of a vehicle file.
+    """Calibrates the residuals, and returns the table of a vehicle file.
 
     Args:
         vehicle: vehicle file with calibrated parameters
         fitted, healthy: fault-free drives for the coefficients, and for the thresholds
         source: description of the drives
+        printed: whether the residuals are those with misprints
 
     Returns:
-        tables by name; empty where a recording lacks a signal that the residuals need
+        the table by its name; empty where a recording lacks a signal that the residuals need
     """
     from tierod_lab.papers.condition.rules.calibration import calibrate_residuals
     from tierod_lab.papers.condition.rules.parameters import ResidualParameters
@@ -95,5 +86,32 @@ def calibrated_tables(
     if any(name not in each for each in (*fitted, *healthy) for name in ConditionSample._fields[:8]):
         return {}
     car = vehicle.parameters_for(ResidualParameters)
-    found = (calibrate_residuals(car, fitted, healthy, printed=each) for each in (False, True))
-    return {name_of(each.printed): table_of(each, source) for each in found}
+    return {name_of(printed): table_of(calibrate_residuals(car, fitted, healthy, printed=printed), source)}
+
+
+RULES = Variant(
+    "rules",
+    "The paper's residuals, thresholds and rules, corrected.",
+    PAPER,
+    _opening("rules"),
+    decisions=_DECISIONS,
+    calibrate=calibrated_tables,
+)
+
+# It judges by the table of the corrected rules, so it has no calibration of its own.
+RULES_DISCRIMINATING = Variant(
+    "rules-discriminating",
+    "The same with further rules that discriminate faults.",
+    PAPER,
+    _opening("rules-discriminating"),
+    decisions=_DECISIONS,
+)
+
+RULES_PRINTED = Variant(
+    "rules-printed",
+    "The paper's residuals and rules with their misprints.",
+    PAPER,
+    _opening("rules-printed"),
+    decisions=_DECISIONS,
+    calibrate=partial(calibrated_tables, printed=True),
+)

@@ -31,10 +31,10 @@ from tierod.monitors.condition.calibration.limits import (
     table_of,
 )
 from tierod.monitors.condition.calibration.whole import Suspicion, remark_of_limits, suspicions_of
-from tierod.monitors.condition.further_variants import Table
 from tierod.monitors.condition.hypotheses import Hypothesis, hypotheses_of_cars
 from tierod.monitors.condition.monitor import rolling_decision, rolling_lanes, rolling_limits
 from tierod.monitors.condition.signals import OF_CARS
+from tierod.monitors.harness.session import Table
 from tierod.vehicles import Vehicle
 
 FAULTY = (12.0, 1.0)

@@ -16,9 +16,9 @@ from tierod.monitors.condition.calibration.healthy_drives import HealthyDrive, h
 from tierod.monitors.condition.calibration.healthy_ratios import BLOCK, SETTLING, Watched, watch
 from tierod.monitors.condition.calibration.limits import LEAST_HOURS, NAME, DesignedLimits, designed_on, table_of
 from tierod.monitors.condition.calibration.vehicle_parameters import Calibration, calibrate
-from tierod.monitors.condition.further_variants import Table, further_calibration, further_variants
 from tierod.monitors.condition.hypotheses import Hypothesis, hypotheses
 from tierod.monitors.condition.signals import OF_AUTOMATED
+from tierod.monitors.harness.session import Table
 from tierod.vehicles import Vehicle
 
 FOR_PARAMETERS = 300.0
@@ -116,7 +116,7 @@ class ConditionCalibration:
                 f"The short-time limits of {', '.join(silent)} lie above the largest possible ratio and are never "
                 "exceeded; more healthy driving, or a shorter time between false alarms, lowers them."
             )
-        if further_variants() and not self.further and not self.suspicions:
+        if _calibrated_variants() and not self.further and not self.suspicions:
             notes.append("The rules of the paper are not calibrated: a signal that they need is missing.")
         if not self.calibration.found.converged:
             notes.append("The search for the parameters did not converge; give more driving with bends and braking.")
@@ -189,11 +189,19 @@ def calibrate_condition(
         np.concatenate([each.blocks for each in after]), hours_between_alarms, sum(each.hours for each in after)
     )
     suspicions = suspicions_of([*first, *rest], watched, hypotheses(), FAULTY)
-    further: Mapping[str, Table] = {}
+    further: dict[str, Table] = {}
     if not suspicions:
         fitted, healthy = ([each.recording for each in part] for part in (first, rest))
-        further = further_calibration()(found, fitted, healthy, _source(designed, vehicle))
+        for calibrated in _calibrated_variants():
+            further |= calibrated(found, fitted, healthy, _source(designed, vehicle))
     return ConditionCalibration(calibration, designed, further, vehicle, seconds, suspicions)
+
+
+def _calibrated_variants() -> list[Callable[..., Mapping[str, Table]]]:
+    """Calibrations of the variants that other packages provide."""
+    from tierod.monitors.registry import MONITORS
+
+    return [each.calibrate for each in MONITORS["condition"].variants.values() if each.calibrate is not None]
 
 
 def _require_enough(seconds: float, rest: Sequence[HealthyDrive]) -> None:
