@@ -17,7 +17,7 @@ from tierod.io.readers.log import Log, heard
 
 _REPEATS = 7
 _ROOT = Path(__file__).resolve().parents[1]
-_DBC = _ROOT / "src" / "tierod" / "vehicles" / "rav4.dbc"
+_DBC = _ROOT / "packages/tierod/src/tierod/vehicles" / "rav4.dbc"
 
 
 def recorded() -> Frames | None:

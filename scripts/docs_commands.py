@@ -158,7 +158,7 @@ def _meaning(parameter: Any) -> str:
 def python_index() -> str:
     """Page of every name of `tierod` with its module and the first sentence of its docstring."""
     rows = []
-    for name in tierod.__all__:
+    for name in dir(tierod):
         if name.startswith("__"):
             continue
         value = getattr(tierod, name)
@@ -184,11 +184,11 @@ PAGE_OF = {
     "vehicles": "vehicles.md",
     "diagnosis": "diagnosis.md",
     "monitors.harness": "monitors.md",
-    "proving_ground": "proving-ground.md",
-    "experiments": "experiments.md",
     "report": "report.md",
+    "tierod_lab.ground": "ground.md",
+    "tierod_lab.campaign": "campaign.md",
 }
-"""Package below tierod -> page with the docstrings of all its modules."""
+"""Package, below tierod unless named in full -> page with the docstrings of all its modules."""
 
 WITHOUT = {"core": '\n    options:\n      filters: ["!^_", "!^graph$"]'}
 """Package -> mkdocstrings option that excludes a part with a page of its own."""
@@ -197,9 +197,13 @@ WITHOUT = {"core": '\n    options:\n      filters: ["!^_", "!^graph$"]'}
 def _packages() -> list[tuple[str, str]]:
     rows = []
     for package, target in PAGE_OF.items():
-        module = importlib.import_module(f"tierod.{package}")
-        rows.append((f"[`tierod.{package}`]({target})", first_sentence(module.__doc__)))
+        module = importlib.import_module(_full(package))
+        rows.append((f"[`{module.__name__}`]({target})", first_sentence(module.__doc__)))
     return rows
+
+
+def _full(package: str) -> str:
+    return package if package.startswith("tierod_lab") else f"tierod.{package}"
 
 
 def _package_page_of(package: str) -> Callable[[], str]:
@@ -208,20 +212,20 @@ def _package_page_of(package: str) -> Callable[[], str]:
 
 def package_page(package: str) -> str:
     """Page of a package, whose last line mkdocstrings replaces by the docstrings."""
-    module = importlib.import_module(f"tierod.{package}")
+    name = _full(package)
+    module = importlib.import_module(name)
     return page(
-        f"tierod.{package}",
+        name,
         first_sentence(module.__doc__),
-        "The site shows here the docstrings of every module; in a terminal "
-        f"`python -c \"help('tierod.{package}')\"` does.",
-        f"::: tierod.{package}" + WITHOUT.get(package, ""),
+        f"The site shows here the docstrings of every module; in a terminal `python -c \"help('{name}')\"` does.",
+        f"::: {name}" + WITHOUT.get(package, ""),
     )
 
 
 def tierod_page() -> str:
     """Page of the docstrings of the names of `tierod`."""
     homes = []
-    for name in tierod.__all__:
+    for name in dir(tierod):
         value = getattr(tierod, name)
         if inspect.isclass(value) or inspect.isfunction(value):
             # Links to these objects must lead to the pages of their packages.

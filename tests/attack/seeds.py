@@ -294,17 +294,17 @@ def user_files() -> dict[str, dict[str, bytes]]:
     """Of each kind of file that a user writes or keeps, by name of the target."""
     from tierod.monitors.harness.baseline import Baseline, store_baseline
 
-    package = Path(__import__("tierod").__file__).parent
+    package, lab = (Path(__import__(each).__file__).parent for each in ("tierod", "tierod_lab"))
     shipped = {
         "vehicle": ("vehicles", ("midsize-eps.toml", "smartload.toml")),
         "channel-map": ("vehicles", ("rav4.channels.toml",)),
-        "scenario": ("proving_ground/scenarios", ("step-steer.toml", "slalom-winter-tyres.toml", "hands-off.toml")),
-        "campaign": ("experiments", ("friction-steps.toml", "friction-baseline.toml")),
-        "fault": ("proving_ground/faults/shipped", ("friction-step.toml", "yaw-rate-delay.toml", "motor-hot.toml")),
+        "scenario": ("ground/scenarios", ("step-steer.toml", "slalom-winter-tyres.toml", "hands-off.toml")),
+        "campaign": ("campaign", ("friction-steps.toml", "friction-baseline.toml")),
+        "fault": ("ground/faults/shipped", ("friction-step.toml", "yaw-rate-delay.toml", "motor-hot.toml")),
         "dbc": ("vehicles", ("rav4.dbc",)),
     }
     found = {
-        target: {name: (package / folder / name).read_bytes() for name in names}
+        target: {name: ((package if folder == "vehicles" else lab) / folder / name).read_bytes() for name in names}
         for target, (folder, names) in shipped.items()
     }
     found["channel-map"]["drive.channels.toml"] = DRIVE_MAP.encode()

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 import tierod
+import tierod_lab
 from contract.block_examples import BASES, EXAMPLES, PARTS, SET_UPS, WITHIN
 from tierod.core.block import leaves, rebuild, skeleton, tuning, units, with_tuning
 from tierod.core.graph import Stream, batch, scan, trace
@@ -51,8 +52,9 @@ printed = lru_cache(maxsize=None)(print_c)
 def blocks() -> list[type]:
     """Every block class of the package, plants and the set-ups of campaigns left out (they have tests of their own)."""
     found = []
-    for info in pkgutil.walk_packages(tierod.__path__, "tierod."):
-        if any(part in info.name for part in (".cli.", ".proving_ground.", ".experiments.", "__main__")):
+    product, lab = (pkgutil.walk_packages(each.__path__, f"{each.__name__}.") for each in (tierod, tierod_lab))
+    for info in (*product, *lab):
+        if any(part in info.name for part in (".cli.", ".ground.", ".campaign.", "__main__")):
             continue
         module = importlib.import_module(info.name)
         for name, member in vars(module).items():

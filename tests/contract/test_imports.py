@@ -10,16 +10,20 @@ from pathlib import Path
 import pytest
 
 import tierod
+import tierod_lab
 
-ROOT = Path(tierod.__file__).parent
+ROOT, LAB = (Path(package.__file__).parent for package in (tierod, tierod_lab))
 
 LAYERS = (
+    {"lab.cli", "lab.web"},
+    {"lab.papers"},
+    {"lab.studies"},
+    {"lab.campaign", "lab.fleet"},
     {"cli"},
-    {"papers"},
     {"web"},
     {"fleet"},
     {"export", "live", "report"},
-    {"experiments"},
+    {"work"},
     {"monitors"},
     {"monitors.harness"},
     {"diagnosis"},
@@ -34,9 +38,8 @@ LAYERS = (
 FRONT = ROOT / "__init__.py"
 """Names everything for users, and imports nothing before it is used."""
 
-GROUND = "proving_ground"
+GROUND = "lab.ground"
 GROUND_USES = {GROUND, "physics", "core.graph", "vehicles", "core"}
-USES_GROUND = {GROUND, "papers", "experiments", "fleet", "web", "cli"}
 
 HEAVY = {
     "asammdf",
@@ -57,16 +60,18 @@ HEAVY = {
 }
 HEAVY_PARTS = {"scipy.signal", "scipy.optimize"}
 
-FILES = sorted(ROOT.rglob("*.py"))
+FILES = sorted([*ROOT.rglob("*.py"), *LAB.rglob("*.py")])
 FILE_SET = set(FILES)
 
 
 def part_of(module):
-    """The layer that a dotted name belongs to: a package below tierod, or one of its packages with a layer of its own.
+    """The layer of a dotted name: a package below tierod, one of its packages with a layer of its own, or of the lab.
 
     `tierod` itself only offers names from everywhere, and `__main__` is the command line.
     """
     names = module.split(".")
+    if names[0] == "tierod_lab":
+        return f"lab.{names[1]}" if names[1:] and names[1] != "version" else "lab.cli"
     if names[1:] in ([], ["__main__"]):
         return "cli"
     nested = ".".join(names[1:3])
@@ -74,7 +79,8 @@ def part_of(module):
 
 
 def module_of(path):
-    return ".".join(("tierod", *path.relative_to(ROOT).with_suffix("").parts)).removesuffix(".__init__")
+    root = ROOT if path.is_relative_to(ROOT) else LAB
+    return ".".join((root.name, *path.relative_to(root).with_suffix("").parts)).removesuffix(".__init__")
 
 
 @cache
@@ -114,7 +120,7 @@ def is_late(node):
 
 def allowed(importer, imported):
     if GROUND in (importer, imported):
-        return imported in GROUND_USES if importer == GROUND else importer in USES_GROUND
+        return imported in GROUND_USES if importer == GROUND else importer.startswith("lab.")
     depth = {part: depth for depth, layer in enumerate(LAYERS) for part in layer}
     return depth[importer] <= depth[imported]
 
@@ -123,13 +129,13 @@ def violations(path):
     """What a file imports that its layer may not use, or that is heavy and imported at once."""
     here = part_of(module_of(path))
     for name, at_once, line in imports(path):
-        place, first = f"{path.relative_to(ROOT)}:{line} imports {name}", name.split(".")[0]
-        if first == "tierod" and path != FRONT and not allowed(here, part_of(name)):
+        place, first = f"{path.relative_to(ROOT.parents[2])}:{line} imports {name}", name.split(".")[0]
+        if first in (ROOT.name, LAB.name) and path != FRONT and not allowed(here, part_of(name)):
             yield f"{place}: {here} may not use {part_of(name)}"
         if first == "casadi" and here != "core.graph":
             yield f"{place}: only tierod.core.graph may"
         heavy = first in HEAVY or any(name.startswith(part) for part in HEAVY_PARTS)
-        if heavy and at_once and (here, first) != ("cli", "typer"):
+        if heavy and at_once and (here.removeprefix("lab."), first) != ("cli", "typer"):
             yield f"{place} at its top: move it into the function"
 
 
@@ -140,9 +146,10 @@ def test_modules_import_downwards_only_and_hide_what_is_heavy():
 
 def file_of(name):
     """The file that a dotted name leads to: a module, or the module that holds the name; None outside the package."""
-    parts = name.split(".")[1:] if name.split(".")[0] == "tierod" else []
-    for count in range(len(parts), 0, -1):
-        path = ROOT.joinpath(*parts[:count])
+    first, *parts = name.split(".")
+    root = {ROOT.name: ROOT, LAB.name: LAB}.get(first)
+    for count in range(len(parts) if root else 0, 0, -1):
+        path = root.joinpath(*parts[:count])
         for candidate in (path.with_suffix(".py"), path / "__init__.py"):
             if candidate in FILE_SET:
                 return candidate
@@ -158,7 +165,7 @@ def test_no_file_imports_itself_over_others():
     try:
         graphlib.TopologicalSorter(graph).prepare()
     except graphlib.CycleError as error:
-        circle = " -> ".join(path.relative_to(ROOT).as_posix() for path in error.args[1])
+        circle = " -> ".join(module_of(path) for path in error.args[1])
         pytest.fail(f"a circle of files: {circle}; move what both need into a file of its own")
 
 
@@ -171,7 +178,8 @@ def test_the_front_imports_nothing_at_once():
 
 
 def test_every_package_has_its_place():
-    packages = {path.name for path in ROOT.iterdir() if path.is_dir() and list(path.glob("*.py"))}
+    folders = [*((path.name, path) for path in ROOT.iterdir()), *((f"lab.{path.name}", path) for path in LAB.iterdir())]
+    packages = {name for name, path in folders if path.is_dir() and list(path.glob("*.py"))}
     assert packages <= set().union(*LAYERS) | {GROUND}
 
 
@@ -182,25 +190,26 @@ def test_every_package_has_its_place():
         ("methods", "monitors", False),
         ("monitors", "monitors.harness", True),
         ("monitors.harness", "monitors", False),
-        ("monitors", "papers", False),
-        ("report", "papers", False),
+        ("monitors", "lab.papers", False),
+        ("report", "lab.papers", False),
         ("export", "monitors", True),
         ("export", GROUND, False),
-        ("experiments", "papers", False),
-        (GROUND, "papers", False),
+        ("lab.campaign", "lab.papers", False),
+        (GROUND, "lab.papers", False),
         ("models", "core", True),
         ("core", "core.graph", False),
         ("io", "vehicles", True),
         ("fleet", "report", True),
         ("report", "fleet", False),
-        ("fleet", "papers", False),
-        ("fleet", GROUND, True),
+        ("lab.fleet", "fleet", True),
+        ("fleet", GROUND, False),
         (GROUND, "physics", True),
         (GROUND, "models", False),
         ("monitors", GROUND, False),
-        ("cli", GROUND, True),
+        ("cli", GROUND, False),
+        ("lab.cli", GROUND, True),
         ("web", "fleet", True),
-        ("web", "papers", False),
+        ("web", "lab.papers", False),
         ("report", "web", False),
     ],
 )

@@ -13,13 +13,17 @@ import pint
 import pytest
 
 import tierod
+import tierod_lab
 from tierod.cli import main
 from tierod.cli.app import commands
 from tierod.core.units import known
 from tierod.vehicles import QUANTITIES, load, shipped
 
 MODULES = sorted(
-    module.name for module in pkgutil.walk_packages(tierod.__path__, "tierod.") if not module.name.endswith("__main__")
+    module.name
+    for package in (tierod, tierod_lab)
+    for module in pkgutil.walk_packages(package.__path__, f"{package.__name__}.")
+    if not module.name.endswith("__main__")
 )
 
 
@@ -103,7 +107,7 @@ def collect(owner, found):
     found[key] = owner
     for hint in typing.get_type_hints(owner).values():
         for part in (hint, *typing.get_args(hint)):
-            if inspect.isclass(part) and dataclasses.is_dataclass(part) and part.__module__.startswith("tierod."):
+            if inspect.isclass(part) and dataclasses.is_dataclass(part) and part.__module__.startswith("tierod"):
                 collect(part, found)
 
 

@@ -19,6 +19,7 @@ import jsonschema
 import pytest
 
 import tierod
+import tierod_lab
 from tierod.cli import main
 from tierod.cli.app import commands
 
@@ -26,7 +27,10 @@ ROOT = Path(__file__).resolve().parents[2]
 PAGES = [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").rglob("*.md"))]
 SCHEMA = json.loads((ROOT / "packages/tierod/src/tierod/report/diagnosis.schema.json").read_text(encoding="utf-8"))
 MODULES = sorted(
-    module.name for module in pkgutil.walk_packages(tierod.__path__, "tierod.") if not module.name.endswith("__main__")
+    module.name
+    for package in (tierod, tierod_lab)
+    for module in pkgutil.walk_packages(package.__path__, f"{package.__name__}.")
+    if not module.name.endswith("__main__")
 )
 WITH_EXAMPLES = [
     name for name in MODULES if re.search(r"```|>>>", Path(find_spec(name).origin).read_text(encoding="utf-8"))

@@ -136,7 +136,9 @@ def test_the_layers_of_the_page_are_those_of_the_imports():
 def vocabulary():
     """Every word of the code, its data and the Makefile."""
     files = [
-        path for folder in ("src", "tests", "scripts", "benchmarks", "examples") for path in (ROOT / folder).rglob("*")
+        path
+        for folder in ("packages", "tests", "scripts", "benchmarks", "examples")
+        for path in (ROOT / folder).rglob("*")
     ]
     texts = [path.read_text(encoding="utf-8") for path in files if path.suffix in (".py", ".toml", ".json", ".dbc")]
     texts += [(ROOT / name).read_text(encoding="utf-8") for name in ("Makefile", "pyproject.toml")]
@@ -175,7 +177,7 @@ def test_names_of_the_code_on_a_page_exist(page):
 def test_pages_that_code_mentions_exist():
     mentioned = {
         (file.relative_to(ROOT).as_posix(), page)
-        for folder in ("src", "tests", "scripts", "benchmarks")
+        for folder in ("packages", "tests", "scripts", "benchmarks")
         for file in (ROOT / folder).rglob("*.py")
         for page in re.findall(r"\bdocs/[\w/.-]+\.md\b", file.read_text(encoding="utf-8"))
     }

@@ -11,7 +11,9 @@ import numpy as np
 import pytest
 
 from tierod.work import fingerprint as module
-from tierod.work.fingerprint import fingerprint, ground_code, tower_code
+from tierod.work.fingerprint import fingerprint, verdict_code
+from tierod_lab.campaign import code as lab_module
+from tierod_lab.campaign.code import ground_code, judging_code
 
 
 @dataclass(frozen=True)
@@ -88,9 +90,12 @@ def test_what_cannot_be_known_is_refused():
 
 
 def test_other_processes_find_the_same():
-    code = "from tierod.work.fingerprint import *; print(fingerprint({'a', 'b'}), ground_code(), tower_code())"
+    code = (
+        "from tierod.work.fingerprint import *; from tierod_lab.campaign.code import *; "
+        "print(fingerprint({'a', 'b'}), ground_code(), judging_code(), verdict_code())"
+    )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.split() == [fingerprint({"a", "b"}), ground_code(), tower_code()]
+    assert done.stdout.split() == [fingerprint({"a", "b"}), ground_code(), judging_code(), verdict_code()]
 
 
 def test_code_is_known_by_its_text(tmp_path, monkeypatch):
@@ -98,17 +103,18 @@ def test_code_is_known_by_its_text(tmp_path, monkeypatch):
         (tmp_path / package).mkdir()
         (tmp_path / package / "law.py").write_text("a = 1\n")
     monkeypatch.setattr(module, "ROOT", tmp_path)
-    monkeypatch.setattr(module, "JUDGE", ())
-    before = ground_code.__wrapped__(), tower_code.__wrapped__()
+    monkeypatch.setattr(lab_module, "PRODUCT", tmp_path)
+    codes = ground_code.__wrapped__, verdict_code.__wrapped__
+    before = [code() for code in codes]
     (tmp_path / "monitors" / "law.py").write_text("a = 2\n")
-    between = ground_code.__wrapped__(), tower_code.__wrapped__()
+    between = [code() for code in codes]
     (tmp_path / "physics" / "law.py").write_text("a = 2\n")
-    after = ground_code.__wrapped__(), tower_code.__wrapped__()
+    after = [code() for code in codes]
     assert before[0] == between[0] != after[0]
-    assert before[1] != between[1] == after[1]
+    assert before[1] != between[1] != after[1]
 
 
-def test_every_package_that_monitors_or_drives_need_is_known():
-    known = {*module.GROUND, *module.TOWER, "cli", "experiments", "export", "fleet", "live", "papers", "report", "web"}
+def test_every_package_that_a_verdict_needs_is_known():
+    known = {*module.VERDICT, "cli", "export", "fleet", "live", "report", "web", "work"}
     packages = {path.name for path in module.ROOT.iterdir() if path.is_dir() and list(path.glob("*.py"))}
     assert packages <= known | {"diagnosis"}

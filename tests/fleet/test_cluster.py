@@ -99,7 +99,7 @@ def test_a_cluster_of_another_tierod_is_one_sentence(processes, monkeypatch):
     with pytest.raises(ParameterError, match=r"there is tierod .* on the Dask worker tcp://.*; install tierod 99.0"):
         Cluster(processes.address).__enter__()
     monkeypatch.undo()
-    monkeypatch.setattr(cluster, "tower_code", lambda: "changed")
+    monkeypatch.setattr(cluster, "installed_code", lambda: "changed")
     with pytest.raises(ParameterError, match=r"there is another tierod .*, changed on the Dask worker"):
         Cluster(processes.address).__enter__()
 

@@ -42,7 +42,7 @@ def installed(tmp_path_factory):
 
 def run(command, folder, *more, code=0):
     """Run a command in a folder, with further folders for Python to look into; its stdout and stderr."""
-    paths = os.pathsep.join(map(str, [*more, ROOT / "src"]))
+    paths = os.pathsep.join(map(str, [*more, ROOT / "packages/tierod/src"]))
     environment = {**os.environ, "PYTHONPATH": paths}
     done = subprocess.run([*map(str, command)], cwd=folder, env=environment, capture_output=True, text=True)
     assert done.returncode == code, done.stderr

@@ -91,8 +91,6 @@ __all__ = [
     "Vehicle",
     "__version__",
     "batch",
-    "campaign",
-    "compare",
     "diagnose",
     "identify",
     "inspect",
@@ -102,7 +100,6 @@ __all__ = [
     "read",
     "scan",
     "serve",
-    "simulate",
     "to_json",
     "vehicle",
     "write",
@@ -126,4 +123,6 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return __all__
+    from tierod.core.lab import installed
+
+    return sorted([*__all__, *(_LAB if installed() else ())])

@@ -1,0 +1,73 @@
+"""tierod runs without the package tierod-lab; what needs it says so in one sentence, and which to install."""
+
+import subprocess
+import sys
+
+import pytest
+
+import tierod
+import tierod_lab.version
+from tierod.core.version import __version__
+from tierod.monitors.registry import MONITORS
+
+WITHOUT = """
+import importlib.metadata, sys
+points = importlib.metadata.entry_points
+lab = ("tierod.lab", "tierod.variants.condition")
+importlib.metadata.entry_points = lambda group: () if group in lab else points(group=group)
+sys.modules["tierod_lab"] = None
+from tierod.cli import main
+sys.exit(main(sys.argv[1:]))
+"""
+
+OTHER = """
+import importlib.metadata, sys
+from tierod.core import lab
+lab.__version__ = "99.0"
+from tierod.cli import main
+sys.exit(main(sys.argv[1:]))
+"""
+
+
+def run(code, *arguments):
+    done = subprocess.run([sys.executable, "-c", code, *arguments], capture_output=True, text=True)
+    return done.returncode, done.stdout, done.stderr
+
+
+def test_both_have_one_version():
+    assert tierod_lab.version.__version__ == __version__
+
+
+@pytest.mark.parametrize("verb", ["simulate", "campaign", "study", "scenarios"])
+def test_a_verb_of_the_lab_names_the_package_to_install(verb):
+    code, printed, said = run(WITHOUT, verb)
+    assert (code, printed) == (3, "")
+    assert said.count("\n") == 1
+    assert f"'tierod {verb}' needs the package tierod-lab {__version__}, which is not installed" in said
+    assert f"pip install tierod-lab=={__version__}" in said
+
+
+def test_tierod_alone_lists_its_own_verbs_and_judges_its_demo(tmp_path):
+    code, printed, _ = run(WITHOUT, "--help")
+    assert code == 0
+    assert "simulate" not in printed
+    code, printed, said = run(WITHOUT, "demo", "-o", str(tmp_path))
+    assert code in (0, 1), said
+    assert "FAULT" in printed
+    assert (tmp_path / "demo-friction.html").stat().st_size > 100_000
+
+
+def test_a_lab_of_another_version_is_named():
+    code, _, said = run(OTHER, "scenarios")
+    assert code == 3
+    assert f"is installed in version {__version__}; pip install tierod-lab==99.0" in said
+
+
+def test_the_lab_adds_variants_of_its_papers():
+    variants = MONITORS["condition"].variants
+    assert list(variants) == ["bank", "rules", "rules-discriminating", "rules-printed"]
+    assert all(each.decisions for each in variants.values())
+
+
+def test_the_lab_adds_names_to_the_package():
+    assert {"simulate", "campaign", "compare"} <= set(dir(tierod))
