@@ -15,7 +15,7 @@ help:  ## say what there is
 $(ENVIRONMENT): packages/tierod/pyproject.toml packages/tierod-lab/pyproject.toml constraints.txt scripts/setup.sh
 	@bash scripts/setup.sh && touch $@
 
-demo: $(ENVIRONMENT)  ## simulate a drive whose friction rises, diagnose it, print verdict and report
+demo: $(ENVIRONMENT)  ## diagnose a drive whose friction rises, print verdict and report
 	@.venv/bin/tierod demo
 
 test: $(ENVIRONMENT)  ## run all tests

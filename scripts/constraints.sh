@@ -5,7 +5,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 fresh=$(mktemp -d)
 trap 'rm -rf "$fresh"' EXIT
 "${PYTHON:-python3.11}" -m venv "$fresh"
-"$fresh/bin/python" -m pip install -qq --disable-pip-version-check -e '.[dev,docs]'
+"$fresh/bin/python" -m pip install -qq --disable-pip-version-check -e 'packages/tierod[docs]' -e 'packages/tierod-lab[dev]'
 {
     echo "# Written by scripts/constraints.sh: the versions that the tests have passed with."
     "$fresh/bin/python" -m pip freeze --exclude-editable --disable-pip-version-check | grep -E '^[A-Za-z0-9._-]+==[^ ]+$'
