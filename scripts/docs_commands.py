@@ -14,7 +14,7 @@ import typer
 from docs_text import first_sentence, page, table
 
 import tierod
-from tierod.cli.app import commands
+from tierod.cli.app import commands, module_of
 
 EXIT_CODES = (
     ("0", "healthy, or done"),
@@ -35,17 +35,13 @@ def pages() -> dict[str, Callable[[], str]]:
     return {"reference/cli/index.md": index, **every, **own, **packages}
 
 
-def _module(verb: str) -> Any:
-    return importlib.import_module(f"tierod.cli.{verb.replace('-', '_')}")
-
-
 def _page_of(verb: str) -> Callable[[], str]:
     return lambda: command_page(verb)
 
 
 def index() -> str:
     """Page of all commands with their summaries, and of the exit codes."""
-    rows = [(f"[`{verb}`]({verb}.md)", first_sentence(_module(verb).__doc__).split(". ")[0]) for verb in commands()]
+    rows = [(f"[`{verb}`]({verb}.md)", first_sentence(module_of(verb).__doc__).split(". ")[0]) for verb in commands()]
     return page(
         "Command line",
         "`tierod COMMAND ...`: a verb, its input, its options. With `--json` a command prints one JSON document to "
@@ -94,7 +90,7 @@ def index() -> str:
 
 def command_page(verb: str) -> str:
     """Page of one command: usage, description, arguments and options."""
-    function = getattr(_module(verb), verb.replace("-", "_"))
+    function = getattr(module_of(verb), verb.replace("-", "_"))
     hints = typing.get_type_hints(function)
     app = typer.Typer(add_completion=False)
     app.command(verb)(function)

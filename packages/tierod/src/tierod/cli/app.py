@@ -210,13 +210,14 @@ def _below_help(verb: str, arguments: Sequence[str]) -> str | None:
     return "\n\n".join(line.replace("[", "\\[") for line in lines) or None
 
 
-def _module(verb: str) -> ModuleType:
+def module_of(verb: str) -> ModuleType:
+    """Module of a verb, of tierod or of tierod-lab."""
     package = lab.part("verbs", f"'tierod {verb}'").__name__ if verb in lab.VERBS else __package__
     return importlib.import_module(f"{package}.{verb.replace('-', '_')}")
 
 
 def _function(verb: str) -> Callable[..., int | None]:
-    module = _module(verb)
+    module = module_of(verb)
     command: Callable[..., int | None] = getattr(module, module.__name__.rpartition(".")[2])
     return command
 
@@ -228,7 +229,7 @@ def _overview() -> str:
 
 def summary(verb: str) -> str:
     """One-line description of a verb."""
-    return (_module(verb).__doc__ or "").strip().splitlines()[0].rstrip(".")
+    return (module_of(verb).__doc__ or "").strip().splitlines()[0].rstrip(".")
 
 
 class _Usage(TierodError):
