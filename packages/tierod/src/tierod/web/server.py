@@ -164,7 +164,6 @@ def site_of(
     from tierod.vehicles import load
     from tierod.web.demo import folders
     from tierod.web.site import Limits, Root, Site, roots_of
-    from tierod_lab.web.demo import folders
 
     car = load(vehicle) if vehicle is not None else None
     place = Path(os.path.realpath(expanded(cache) if cache is not None else usual_cache()))

@@ -31,7 +31,6 @@ from tierod.web.pyramid import SeriesReader
 from tierod.web.site import UPLOADS, Root, Site
 from tierod.web.store import Store, stamp_of
 from tierod.web.wording import in_the_page
-from tierod_lab.web.demo import folders
 
 READERS = 32
 """Number of recordings whose index of signals stays in memory."""
