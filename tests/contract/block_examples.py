@@ -110,7 +110,7 @@ COLUMN = TwoInertiaParameters(0.035, 0.23, 132.0, 18.0, 1.6e-4, 1.5e-3)
 BASES = {"GaussianFilter", "EachSignal", "SteeringTorqueObserver"}
 """What several blocks share; they are exercised through those."""
 
-SET_UPS = {"AlarmWatch", "ClosedLoop", "SweptBench"}
+SET_UPS = {"AlarmWatch", "ClosedLoop", "EnergyAudit", "Replay", "SweptBench"}
 """A plant with what watches or drives it, of one campaign of a paper."""
 
 PARTS = {

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import Annotated, Any, NamedTuple, TypeVar
+from typing import Annotated, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -89,18 +89,18 @@ class EnergyAudit:
 
     Sample = Pedals
 
-    def init(self) -> Any:
+    def init(self) -> TwoTrackMotion:
         """State of motion straight ahead at the initial speed."""
         return self.chassis.init(self.start_speed)
 
-    def step(self, state: Any, sample: Pedals) -> tuple[Any, Powers]:
+    def step(self, state: TwoTrackMotion, sample: Pedals) -> tuple[TwoTrackMotion, Powers]:
         """Advance by one step; the powers belong to the instant of the sample, before the step."""
         steer = Steer(sample.steer, sample.steer, sample.steer_rate, sample.steer_rate)
         road, wind = Road(0.0, 0.0, 0.0, 1.0, 1.0, 1.0), Wind(0.0, 0.0)
         torques = Wheels(sample.drive_torque, sample.drive_torque, 0.0, 0.0)
         brakes = Wheels(sample.brake_torque, sample.brake_torque, sample.brake_torque, sample.brake_torque)
 
-        def slope(motion: tuple[Any]) -> tuple[Any]:
+        def slope(motion: tuple[TwoTrackMotion]) -> tuple[TwoTrackMotion]:
             reaction = self.chassis.reaction(motion[0], steer, road, wind)
             return (self.chassis.derivative(motion[0], reaction, torques, brakes),)
 
