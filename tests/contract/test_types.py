@@ -10,7 +10,6 @@ ROOTS = tuple(Path(package.__file__).parent for package in (tierod, tierod_lab))
 
 UNTYPED = frozenset(
     {
-        "lab.campaign",
         "monitors.friction",
         "monitors.harness",
         "lab.papers.sideslip",

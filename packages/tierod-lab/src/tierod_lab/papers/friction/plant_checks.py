@@ -10,6 +10,7 @@ import numpy as np
 from tierod.core.graph import scan
 from tierod.physics.single_track import steady_yaw_gain
 from tierod_lab.ground.chassis import SingleTrack, TwoTrack
+from tierod_lab.ground.chassis.two_track import TwoTrackMotion
 from tierod_lab.ground.integration import rosenbrock
 from tierod_lab.ground.parts import Road, Steer, Wheels, Wind
 from tierod_lab.papers.friction.plant_energy import Powers, powers
