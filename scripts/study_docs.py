@@ -1,9 +1,9 @@
-"""Write the output of a study as pages of docs/reference/studies.
+"""Write the claims of a study as a page of docs/reference/studies.
 
 tierod study column | python scripts/study_docs.py column
 
-One page contains the claims by group, further pages the tables by topic. With the output folder of the study as second
-argument, the claims are printed with their sentences from claims.json.
+The page holds the claims by group; tables and charts are in the report that the study writes. With the output folder
+of the study as second argument, the claims are printed with their sentences from claims.json.
 """
 
 from __future__ import annotations
@@ -12,7 +12,6 @@ import json
 import re
 import sys
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 
 from docs_text import table
@@ -41,56 +40,6 @@ OVERVIEW = (
 )
 
 
-@dataclass(frozen=True)
-class Topic:
-    """A page of tables.
-
-    Args:
-        name: end of the page's name
-        title: of the page
-        first: beginning of the title of its first table; the topic ends where the next one begins
-    """
-
-    name: str
-    title: str
-    first: str
-
-
-TOPICS = {
-    "friction": (
-        Topic("paper", "The paper's estimators", ""),
-        Topic("search", "Search for the paper's conditions", "Search: overlap"),
-        Topic("default", "The default estimator", "Scatter of cars and sensors"),
-    ),
-    "column": (
-        Topic("model", "Modes, observability, reduction, identification", ""),
-        Topic("driver-torque", "Driver torque, hands, natural drives", "Root mean square errors"),
-        Topic("position", "Position control", "Sines of 30"),
-    ),
-    "sideslip": (
-        Topic("observers", "The observers of the paper", ""),
-        Topic("combined", "The combined estimator, and real cars", "Combined estimator"),
-    ),
-    "motor-angle": (
-        Topic("observers", "Observers", ""),
-        Topic("monitoring", "Monitoring and identification", "Delay from a fault"),
-    ),
-    "condition": (
-        Topic("residuals", "Residuals", ""),
-        Topic("sensors", "Tests of the sensors", "The tests, vehicles driven"),
-        Topic("actuators", "Tests of the actuators", "All torque lost"),
-        Topic("beyond", "Substitutes, kinds of fault, two faults at once", "Errors of the substitutes"),
-        Topic("structure", "Structure and measurement", "Single faults by structure"),
-        Topic("healthy", "Fault-free drives, odd recordings, real cars", "False alarms"),
-        Topic("sensitivity", "Numbers of the tuning a fifth smaller or larger", "Verdicts under numbers"),
-    ),
-    "own-car": (Topic("cars", "Virtual and real cars", ""),),
-    "foreign": (Topic("plants", "Motors, column, car", ""),),
-    "fleet": (Topic("years", "Errors, vehicle-years and batches", ""),),
-}
-"""Study -> topics of its tables, in the order of the output."""
-
-
 def sections(printed: str) -> list[tuple[str, str]]:
     """(title, text below it) of all parts of a study's output."""
     found: list[tuple[str, list[str]]] = []
@@ -102,8 +51,8 @@ def sections(printed: str) -> list[tuple[str, str]]:
     return [(title, "\n".join(lines).strip()) for title, lines in found]
 
 
-def pages(name: str, printed: str, sentences: Mapping[str, str] | None = None) -> dict[str, str]:
-    """File name -> text of all pages of a study.
+def page(name: str, printed: str, sentences: Mapping[str, str] | None = None) -> str:
+    """Text of the page of a study.
 
     Args:
         name: of the study
@@ -111,38 +60,20 @@ def pages(name: str, printed: str, sentences: Mapping[str, str] | None = None) -
         sentences: identifier of a claim -> its sentence
     """
     by = PRINTED_BY.search(printed)
-    every = sections(PRINTED_BY.sub("", printed))
-    listed = dict(every)[CLAIMS]
-    topics = TOPICS[name]
-    texts: dict[str, list[str]] = {topic.name: [] for topic in topics}
-    current = topics[0]
-    for title, text in every:
-        if title in (CLAIMS, DESCRIBED, WHY):
-            continue
-        current = next((topic for topic in topics if topic.first and title.startswith(topic.first)), current)
-        texts[current.name].append(f"## {title}\n\n{text}")
-    made = f"<!-- Written by scripts/study_docs.py from what `tierod study {name}` prints; do not edit. -->"
-    found = {
-        f"{name}-{topic.name}.md": "\n\n".join((f"# {STUDIES[name].title}: {topic.title}", made, *texts[topic.name]))
-        for topic in topics
-        if texts[topic.name]
-    }
-    links = [f"- [{topic.title}]({name}-{topic.name}.md)" for topic in topics if texts[topic.name]]
+    every = dict(sections(PRINTED_BY.sub("", printed)))
     head = (
         f"# {STUDIES[name].title}: claims",
-        made,
+        f"<!-- Written by scripts/study_docs.py from what `tierod study {name}` prints; do not edit. -->",
         STUDIES[name].summary,
         f"{_origin(name, by)} [What the columns mean](../../how-to/run-studies.md).",
-        "\n".join(links),
     )
-    groups = _groups(name, listed, sentences or {})
-    if WHY in dict(every):
-        groups.append(_causes(dict(every)[WHY]))
-    if DESCRIBED in dict(every):
-        groups.append(_described(dict(every)[DESCRIBED], sentences or {}))
-    counted = COUNTED.search(listed)
-    count = [counted[0]] if counted else []
-    return {f"{name}.md": "\n\n".join((*head, *count, *groups)), **found}
+    groups = _groups(name, every[CLAIMS], sentences or {})
+    if WHY in every:
+        groups.append(_causes(every[WHY]))
+    if DESCRIBED in every:
+        groups.append(_described(every[DESCRIBED], sentences or {}))
+    counted = COUNTED.search(every[CLAIMS])
+    return "\n\n".join((*head, *([counted[0]] if counted else []), *groups))
 
 
 def _origin(name: str, by: re.Match[str] | None) -> str:
@@ -194,7 +125,7 @@ def _groups(name: str, listed: str, sentences: Mapping[str, str]) -> list[str]:
 def overview() -> str:
     """Page with the number of claims of every study that hold, read from its pages."""
     rows, total = [], [0] * 5
-    for name in TOPICS:
+    for name in STUDIES:
         counted = COUNTED.search((STUDY_PAGES / f"{name}.md").read_text(encoding="utf-8"))
         if counted is None:
             continue
@@ -207,9 +138,9 @@ def overview() -> str:
 
 
 def main(name: str, folder: str = "") -> int:
-    """Write the pages, provided that the input contains claims; returns the exit code."""
-    if name not in TOPICS:
-        print(f"there is no page of a study '{name}'; known: {', '.join(TOPICS)}", file=sys.stderr)
+    """Write the page, provided that the input contains claims; returns the exit code."""
+    if name not in STUDIES:
+        print(f"there is no page of a study '{name}'; known: {', '.join(STUDIES)}", file=sys.stderr)
         return 1
     printed = sys.stdin.read()
     if CLAIMS not in dict(sections(printed)):
@@ -218,9 +149,8 @@ def main(name: str, folder: str = "") -> int:
     claims = json.loads((Path(folder) / "claims.json").read_text(encoding="utf-8")) if folder else []
     sentences = {claim["id"]: claim["claim"] for claim in claims}
     STUDY_PAGES.mkdir(parents=True, exist_ok=True)
-    for file, text in pages(name, printed, sentences).items():
-        (STUDY_PAGES / file).write_text(text.rstrip() + "\n", encoding="utf-8")
-        print(f"wrote docs/reference/studies/{file}")
+    (STUDY_PAGES / f"{name}.md").write_text(page(name, printed, sentences).rstrip() + "\n", encoding="utf-8")
+    print(f"wrote docs/reference/studies/{name}.md")
     (STUDY_PAGES / "index.md").write_text(overview(), encoding="utf-8")
     return 0
 

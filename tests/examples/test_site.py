@@ -66,58 +66,49 @@ def test_no_generated_page_is_left_over(generator):
     assert marked <= made
 
 
-def test_pages_of_a_study_hold_what_it_printed(generator):
-    study_docs = generator[1]
+def test_the_page_of_a_study_holds_the_claims_that_it_printed(generator):
     head = "| claim | printed | ours | goal | unit | holds |\n| --- | --- | ---: | --- | --- | --- |"
     rows = "| paper.one |  | 1 | <= 2 | m | yes |\n| cars.two | well | 2 | <= 3 |  | yes |"
     claims = f"**Claims**\n\n{head}\n{rows}\n\n2 claims"
     described = "**Figures of description**\n\n| figure | printed | ours | unit |\n| --- | --- | ---: | --- |\n"
     described += "| paper.three |  | 7.5 | m |"
-    tables = "**First table**\n\n| a |\n| --- |\n| 7 |\n\n**Combined estimator: more**\n\n| b |"
-    printed = f"{tables}\n\n{described}\n\n{claims}"
-    pages = study_docs.pages("sideslip", printed, {"paper.one": "One is small."})
-    assert list(pages) == ["sideslip.md", "sideslip-observers.md", "sideslip-combined.md"]
-    assert "| One is small. |  | 1 | <=\N{NO-BREAK SPACE}2 | m | yes | `one` |" in pages["sideslip.md"]
-    assert "| well | 2 | <=\N{NO-BREAK SPACE}3 |  | yes | `two` |" in pages["sideslip.md"]
-    assert "|  |  | 7.5 | m | `paper.three` |" in pages["sideslip.md"].partition("## Figures of description")[2]
-    assert "## Real cars" in pages["sideslip.md"]
-    assert "| 7 |" in pages["sideslip-observers.md"]
-    assert "| 7 |" not in pages["sideslip-combined.md"]
-    assert "`tierod study sideslip` measures these figures." in pages["sideslip.md"]
+    printed = f"**First table**\n\n| a |\n| --- |\n| 7 |\n\n{described}\n\n{claims}"
+    page = generator[1].page("sideslip", printed, {"paper.one": "One is small."})
+    assert "| One is small. |  | 1 | <=\N{NO-BREAK SPACE}2 | m | yes | `one` |" in page
+    assert "| well | 2 | <=\N{NO-BREAK SPACE}3 |  | yes | `two` |" in page
+    assert "|  |  | 7.5 | m | `paper.three` |" in page.partition("## Figures of description")[2]
+    assert "## Real cars" in page
+    assert "| 7 |" not in page
+    assert "`tierod study sideslip` measures these figures." in page
 
 
-def test_a_page_of_a_study_gives_causes_and_no_lines_of_progress(generator):
+def test_the_page_of_a_study_gives_causes_and_no_lines_of_progress(generator):
     why = "**What does not hold, and why**\n\n| claim | ours | goal | cause |\n| --- | --- | --- | --- |\n"
     why += "| paper.one | 3 | <= 2 | P0 is not printed. |"
     claims = "**Claims**\n\n| claim | goal |\n| --- | --- |\n| paper.one | <= 2 |\n\n1 claims: 0 hold, 1 do not\n0"
-    printed = f"**First**\n\n| a |\n| --- |\n| 7 |\nmeasuring: the rest\n\n{why}\n\n{claims}"
-    pages = generator[1].pages("sideslip", printed)
-    assert "| `paper.one` | 3 | <= 2 | P0 is not printed. |" in pages["sideslip.md"].partition("and why")[2]
-    assert not pages["sideslip.md"].rstrip().endswith("\n0")
-    assert "measuring" not in pages["sideslip-observers.md"]
-    assert "P0" not in pages["sideslip-observers.md"]
+    page = generator[1].page("sideslip", f"measuring: the rest\n\n{why}\n\n{claims}")
+    assert "| `paper.one` | 3 | <= 2 | P0 is not printed. |" in page.partition("and why")[2]
+    assert not page.rstrip().endswith("\n0")
+    assert "measuring" not in page
 
 
-def test_a_page_of_a_study_says_which_command_printed_it(generator):
+def test_the_page_of_a_study_says_which_command_printed_it(generator):
     claims = "**Claims**\n\n| claim | goal |\n| --- | --- |\n| paper.one | <= 2 |\n\n1 claims: 1 hold, 0 do not"
     printed = f"{claims}\n\nPrinted by `tierod study sideslip --quick` of tierod 9.8.7\n"
-    page = generator[1].pages("sideslip", printed)["sideslip.md"]
+    page = generator[1].page("sideslip", printed)
     assert (
         "`tierod study sideslip --quick` of tierod 9.8.7 measured these figures. It drives a few minutes only" in page
     )
     assert "Printed by" not in page
     assert "\n1 claims: 1 hold, 0 do not\n" in page
-    whole = generator[1].pages("sideslip", printed.replace(" --quick", ""))["sideslip.md"]
+    whole = generator[1].page("sideslip", printed.replace(" --quick", ""))
     assert "a few minutes" not in whole
 
 
-def test_studies_have_their_pages(generator):
+def test_studies_have_their_pages():
     from tierod_lab.studies.registry import STUDIES
 
-    assert set(generator[1].TOPICS) == set(STUDIES)
-    for name, topics in generator[1].TOPICS.items():
-        assert f"reference/studies/{name}.md" in PAGES
-        assert {f"reference/studies/{name}-{topic.name}.md" for topic in topics} <= set(PAGES)
+    assert {f"reference/studies/{name}.md" for name in STUDIES} <= set(PAGES)
 
 
 def test_the_layers_of_the_page_are_those_of_the_imports():
