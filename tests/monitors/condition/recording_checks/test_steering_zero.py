@@ -76,11 +76,11 @@ def test_sliding_tyres_slow_driving_and_wheels_that_disagree_do_not_count():
     assert found(*made_up(0.5, yaw=0.3)) is None
 
 
-def shifted(recording, size):
-    """The recording with a steering angle whose zero moves by a size [rad] between 80 and 140 s."""
-    angle = recording["steering_wheel_angle"]
-    moved = size * np.clip((angle.time - angle.time[0] - 80.0) / 60.0, 0.0, 1.0)
-    return Recording({**recording.channels, "steering_wheel_angle": replace(angle, values=angle.values + moved)})
+def shifted(recording, size, name="steering_wheel_angle", times=(80.0, 140.0, 500.0, 560.0)):
+    """The recording with a sensor whose zero moves by a size between two times, and back between two more [s]."""
+    read = recording[name]
+    moved = np.interp(read.time - read.time[0], times, [0.0, size, size, 0.0])
+    return Recording({**recording.channels, name: replace(read, values=read.values + moved)})
 
 
 def test_a_slow_shift_names_the_steering_angle_with_its_size_and_a_fault_free_drive_names_nothing():
@@ -91,3 +91,30 @@ def test_a_slow_shift_names_the_steering_angle_with_its_size_and_a_fault_free_dr
     assert finding.estimate.value == pytest.approx(0.4, rel=0.1)
     assert 85.0 < finding.since < 150.0
     assert diagnose(drove, CAR, "condition").findings[0].status is Status.HEALTHY
+
+
+@pytest.fixture(scope="module")
+def bends():
+    return drive(3)
+
+
+@pytest.mark.parametrize("end", [180.0, 500.0])
+def test_a_small_slow_offset_of_the_yaw_rate_is_named_with_its_span_and_does_not_accuse_the_angle(bends, end):
+    wrong = shifted(bends, 0.05, "yaw_rate", (70.0, 90.0, end, end + 20.0))
+    found = diagnose(wrong, CAR, "condition")
+    finding, states = found.findings[0], {each.name: each for each in found.elements}
+    assert finding.headline.startswith("Yaw rate sensor: positive offset of")
+    assert finding.estimate.value == pytest.approx(0.05, rel=0.2)
+    assert "steering angle and wheel speeds fit" in finding.cause
+    (episode,) = states["yaw_rate"].episodes
+    assert 70.0 < episode.start < 95.0
+    assert episode.end is None if end > 240.0 else 175.0 < episode.end < 205.0
+    assert states["steering_wheel_angle"].status is Status.HEALTHY
+
+
+def test_an_angle_that_shifts_while_the_yaw_rate_leaves_the_wheels_is_one_of_two_suspects(bends):
+    found = diagnose(shifted(shifted(bends, -0.03, "yaw_rate"), 0.15), CAR, "condition").findings[0]
+    assert found.status is Status.SUSPECT
+    assert found.headline.startswith("One of several is suspect")
+    assert "yaw rate or steering wheel angle" in found.headline
+    assert "the wheel speeds do not tell which of them is wrong" in found.cause

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -183,19 +183,27 @@ class ElementCourse:
             if each.end - each.start >= LEAST_DOUBT and not self._others(each)
         )
 
-    def declare(self, start: float, found: float, end: float, kind: float, magnitude: tuple[float, float]) -> None:
-        """Add a fault that lasts until the end of the drive, detected by a check beside the bank.
+    def declare(
+        self,
+        span: tuple[float, float, float],
+        kind: float,
+        magnitude: tuple[float, float],
+        rivals: Collection[str] = (),
+    ) -> None:
+        """Add a fault detected by a check beside the bank, or a doubt between several elements.
 
         Args:
-            start, found: begin and detection of the fault [s]
-            end: end of the recording [s]
+            span: begin, detection and end of the fault [s]
             kind: number of the kind
             magnitude: magnitude and its standard deviation, in the unit that `described` expects
+            rivals: other elements that explain it as well
         """
-        fault = Stretch(found, end, start, end, 1, np.zeros(len(ELEMENTS)))
+        start, found, end = span
+        fault = Stretch(found, max(found, end), start, end, 1, np.array([float(each in rivals) for each in ELEMENTS]))
         fault.add(kind, 1, *magnitude)
-        self.faults.append(fault)
-        self.course[:] = [*(each for each in self.course if each.time < found), StatusChange(found, Status.FAULT)]
+        (self.doubts if rivals else self.faults).append(fault)
+        reached = Status.SUSPECT if rivals else Status.FAULT
+        self.course[:] = [*(each for each in self.course if each.time < found), StatusChange(found, reached)]
 
     def brief(self, longest: float, spans: Sequence[tuple[float, float]]) -> list[Stretch]:
         """Faults that lasted for less than a time and began in one of several spans.

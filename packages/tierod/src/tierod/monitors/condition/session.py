@@ -27,7 +27,7 @@ from tierod.monitors.condition.recording_checks.constancy import Constancy, stuc
 from tierod.monitors.condition.recording_checks.contradictions import Problem
 from tierod.monitors.condition.recording_checks.coverage import Coverage, ImpossibleValues, TargetPace
 from tierod.monitors.condition.recording_checks.filter_inputs import BOUNDS, AccelerationCheck, TargetCheck
-from tierod.monitors.condition.recording_checks.steering_zero import SteeringZero
+from tierod.monitors.condition.recording_checks.steering_zero import SHIFTING, SteeringZero
 from tierod.monitors.condition.recording_checks.wiring import ClockLeap, CloseLimits, Wiring
 from tierod.monitors.condition.signals import (
     ACCELERATIONS,
@@ -62,11 +62,14 @@ ALONE = 1.5
 """Longest time for which an unloaded wheel spins or skids alone [s]: drivers and brake control end it."""
 BEFORE = 1.0
 """Time before the first sign of a failing acceleration in which it may already have disturbed the filters [s]."""
-SHIFTED = (
-    "the mean steering angle in gentle driving has shifted since the beginning of the drive, while yaw rate and wheel "
-    "speeds fit each other"
-)
-"""Cause of a finding where the zero of the steering angle has shifted."""
+_SINCE = "has shifted since the beginning of the drive, while"
+SHIFTED = {
+    SHIFTING[:1]: f"the mean steering angle in gentle driving {_SINCE} yaw rate and wheel speeds fit each other",
+    SHIFTING[1:]: f"the mean yaw rate in gentle driving {_SINCE} steering angle and wheel speeds fit each other",
+    SHIFTING: f"the difference of steering angle and yaw rate in gentle driving {_SINCE} the wheel speeds do not tell "
+    "which of them is wrong",
+}
+"""Cause of a finding where the zero of the steering angle has shifted, by the suspects."""
 TRACED = {FAULT: 1.0, SUSPECT: 0.5, HEALTHY: 0.0}
 """Values of the traces of states, by status; NaN where nothing is judged."""
 NOT_TESTABLE = 0.25
@@ -310,15 +313,16 @@ class ConditionSession:
                 self._withdraw([(each.onset, each.end)])
         return found
 
-    def _shift_of_zero(self) -> bool:
-        """Declare the steering angle if its zero has shifted and the filters had declared nothing by then."""
+    def _shift_of_zero(self) -> tuple[str, ...]:
+        """Declare what has shifted the zero of the steering angle, unless the filters had declared anything by then."""
         shift, end = self._zero.found if self._zero is not None else None, self._driven.end
         declared = [each for course in self._courses.values() for each in course.episodes(end)]
         if shift is None or any(each.declared_at <= shift.found for each in declared):
-            return False
-        size = shift.value, shift.deviation
-        self._courses["steering_wheel_angle"].declare(shift.start, shift.found, end, OFFSET, size)
-        return True
+            return ()
+        span, size = (shift.start, shift.found, end if shift.end is None else shift.end), (shift.value, shift.deviation)
+        for name in shift.suspects:
+            self._courses[name].declare(span, OFFSET, size, {*shift.suspects} - {name})
+        return shift.suspects
 
     def _withdraw(self, spans: Iterable[tuple[float, float]], but: Collection[str] = ()) -> None:
         """Withdraw what was declared in times in which an input of the filters or their model was wrong.
@@ -390,8 +394,8 @@ class ConditionSession:
             states = (*states, *acceleration_elements(disagreeing))
         finding = judge(self.name, states, self._driven, problems, lost, interruptions, designed, notes, causes)
         wrong = [each.name for each in states if each.status in (Status.FAULT, Status.SUSPECT)]
-        if shifted and wrong == ["steering_wheel_angle"]:
-            finding = replace(finding, cause=SHIFTED)
+        if shifted and {*wrong} == {*shifted}:
+            finding = replace(finding, cause=SHIFTED[shifted])
         elif not {*wrong} <= {*ACCELERATIONS}:
             finding = replace(finding, decided_by=(self.decision,))
         own = {each.name for each in states if each.name in self.graph.sensors and not each.substitute}
