@@ -153,6 +153,23 @@ def test_every_reason_stands_once_in_the_list_with_the_times_of_its_episode():
     assert all(f">{each}<" in page for each in ("1 min 40 s", "1 min 44.5 s", "2 min 40 s"))
 
 
+def test_a_persistent_fault_of_a_monitor_whose_element_changes_is_a_fault():
+    judged = {"": ["fault", "fault"], "yaw_rate": ["fault", "healthy"], "steering_wheel_angle": ["healthy", "fault"]}
+    rows = [{**row, "recording_name": f"{place}.csv"} for name, statuses in judged.items()
+            for place, row in enumerate(sensor("car 7", statuses, name))]  # fmt: skip
+    (car,) = worked_out(made(rows), ledger().empty_table(), Design()).cars
+    assert car.urgency is Urgency.FAULT
+    assert car.reasons[0].text.startswith("monitor condition: fault")
+
+
+def test_a_changed_car_stays_listed_beside_a_steady_second_quantity(found):
+    own = [row for row in found.findings.to_pylist() if row["vehicle"] == found.cars[0].vehicle]
+    noise = np.random.default_rng(1).normal(0.0, 0.1, len(own))
+    second = [{**row, "quantity": "loop", "estimate": 4.0 + off} for row, off in zip(own, noise, strict=True)][::2]
+    both = pa.concat_tables([found.findings, pa.Table.from_pylist(second, schema=found.findings.schema)])
+    assert worked_out(both, ledger().empty_table(), Design()).cars[0].why == found.cars[0].why
+
+
 def test_a_car_without_a_verdict_is_not_one_without_a_fault(tmp_path, monkeypatch):
     open_ = [
         {"vehicle": name, "monitor": "friction", "judged": "friction", "status": "not identifiable"} for name in "ab"

@@ -143,22 +143,22 @@ def ranked(trends: Sequence[Trends], standing: Iterable[Standing]) -> list[Ranke
     reasons: dict[str, dict[tuple[str, str], Reason]] = {}
     followed = {
         (vehicle, series.series.watched.monitor, series.series.watched.judged): (series, car)
-        for series in trends
+        for series in reversed(trends)
         for car, vehicle in enumerate(series.series.vehicles)
     }
-    named = {(id(series), int(car)) for series in trends for car in np.flatnonzero(_named(series))}
     for each in _distinct([each for each in standing if each.drives]):
         key = each.monitor, each.judged
         trend = followed.get((each.vehicle, *key))
-        reason = _of_standing(each, _level_text(trend), trend)
-        reasons.setdefault(each.vehicle, {})[key] = reason
-    for (vehicle, monitor, judged), (series, car) in followed.items():
-        if (id(series), car) in named:
-            of_car, reason = reasons.setdefault(vehicle, {}), _of_trend(series, car)
-            before = of_car.get((monitor, judged))
+        reasons.setdefault(each.vehicle, {})[key] = _of_standing(each, _level_text(trend), trend)
+    for series in trends:
+        key = series.series.watched[:2]
+        for car in np.flatnonzero(_named(series)).tolist():
+            of_car, reason = reasons.setdefault(series.series.vehicles[car], {}), _of_trend(series, car)
+            before, day = of_car.get(key), series.stepped(car)
             # A level that stepped on the day of the change is said already.
-            said = math.isfinite(day := series.stepped(car)) and (not series.changed(car) or day == series.onset(car))
-            of_car[monitor, judged] = reason if before is None else before.and_also(reason, "" if said else reason.text)
+            said = math.isfinite(day) and (not series.changed(car) or day == series.onset(car))
+            said &= followed[series.series.vehicles[car], *key][0] is series
+            of_car[key] = reason if before is None else before.and_also(reason, "" if said else reason.text)
     cars = [
         Ranked(vehicle, tuple(sorted(found.values(), key=lambda each: (each.urgency, -each.weight))))
         for vehicle, found in reasons.items()
@@ -167,8 +167,9 @@ def ranked(trends: Sequence[Trends], standing: Iterable[Standing]) -> list[Ranke
 
 
 def _distinct(standing: Sequence[Standing]) -> list[Standing]:
-    """Standings without those of a whole monitor whose drives all show a fault of one of its elements as well."""
+    """Standings without those of a whole monitor of which its elements say as much: its drives, and as persistent."""
     by_elements: dict[tuple[str, str], dict[object, Status]] = {}
+    persistent = {(each.vehicle, each.monitor) for each in standing if each.judged and each.persistent}
     for each in standing:
         if each.judged:
             known = by_elements.setdefault((each.vehicle, each.monitor), {})
@@ -176,10 +177,9 @@ def _distinct(standing: Sequence[Standing]) -> list[Standing]:
                 known[drive.key] = worst((known.get(drive.key, drive.status), drive.status))
 
     def hidden(each: Standing) -> bool:
-        known = by_elements.get((each.vehicle, each.monitor), {})
-        return not each.judged and all(
-            drive.key in known and worst((known[drive.key], drive.status)) is known[drive.key] for drive in each.drives
-        )
+        known = by_elements.get(car := (each.vehicle, each.monitor), {})
+        said = all(one.key in known and worst((known[one.key], one.status)) is known[one.key] for one in each.drives)
+        return not each.judged and said and each.persistent <= (car in persistent)
 
     return [each for each in standing if not hidden(each)]
 
@@ -211,8 +211,8 @@ def _of_standing(each: Standing, level: str, trend: tuple[Trends, int] | None) -
         text = f"{each.subject}: {found} in {drives_in_words(each.of)} ({listed}){level}"
         inspect = "look at these drives with 'tierod diagnose'" + (f"; {each.action}" if each.action else "")
         return Reason(Urgency.CONFIRM, text, inspect, trend, rows, each.drives, weight)
-    kind = f" ({each.kind})" if each.kind else ""
-    text = f"{each.subject}: fault{kind} in {each.faults} of {drives_in_words(each.of)}{level}"
+    fault = f"fault ({each.kind})" if each.kind else "fault"
+    text = f"{each.subject}: {fault} in {each.faults} of {drives_in_words(each.of)}{level}"
     part = f"inspect {each.judged.replace('_', ' ')}, its plug and its wiring" if each.judged else ""
     inspect = each.action or part or "inspect the parts that the reports of these drives name"
     return Reason(Urgency.FAULT, text, inspect, trend, rows, (), weight)
@@ -252,8 +252,7 @@ def _of_trend(trends: Trends, car: int) -> Reason:
     text = _change_text(trends, car) if changed else _near_text(trends, car)
     rows = tuple(int(row) for row in _notable_drives(trends, car, changed))
     weight = (chance if math.isfinite(chance) else 0.0) + 1e-3 * max(float(trends.logarithm[car]), 0.0)
-    inspect = f"inspect {drift if ramp or not changed else jump}"
-    return Reason(urgency, text, inspect, (trends, car), rows, (), weight)
+    return Reason(urgency, text, f"inspect {drift if ramp or not changed else jump}", (trends, car), rows, (), weight)
 
 
 def _change_text(trends: Trends, car: int) -> str:
