@@ -18,7 +18,7 @@ from tierod.methods.detectors.reversing import MIRRORED, TURN_FORWARD, Reversing
 from tierod.models.automated_vehicle import AutomatedVehicle
 from tierod.models.rolling_car import RollingCar
 from tierod.monitors.condition.courses import ElementCourse
-from tierod.monitors.condition.driven import REVERSED, SLIPPED, WHEEL_PLACES, Driven, is_moving, mean_speed
+from tierod.monitors.condition.driven import AFTER, REVERSED, SLIPPED, WHEEL_PLACES, Driven, is_moving, mean_speed
 from tierod.monitors.condition.finding import OtherCauses, judge
 from tierod.monitors.condition.kinds.catalogue import OFFSET
 from tierod.monitors.condition.recording_checks.absence import Loss
@@ -215,9 +215,8 @@ class ConditionSession:
         if self._reversing is None or not len(time):
             return values, np.zeros(len(time), bool)
         wheels = values[:, WHEEL_PLACES]
-        speed = mean_speed(values)
         yaw, angle = (values[:, self.signals.index(name)] for name in ("yaw_rate", "steering_wheel_angle"))
-        reverses = self._reversing.add(time, yaw, angle, speed, wheels[:, 1] - wheels[:, 0])
+        reverses = self._reversing.add(time, yaw, angle, mean_speed(values), wheels[:, 1] - wheels[:, 0])
         if not reverses.any():
             return values, reverses
         values = values.copy()
@@ -305,12 +304,13 @@ class ConditionSession:
     def _spun_alone(self) -> dict[str, Loss]:
         """Withdraw brief faults of single wheels in hard acceleration and braking, where a wheel slips alone."""
         found: dict[str, Loss] = {}
-        for name, course in self._courses.items():
-            for each in course.brief(ALONE, self._driven.pushed) if name in ALL_WHEELS and not self._whole else ():
-                when = f"from {each.onset:.2f} s to {each.supported:.2f} s of hard acceleration or braking"
-                cause = f"the wheel slipped alone, or its reading was wrong, {when}"
-                found.setdefault(name, Loss(Status.NOT_TESTABLE, cause, each.onset, each.supported))
-                self._withdraw([(each.onset, each.end)])
+        wheels = [] if self._whole else [name for name in self._courses if name in ALL_WHEELS]
+        brief = [(name, each) for name in wheels for each in self._courses[name].brief(ALONE, self._driven.pushed)]
+        for name, each in brief:
+            when = f"from {each.onset:.2f} s to {each.supported:.2f} s of hard acceleration or braking"
+            cause = f"the wheel slipped alone, or its reading was wrong, {when}"
+            found.setdefault(name, Loss(Status.NOT_TESTABLE, cause, each.onset, each.supported))
+            self._withdraw([(each.onset, each.supported + AFTER)])
         return found
 
     def _shift_of_zero(self) -> tuple[str, ...]:
