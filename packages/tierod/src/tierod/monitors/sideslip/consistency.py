@@ -251,8 +251,8 @@ class Consistency:
 
     def _of_several(self) -> Wrong:
         """All signals of the quantities that deviate, where no single hypothesis explains these."""
-        off = [name for name, each in self.deviations().items() if abs(each) > DEVIATES]
-        rests_on = RESTS_ON if self._leaves(*self._free(BESIDE)) else BESIDE
+        off = [name for name, each in self.deviations().items() if abs(each) > DEVIATES] or self._names
+        rests_on = RESTS_ON if BESIDE.keys().isdisjoint(off) or self._leaves(*self._free(BESIDE)) else BESIDE
         signals = tuple(dict.fromkeys(signal for name in off for signal in rests_on.get(name, ())))
         sentence = (
             "signals and vehicle file contradict each other, and no wrong scale, zero or file alone explains it: more "
