@@ -20,6 +20,13 @@ from tierod.cli import main
 sys.exit(main(sys.argv[1:]))
 """
 
+ABOUT = """
+from tierod.web.server import site_of
+from tierod.web.workbench import Workbench
+with Workbench(site_of((), cache=sys.argv[1])) as bench:
+    print(bench.about.results, bench.about.scenarios)
+"""
+
 OTHER = """
 import importlib.metadata, sys
 from tierod.core import lab
@@ -38,9 +45,9 @@ def test_both_have_one_version():
     assert tierod_lab.version.__version__ == __version__
 
 
-@pytest.mark.parametrize("verb", ["simulate", "campaign", "study", "scenarios"])
-def test_a_verb_of_the_lab_names_the_package_to_install(verb):
-    code, printed, said = run(WITHOUT, verb)
+@pytest.mark.parametrize("words", [["simulate"], ["campaign"], ["study", "--help"], ["scenarios"]])
+def test_a_verb_of_the_lab_names_the_package_to_install(words):
+    verb, (code, printed, said) = words[0], run(WITHOUT, *words)
     assert (code, printed) == (3, "")
     assert said.count("\n") == 1
     assert f"'tierod {verb}' needs the package tierod-lab {__version__}, which is not installed" in said
@@ -57,10 +64,17 @@ def test_tierod_alone_lists_its_own_verbs_and_judges_its_demo(tmp_path):
     assert (tmp_path / "demo-friction.html").stat().st_size > 100_000
 
 
+def test_the_page_of_tierod_alone_offers_neither_a_virtual_fleet_nor_scenarios(tmp_path):
+    code, printed, said = run(WITHOUT.rpartition("from")[0] + ABOUT, str(tmp_path))
+    assert (code, printed) == (0, "[] False\n"), said
+
+
 def test_a_lab_of_another_version_is_named():
     code, _, said = run(OTHER, "scenarios")
     assert code == 3
     assert f"is installed in version {__version__}; pip install tierod-lab==99.0" in said
+    code, printed, _ = run(OTHER, "--help")
+    assert (code, "diagnose" in printed, "simulate" in printed) == (0, True, False)
 
 
 def test_the_lab_adds_variants_of_its_papers():

@@ -201,7 +201,7 @@ def _below_help(verb: str, arguments: Sequence[str]) -> str | None:
         return None
     from tierod.cli import examples
 
-    of_verb = lab.part("verbs", verb) if verb in lab.VERBS else examples
+    of_verb = lab.part("verbs", f"'tierod {verb}'") if verb in lab.VERBS else examples
     lines = [f"Example: {each}" for each in of_verb.EXAMPLES.get(verb, ())]
     for parameter in parser(verb).params:
         argument = parameter.param_type_name == "argument"

@@ -58,7 +58,7 @@ def _monitor(name: str, vehicle: str | None, variant: str | None) -> Model:
     if isinstance(subject.graph, BankGraph):
         raise ParameterError(
             f"the monitor '{name}', variant '{subject.variant}', is a bank of {subject.graph.count} filters, which "
-            "cannot be exported as a unit; export it as C, or its variant with rules (--variant rules)"
+            "cannot be exported as a unit; export it as C"
         )
     return _model(subject, {}, False)
 

@@ -27,8 +27,13 @@ def _points() -> dict[str, EntryPoint]:
 
 
 def installed() -> bool:
-    """Whether the package is installed, of whatever version."""
-    return bool(_points())
+    """Whether the package is installed in the version of tierod."""
+    return bool(_points()) and _version() in ("", __version__)
+
+
+def _version() -> str:
+    """Version of the package; "" where it is not installed, or does not say it."""
+    return next((each.dist.version for each in _points().values() if each.dist), "")
 
 
 def folders() -> list[Path]:
@@ -51,8 +56,7 @@ def part(name: str, purpose: str) -> Any:
         MissingPackage: the package is not installed, is of another version, or cannot be imported
     """
     point = _points().get(name)
-    version = next((each.dist.version for each in _points().values() if each.dist), "")
-    if version and version != __version__:
+    if (version := _version()) not in ("", __version__):
         raise MissingPackage(purpose, PACKAGE, __version__, f"is installed in version {version}")
     if point is None:
         raise MissingPackage(purpose, PACKAGE, __version__, "lacks it" if _points() else "is not installed")

@@ -11,11 +11,7 @@ from tierod.web.analysing import Say
 
 
 def folders(folder: Path) -> tuple[Path, Path]:
-    """Folders (recordings, results) of the demo.
-
-    Args:
-        folder: folder of the demo
-    """
+    """Folders (recordings, results) of the demo below its own folder."""
     return folder / "recordings", folder / "fleet"
 
 

@@ -161,6 +161,7 @@ def site_of(
     limits: Limits | None = None,
 ) -> Site:
     """The site to serve; arguments and errors as in `serve`."""
+    from tierod.core import lab
     from tierod.vehicles import load
     from tierod.web.demo import folders
     from tierod.web.site import Limits, Root, Site, roots_of
@@ -171,7 +172,7 @@ def site_of(
     demo = not paths and not live
     if demo:
         drives, fleet = folders(place / "demo")
-        recordings, results = (Root("demo", drives),), (Root("demo-fleet", fleet),)
+        recordings, results = (Root("demo", drives),), (Root("demo-fleet", fleet),) if lab.installed() else ()
     given = str(vehicle) if vehicle is not None else "midsize-eps" if demo else ""
     known = tuple(str(expanded(each)) for each in dbc)
     used = str(expanded(channel_map)) if channel_map is not None else ""

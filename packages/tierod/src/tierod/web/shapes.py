@@ -132,7 +132,7 @@ class Opened(BaseModel):
 
 
 class SiteShape(BaseModel):
-    """Description of the served site."""
+    """Description of the served site; `scenarios`: whether drives can be simulated, which needs tierod-lab."""
 
     version: str
     roots: list[str]
@@ -142,6 +142,7 @@ class SiteShape(BaseModel):
     live: list[str]
     dbc: list[str]
     demo: str
+    scenarios: bool
     upload_limit: int
     signals: dict[str, dict[str, str]]
 

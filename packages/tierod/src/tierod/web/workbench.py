@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from tierod.core.errors import InputError, ParameterError
-from tierod.core.lab import part
+from tierod.core.lab import installed, part
 from tierod.core.shown import shown
 from tierod.core.signals import SIGNALS
 from tierod.core.version import __version__
@@ -91,6 +91,7 @@ class Workbench:
             live=list(self.site.live),
             dbc=[Path(each).name for each in self.site.dbc],
             demo=self._demo(),
+            scenarios=installed(),
             upload_limit=self.site.limits.upload,
             signals=known,
         )

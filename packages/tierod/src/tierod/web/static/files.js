@@ -52,6 +52,6 @@ function Demo({ site, again }) {
     return () => clearTimeout(timer);
   }, []);
   if (job && job.state !== "done") return stack`<${Work} job=${job} />`;
-  return stack`<div class="card"><p>This is the demo: a drive of 13 minutes whose friction rises half-way, and a virtual fleet of 120 cars over a year. Your own: <code>tierod serve recordings/ results/ --vehicle car.toml</code></p>
-    <p class="row"><a class="button" href=${link("recording", { file: site.demo })}>Open the demo drive</a><a class="button" href="/fleet">Look at the fleet</a><a class="button" href="/scenario">Try a scenario</a></p></div>`;
+  return stack`<div class="card"><p>This is the demo: a drive of 13 minutes whose friction rises half-way${site.scenarios ? ", and a virtual fleet of 120 cars over a year" : ""}. Your own: <code>tierod serve recordings/ results/ --vehicle car.toml</code></p>
+    <p class="row"><a class="button" href=${link("recording", { file: site.demo })}>Open the demo drive</a>${site.scenarios && html`<a class="button" href="/fleet">Look at the fleet</a><a class="button" href="/scenario">Try a scenario</a>`}</p></div>`;
 }

@@ -53,7 +53,7 @@ function Shell() {
   useEffect(() => { document.title = `${address.file ? `${address.file.split("/").pop()} · ` : title ? `${title} · ` : ""}tierod`; }, [address.view, address.file]);
   const current = address.view === "recording" ? "" : address.view;
   return stack`<a class="skip" href="#content">To the content</a>
-    <header class="top"><a class="brand" href="/">tierod</a><nav class="views" aria-label="Views">${Object.entries(VIEWS).filter(([, [, name]]) => name).map(([view, [, name]]) => html`<a key=${view} href=${`/${view}`} aria-current=${view === current ? "page" : undefined}>${name}</a>`)}</nav>
+    <header class="top"><a class="brand" href="/">tierod</a><nav class="views" aria-label="Views">${Object.entries(VIEWS).filter(([view, [, name]]) => name && !(view === "scenario" && site.data && !site.data.scenarios)).map(([view, [, name]]) => html`<a key=${view} href=${`/${view}`} aria-current=${view === current ? "page" : undefined}>${name}</a>`)}</nav>
       <a class="small" href="/interface">Interface</a><${Theme} /></header>
     <main id="content" tabindex="-1">${site.error ? html`<${Trouble} error=${site.error} again=${site.again} />` : html`<${Bounded} key=${address.view}><${View} address=${address} site=${site.data} /><//>`}</main>`;
 }
