@@ -3,9 +3,13 @@
 import base64
 import json
 import re
+import zlib
 from html.parser import HTMLParser
 
-from tierod.core.decimation import Packed, unpack
+import numpy as np
+
+from tierod.core.decimation import MISSING, Packed
+from tierod.core.findings import Trace
 
 
 class Page(HTMLParser):
@@ -39,6 +43,16 @@ class Page(HTMLParser):
 def charts(text):
     found = re.findall(r'<script type="application/json" class="figure">(.*?)</script>', text, re.DOTALL)
     return {chart["name"]: chart for chart in map(json.loads, found)}
+
+
+def unpack(packed):
+    """The trace that was packed, with values rounded to the steps of the codes."""
+    low, high = np.frombuffer(zlib.decompress(packed.data), np.uint8).astype(int).reshape(2, -1)
+    turned, above, below = (low + 256 * high).reshape(3, -1)
+    middle = np.cumsum((turned >> 1) ^ -(turned & 1)) % 2**16
+    codes = np.where(middle == MISSING, np.nan, [middle - below, middle + above, middle])
+    values = packed.lowest + packed.step * (codes - 1.0)
+    return Trace(packed.name, packed.unit, packed.start + packed.width * np.arange(packed.count), *values)
 
 
 def series(text):

@@ -1,7 +1,7 @@
 """Long time series in bounded memory: lowest, highest and mean value of every bin, so that no peak is lost.
 
 A `Decimator` collects a trace at the resolution that its memory allows; `merged` and `coarser` reduce the resolution;
-`pack` compresses a trace for a page or a store, and `unpack` restores it.
+`pack` compresses a trace for a page or a store.
 """
 
 from __future__ import annotations
@@ -322,21 +322,8 @@ def pack(trace: Trace, bits: int = 16) -> Packed | None:
 
     least, middle, greatest = code(lower), code(mean), code(upper)
     middle = np.clip(middle, least, greatest)
-    # Differences modulo 2**16 fit into 16 bits; `unpack` sums them modulo 2**16 again.
+    # Differences modulo 2**16 fit into 16 bits; the reader sums them modulo 2**16 again.
     change = (np.diff(middle, prepend=0) + 2**15) % 2**16 - 2**15
     numbers = np.concatenate([(change << 1) ^ (change >> 15), greatest - middle, middle - least]).astype("<u2")
     data = zlib.compress(numbers.view(np.uint8).reshape(-1, 2).T.tobytes(), 6)
     return Packed(trace.name, trace.unit, start, width, count, low, step, data)
-
-
-def unpack(packed: Packed) -> Trace:
-    """The trace that was packed, with values rounded to the steps of the codes."""
-    places = np.frombuffer(zlib.decompress(packed.data), np.uint8).astype(int)
-    low, high = places.reshape(2, -1)
-    turned, above, below = (low + 256 * high).reshape(3, -1)
-    middle = np.cumsum((turned >> 1) ^ -(turned & 1)) % 2**16
-    lower, upper, mean = (
-        np.where(middle == MISSING, np.nan, packed.lowest + packed.step * (codes - 1.0))
-        for codes in (middle - below, middle + above, middle)
-    )
-    return Trace(packed.name, packed.unit, packed.start + packed.width * np.arange(packed.count), lower, upper, mean)
