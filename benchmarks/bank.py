@@ -13,8 +13,8 @@ from tierod.core.block import Tree
 from tierod.core.graph import KEEP, Bank, JudgeSample, Stream, Verdict, scan
 from tierod.core.graph.maths import maximum, where
 from tierod.models.friction_estimation import FrictionParameters
-from tierod.monitors.friction.presets import printed
 from tierod.vehicles import load
+from tierod_lab.papers.friction.presets import printed
 
 LANES = 50
 STEPS = 20_000

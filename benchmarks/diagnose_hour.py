@@ -15,9 +15,9 @@ from benchmarks.filterpy_peer import nanoseconds_per_step
 from benchmarks.filters import EnabledFilter, matrices
 from tierod.io.writers import write
 from tierod.models.friction_estimation import FrictionParameters
-from tierod.monitors.friction.presets import printed
 from tierod.vehicles import load
 from tierod_lab.ground import drive
+from tierod_lab.papers.friction.presets import printed
 
 RATE = 100.0
 REPEATS = 5

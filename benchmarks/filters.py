@@ -18,10 +18,10 @@ from tierod.core.graph.printer import LANES
 from tierod.core.graph.trace import initial_memory
 from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.models.friction_estimation import FrictionEstimation, FrictionParameters
-from tierod.monitors.friction.presets import printed
-from tierod.monitors.friction.refined import FrictionSample
 from tierod.monitors.friction.signals import FrictionGate
 from tierod.vehicles import load
+from tierod_lab.papers.friction.presets import printed
+from tierod_lab.papers.friction.refined import FrictionSample
 
 STEPS = 500_000
 """Samples of one recording: 83 minutes at 100 Hz."""

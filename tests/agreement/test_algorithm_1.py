@@ -9,7 +9,7 @@ import pytest
 from agreement.algorithm_1 import Oracle
 from models.friction_paper import CAR
 from tierod.core.graph import scan
-from tierod.monitors.friction.presets import consistent, printed, printed_open
+from tierod_lab.papers.friction.presets import consistent, printed, printed_open
 
 pytestmark = pytest.mark.usefixtures("shipped_kernels")
 

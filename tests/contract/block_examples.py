@@ -54,11 +54,8 @@ from tierod.monitors.driver_torque.signs import ColumnSigns
 from tierod.monitors.driver_torque.starting import Starting
 from tierod.monitors.friction.monitor import FrictionMonitor
 from tierod.monitors.friction.motor_ratio import BalanceRows
-from tierod.monitors.friction.presets import consistent, unscented
 from tierod.monitors.friction.presliding import PreslidingFrictionFilter
-from tierod.monitors.friction.refined import RefinedFrictionMonitor
 from tierod.monitors.friction.signals import SteeringConditioning, SteeringSample
-from tierod.monitors.friction.variance_method import RollingVariance, VarianceFrictionMonitor, VarianceParameters
 from tierod.monitors.friction.verdict import FrictionLimits, FrictionVerdict
 from tierod.monitors.harness.stuck_signals import StuckSignals
 from tierod.monitors.motor_angle.comparison import Increments, ResidualGate, SensorComparison, Stuck
@@ -92,6 +89,9 @@ from tierod_lab.papers.condition.rules.rule_monitor import RuleMonitor, RulesWit
 from tierod_lab.papers.condition.rules.steering_signals import LostShares, SteeringSignals
 from tierod_lab.papers.condition.rules.symptom_files import rules
 from tierod_lab.papers.friction.linearised import LinearisedFrictionMonitor, linearised
+from tierod_lab.papers.friction.presets import consistent, unscented
+from tierod_lab.papers.friction.refined import RefinedFrictionMonitor
+from tierod_lab.papers.friction.variance_method import RollingVariance, VarianceFrictionMonitor, VarianceParameters
 from tierod_lab.papers.motor_angle.dq_motor import DqMotorParameters
 from tierod_lab.papers.motor_angle.feedforward import FeedforwardAngle, FeedforwardWithLoad
 from tierod_lab.papers.motor_angle.flux_observer import FluxObserver

@@ -10,14 +10,14 @@ from typing import Any
 
 from tierod.models.friction_estimation import FrictionParameters
 from tierod.monitors.friction.monitor import FrictionMonitor
-from tierod.monitors.friction.presets import consistent, equal_low_pass, printed, printed_open, unscented
 from tierod.monitors.friction.presliding import PreslidingFrictionFilter
-from tierod.monitors.friction.refined import RefinedFrictionMonitor
 from tierod.monitors.friction.signals import AngleObserver, SteeringConditioning
 from tierod.monitors.friction.torque_balance import DEVIATIONS, PROCESS, PreslidingTuning
-from tierod.monitors.friction.variance_method import VarianceFrictionMonitor, VarianceGate, VarianceParameters
 from tierod.vehicles import Vehicle, load
 from tierod_lab.papers.friction.linearised import linearised
+from tierod_lab.papers.friction.presets import consistent, equal_low_pass, printed, printed_open, unscented
+from tierod_lab.papers.friction.refined import RefinedFrictionMonitor
+from tierod_lab.papers.friction.variance_method import VarianceFrictionMonitor, VarianceGate, VarianceParameters
 
 VEHICLE = "midsize-eps"
 GRAVITY = 9.81

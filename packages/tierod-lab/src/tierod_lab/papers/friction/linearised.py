@@ -8,9 +8,9 @@ from typing import Any
 
 from tierod.methods.estimators.shapes import Belief
 from tierod.models.friction_estimation import FrictionParameters
-from tierod.monitors.friction.presets import joint_filter
-from tierod.monitors.friction.refined import RefinedFrictionMonitor
 from tierod_lab.papers.friction.linearised_model import LinearisedFrictionEstimation, VariableRatioParameters
+from tierod_lab.papers.friction.presets import joint_filter
+from tierod_lab.papers.friction.refined import RefinedFrictionMonitor
 
 
 @dataclass(frozen=True)

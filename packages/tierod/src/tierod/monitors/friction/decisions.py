@@ -8,7 +8,6 @@ from typing import Annotated
 
 from tierod.core.errors import ParameterError
 from tierod.methods.detectors import Cusum
-from tierod.methods.detectors.control_charts import HeldThreshold
 from tierod.methods.detectors.excess_rule import ExcessRule
 from tierod.methods.detectors.rule_design import RuleDesign, RunLengthLine
 from tierod.methods.detectors.stopping_rules import HoldRule
@@ -181,20 +180,3 @@ ABSOLUTE = tuple(
 
 DECISIONS = (*BASELINE, *ABSOLUTE)
 """Decisions of every variant with the running verdict: rising and fault, by baseline and by vehicle file."""
-
-VARIANCE_DECISIONS = (
-    Decision(
-        name="fault, variance of two torques",
-        distance="median variance of the later half of the windows, over `baseline_variance` of the vehicle file",
-        rule=HeldThreshold(1.0, 1, "upper"),
-        place="block.alarm",
-        mean_time_between_false_alarms=None,
-        demonstrated=Demonstrated(24.0),
-        source="baseline_variance is the 99 % quantile over the windows of healthy drives; demonstrated without the "
-        "gate, whose conditions held too rarely for a verdict in any of these drives",
-        unit="recording",
-        statistic="variance",
-        level="threshold",
-    ),
-)
-"""Decision of the baseline method of the paper."""

@@ -16,7 +16,6 @@ from tierod.core.graph import Result
 from tierod.core.statement import STATUSES, code_of
 from tierod.methods.analysis.consistency import ConsistencyAccumulator
 from tierod.methods.identification.hysteresis_presence import HysteresisPresence
-from tierod.models.eps_column import driving_torque
 from tierod.models.friction_estimation import FrictionParameters
 from tierod.monitors.friction.decisions import STATISTICS
 from tierod.monitors.friction.finding import finding_of
@@ -30,7 +29,6 @@ from tierod.monitors.friction.verdict import FrictionVerdict
 from tierod.monitors.harness.baseline import Baseline
 from tierod.monitors.harness.session import BlockSession, Conclusion, tuning_rows
 from tierod.monitors.harness.verdict import nis_figures
-from tierod.physics.friction import viscous
 from tierod.vehicles import Vehicle
 
 NAME = "friction, pre-sliding"
@@ -260,16 +258,4 @@ def acting_by_build_up(signals: Mapping[str, np.ndarray], result: Result) -> np.
     """Acting friction: the friction modelled by the pre-sliding estimator plus the residual of the balance."""
     modelled = result["estimate.friction_torque"] * result["estimate.build_up"]
     acting: np.ndarray = modelled + result["estimate.innovation"]
-    return acting
-
-
-def acting_by_balance(parameters: FrictionParameters) -> Acting:
-    """Function for the acting friction: the remainder of the torque balance of eq (2), inertia torque included."""
-
-    def acting(signals: Mapping[str, np.ndarray], result: Result) -> np.ndarray:
-        aligning = result["estimate.self_aligning_torque"]
-        driving = driving_torque(signals["driver_torque"], signals["motor_torque"], aligning, parameters)
-        left: np.ndarray = driving - viscous(signals["steering_wheel_rate"], parameters.column_damping)
-        return left
-
     return acting

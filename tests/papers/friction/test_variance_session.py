@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from monitors.friction.test_variance_method import UNGATED
+from papers.friction.test_variance_method import UNGATED
 from tierod.core.findings import Status
-from tierod.monitors.friction.variance_session import NEEDED_WINDOWS, VarianceSession
+from tierod_lab.papers.friction.variance_session import NEEDED_WINDOWS, VarianceSession
 
 WINDOW = UNGATED.block_samples * UNGATED.blocks
 

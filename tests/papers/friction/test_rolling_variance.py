@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
-from tierod.monitors.friction.variance_method import RollingVariance
+from tierod_lab.papers.friction.variance_method import RollingVariance
 
 
 @settings(max_examples=40, deadline=None)

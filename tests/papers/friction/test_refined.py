@@ -11,10 +11,17 @@ from monitors.friction.drives import driven, enabled_seconds
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
 from tierod.models.friction_estimation import FrictionEstimation
-from tierod.monitors.friction.presets import consistent, equal_low_pass, joint_filter, printed, printed_open, unscented
-from tierod.monitors.friction.refined import RefinedFrictionMonitor, Sticking
 from tierod.monitors.friction.signals import FrictionGate, FrictionSample, SteeringSample
 from tierod_lab.ground import FrictionCourse
+from tierod_lab.papers.friction.presets import (
+    consistent,
+    equal_low_pass,
+    joint_filter,
+    printed,
+    printed_open,
+    unscented,
+)
+from tierod_lab.papers.friction.refined import RefinedFrictionMonitor, Sticking
 
 PRESETS = {"printed": printed, "printed_open": printed_open, "consistent": consistent, "unscented": unscented}
 

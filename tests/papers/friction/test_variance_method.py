@@ -12,7 +12,7 @@ from tierod.core.errors import InputError, ParameterError
 from tierod.core.graph import scan
 from tierod.models.eps_column import rate_hold
 from tierod.monitors.friction.signals import SteeringSample
-from tierod.monitors.friction.variance_method import (
+from tierod_lab.papers.friction.variance_method import (
     VarianceFrictionMonitor,
     VarianceGate,
     VarianceParameters,

@@ -68,7 +68,7 @@ class RefinedFrictionMonitor:
 
     Validity: vehicle_speed above 3 m/s, dry friction. With pre-sliding (Dahl) friction the estimate is 4 to 25 %
     low for Dahl angles of 0.3 to 3 degrees, whatever the tuning.
-    Source: Mohtat et al., eqs (5) to (14) and Table 3; `tierod.monitors.friction.presets` states the corrections.
+    Source: Mohtat et al., eqs (5) to (14) and Table 3; `tierod_lab.papers.friction.presets` states the corrections.
     """
 
     filter: GaussianFilter

@@ -6,7 +6,7 @@ import pytest
 from models.friction_paper import CAR
 from monitors.friction.drives import driven, enabled_seconds
 from tierod.core.graph import scan
-from tierod.monitors.friction.presets import consistent, unscented
+from tierod_lab.papers.friction.presets import consistent, unscented
 
 
 def level(monitor, drive) -> float:

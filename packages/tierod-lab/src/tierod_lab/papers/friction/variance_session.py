@@ -10,12 +10,30 @@ import numpy as np
 from tierod.core.findings import Estimate, Finding, Status
 from tierod.core.graph import Result
 from tierod.core.series import Stride
+from tierod.methods.detectors.control_charts import HeldThreshold
 from tierod.methods.detectors.rule_design import alarms_at
-from tierod.monitors.friction.decisions import VARIANCE_DECISIONS
 from tierod.monitors.friction.over_drive import EstimateOverDrive
-from tierod.monitors.friction.variance_method import VarianceFrictionMonitor
+from tierod.monitors.harness.decision import Decision, Demonstrated
 from tierod.monitors.harness.session import BlockSession, Conclusion, tuning_rows
 from tierod.monitors.harness.verdict import Obstacle, withheld
+from tierod_lab.papers.friction.variance_method import VarianceFrictionMonitor
+
+VARIANCE_DECISIONS = (
+    Decision(
+        name="fault, variance of two torques",
+        distance="median variance of the later half of the windows, over `baseline_variance` of the vehicle file",
+        rule=HeldThreshold(1.0, 1, "upper"),
+        place="block.alarm",
+        mean_time_between_false_alarms=None,
+        demonstrated=Demonstrated(24.0),
+        source="baseline_variance is the 99 % quantile over the windows of healthy drives; demonstrated without the "
+        "gate, whose conditions held too rarely for a verdict in any of these drives",
+        unit="recording",
+        statistic="variance",
+        level="threshold",
+    ),
+)
+"""Decision of the baseline method of the paper."""
 
 QUANTITY = "variance between two self-aligning torques about the kingpins"
 
