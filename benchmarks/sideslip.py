@@ -19,10 +19,10 @@ from tierod.core.block import Block
 from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.models.linear import LinearSystem
 from tierod.models.steered_vehicle import SteeredVehicle
-from tierod.monitors.sideslip.conventional import conventional_kalman, conventional_poles
-from tierod.monitors.sideslip.schedule import HALF, SPEEDS
-from tierod.monitors.sideslip.two_stage import two_stage_kalman, two_stage_poles
 from tierod.vehicles import load
+from tierod_lab.papers.sideslip.conventional import conventional_kalman, conventional_poles
+from tierod_lab.papers.sideslip.schedule import HALF, SPEEDS
+from tierod_lab.papers.sideslip.two_stage import two_stage_kalman, two_stage_poles
 
 SPEED, SWING = 20.0, 5.0
 """Mean speed, and amplitude of its variation [m/s]."""

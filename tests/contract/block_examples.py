@@ -65,14 +65,7 @@ from tierod.monitors.motor_angle.observer import MotorAngleObserver
 from tierod.monitors.motor_angle.plausibility import AnglePlausibility, Superposition, WhichAngle
 from tierod.monitors.motor_angle.signals import MotorVoltages
 from tierod.monitors.sideslip.combined import CombinedSideslip
-from tierod.monitors.sideslip.conventional import (
-    ConventionalKalman,
-    ConventionalPoles,
-    conventional_kalman,
-    conventional_poles,
-)
 from tierod.monitors.sideslip.monitor import SideslipMonitor
-from tierod.monitors.sideslip.two_stage import TwoStageKalman, TwoStagePoles, two_stage_kalman, two_stage_poles
 from tierod.vehicles import load
 from tierod_lab.papers.column.column_friction import ColumnFrictionObserver
 from tierod_lab.papers.column.control.position_control import PositionControl
@@ -97,7 +90,14 @@ from tierod_lab.papers.motor_angle.feedforward import FeedforwardAngle, Feedforw
 from tierod_lab.papers.motor_angle.flux_observer import FluxObserver
 from tierod_lab.papers.motor_angle.printed_kalman import PrintedJacobianFilter
 from tierod_lab.papers.motor_angle.printed_observers import RotorFrameObserver, extended_kalman
+from tierod_lab.papers.sideslip.conventional import (
+    ConventionalKalman,
+    ConventionalPoles,
+    conventional_kalman,
+    conventional_poles,
+)
 from tierod_lab.papers.sideslip.rivals import LeakyKinematic
+from tierod_lab.papers.sideslip.two_stage import TwoStageKalman, TwoStagePoles, two_stage_kalman, two_stage_poles
 
 DT = 0.01
 BENCH = load("column-bench").parameters_for(BenchParameters)

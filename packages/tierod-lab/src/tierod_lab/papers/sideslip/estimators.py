@@ -14,10 +14,10 @@ from tierod.methods.estimators.luenberger import Luenberger
 from tierod.models.discretise import discretise
 from tierod.models.single_track import SingleTrack
 from tierod.models.steered_vehicle import SteeredVehicle
-from tierod.monitors.sideslip.conventional import conventional_kalman, conventional_poles
-from tierod.monitors.sideslip.observer import LowSpeed, SteeringTorqueObserver
-from tierod.monitors.sideslip.two_stage import two_stage_kalman, two_stage_poles
+from tierod_lab.papers.sideslip.conventional import conventional_kalman, conventional_poles
+from tierod_lab.papers.sideslip.observer import LowSpeed, SteeringTorqueObserver
 from tierod_lab.papers.sideslip.setting import RATE, Driven
+from tierod_lab.papers.sideslip.two_stage import two_stage_kalman, two_stage_poles
 
 Build = Callable[[SteeredVehicle.Parameters, float], SteeringTorqueObserver]
 

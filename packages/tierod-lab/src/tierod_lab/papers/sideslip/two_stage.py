@@ -19,8 +19,8 @@ from tierod.models.discretise import discretise
 from tierod.models.linear import linearise
 from tierod.models.steer_by_wire import DisturbedSteering
 from tierod.models.steered_vehicle import SteeredVehicle, TorqueShownVehicle
-from tierod.monitors.sideslip.axles import Axles
-from tierod.monitors.sideslip.observer import (
+from tierod_lab.papers.sideslip.axles import Axles
+from tierod_lab.papers.sideslip.observer import (
     Found,
     ObserverNoise,
     Seen,
@@ -29,7 +29,7 @@ from tierod.monitors.sideslip.observer import (
     low_speed,
     require_observable,
 )
-from tierod.monitors.sideslip.schedule import (
+from tierod_lab.papers.sideslip.schedule import (
     Design,
     ScheduledObserver,
     Scheduling,

@@ -6,8 +6,8 @@ import math
 
 import pytest
 
-from tierod.monitors.sideslip.axles import TORQUE_SHARE, Axles, Slips
 from tierod.vehicles import load
+from tierod_lab.papers.sideslip.axles import TORQUE_SHARE, Axles, Slips
 
 
 def test_errors_that_know_nothing_of_each_other_add_by_their_squares():

@@ -17,8 +17,8 @@ from tierod.methods.estimators.pole_placement import place
 from tierod.models.discretise import discretise
 from tierod.models.linear import LinearSystem
 from tierod.models.steered_vehicle import SteeredVehicle, aligning_torque
-from tierod.monitors.sideslip.axles import Axles
-from tierod.monitors.sideslip.observer import (
+from tierod_lab.papers.sideslip.axles import Axles
+from tierod_lab.papers.sideslip.observer import (
     Found,
     ObserverNoise,
     Seen,
@@ -27,7 +27,7 @@ from tierod.monitors.sideslip.observer import (
     low_speed,
     require_observable,
 )
-from tierod.monitors.sideslip.schedule import Design, ScheduledObserver, Scheduling, faster_poles, scheduled
+from tierod_lab.papers.sideslip.schedule import Design, ScheduledObserver, Scheduling, faster_poles, scheduled
 
 START = (0.1**2, 0.3**2, 0.3**2, 0.5**2)
 """Initial variance of the state, in the units of the states."""
