@@ -22,10 +22,10 @@ from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.models.steering_column import ColumnParameters
 from tierod.monitors.driver_torque.delayed import DelayedHandTorque, smoothing
 from tierod.monitors.driver_torque.design import design, process_noises
-from tierod.monitors.driver_torque.printed import PrintedObserver
 from tierod.monitors.driver_torque.tuning import ColumnTuning
 from tierod.vehicles import load
 from tierod_lab.papers.column.column_friction import ColumnFrictionObserver
+from tierod_lab.papers.column.printed import PrintedObserver
 from tierod_lab.papers.column.swept_bench import swept
 
 STEPS = 40_000

@@ -49,7 +49,6 @@ from tierod.monitors.driver_torque.hands import HandsMonitor
 from tierod.monitors.driver_torque.hands_filters import WheelAcceleration
 from tierod.monitors.driver_torque.monitor import DriverTorqueMonitor
 from tierod.monitors.driver_torque.observer import ColumnObserver
-from tierod.monitors.driver_torque.printed import PrintedObserver
 from tierod.monitors.driver_torque.signs import ColumnSigns
 from tierod.monitors.driver_torque.starting import Starting
 from tierod.monitors.friction.monitor import FrictionMonitor
@@ -69,6 +68,7 @@ from tierod.monitors.sideslip.monitor import SideslipMonitor
 from tierod.vehicles import load
 from tierod_lab.papers.column.column_friction import ColumnFrictionObserver
 from tierod_lab.papers.column.control.position_control import PositionControl
+from tierod_lab.papers.column.printed import PrintedObserver
 from tierod_lab.papers.condition.rules.actuator_set import ActuatorSet, actuator_set
 from tierod_lab.papers.condition.rules.adaptive_speed import AdaptiveSpeed
 from tierod_lab.papers.condition.rules.all_residuals import AllResiduals

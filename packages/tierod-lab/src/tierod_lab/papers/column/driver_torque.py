@@ -16,11 +16,11 @@ from tierod.models.linear import LinearSystem
 from tierod.monitors.driver_torque.delayed import DelayedHandTorque
 from tierod.monitors.driver_torque.design import design, process_noises
 from tierod.monitors.driver_torque.observer import ColumnObserver
-from tierod.monitors.driver_torque.printed import COLUMNS, PrintedObserver
 from tierod.monitors.driver_torque.tuning import ColumnTuning
 from tierod.vehicles import load
 from tierod_lab.papers.column.column_friction import ColumnFrictionObserver, FrictionTuning
 from tierod_lab.papers.column.observer_sensitivity import elsewhere, with_wrong_parameters
+from tierod_lab.papers.column.printed import COLUMNS, PrintedObserver
 from tierod_lab.papers.column.reported import MODEL, SEEDS
 from tierod_lab.papers.column.swept_bench import DELAY, GOAL, Errors, driven, errors, known_column, over_hands, samples
 from tierod_lab.studies.effort import Effort

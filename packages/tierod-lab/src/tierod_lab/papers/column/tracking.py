@@ -12,9 +12,9 @@ from tierod.core.claims import Claim, at_most
 from tierod.core.content import Item, Table
 from tierod.models.two_inertia_column import without_gear
 from tierod.monitors.driver_torque.observer import ColumnObserver
-from tierod.monitors.driver_torque.printed import PrintedObserver
 from tierod_lab.papers.column.closed_loop import SAMPLE_TIME, Belief, ClosedLoop, Followed, belief, loop_of, sine, sweep
 from tierod_lab.papers.column.control.position_control import Settings
+from tierod_lab.papers.column.printed import PrintedObserver
 from tierod_lab.studies.effort import Effort
 
 FREQUENCIES = (0.1, 1.0, 2.0, 3.0)

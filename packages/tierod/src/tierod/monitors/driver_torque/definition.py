@@ -6,7 +6,6 @@ from collections.abc import Callable
 
 from tierod.core.block import Block
 from tierod.core.errors import ParameterError
-from tierod.models.steering_column import ColumnParameters
 from tierod.monitors.driver_torque.decisions import DECISIONS
 from tierod.monitors.driver_torque.delayed import DELAY, DelayedHandTorque
 from tierod.monitors.driver_torque.design import gear_is_too_fast
@@ -15,12 +14,12 @@ from tierod.monitors.driver_torque.finding import LEAST_READY
 from tierod.monitors.driver_torque.hands import HandsMonitor
 from tierod.monitors.driver_torque.monitor import DriverTorqueMonitor
 from tierod.monitors.driver_torque.observer import ColumnObserver
-from tierod.monitors.driver_torque.printed import PrintedObserver
 from tierod.monitors.driver_torque.session import DriverTorqueSession
 from tierod.monitors.driver_torque.signs import ColumnSigns
 from tierod.monitors.driver_torque.tuning import FINE, PRODUCTION, SensorNoise, tuning_at, usual_tuning
 from tierod.monitors.harness.baseline import Baseline
 from tierod.monitors.harness.session import Monitor, Session, Variant
+from tierod.monitors.registry import variants_with_plugins
 from tierod.vehicles import Vehicle
 
 PAPER = "Raffone, Observers of an electric power steering column"
@@ -28,10 +27,8 @@ PAPER = "Raffone, Observers of an electric power steering column"
 FAST = 500.0
 """Rate from which sensors are assumed to be those of a test bench [Hz]; buses of cars are slower."""
 
-_BARE = ("statement.deviation", "disturbance_torque_deviation", "nis")
 _DELAYED = ("disturbance_torque", "disturbance_torque_deviation", "nis")
 
-PRINTED = ("mechanical", "balanced", "full")
 LATER = f"The torque is given {1e3 * DELAY:.0f} ms after it acted; truth and error refer to the time at which it acted."
 NO_GEAR = (
     "The gear's vibration is too fast for {rate:g} samples per second, so it is left out: bar and gear are one spring, "
@@ -43,7 +40,19 @@ Observer = Callable[[Vehicle, float, SensorNoise, bool], Block]
 """Builder of an observer from vehicle, rate [Hz], sensor noise, and whether the motor's angle is used."""
 
 
-def _opener(name: str, observer: Observer, lacking: tuple[str, ...] = (), delay: float = 0.0) -> Opener:
+def opener(
+    name: str, observer: Observer, lacking: tuple[str, ...] = (), delay: float = 0.0, whole_column: bool = False
+) -> Opener:
+    """Function that opens a session with an observer.
+
+    Args:
+        name: of the variant
+        observer: builder of the observer
+        lacking: outputs that it does not have
+        delay: time by which its torque is late [s]
+        whole_column: whether it keeps the gear even where the gear's vibration is too fast for the sampling
+    """
+
     def open_(vehicle: Vehicle, rate: float, baseline: Baseline | None) -> Session:
         if not vehicle.calibrated:
             raise ParameterError(
@@ -59,7 +68,7 @@ def _opener(name: str, observer: Observer, lacking: tuple[str, ...] = (), delay:
             return DriverTorqueMonitor(observer(column, rate, noise, with_motor), hands, signs)
 
         remark = LATER if delay > 0.0 else ""
-        if name not in PRINTED and gear_is_too_fast(vehicle, 1.0 / rate):
+        if not whole_column and gear_is_too_fast(vehicle, 1.0 / rate):
             remark = f"{remark} {NO_GEAR.format(rate=rate)}".lstrip()
         usual = FINE if rate >= FAST else PRODUCTION
         return DriverTorqueSession(
@@ -79,55 +88,20 @@ def _delayed(vehicle: Vehicle, rate: float, noise: SensorNoise, with_motor: bool
     return DelayedHandTorque.of_vehicle(vehicle, 1.0 / rate, tuning=tuning)
 
 
-def _printed(column: str) -> Observer:
-    def build(vehicle: Vehicle, rate: float, noise: SensorNoise, with_motor: bool) -> PrintedObserver:
-        if column == "full" and gear_is_too_fast(vehicle, 1.0 / rate):
-            raise ParameterError(
-                f"the gear's vibration is too fast for {rate:g} samples per second; take a variant that leaves it out "
-                "('interacting', 'fixed-lag', 'mechanical'), or record faster"
-            )
-        return PrintedObserver.of_column(vehicle.parameters_for(ColumnParameters), column, 1.0 / rate)
+INTERACTING = Variant(
+    "interacting",
+    "Three filters in parallel: for a hand torque that changes at a rate, one that jumps, and friction that reverses.",
+    f"beyond {PAPER}; docs/explanation/driver-torque.md",
+    opener("interacting", _default),
+    DECISIONS,
+)
 
-    return build
-
-
-_VARIANTS = (
-    Variant(
-        "interacting",
-        "Three filters in parallel: for a hand torque that changes at a rate, one that jumps, and friction that "
-        "reverses.",
-        f"beyond {PAPER}; docs/explanation/driver-torque.md",
-        _opener("interacting", _default),
-        DECISIONS,
-    ),
-    Variant(
-        "fixed-lag",
-        "The torque of the hands 20 ms ago, from all samples until now: smoother and more accurate, but late.",
-        f"beyond {PAPER}; docs/explanation/driver-torque.md",
-        _opener("fixed-lag", _delayed, _DELAYED, DELAY),
-        DECISIONS,
-    ),
-    Variant(
-        "mechanical",
-        "The paper's Kalman filter of the column without its gear, torsion bar and gear as springs in series.",
-        f"{PAPER}, eqs (8) to (13)",
-        _opener("mechanical", _printed("series spring"), _BARE),
-        DECISIONS,
-    ),
-    Variant(
-        "balanced",
-        "The paper's Kalman filter of the column reduced by balanced singular perturbation.",
-        f"{PAPER}, eqs (14) to (18)",
-        _opener("balanced", _printed("balanced"), _BARE),
-        DECISIONS,
-    ),
-    Variant(
-        "full",
-        "The paper's Kalman filter of the whole column, scaled.",
-        f"{PAPER}, eqs (1) to (8)",
-        _opener("full", _printed("full"), _BARE),
-        DECISIONS,
-    ),
+FIXED_LAG = Variant(
+    "fixed-lag",
+    "The torque of the hands 20 ms ago, from all samples until now: smoother and more accurate, but late.",
+    f"beyond {PAPER}; docs/explanation/driver-torque.md",
+    opener("fixed-lag", _delayed, _DELAYED, DELAY),
+    DECISIONS,
 )
 
 DRIVER_TORQUE = Monitor(
@@ -141,7 +115,13 @@ DRIVER_TORQUE = Monitor(
     rate=1000.0,
     minimum_rate=50.0,
     maximum_age=0.05,
-    variants={variant.name: variant for variant in _VARIANTS},
+    variants=variants_with_plugins(
+        "driver-torque",
+        {
+            "interacting": "tierod.monitors.driver_torque.definition:INTERACTING",
+            "fixed-lag": "tierod.monitors.driver_torque.definition:FIXED_LAG",
+        },
+    ),
     default="interacting",
     slower=(500.0, 200.0, 100.0, 50.0),
     estimates=True,

@@ -9,8 +9,8 @@ from monitors.driver_torque.swept_runs import rms, run
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
 from tierod.models.steering_column import ColumnParameters
-from tierod.monitors.driver_torque.printed import COLUMNS, PrintedObserver, reduced
 from tierod.vehicles import load
+from tierod_lab.papers.column.printed import COLUMNS, PrintedObserver, reduced
 
 KNOWN = load("column-bench").parameters_for(ColumnParameters)
 
