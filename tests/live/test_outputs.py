@@ -1,4 +1,7 @@
-"""What a drive gives beside its verdicts: a log of its own."""
+"""What a drive gives beside its verdicts: events for several readers, a log of its own."""
+
+import asyncio
+import threading
 
 import pytest
 
@@ -6,9 +9,51 @@ from live_drives import DBC, START, database_file, driven, frames_of_drive, star
 from tierod.io.readers.dbc import load_databases
 from tierod.live.databases import disagreements
 from tierod.live.drive import Outputs
+from tierod.live.events import Events, line
 from tierod.live.log import FrameLog, is_unfinished
 
 pytest.importorskip("cantools")
+
+
+def test_several_readers_get_all_events_and_late_ones_the_newest_state():
+    source = Events()
+    source(line("begin", {"origin": 1.0}))
+    source(line("state", {"time": 1.0}))
+    source(line("state", {"time": 2.0}))
+    first, second = source.read(), source.read()
+    assert [next(first) for _ in range(2)] == [next(second) for _ in range(2)]
+    threading.Timer(0.05, lambda: source(line("mark", {"text": "here"}))).start()
+    assert next(first)["text"] == next(second)["text"] == "here"
+    source.close()
+    assert list(first) == list(second) == []
+
+
+def test_a_slow_reader_loses_the_oldest_events_only():
+    source = Events(most=3)
+    reader = source.read()
+    source(line("state", {"time": 0.0}))
+    next(reader)
+    for number in range(10):
+        source(line("mark", {"text": str(number)}))
+    source.close()
+    assert [each["text"] for each in reader] == ["7", "8", "9"]
+
+
+def test_a_coroutine_reads_events():
+    source = Events()
+
+    async def first_two():
+        found = []
+        async for event in source.subscribed():
+            found.append(event["event"])
+            if len(found) == 2:
+                break
+        return found
+
+    source(line("begin", {}))
+    threading.Timer(0.3, lambda: source(line("mark", {}))).start()
+    assert asyncio.run(first_two()) == ["begin", "mark"]
+    assert source._queues == []
 
 
 def test_databases_that_disagree_are_named(tmp_path):

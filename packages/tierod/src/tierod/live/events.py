@@ -1,6 +1,14 @@
-"""Events of a drive: to the terminal as JSON lines, and to programs over WebSocket.
+"""Events of a drive: to the terminal as JSON lines, to programs over WebSocket, and to readers in this program.
 
-A `Hub` passes every event to all listeners.
+A `Hub` passes every event to all listeners. `Events` serves a web server of this program: several readers, each with
+a queue of its own, from threads or from coroutines:
+
+    source = Events()
+    hub.add(source)
+    async for event in source.subscribed():  # dicts with "event", "schema" and what run-live.md lists
+        await client.send_json(event)
+
+A reader that joins in the middle of a drive first gets the newest `begin`, `state` and verdicts.
 """
 
 from __future__ import annotations
@@ -8,7 +16,8 @@ from __future__ import annotations
 import contextlib
 import json
 import threading
-from collections.abc import Callable, Iterable, Mapping
+from collections import deque
+from collections.abc import AsyncIterator, Callable, Generator, Iterable, Mapping
 from typing import Any
 
 from tierod.core.errors import InputError, MissingExtra
@@ -91,6 +100,78 @@ class Watching:
         for name in self._missing.keys() - now.keys():
             self._hub.say("signal", {"time": time, "signal": name, "text": f"{name} is received again"})
         self._missing = now
+
+
+class Events:
+    """Source of events for several readers; a slow reader loses the oldest events, and delays no other.
+
+    Args:
+        most: largest number of events that wait for a reader
+    """
+
+    def __init__(self, most: int = 1000):
+        self._most = most
+        self._lock = threading.Condition()
+        self._queues: list[deque[dict[str, Any]]] = []
+        self._latest: dict[str, dict[str, Any]] = {}
+        self._closed = False
+
+    def __call__(self, text: str) -> None:
+        """Receive an event, as a listener of a `Hub`."""
+        event = json.loads(text)
+        kind = event["event"]
+        with self._lock:
+            if kind == "begin":
+                self._latest.clear()
+            if kind in ("begin", "state", "verdict"):
+                self._latest[f"{kind} {event.get('monitor', '')}"] = event
+            for queue in self._queues:
+                queue.append(event)
+            self._lock.notify_all()
+
+    def close(self) -> None:
+        """Let readers end after the events that are queued."""
+        with self._lock:
+            self._closed = True
+            self._lock.notify_all()
+
+    def read(self, pause: float | None = None) -> Generator[dict[str, Any], None, None]:
+        """Events from now on, until `close`.
+
+        Args:
+            pause: time without an event after which an empty one is given, so that the reader gets control again [s]
+        """
+        queue: deque[dict[str, Any]] = deque(maxlen=self._most)
+        with self._lock:
+            queue.extend(self._latest.values())
+            self._queues.append(queue)
+        try:
+            while True:
+                with self._lock:
+                    if not queue and not self._closed:
+                        self._lock.wait(pause)
+                    event = queue.popleft() if queue else None
+                    if event is None and self._closed:
+                        return
+                if event is not None or pause is not None:
+                    yield event or {}
+        finally:
+            with self._lock:
+                self._queues[:] = [each for each in self._queues if each is not queue]
+
+    async def subscribed(self) -> AsyncIterator[dict[str, Any]]:
+        """Events for a coroutine, until `close`; it may be cancelled at any time."""
+        import asyncio
+
+        events = self.read(pause=0.2)
+        try:
+            while (event := await asyncio.to_thread(next, events, None)) is not None:
+                if event:
+                    yield event
+        finally:
+            # After a cancellation a thread may still run the generator, which cannot be closed until its next event.
+            with contextlib.suppress(ValueError):
+                events.close()
 
 
 class Socket:
