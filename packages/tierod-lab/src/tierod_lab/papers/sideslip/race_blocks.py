@@ -17,10 +17,10 @@ from tierod.core.recording import Recording
 from tierod.monitors.sideslip.beside_truth import BesideTruth, ErrorFigures, beside_truth
 from tierod.monitors.sideslip.calibration import TYRES
 from tierod.monitors.sideslip.grip_limit import BAND
-from tierod.monitors.sideslip.noise_calibration import calibrated_with_noises, with_noises
 from tierod.vehicles import Vehicle, load
 from tierod_lab.papers.real_data import NO_DATA
 from tierod_lab.papers.sideslip import race_laps
+from tierod_lab.papers.sideslip.noise_calibration import calibrated_with_noises, with_noises
 from tierod_lab.papers.sideslip.real_recordings import GOAL, recorded
 from tierod_lab.papers.sideslip.typical_cars import SPORTS, typical
 from tierod_lab.studies.effort import Effort

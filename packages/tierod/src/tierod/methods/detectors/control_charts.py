@@ -47,7 +47,7 @@ class Cusum:
     For white Gaussian residuals of standard deviation sigma, one side, with k = drift / sigma and
     b = threshold / sigma + 1.166, the expected number of samples between false alarms is about
     (exp(2 k b) - 2 k b - 1) / (2 k^2): 938 for k = 0.5, threshold 5 sigma; half of it for both sides. Autocorrelated
-    residuals alarm far more often. `tierod.methods.detectors.design` gives the threshold for a wanted number.
+    residuals alarm far more often. `CusumRule` gives the threshold for a wanted number.
 
     A missing value, or one that is not enabled, leaves the sums unchanged.
 

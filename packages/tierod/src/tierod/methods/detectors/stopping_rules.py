@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from statistics import NormalDist
 
@@ -16,12 +16,14 @@ import numpy as np
 
 from tierod.core.errors import ParameterError
 from tierod.methods.detectors.control_charts import Cusum, GeometricAverage, HeldThreshold, check_sides
-from tierod.methods.detectors.design import WAYS, together
 from tierod.methods.detectors.likelihood_ratio import WINDOWS, LikelihoodRatio
 from tierod.methods.detectors.random_walk import LONGEST, Walk
 from tierod.methods.detectors.random_walk import run_length as walked
 from tierod.methods.detectors.sequential_test import SequentialTest, TwoSided
 from tierod.methods.detectors.value import Detector
+
+WAYS = {"both": (1.0, -1.0), "upper": (1.0,), "lower": (-1.0,)}
+"""Signs of the changes that a detector looks for, by its sides."""
 
 _LEAST = 1e-6
 """Threshold that is practically none, at which alarms are most frequent."""
@@ -345,3 +347,9 @@ class LikelihoodRatioRule(StoppingRule):
 def _chance_below(value: float) -> float:
     """Standard normal distribution function, accurate far in the tail, where `NormalDist.cdf` gives zero."""
     return 0.5 * math.erfc(-value / math.sqrt(2.0))
+
+
+def together(lengths: Sequence[float]) -> float:
+    """Expected samples until the first of several independent detectors alarms, from those of each."""
+    rate = sum(1.0 / length for length in lengths)
+    return 1.0 / rate if rate > 0.0 else math.inf
