@@ -18,10 +18,10 @@ from benchmarks.observer_peers import filled
 from tierod.core.block import Block
 from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.models.linear import LinearSystem
-from tierod.models.steered_vehicle import SteeredVehicle
 from tierod.vehicles import load
 from tierod_lab.papers.sideslip.conventional import conventional_kalman, conventional_poles
 from tierod_lab.papers.sideslip.schedule import HALF, SPEEDS
+from tierod_lab.papers.sideslip.steered_vehicle import SteeredVehicle
 from tierod_lab.papers.sideslip.two_stage import two_stage_kalman, two_stage_poles
 
 SPEED, SWING = 20.0, 5.0

@@ -35,7 +35,6 @@ from tierod.methods.identification.simulation import Innovations, Simulation
 from tierod.models.friction_estimation import FrictionEstimation as EstimatedFriction
 from tierod.models.lateral_parameters import LateralParameters
 from tierod.models.stator_frame_motor import SampledMotorParameters
-from tierod.models.steered_vehicle import SteeredVehicle
 from tierod.models.steering_column import ColumnParameters
 from tierod.models.two_inertia_column import TwoInertiaParameters
 from tierod.monitors.condition.bank.lane import LeaveOutFilter
@@ -97,6 +96,7 @@ from tierod_lab.papers.sideslip.conventional import (
     conventional_poles,
 )
 from tierod_lab.papers.sideslip.rivals import LeakyKinematic
+from tierod_lab.papers.sideslip.steered_vehicle import SteeredVehicle
 from tierod_lab.papers.sideslip.two_stage import TwoStageKalman, TwoStagePoles, two_stage_kalman, two_stage_poles
 
 DT = 0.01

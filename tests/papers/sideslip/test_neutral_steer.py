@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from tierod.models.steered_vehicle import SteeredVehicle
 from tierod.vehicles import load
 from tierod_lab.papers.sideslip.neutral_steer import OUTPUTS, shown
+from tierod_lab.papers.sideslip.steered_vehicle import SteeredVehicle
 
 CAR = load("steer-by-wire").parameters_for(SteeredVehicle.Parameters)
 FOUND = {(each.rear_over_neutral, each.speed): each for each in shown(CAR, (0.95, 1.0, 1.05), (6.7, 25.0))}

@@ -10,10 +10,10 @@ import pytest
 
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
-from tierod.models.steered_vehicle import SteeredVehicle
 from tierod.vehicles import load
 from tierod_lab.papers.sideslip.conventional import conventional_kalman, conventional_poles
 from tierod_lab.papers.sideslip.observer import LowSpeed, ObserverSample
+from tierod_lab.papers.sideslip.steered_vehicle import SteeredVehicle
 from tierod_lab.papers.sideslip.two_stage import two_stage_kalman, two_stage_poles
 
 pytestmark = pytest.mark.usefixtures("kernels_in_a_moment")

@@ -10,7 +10,6 @@ from scipy.linalg import solve_discrete_lyapunov
 
 from tierod.core.errors import ParameterError
 from tierod.methods.estimators.pole_placement import discrete_poles
-from tierod.models.steered_vehicle import SteeredVehicle, TorqueShownVehicle
 from tierod.vehicles import load
 from tierod_lab.papers.condition.rules.exponential import discretise_pair
 from tierod_lab.papers.sideslip.conventional import placed
@@ -22,6 +21,7 @@ from tierod_lab.papers.sideslip.schedule import (
     error_radius,
     scheduled,
 )
+from tierod_lab.papers.sideslip.steered_vehicle import SteeredVehicle, TorqueShownVehicle
 from tierod_lab.papers.sideslip.two_stage import decoupled
 
 CAR = dataclasses.replace(load("steer-by-wire").parameters_for(SteeredVehicle.Parameters), road_wheel_friction=0.0)

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from itertools import combinations
 
 from tierod.core.errors import ParameterError
-from tierod.methods.analysis.balancing import gramian_condition, observability_gramian
 from tierod.methods.analysis.observability import (
     Observability,
     Rank,
@@ -19,6 +18,7 @@ from tierod.methods.analysis.observability import (
 from tierod.models.disturbances import with_disturbance_states, with_outputs
 from tierod.models.linear import LinearSystem, sampled
 from tierod.models.modes import TOLERANCE
+from tierod_lab.papers.column.balancing import gramian_condition, observability_gramian
 from tierod_lab.papers.column.cramer_rao import Bound, cramer_rao
 
 

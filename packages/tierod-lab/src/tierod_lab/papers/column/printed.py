@@ -11,7 +11,6 @@ from tierod.core.block import Scalar, Tree
 from tierod.core.errors import ParameterError, nearest
 from tierod.core.graph.maths import present, where
 from tierod.methods.analysis.fitness import require_fit
-from tierod.methods.analysis.reduction import balanced_reduction
 from tierod.methods.estimators.linear_algebra import pack, plus, product, times
 from tierod.methods.estimators.riccati import stationary_gain
 from tierod.methods.estimators.shapes import leaf_values
@@ -24,6 +23,7 @@ from tierod.models.two_inertia_column import TwoInertiaColumn, without_gear
 from tierod.monitors.driver_torque.design import linear_of
 from tierod.monitors.driver_torque.starting import ColumnSample
 from tierod.monitors.driver_torque.tuning import ColumnTuning
+from tierod_lab.papers.column.model_reduction import balanced_reduction
 
 COLUMNS = ("full", "series spring", "torsion bar", "printed spring", "balanced", "balanced without feed-through")
 """Columns that an observer of the paper can be built on: the full one, the mechanical reduction with one of its springs

@@ -9,7 +9,6 @@ import numpy as np
 
 from tierod.core.claims import Claim, at_most, between, exactly
 from tierod.core.content import Heading, Item, Table
-from tierod.methods.analysis.reduction import balanced_reduction
 from tierod.models.linear import LinearSystem
 from tierod_lab.papers.column.analysis import (
     HEARD,
@@ -24,6 +23,7 @@ from tierod_lab.papers.column.analysis import (
 )
 from tierod_lab.papers.column.bode import DRAWN, reduced_chart
 from tierod_lab.papers.column.frequency_response import largest_difference
+from tierod_lab.papers.column.model_reduction import balanced_reduction
 from tierod_lab.papers.column.parameter_sets import EIGENVALUES, SETS
 from tierod_lab.studies.effort import Effort
 

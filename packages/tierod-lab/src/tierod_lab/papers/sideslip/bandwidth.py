@@ -9,12 +9,12 @@ import numpy as np
 
 from tierod.core.claims import Claim, at_most
 from tierod.core.content import Chart, Heading, Item, Lines, Panel
-from tierod.models.steered_vehicle import SteeredVehicle
 from tierod_lab.papers.sideslip.conventional import conventional_poles
 from tierod_lab.papers.sideslip.estimators import Build, Course, built, error, observed
 from tierod_lab.papers.sideslip.matching import matched
 from tierod_lab.papers.sideslip.reported import SEEDS, SIDE_BY_SIDE
 from tierod_lab.papers.sideslip.setting import FAST, RATE, SLOW, Drive, Driven, on
+from tierod_lab.papers.sideslip.steered_vehicle import SteeredVehicle
 from tierod_lab.papers.sideslip.table import FAST_GOAL, GOAL, PAPER, SLOW_GOAL
 from tierod_lab.papers.sideslip.two_stage import two_stage_poles
 from tierod_lab.studies.effort import Effort

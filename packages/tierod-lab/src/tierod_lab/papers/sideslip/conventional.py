@@ -16,7 +16,6 @@ from tierod.methods.estimators.linear_algebra import congruence
 from tierod.methods.estimators.pole_placement import place
 from tierod.models.discretise import discretise
 from tierod.models.linear import LinearSystem
-from tierod.models.steered_vehicle import SteeredVehicle, aligning_torque
 from tierod_lab.papers.sideslip.axles import Axles
 from tierod_lab.papers.sideslip.observer import (
     Found,
@@ -28,6 +27,7 @@ from tierod_lab.papers.sideslip.observer import (
     require_observable,
 )
 from tierod_lab.papers.sideslip.schedule import Design, ScheduledObserver, Scheduling, faster_poles, scheduled
+from tierod_lab.papers.sideslip.steered_vehicle import SteeredVehicle, aligning_torque
 
 START = (0.1**2, 0.3**2, 0.3**2, 0.5**2)
 """Initial variance of the state, in the units of the states."""

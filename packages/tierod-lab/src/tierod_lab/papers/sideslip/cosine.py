@@ -14,7 +14,6 @@ from tierod.core.content import Heading, Item, Table
 from tierod.core.model import Model
 from tierod.models.discretise import discretise
 from tierod.models.single_track import SingleTrack
-from tierod.models.steered_vehicle import SteeredVehicle
 from tierod_lab.papers.sideslip.conventional import ConventionalKalman, conventional_kalman
 from tierod_lab.papers.sideslip.estimators import Course, error, observed, open_loop
 from tierod_lab.papers.sideslip.matching import matched
@@ -22,6 +21,7 @@ from tierod_lab.papers.sideslip.observer import finer_steps
 from tierod_lab.papers.sideslip.reported import SEEDS, SIDE_BY_SIDE
 from tierod_lab.papers.sideslip.setting import CARS, FAST, RATE, SLOW, Drive, on
 from tierod_lab.papers.sideslip.steered_single_track import TurnedSingleTrack, TurnedSteeredVehicle
+from tierod_lab.papers.sideslip.steered_vehicle import SteeredVehicle
 from tierod_lab.papers.sideslip.table import PAPER
 from tierod_lab.studies.effort import Effort
 

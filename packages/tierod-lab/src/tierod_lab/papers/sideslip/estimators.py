@@ -13,10 +13,10 @@ from tierod.core.model import Model
 from tierod.methods.estimators.luenberger import Luenberger
 from tierod.models.discretise import discretise
 from tierod.models.single_track import SingleTrack
-from tierod.models.steered_vehicle import SteeredVehicle
 from tierod_lab.papers.sideslip.conventional import conventional_kalman, conventional_poles
 from tierod_lab.papers.sideslip.observer import LowSpeed, SteeringTorqueObserver
 from tierod_lab.papers.sideslip.setting import RATE, Driven
+from tierod_lab.papers.sideslip.steered_vehicle import SteeredVehicle
 from tierod_lab.papers.sideslip.two_stage import two_stage_kalman, two_stage_poles
 
 Build = Callable[[SteeredVehicle.Parameters, float], SteeringTorqueObserver]

@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from tierod.models.steered_vehicle import SteeredVehicle
 from tierod.physics.single_track import front_slip_speed, rear_slip_speed
 from tierod.vehicles import load
 from tierod_lab.ground.courses.open_loop import AngleRamp
 from tierod_lab.papers.sideslip.setting import CARS, Driven, driven, neutral, steering_ratio
+from tierod_lab.papers.sideslip.steered_vehicle import SteeredVehicle
 
 RATE = math.radians(3.0)
 """Steering wheel rate [rad/s]: slow against the dynamics of the car."""

@@ -11,9 +11,9 @@ from tierod.core.claims import Claim, exactly
 from tierod.core.content import Heading, Item, Table
 from tierod.methods.analysis.observability import Observability, observability
 from tierod.models.linear import LinearSystem, linearise
-from tierod.models.steered_vehicle import SteeredVehicle, TorqueShownVehicle
 from tierod.physics.single_track import understeer_gradient
 from tierod_lab.papers.sideslip.matching import from_file
+from tierod_lab.papers.sideslip.steered_vehicle import SteeredVehicle, TorqueShownVehicle
 from tierod_lab.papers.sideslip.table import PAPER
 from tierod_lab.studies.effort import Effort
 

@@ -14,8 +14,8 @@ from tierod.core.errors import ParameterError
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.core.graph.maths import all_of, limit, maximum, present, sqrt, where
 from tierod.models.linear import linearise
-from tierod.models.steered_vehicle import SteeredVehicle
 from tierod_lab.papers.sideslip.axles import Axles, Slips
+from tierod_lab.papers.sideslip.steered_vehicle import SteeredVehicle
 
 MOST = 1.8
 """Largest eigenvalue magnitude times step for which the integration method decays; it diverges from two on."""

@@ -8,7 +8,6 @@ import numpy as np
 
 from tierod.core.claims import Claim, at_least
 from tierod.core.content import Chart, Heading, Item, Lines, Mark, Panel
-from tierod.models.steered_vehicle import SteeredVehicle
 from tierod.physics.single_track import front_slip_speed
 from tierod.physics.tyre import linear_lateral_force
 from tierod_lab.ground import courses as proving_courses
@@ -17,6 +16,7 @@ from tierod_lab.papers.sideslip.matching import matched
 from tierod_lab.papers.sideslip.observer import LowSpeed
 from tierod_lab.papers.sideslip.reported import PAPER_TEST, SEEDS
 from tierod_lab.papers.sideslip.setting import SLOW, Driven, driven, virtual_car
+from tierod_lab.papers.sideslip.steered_vehicle import SteeredVehicle
 from tierod_lab.papers.sideslip.table import PAPER
 from tierod_lab.studies.effort import Effort
 

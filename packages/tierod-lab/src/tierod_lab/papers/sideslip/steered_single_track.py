@@ -5,8 +5,8 @@ from __future__ import annotations
 from tierod.core.graph.maths import cos
 from tierod.models.single_track import SingleTrack
 from tierod.models.steer_by_wire import steering_acceleration
-from tierod.models.steered_vehicle import SteeredVehicle, aligning_torque
 from tierod.physics.single_track import lateral_acceleration, yaw_acceleration
+from tierod_lab.papers.sideslip.steered_vehicle import SteeredVehicle, aligning_torque
 
 
 class TurnedSingleTrack(SingleTrack):

@@ -10,11 +10,11 @@ import numpy as np
 
 from tierod.core.claims import Claim, at_most
 from tierod.core.content import Heading, Item, Table
-from tierod.models.steered_vehicle import SteeredVehicle
 from tierod_lab.papers.sideslip.estimators import INVERSION, MODEL, NAMES, courses, error
 from tierod_lab.papers.sideslip.matching import matched
 from tierod_lab.papers.sideslip.reported import SEEDS, SIDE_BY_SIDE
 from tierod_lab.papers.sideslip.setting import BANKED, CARS, FAST, SLIPPERY, SLOW, WINDY, Drive, on
+from tierod_lab.papers.sideslip.steered_vehicle import SteeredVehicle
 from tierod_lab.studies.effort import Effort
 
 PAPER = "Yih, Ryu, Gerdes"

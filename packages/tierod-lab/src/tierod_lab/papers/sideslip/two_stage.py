@@ -11,15 +11,14 @@ import numpy as np
 from tierod.core.block import Scalar, Tree
 from tierod.core.fields import NOT_NEGATIVE
 from tierod.core.graph.maths import present, where
-from tierod.methods.estimators.fixed_gain import stationary_covariance
 from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.methods.estimators.luenberger import Luenberger
 from tierod.methods.estimators.pole_placement import discrete_poles, observer_gain
 from tierod.models.discretise import discretise
 from tierod.models.linear import linearise
 from tierod.models.steer_by_wire import DisturbedSteering
-from tierod.models.steered_vehicle import SteeredVehicle, TorqueShownVehicle
 from tierod_lab.papers.sideslip.axles import Axles
+from tierod_lab.papers.sideslip.fixed_gain import stationary_covariance
 from tierod_lab.papers.sideslip.observer import (
     Found,
     ObserverNoise,
@@ -36,6 +35,7 @@ from tierod_lab.papers.sideslip.schedule import (
     faster_poles,
     scheduled,
 )
+from tierod_lab.papers.sideslip.steered_vehicle import SteeredVehicle, TorqueShownVehicle
 
 DISTURBANCE_POLES = (-60.0, -65.0, -70.0)
 """Poles of the disturbance observer [1/s]; three times as fast as the vehicle at the test speed, slightly apart."""

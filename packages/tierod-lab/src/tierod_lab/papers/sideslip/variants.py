@@ -9,7 +9,6 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from tierod.models.steered_vehicle import SteeredVehicle
 from tierod.monitors.harness.baseline import Baseline
 from tierod.monitors.harness.session import Session, Variant
 from tierod.monitors.sideslip.decisions import DECISIONS
@@ -17,6 +16,7 @@ from tierod.monitors.sideslip.definition import PAPER, Opener, refuse_slow
 from tierod.monitors.sideslip.session import SideslipSession
 from tierod.vehicles import Vehicle
 from tierod_lab.papers.sideslip.conventional import conventional_kalman, conventional_poles
+from tierod_lab.papers.sideslip.steered_vehicle import SteeredVehicle
 from tierod_lab.papers.sideslip.two_stage import two_stage_kalman, two_stage_poles
 
 SLOWEST = {"two-stage-kalman": 50.0, "conventional-poles": 50.0}

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tierod.core.errors import ParameterError
-from tierod.methods.analysis.balancing import Balanced, balanced, parted
 from tierod.models.linear import LinearSystem
+from tierod_lab.papers.column.balancing import Balanced, balanced, parted
 
 RESTS = ("steady", "left out")
 """Treatment of the removed states: at their steady state for the others and the inputs (singular perturbation, exact at

@@ -11,17 +11,17 @@ from scipy.linalg import expm
 
 from methods.analysis.column_sets import TORQUES, column
 from tierod.core.errors import ParameterError
-from tierod.methods.analysis.balancing import (
+from tierod.models.linear import LinearSystem, linearise
+from tierod.models.steering_column import ColumnInput
+from tierod.models.two_inertia_column import TwoInertiaColumn, without_gear
+from tierod_lab.papers.column.balancing import (
     balanced,
     controllability_gramian,
     gramian_condition,
     observability_gramian,
 )
-from tierod.methods.analysis.reduction import balanced_reduction, modal_reduction
-from tierod.models.linear import LinearSystem, linearise
-from tierod.models.steering_column import ColumnInput
-from tierod.models.two_inertia_column import TwoInertiaColumn, without_gear
 from tierod_lab.papers.column.frequency_response import frequency_response, largest_difference
+from tierod_lab.papers.column.model_reduction import balanced_reduction, modal_reduction
 from tierod_lab.papers.column.output_subsets import extended
 from tierod_lab.papers.column.parameter_sets import EIGENVALUES, SETS
 

@@ -9,8 +9,8 @@ import pytest
 
 from tierod.models.linear import linearise
 from tierod.models.single_track import SingleTrack
-from tierod.models.steered_vehicle import SteeredVehicle, TorqueShownVehicle, aligning_torque
 from tierod.vehicles import load
+from tierod_lab.papers.sideslip.steered_vehicle import SteeredVehicle, TorqueShownVehicle, aligning_torque
 
 VEHICLE = load("steer-by-wire")
 FRICTIONLESS = dataclasses.replace(VEHICLE.parameters_for(SteeredVehicle.Parameters), road_wheel_friction=0.0)

@@ -36,7 +36,7 @@ def observability_gramian(system: LinearSystem, horizon: float | None = None) ->
         worst = values[np.argmax(values.real)]
         raise ParameterError(
             f"the Gramian over all time does not exist: eigenvalue {worst:.4g} 1/s does not decay; give a horizon, or "
-            "shift the system left (`tierod.methods.analysis.reduction`)"
+            "shift the system left (`tierod_lab.papers.column.model_reduction`)"
         )
     return np.asarray(solve_continuous_lyapunov(A.T, -Q))
 
