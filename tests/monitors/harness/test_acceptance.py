@@ -101,6 +101,18 @@ def test_a_monitor_names_the_column_that_the_map_gives_for_its_signal_in_vain(re
     assert not refusals(MONITORS["sideslip"], load("midsize-eps"), part)["combined"]
 
 
+@pytest.mark.parametrize(
+    ("unit", "advice"), [(None, "record it"), ("degC", "record it"), ("N*m", "channel map"), ("", "channel map")]
+)
+def test_a_channel_map_is_advised_only_where_a_channel_could_be_the_signal(recorded, unit, advice):
+    whole = recorded("drive")
+    rest = {name: each for name, each in whole.channels.items() if name in SIGNALS and name != "motor_torque"}
+    if unit is not None:
+        rest["M_17"] = replace(whole["motor_torque"], name="M_17", unit=unit)
+    reason = refusals(MONITORS["friction"], load("midsize-eps"), replace(whole, channels=rest))["pre-sliding"]
+    assert [each for each in ("record it", "channel map") if each in reason] == [advice]
+
+
 def test_signals_that_begin_late_are_waited_for():
     time = np.arange(12_000) / 100.0
     names = ("yaw_rate", "steering_wheel_angle", "wheel_speed_rear_left", "wheel_speed_rear_right")

@@ -27,6 +27,7 @@ from tierod.monitors.registry import MONITORS
 from tierod.vehicles import load
 
 SIGNALS = MONITORS["friction"].required
+TURN = ("yaw_rate", "vehicle_speed", "lateral_acceleration")
 
 
 @pytest.fixture(scope="module")
@@ -51,10 +52,14 @@ def clipped(_time: np.ndarray, values: np.ndarray) -> np.ndarray:
     return np.clip(values, *np.quantile(values, [0.1, 0.9]))
 
 
-def sentences(recording: Recording) -> list[str]:
-    defects = InputDefects(SIGNALS)
+def defects_of(recording: Recording, names: tuple[str, ...]) -> tuple[Defect, ...]:
+    defects = InputDefects(names)
     defects.add(recording, *recording.span)
-    return [defect.sentence for defect in defects.found()]
+    return defects.found()
+
+
+def sentences(recording: Recording) -> list[str]:
+    return [defect.sentence for defect in defects_of(recording, SIGNALS)]
 
 
 @pytest.mark.parametrize(
@@ -73,6 +78,14 @@ def test_a_late_signal_is_named_with_its_delay(healthy, name):
     assert sentence.startswith(f"{name} is late relative to ")
     delay, deviation = (float(each) for each in sentence.split(" by ")[1].removesuffix(" s").split(" ± "))
     assert abs(delay - 0.5) < 2.0 * deviation < 0.2
+
+
+def test_a_late_product_names_both_its_signals_unless_the_steering_confirms_one(healthy):
+    changed = altered(healthy, "yaw_rate", late(0.5))
+    for names, expected in {SIGNALS: {"yaw_rate"}, TURN: {"yaw_rate", "vehicle_speed"}}.items():
+        (defect,) = defects_of(changed, names)
+        assert set(defect.names) == expected
+        assert ("or vehicle_speed is wrong" in defect.sentence) == (len(expected) > 1)
 
 
 @pytest.mark.parametrize("name", ["steering_wheel_rate", "steering_wheel_angle", "yaw_rate", "lateral_acceleration"])

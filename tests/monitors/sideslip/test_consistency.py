@@ -1,6 +1,7 @@
 """Which signal or parameter disagrees with the others, and by how much, on a made-up drive without tyres' slip."""
 
 import math
+import re
 from dataclasses import replace
 from functools import cache
 
@@ -65,6 +66,21 @@ def test_a_signal_of_another_scale_is_named_with_it(name, factor):
     best = over(**{name: factor}).explanations[0]
     assert best.name == name
     assert math.exp(best.size) == pytest.approx(factor, rel=0.1)
+
+
+@pytest.mark.parametrize(("name", "offset"), [("vehicle_speed", 2.5), ("wheel_speed_rear_left", 5.0)])
+def test_an_offset_of_a_speed_is_not_called_a_scale_alone(name, offset):
+    found = over(added={name: offset}).wrong()
+    assert name in found.names
+    assert ("vehicle_speed" in found.names) == (name == "vehicle_speed")
+    assert "offset" in found.sentence
+
+
+def test_a_scale_of_a_single_rear_wheel_is_given_beside_that_of_both():
+    found = over(wheel_speed_rear_left=0.5).wrong()
+    assert float(
+        re.search(r"the rear wheel speeds .*or one of them ([\d.]+) times", found.sentence)[1]
+    ) == pytest.approx(0.5, abs=0.05)
 
 
 @pytest.mark.parametrize(

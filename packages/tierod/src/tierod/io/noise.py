@@ -10,6 +10,8 @@ from tierod.core.recording import Recording
 from tierod.core.shown import in_words
 from tierod.core.signals import SIGNALS
 from tierod.io.quality import LIMITS, median_rate, too_slow
+from tierod.methods.analysis.noise import differences, fresh
+from tierod.methods.trends.robust import DEVIATION_OF_MEDIAN
 
 USUAL = {
     "steering_wheel_angle": 0.002,
@@ -51,12 +53,12 @@ class Noise:
         """Add the next readings, (n,); NaN where missing."""
         values = values[np.abs(values) < 1e300]  # the third differences of larger ones are no numbers
         readings = np.concatenate([self._last, values])
-        fresh = readings[np.diff(readings, prepend=np.nan) != 0.0]
+        readings = readings[fresh(readings)]
         self._seen += len(values)
-        self._fresh += len(fresh) - len(self._last)
-        self._thirds += _counted(np.diff(fresh, n=3) / math.sqrt(20.0))
-        self._firsts += _counted(np.diff(fresh)[2:])
-        self._last = fresh[-3:]
+        self._fresh += len(readings) - len(self._last)
+        self._thirds += _counted(differences(readings))
+        self._firsts += _counted(np.diff(readings)[2:])
+        self._last = readings[-3:]
 
     def deviation(self, rate: float) -> float:
         """Standard deviation of a reading [its unit]; 0 where motion, held samples or coarse steps may explain it.
@@ -66,7 +68,7 @@ class Noise:
         """
         if self._thirds.sum() < LEAST_READINGS or too_slow(rate * self._fresh / self._seen, LIMITS.slow):
             return 0.0
-        found = 1.4826 * _quantile(self._thirds, 0.5)
+        found = DEVIATION_OF_MEDIAN * _quantile(self._thirds, 0.5)
         return found if found > _quantile(self._firsts, STEP_SHARE) else 0.0
 
     def warning(self, name: str, rate: float) -> str:

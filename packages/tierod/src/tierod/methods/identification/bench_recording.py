@@ -11,8 +11,8 @@ import numpy as np
 from tierod.core.errors import InputError
 from tierod.core.recording import Recording
 from tierod.core.series import runs
+from tierod.methods.analysis.noise import white_noise
 from tierod.methods.identification.experiment import Experiment
-from tierod.methods.identification.fit_quality import white_noise
 from tierod.methods.identification.sampled_column import BenchParameters
 
 OUTPUTS = ("steering_wheel_angle", "motor_angle_mechanical", "driver_torque")

@@ -14,10 +14,6 @@ LAGS = 25
 """Number of lags of the autocorrelation of residuals."""
 
 
-LEAST = 100
-"""Smallest number of third differences for the standard deviation of a noise, which they give within a tenth."""
-
-
 class Whiteness(NamedTuple):
     """Autocorrelation of residuals.
 
@@ -37,21 +33,6 @@ def normalised_error(simulated: np.ndarray, measured: np.ndarray) -> float:
     if not spread > 0.0:
         return float("nan")
     return float(np.sqrt(np.mean((simulated[known] - measured[known]) ** 2))) / spread
-
-
-def white_noise(values: np.ndarray) -> float:
-    """Standard deviation of the white noise on a signal, from its third differences, which hardly contain motion.
-
-    Args:
-        values: sampled far above the frequencies of the motion; differences with missing values are left out, or the
-            gaps closed where that leaves too few
-    """
-    third = np.diff(values, 3)
-    third = third[np.isfinite(third)]
-    if len(third) < LEAST:
-        third = np.diff(values[np.isfinite(values)], 3)
-    # The third difference of white noise has 1 + 9 + 9 + 1 = 20 times its variance.
-    return max(float(np.sqrt(np.mean(third**2) / 20.0)) if len(third) else 0.0, 1e-7)
 
 
 def whiteness(residuals: Sequence[np.ndarray]) -> Whiteness:

@@ -11,6 +11,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from tierod.core.errors import InputError
+from tierod.methods.analysis.noise import differences, fresh
 
 SMOOTHING: Annotated[float, "s"] = 0.25
 """Time over which a parabola follows the turning wheel; hands turn it at some 2 Hz at most."""
@@ -286,18 +287,17 @@ class Noise(NamedTuple):
 
 
 def noise_of(values: np.ndarray, time: np.ndarray) -> Noise:
-    """Noise of readings from their third differences, which vanish for a parabola; held samples count once.
+    """Noise of the readings of a signal, and the jitter of their time stamps.
 
     Args:
         values: readings on a grid, shape (n,), without NaN
         time: of the grid [s], shape (n,)
     """
-    fresh = np.flatnonzero(np.diff(values, prepend=np.nan) != 0.0)
-    if len(fresh) < 2 * LEAST_READINGS:
-        return Noise(0.0, 0.0, fresh)
-    # The squares of the binomial coefficients 1, 3, 3, 1 sum to 20.
-    squares = np.diff(values[fresh], n=3) ** 2 / 20.0
-    pace = np.abs(np.gradient(smoothed(values, time), time))[fresh][1:-2]
+    readings = fresh(values)
+    if len(readings) < 2 * LEAST_READINGS:
+        return Noise(0.0, 0.0, readings)
+    squares = differences(values[readings]) ** 2
+    pace = np.abs(np.gradient(smoothed(values, time), time))[readings][1:-2]
     fast = pace > 0.5 * float(pace.max())
     slow = pace < 0.25 * float(pace.max())
     jitter = 0.0
@@ -306,7 +306,7 @@ def noise_of(values: np.ndarray, time: np.ndarray) -> Noise:
         share = float(np.mean(pace[slow] ** 2) / np.mean(pace[fast] ** 2))
         # Noise that grows with the pace as its square: at least half of it is not that of a still signal.
         jitter = math.sqrt(moving / float(np.mean(pace[fast] ** 2))) if still < 0.5 * (1.0 + share) * moving else 0.0
-    return Noise(math.sqrt(float(np.mean(squares))), jitter, fresh)
+    return Noise(math.sqrt(float(np.mean(squares))), jitter, readings)
 
 
 def smoothed(values: np.ndarray, time: np.ndarray) -> np.ndarray:

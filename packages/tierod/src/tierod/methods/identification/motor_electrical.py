@@ -8,7 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tierod.methods.identification.fit_quality import UNKNOWN, white_noise
+from tierod.methods.analysis.noise import white_noise
+from tierod.methods.identification.fit_quality import UNKNOWN
 from tierod.methods.identification.modulation import Modulation
 from tierod.methods.identification.motor_recording import MotorRecording
 from tierod.methods.identification.regression import Fit, Rows, regress

@@ -9,7 +9,7 @@ import numpy as np
 from tierod.core.errors import InputError
 from tierod.core.recording import Recording
 from tierod.io.derive import complete
-from tierod.methods.identification.fit_quality import white_noise
+from tierod.methods.analysis.noise import white_noise
 
 SHORTEST = 0.2
 """Shortest duration [s]."""

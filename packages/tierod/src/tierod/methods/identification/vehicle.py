@@ -14,11 +14,11 @@ import numpy as np
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
 from tierod.core.recording import Recording
+from tierod.methods.analysis.noise import white_noise
 from tierod.methods.identification.drive_likelihood import DriveLikelihood
 from tierod.methods.identification.drive_model import DriveNoises, drive_filter
 from tierod.methods.identification.drive_samples import ANGLES, RATE, Drive, drives_of
 from tierod.methods.identification.experiment import UNKNOWN_BEFORE, Found
-from tierod.methods.identification.fit_quality import white_noise
 from tierod.methods.identification.posterior import ENOUGH, TRUSTED, Built, Posterior, Prior, Search, considering
 from tierod.methods.identification.same_drive import refuse_unlike
 from tierod.methods.identification.vehicle_doubts import at_limit, doubt_of, remarks_of, unexplained
@@ -42,6 +42,7 @@ from tierod.methods.identification.vehicle_priors import (
     priors_of,
     spread_of,
 )
+from tierod.methods.trends.robust import usual_deviation
 from tierod.models.lateral_parameters import LateralParameters
 from tierod.physics.gravity import GRAVITY
 from tierod.physics.single_track import understeer_gradient
@@ -58,8 +59,6 @@ WIDENED = 10.0
 """Factor on the prior standard deviation of a parameter for which file and drives contradict each other."""
 LIKE_ROADS = ("roll_share",)
 """Parameters without a check for contradictions, since roads have the same effect: bank adds to the roll of a car."""
-_GAUSSIAN = 1.4826
-"""Standard deviation of a normal distribution over its median absolute deviation."""
 
 
 class Zeros(NamedTuple):
@@ -284,5 +283,5 @@ def _reading_noise(results: list[np.ndarray]) -> dict[str, tuple[float, float]]:
     innovations = innovations[innovations != 0.0]
     if not len(innovations):
         return {}
-    value = _GAUSSIAN * float(np.median(np.abs(innovations)))
+    value = usual_deviation(innovations)
     return {"lateral_acceleration_noise": (value, value / math.sqrt(TRUSTED))}

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tierod.methods.identification.fit_quality import white_noise
+from tierod.methods.analysis.noise import white_noise
 from tierod.methods.identification.regression import instrumental
 
 SMOOTHING = 0.03

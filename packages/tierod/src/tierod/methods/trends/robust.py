@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+DEVIATION_OF_MEDIAN = 1.4826
+"""Standard deviation of a normal quantity over the median of its magnitude [-]."""
+
 VARIANCE_ERROR = 2.33
 """Relative standard error of a variance by `usual_deviation`, times the square root of the number of errors [-]. For
 normal errors the median absolute deviation has 1.17, and its square twice that."""
@@ -15,4 +18,4 @@ def usual_deviation(errors: np.ndarray) -> float:
     Args:
         errors: about their centre, one or more
     """
-    return float(np.median(np.abs(errors))) / 0.6745
+    return float(np.median(np.abs(errors))) * DEVIATION_OF_MEDIAN

@@ -9,6 +9,8 @@ from typing import Annotated
 import numpy as np
 
 from tierod.core.residues import residue_of
+from tierod.methods.analysis.noise import differences
+from tierod.methods.trends.robust import usual_deviation
 from tierod.models.steering_column import ColumnOutput
 from tierod.vehicles import Vehicle
 
@@ -20,8 +22,6 @@ LONGEST_STEP = 0.01
 """Longest time for which a rounding error stays the same while a wheel turns [s]; a wheel at rest shows none."""
 SMALLER = 0.01
 """Share of a signal's changes that may be smaller than a step of its sensor; an export interpolates single values."""
-SMOOTH = 1.4826 / math.sqrt(6.0)
-"""Standard deviation of white noise over the median magnitude of its second differences."""
 
 
 @dataclass(frozen=True)
@@ -68,14 +68,14 @@ def measured_noise(angle: np.ndarray, torque: np.ndarray, rate: float, usual: Se
 
 
 def _noise(name: str, values: np.ndarray, rate: float, usual: float) -> float:
-    second, first = np.diff(values, 2), np.diff(values)
+    second, first = differences(values, 2), np.diff(values)
     second, first = second[np.isfinite(second)], np.abs(first[np.isfinite(first)])
     changed = first[first > residue_of(name)]
     if len(second) < FEWEST or len(changed) < FEWEST // 10:
         return usual
     rounding = float(np.quantile(changed, SMALLER, method="lower")) / math.sqrt(12.0)
     lasting = min(len(first) / len(changed), max(LONGEST_STEP * rate, 1.0))
-    return MARGIN * max(SMOOTH * float(np.median(np.abs(second))), rounding * math.sqrt(lasting))
+    return MARGIN * max(usual_deviation(second), rounding * math.sqrt(lasting))
 
 
 @dataclass(frozen=True)

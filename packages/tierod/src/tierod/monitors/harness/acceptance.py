@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from tierod.core.errors import InputError, TierodError, nearest
 from tierod.core.findings import Finding, Status
-from tierod.core.recording import Recording
+from tierod.core.recording import Channel, Recording
 from tierod.core.shown import written
 from tierod.core.signals import SIGNALS
-from tierod.core.units import COUNT
+from tierod.core.units import COUNT, dimensions, known, scale
 from tierod.io.derive import RECIPES, complete, ingredients
 from tierod.io.readers import LACKING
 from tierod.monitors.harness.named_vehicle import made_with
@@ -45,8 +45,8 @@ def refuse_unsuitable(monitor: Monitor, vehicle: Vehicle | None, piece: Recordin
         if absent := _named_in_vain(missing, piece):
             raise InputError(f"{needed} does not have: {absent} {instead}Correct the channel map, or record it")
         raise InputError(
-            f"{needed} does not have{near} {instead}Give a channel map that names it; 'tierod inspect' shows what the "
-            "recording has"
+            f"{needed} does not have{near} {instead}{_cure(missing, [piece[name] for name in strangers])}; 'tierod "
+            "inspect' shows what the recording has"
         )
     if vehicle is not None:
         _refuse_counts(monitor, vehicle, piece)
@@ -70,6 +70,28 @@ def _named_in_vain(missing: list[str], piece: Recording) -> str:
     return " ".join(absent[name] for name in ingredients(missing) if name in absent)
 
 
+def _cure(missing: Sequence[str], strangers: Sequence[Channel]) -> str:
+    """What to do about missing signals: a channel map helps only where the recording has them under another name."""
+    gone = [name for name in missing if not any(_could_be(e, other) for e in _made_from(name) for other in strangers)]
+    here = ", ".join(name for name in missing if name not in gone)
+    named = f"Give a channel map that names {here if gone else 'it'}" if here else ""
+    if not gone:
+        return named
+    it, them = ("one of them", "them") if len(gone) > 1 else ("it", "it")
+    return f"{named}{'. ' if here else ''}No other channel could be {' or '.join(gone) if here else it}: record {them}"
+
+
+def _could_be(name: str, channel: Channel) -> bool:
+    """Whether a channel that no map names may be a signal: one without unit, or in counts, may be any."""
+    if channel.unit in ("", COUNT) or not known(channel.unit):
+        return True
+    try:
+        return bool(scale(channel.unit, SIGNALS[name].unit))
+    except InputError:
+        # Wheels may be given in revolutions.
+        return name.startswith("wheel_speed_") and dimensions(channel.unit) == dimensions("rad/s")
+
+
 def _in_their_place(monitor: Monitor, missing: list[str]) -> str:
     """Sentences on the signals that other variants use in place of the missing ones."""
     sentences = ""
@@ -83,8 +105,13 @@ def _in_their_place(monitor: Monitor, missing: list[str]) -> str:
 
 def _with_ingredients(name: str) -> str:
     """Name of a signal, with the signals that it could be derived from."""
-    made_from = RECIPES[name].needs if name in RECIPES else ()
+    _, *made_from = _made_from(name)
     return f"{name} (or {' and '.join(made_from)})" if made_from else name
+
+
+def _made_from(name: str) -> tuple[str, ...]:
+    """A signal, and those that it could be derived from."""
+    return (name, *RECIPES[name].needs) if name in RECIPES else (name,)
 
 
 SEEN = 1.0

@@ -32,7 +32,8 @@ class Relation:
     """Two quantities of which the second follows the first, with their fault-free limits.
 
     Args:
-        first, second: signals from which each quantity is computed; a delay is attributed to the first one of them
+        first, second: signals from which each quantity is computed; a delay is attributed to the first one of them, or
+            the others are wrong, as a speed that is another signal shifts its product with the yaw rate
         smallest: least root mean square of the first quantity's change in 0.4 s [unit of the quantity]
         earliest, latest: bounds of the second quantity's delay in fault-free cars with slow messages [s]
         gain: factor by which the ratio of second to first may differ from 1; infinite if cars differ too much
@@ -234,19 +235,24 @@ class InputDefects:
 
     def _late(self, lags: Mapping[str, Lag]) -> list[Defect]:
         """Delayed signals; where one seems early, the other one is late, since no sensor is early."""
-        found: dict[str, Defect] = {}
+        sides = {}
         for key, lag in lags.items():
             relation, margin = RELATIONS[key], CERTAIN * lag.deviation
             if lag.delay > relation.latest + margin:
-                late, beside = relation.second[0], relation.first[0]
+                sides[key] = relation.second, relation.first
             elif lag.delay < relation.earliest - margin:
-                late, beside = relation.first[0], relation.second[0]
-            else:
-                continue
-            delay = abs(lag.delay - relation.usual)
-            deviation = math.hypot(lag.deviation, relation.usual_deviation)
+                sides[key] = relation.first, relation.second
+        times_late = Counter(late for (late, *_), _ in sides.values())
+        found: dict[str, Defect] = {}
+        for key, ((late, *others), (beside, *_)) in sides.items():
+            delay = abs(lags[key].delay - RELATIONS[key].usual)
+            deviation = math.hypot(lags[key].deviation, RELATIONS[key].usual_deviation)
             sentence = f"{late} is late relative to {beside}, by {delay:.2f} ± {deviation:.2f} s"
-            found.setdefault(late, Defect((late,), sentence))
+            if others and times_late[late] == 1:
+                sentence += f", or {' or '.join(others)} is wrong"
+            else:
+                others = []
+            found.setdefault(late, Defect((late, *others), sentence))
         return list(found.values())
 
     def _scaled(self, lags: Mapping[str, Lag]) -> list[Defect]:

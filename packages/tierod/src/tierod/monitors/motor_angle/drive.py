@@ -7,6 +7,8 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
+from tierod.methods.analysis.noise import differences
+from tierod.methods.trends.robust import DEVIATION_OF_MEDIAN
 from tierod.monitors.motor_angle.signals import MEASURED, VARIANTS
 
 MOST_SAMPLES = 100_000
@@ -35,9 +37,6 @@ OFFSET, DRIFT, GAIN, RIPPLE, SCATTER, NOISE = "offset", "drift", "gain", "ripple
 
 READINGS = 200
 """Readings in a window of the noise; the median of as many third differences is known to some 12 %."""
-
-NOISE_SCALE = 0.6745 * math.sqrt(20.0)
-"""Median of the magnitude of third differences over the standard deviation of white noise in the readings."""
 
 NOISY = 5.0
 """Noise of the readings over that which the observer assumes, from which it is named; the increments of a slow motor
@@ -112,7 +111,7 @@ class NoiseCourse:
             return
         rest = rest[: count * READINGS + 3]
         turns = np.remainder(np.diff(rest[:, 1]) + np.pi, 2.0 * np.pi) - np.pi
-        noise = np.median(np.abs(np.diff(turns, 2)).reshape(count, READINGS), axis=1) / NOISE_SCALE
+        noise = DEVIATION_OF_MEDIAN * np.median(np.abs(differences(turns, taken=1)).reshape(count, READINGS), axis=1)
         rows = np.column_stack([rest[:-3:READINGS, 0], noise])
         self._kept = np.vstack([self._kept, rows[-self._seen % self._stride :: self._stride]])
         self._seen += count

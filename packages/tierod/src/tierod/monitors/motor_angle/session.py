@@ -348,8 +348,8 @@ class MotorAngleSession(BlockSession):
         supply = aligned.values[:, aligned.names.index("supply_voltage")]
         if self.monitor.voltages.source == DUTY_CYCLES and not np.isfinite(supply).any():
             raise InputError(
-                "duty cycles give a voltage only with supply_voltage, and the recording begins without one; give a "
-                "channel map that names it, or record motor_target_voltage_alpha and motor_target_voltage_beta"
+                "duty cycles give a voltage only with supply_voltage, and the recording begins without one; record it, "
+                "or name it in a channel map, or record motor_target_voltage_alpha and motor_target_voltage_beta"
             )
 
     def _slice(self, aligned: Aligned, start: int) -> dict[str, np.ndarray]:

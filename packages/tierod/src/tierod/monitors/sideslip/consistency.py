@@ -50,6 +50,9 @@ RESTS_ON = {
 BESIDE = {"track": (REAR_WHEELS,), "wheel": (REAR_WHEELS,), "gain": ("longitudinal_acceleration",)}
 """Observables that can be wrong by signals alone that hardly affect the sideslip, and these signals."""
 
+OFFSET_LEAVES = {"vehicle_speed": "gain", REAR_WHEELS: "track"}
+"""Signals that an offset shifts like a scale, and the observable that it leaves, as that rests on their changes."""
+
 DEVIATES = 1.5
 """Standard deviations from which an observable belongs to a contradiction."""
 
@@ -160,11 +163,16 @@ class Consistency:
             "longitudinal_acceleration": {"gain": -1.0},
             STEERED: {"wheelbase": wheelbase, "understeer": understeer},
             REAR_WHEELS: {"wheel": -1.0, "track": track},
-            # A single wheel shifts the mean of both by half its error.
-            f"one of {REAR_WHEELS}": {"wheel": -0.5},
         }
-        scales = [self._explained(name, effect) for name, effect in effects.items()]
-        found = [each if abs(each.size) < LARGEST else replace(each, weight=0.0, size=0.0) for each in scales]
+        scales = {name: self._explained(name, effect) for name, effect in effects.items()}
+        scales[REAR_WHEELS] = _of_one_or_both(scales[REAR_WHEELS])
+        for name, left in OFFSET_LEAVES.items():
+            offset = self._explained(name, {**effects[name], left: 0.0})
+            if offset.weight > scales[name].weight + self.limits.alike:
+                scales[name] = replace(offset, words=f"offset of {offset}")
+            elif offset.weight > scales[name].weight - self.limits.alike:
+                scales[name] = replace(scales[name], words=f"{str(scales[name])[:-1]}, or an offset)")
+        found = [each if abs(each.size) < LARGEST else replace(each, weight=0.0, size=0.0) for each in scales.values()]
         found += [self._explained("the steering angle", {"steering_zero": 1.0}, zero=True), *self._yaw_rate_offset()]
         of_track = self._explained("track_width", {"track": self.expected.values.track})
         named = "track_width" if track else "track_width, or wheel speeds left and right that are alike or exchanged"
@@ -308,6 +316,12 @@ USUAL_SLOW_SPEED, LATE = 6.5, 0.1
 
 UNUSED = ("longitudinal_acceleration", "track_width", *WHEELS)
 """Signals and parameters that hardly affect the sideslip."""
+
+
+def _of_one_or_both(wheels: Explanation) -> Explanation:
+    """A wrong scale of both rear wheel speeds: one of them alone shifts their mean and the track by half its error."""
+    alone = 2.0 * math.exp(wheels.size) - 1.0 if abs(wheels.size) < STATED else 0.0
+    return replace(wheels, words=f"{str(wheels)[:-1]}, or one of them {alone:.2f} times)") if alone > 0.0 else wheels
 
 
 def _signals(name: str) -> tuple[str, ...]:
