@@ -13,8 +13,8 @@ from tierod.monitors.registry import MONITORS
 WITHOUT = """
 import importlib.metadata, sys
 points = importlib.metadata.entry_points
-lab = ("tierod.lab", "tierod.variants.condition")
-importlib.metadata.entry_points = lambda group: () if group in lab else points(group=group)
+lab = ("tierod.lab", "tierod.variants")
+importlib.metadata.entry_points = lambda group: () if group.startswith(lab) else points(group=group)
 sys.modules["tierod_lab"] = None
 from tierod.cli import main
 sys.exit(main(sys.argv[1:]))
@@ -67,6 +67,14 @@ def test_tierod_alone_lists_its_own_verbs_and_judges_its_demo(tmp_path):
 def test_the_page_of_tierod_alone_offers_neither_a_virtual_fleet_nor_scenarios(tmp_path):
     code, printed, said = run(WITHOUT.rpartition("from")[0] + ABOUT, str(tmp_path))
     assert (code, printed) == (0, "[] False\n"), said
+
+
+def test_a_variant_of_a_paper_names_the_package(tmp_path):
+    tierod.write(tierod.simulate("hands-off", seconds=5.0).recording, tmp_path / "drive.parquet")
+    command = ["diagnose", str(tmp_path / "drive.parquet"), "--vehicle", "midsize-eps", "--monitor", "friction"]
+    code, _, said = run(WITHOUT, *command, "--variant", "refined")
+    assert code == 3
+    assert "has no variant 'refined'; known: pre-sliding. Those of the papers are in the package tierod-lab" in said
 
 
 def test_a_lab_of_another_version_is_named():

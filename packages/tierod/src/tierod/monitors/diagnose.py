@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
+from tierod.core import lab
 from tierod.core.errors import ParameterError, nearest
 from tierod.core.findings import Diagnosis, Status
 from tierod.core.recording import Recording
@@ -169,7 +170,8 @@ def _variant_of(monitor: Monitor, name: str | None) -> Variant:
             f"choose with --variant (in Python: variant=...) {choices}"
         )
     if name not in monitor.variants:
-        raise ParameterError(f"the monitor '{monitor.name}' has no variant '{name}'{nearest(name, monitor.variants)}")
+        more = "" if lab.installed() else f" Those of the papers are in the package {lab.PACKAGE}"
+        raise ParameterError(f"'{monitor.name}' has no variant '{name}'{nearest(name, monitor.variants)}{more}")
     return monitor.variants[name]
 
 
