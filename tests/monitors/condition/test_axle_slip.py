@@ -138,13 +138,27 @@ def test_an_acceleration_that_is_wrong_in_hard_starts_and_stops_is_named():
     assert accused(diagnose(made, load("rav4"), "condition")) == ["longitudinal_acceleration"]
 
 
-@pytest.mark.parametrize(("lasting", "named"), [(1.0, False), (3.0, True)])
-def test_a_wheel_that_spins_alone_in_hard_acceleration_is_no_fault_of_its_sensor(lasting, named):
+@pytest.mark.parametrize(
+    ("at", "axle", "factor"), [(32.0, WHEELS, 1.2), (44.0, FRONT_WHEELS, 1.3), (50.0, WHEELS, 0.8)]
+)
+def test_a_brief_slip_of_an_axle_on_a_rough_road_is_no_fault_of_one_wheel(sound, at, axle, factor):
+    """A slip too small and too short to be left out, of which one wheel looks noisier than the other."""
+    chance = np.random.default_rng(5)
+    rough = [replace(sound[each], values=sound[each].values + chance.normal(0.0, 0.12, 7000)) for each in ALL_WHEELS]
+    found = diagnose(turned(sound.with_channels(rough), axle, (at, at + 0.45), factor), load("rav4"), "condition")
+    assert accused(found) == []
+    doubtful = [each for each in found.elements if each.status is Status.NOT_TESTABLE]
+    assert {each.name for each in doubtful} <= {*axle}
+    assert all(f"slipped, or two readings were wrong, from {at:.0f}." in each.cause for each in doubtful)
+
+
+@pytest.mark.parametrize(("factor", "lasting", "named"), [(1.3, 1.0, False), (1.3, 3.0, True), (0.7, 1.0, True)])
+def test_a_wheel_that_spins_alone_in_hard_acceleration_is_no_fault_of_its_sensor(factor, lasting, named):
     made = hard(131, "front", 40.0)
     along = made["longitudinal_acceleration"]
     pushed = np.convolve(along.values > 2.7, np.ones(100), "same") > 99.0
     at = float(along.time[np.flatnonzero(pushed & (along.time > 8.0))[0]])
-    found = diagnose(turned(made, FRONT_WHEELS[:1], (at, at + lasting), 1.3), load("rav4"), "condition")
+    found = diagnose(turned(made, FRONT_WHEELS[:1], (at, at + lasting), factor), load("rav4"), "condition")
     assert accused(found) == ([FRONT_WHEELS[0]] if named else [])
     (wheel,) = (each for each in found.elements if each.name == FRONT_WHEELS[0])
     assert named or (wheel.status, wheel.cause.startswith("the wheel slipped alone")) == (Status.NOT_TESTABLE, True)

@@ -10,6 +10,7 @@ import numpy as np
 from tierod.core.findings import Episode, Estimate, Status
 from tierod.core.series import runs
 from tierod.core.statement import STATUSES
+from tierod.monitors.condition.kinds.catalogue import DRIFT, GAIN, OFFSET
 from tierod.monitors.condition.reaction import LEAST_DOUBT
 from tierod.monitors.condition.signals import ELEMENTS
 from tierod.monitors.condition.statements import (
@@ -59,6 +60,14 @@ class Stretch:
         """
         kind = max(self.kinds, key=lambda each: (self.kinds[each][0], each > 0.5, -each), default=0.0)
         return (kind, *self.kinds[kind][1:]) if self.kinds else (0.0, np.nan, np.nan)
+
+    @property
+    def sign(self) -> float:
+        """Whether the reading is too large (1) or too small (-1); 0 if its kind does not tell."""
+        kind, magnitude, _ = self.kind
+        if kind not in (OFFSET, DRIFT, GAIN) or not np.isfinite(magnitude):
+            return 0.0
+        return float(np.sign(magnitude - 1.0 if kind == GAIN else magnitude))
 
     def add(self, kind: float, count: int, magnitude: float, deviation: float) -> None:
         """Count further samples at which a kind was identified."""
@@ -205,17 +214,23 @@ class ElementCourse:
         reached = Status.SUSPECT if rivals else Status.FAULT
         self.course[:] = [*(each for each in self.course if each.time < found), StatusChange(found, reached)]
 
-    def brief(self, longest: float, spans: Sequence[tuple[float, float]]) -> list[Stretch]:
-        """Faults that lasted for less than a time and began in one of several spans.
+    def brief(
+        self, longest: float, spans: Sequence[tuple[float, float, float]], alike: Collection[str]
+    ) -> list[Stretch]:
+        """Faults that lasted for less than a time, and of which onset or declaration was in one of several spans.
 
         Args:
             longest: that time [s]
-            spans: bounds of the spans [s]
+            spans: bounds of the spans [s], and sign of the errors that belong to them; 0 for both
+            alike: elements with which a doubt counts as well
         """
+        lasting = [each for each in self.doubts if each.end - each.start >= LEAST_DOUBT]
+        doubts = [(each, each.end) for each in lasting if {*self._others(each)} <= {*alike}]
         return [
             each
-            for each in self.faults
-            if each.supported - each.onset < longest and any(start <= each.onset <= end for start, end in spans)
+            for each, until in (*((each, each.supported) for each in self.faults), *doubts)
+            if until - each.onset < longest
+            and any(start <= each.start and each.onset <= end and sign * each.sign >= 0.0 for start, end, sign in spans)
         ]
 
     def forget(self, start: float, end: float) -> None:

@@ -62,7 +62,7 @@ class Driven:
         absences: presence of every element's reading or target, of a possible judgement, and of enough sensors
         now: cause why the last sample was not judged; "" if it was
         asked: whether the judgement needs the targets
-        pushed: bounds of the times of hard acceleration and braking, with `AFTER` behind them [s]
+        pushed: bounds of the times of hard acceleration and braking, with `AFTER` behind them [s], and their sign
     """
 
     period: float
@@ -76,7 +76,7 @@ class Driven:
     absences: dict[str, Absence] = field(default_factory=dict)
     now: str = ""
     asked: bool = True
-    pushed: list[tuple[float, float]] = field(default_factory=list)
+    pushed: list[tuple[float, float, float]] = field(default_factory=list)
     _slides: list[tuple[float, float]] = field(default_factory=list)
     _forward: tuple[np.ndarray, np.ndarray] = (np.zeros(0), np.zeros(0, bool))
     _read: LastRead = field(default_factory=lambda: LastRead(len(ALL_WHEELS), LOST))
@@ -102,8 +102,11 @@ class Driven:
             self.forward += int(np.count_nonzero(forward))
             self._forward = time, forward
             self.backward += int(np.count_nonzero((speed < -STANDING).any(axis=1)))
-            pushes, ends = runs(np.abs(values[:, _ALONG]) > HARD)
-        self.pushed += [(float(time[k]), float(time[end - 1]) + AFTER) for k, end in zip(pushes, ends, strict=True)]
+            for sign in (1.0, -1.0):
+                pushes, ends = (each.tolist() for each in runs(sign * values[:, _ALONG] > HARD))
+                self.pushed += [
+                    (float(time[k]), float(time[end - 1]) + AFTER, sign) for k, end in zip(pushes, ends, strict=True)
+                ]
         reading = covered.available[:, : len(SENSORS)]
         read = reading.any(axis=1)
         causes = {

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
+from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -60,6 +61,9 @@ SLICE = 60_000
 """Most samples that are judged at once, so that the outputs of a long piece need not all fit into memory."""
 ALONE = 1.5
 """Longest time for which an unloaded wheel spins or skids alone [s]: drivers and brake control end it."""
+SLIPPING = 5.0
+"""Longest fault of one wheel while both wheels of its axle slip [s]; one that lasts is a fault of its sensor."""
+PUSHED = " of hard acceleration or braking"
 BEFORE = 1.0
 """Time before the first sign of a failing acceleration in which it may already have disturbed the filters [s]."""
 _SINCE = "has shifted since the beginning of the drive, while"
@@ -301,16 +305,26 @@ class ConditionSession:
         beside = any(each.start - BEFORE <= end and each.end >= start for each in slipped)
         return beside or self._driven.slid_within(start, end)
 
-    def _spun_alone(self) -> dict[str, Loss]:
-        """Withdraw brief faults of single wheels in hard acceleration and braking, where a wheel slips alone."""
+    def _slipped_wheels(self) -> dict[str, Loss]:
+        """Withdraw brief faults of single wheels that slipped alone when pushed, or together with their axle."""
         found: dict[str, Loss] = {}
-        wheels = [] if self._whole else [name for name in self._courses if name in ALL_WHEELS]
-        brief = [(name, each) for name in wheels for each in self._courses[name].brief(ALONE, self._driven.pushed)]
-        for name, each in brief:
-            when = f"from {each.onset:.2f} s to {each.supported:.2f} s of hard acceleration or braking"
-            cause = f"the wheel slipped alone, or its reading was wrong, {when}"
-            found.setdefault(name, Loss(Status.NOT_TESTABLE, cause, each.onset, each.supported))
-            self._withdraw([(each.onset, each.supported + AFTER)])
+        slipped: list[tuple[float, float]] = []
+        if self._slip is None:
+            return found
+        for axle, times in self._slip.alike.items():
+            together = [(start - BEFORE, end, 0.0) for start, end in times]
+            with_axle = f"both wheels of the {axle} axle slipped, or two readings were wrong,"
+            wheels = [name for name in ALL_WHEELS if axle in name and name in self._courses]
+            rules = (
+                (SLIPPING, together, with_axle, ""),
+                (ALONE, self._driven.pushed, "the wheel slipped alone, or its reading was wrong,", PUSHED),
+            )
+            for name, (longest, spans, who, when) in product(wheels, rules):
+                for each in self._courses[name].brief(longest, spans, wheels):
+                    cause = f"{who} from {each.onset:.2f} s to {each.supported:.2f} s{when}"
+                    found.setdefault(name, Loss(Status.NOT_TESTABLE, cause, each.onset, each.supported))
+                    slipped.append((each.onset, max(each.start, each.supported) + AFTER))
+        self._withdraw(slipped)
         return found
 
     def _shift_of_zero(self) -> tuple[str, ...]:
@@ -370,7 +384,7 @@ class ConditionSession:
         resting = [each for each in self.stuck if each.name in stuck]
         ends = [self._driven.end if each.end is None else each.end + BEFORE for each in resting]
         self._withdraw([(each.start, end) for each, end in zip(resting, ends, strict=True)], stuck)
-        alone = self._spun_alone()
+        slid = self._slipped_wheels()
         shifted = self._shift_of_zero()
         faults = [each for course in self._courses.values() for each in course.episodes(self._driven.end)]
         slow = () if self._pace is None else self._pace.problems()
@@ -382,7 +396,7 @@ class ConditionSession:
         problems = (*wired, *slow)
         interruptions = self._coverage.interruptions
         same = {name: loss for name, each in self._same.items() if (loss := each.loss()) is not None}
-        lost = alone | stuck | same | losses(self._courses, self._driven)
+        lost = slid | stuck | same | losses(self._courses, self._driven)
         states = elements(self._courses, self._driven, problems, self.graph, lost)
         reversed_ = "" if self._reversing is None else self._reversing.words
         notes = (*self._notes, *self._limits(bool(problems)), reversed_, slips_in_words(slipped))

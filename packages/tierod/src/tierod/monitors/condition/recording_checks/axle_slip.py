@@ -33,6 +33,9 @@ class AxleSlipLimits:
         least: the same at small speed; wheel speed sensors end at 0.3 to 0.8 m/s
         agrees: share of these limits up to which the axles differ while neither slips
         recovers: time after a slip in which it still counts, since tyres slip less but far from usually
+        alike, alike_least: difference of both wheels of an axle from both of the other one, as a share of the speed and
+            beside it, from which no single wheel of it is wrong; front wheels on their wider way differ by 4 % in a
+            bend of 10 m, and rough roads and coarse readings by some .1 m/s
         longest: longest slip; two wheel sensors that fail alike stay wrong for longer
         fresh: longest time for which a reading holds; chassis buses send every 10 to 100 ms
     """
@@ -42,6 +45,8 @@ class AxleSlipLimits:
     least: Annotated[float, "m/s"] = 0.8
     agrees: Annotated[float, ""] = 0.5
     recovers: Annotated[float, "s"] = 1.0
+    alike: Annotated[float, ""] = 0.04
+    alike_least: Annotated[float, "m/s"] = 0.3
     longest: Annotated[float, "s"] = 15.0
     fresh: Annotated[float, "s"] = 0.25
 
@@ -75,6 +80,8 @@ class AxleSlip:
         self._time = self._agreed = 0.0
         self._begun, self._last = np.nan, -np.inf
         self._found: list[Slip] = []
+        self.alike: dict[str, list[tuple[float, float]]] = {axle: [] for axle in AXLES}
+        """Bounds of the times in which both wheels of each axle are faster, or slower, than the other axle [s]."""
 
     @property
     def found(self) -> tuple[Slip, ...]:
@@ -99,6 +106,7 @@ class AxleSlip:
             return np.zeros(0, bool)
         limits, speeds = self._limits, np.abs(self._read.held(time, wheels))
         slower, faster = (np.array([pick(speeds[:, each], axis=1) for each in _PLACES]) for pick in (np.min, np.max))
+        self._compare(time, slower, faster)
         speed = self._speed(slower, faster)
         least, most = self._bounded(time, slower, faster, np.isfinite(speed))
         with np.errstate(invalid="ignore"):
@@ -128,6 +136,18 @@ class AxleSlip:
         last = np.maximum.accumulate(np.where(slips, time, self._last))
         self._last = float(last[-1])
         return np.asarray(time - last <= limits.recovers)
+
+    def _compare(self, time: np.ndarray, slower: np.ndarray, faster: np.ndarray) -> None:
+        """Add the times in which both wheels of an axle differ from the other axle in the same direction."""
+        for place, times in enumerate(self.alike.values()):
+            with np.errstate(invalid="ignore"):
+                least = self._limits.alike * faster[1 - place] + self._limits.alike_least
+                differs = (slower[place] > faster[1 - place] + least) | (faster[place] < slower[1 - place] - least)
+            for start, stop in zip(*runs(differs), strict=True):
+                begin, end = float(time[start]), float(time[stop - 1])
+                if times and begin - times[-1][1] < self._limits.recovers:
+                    begin = times.pop()[0]
+                times.append((begin, end))
 
     def _speed(self, slower: np.ndarray, faster: np.ndarray) -> np.ndarray:
         """Speed of the car where both axles agree, or where only one is read, (n,); NaN elsewhere."""
