@@ -12,7 +12,7 @@ from tierod.core.shown import written
 from tierod.core.signals import SIGNALS
 from tierod.core.units import COUNT, dimensions, known, scale
 from tierod.io.derive import RECIPES, complete, ingredients
-from tierod.io.readers import LACKING
+from tierod.io.readers import LACKING, SHARE_READ
 from tierod.monitors.harness.named_vehicle import made_with
 from tierod.monitors.harness.quality_over_chunks import QualityOverChunks
 from tierod.monitors.harness.session import Monitor, Variant, opened
@@ -45,7 +45,7 @@ def refuse_unsuitable(monitor: Monitor, vehicle: Vehicle | None, piece: Recordin
         if absent := _named_in_vain(missing, piece):
             raise InputError(f"{needed} does not have: {absent} {instead}Correct the channel map, or record it")
         raise InputError(
-            f"{needed} does not have{near} {instead}{_cure(missing, [piece[name] for name in strangers])}; 'tierod "
+            f"{needed} does not have{near} {instead}{_cure(missing, piece)}; 'tierod "
             "inspect' shows what the recording has"
         )
     if vehicle is not None:
@@ -70,8 +70,12 @@ def _named_in_vain(missing: list[str], piece: Recording) -> str:
     return " ".join(absent[name] for name in ingredients(missing) if name in absent)
 
 
-def _cure(missing: Sequence[str], strangers: Sequence[Channel]) -> str:
+def _cure(missing: Sequence[str], piece: Recording) -> str:
     """What to do about missing signals: a channel map helps only where the recording has them under another name."""
+    if SHARE_READ in piece.metadata:
+        # Only the signals of the monitor were read from the file, which may have others.
+        return "Record what is missing, or give a channel map if the file has it under another name"
+    strangers = [piece[name] for name in piece.names if name not in SIGNALS]
     gone = [name for name in missing if not any(_could_be(e, other) for e in _made_from(name) for other in strangers)]
     here = ", ".join(name for name in missing if name not in gone)
     named = f"Give a channel map that names {here if gone else 'it'}" if here else ""
