@@ -46,7 +46,6 @@ def charts(text):
 
 
 def unpack(packed):
-    """The trace that was packed, with values rounded to the steps of the codes."""
     low, high = np.frombuffer(zlib.decompress(packed.data), np.uint8).astype(int).reshape(2, -1)
     turned, above, below = (low + 256 * high).reshape(3, -1)
     middle = np.cumsum((turned >> 1) ^ -(turned & 1)) % 2**16

@@ -149,8 +149,7 @@ class Together:
         for name, own in found.items():
             with self._refusing(name):
                 run, others = self._runs[name], [each for other, each in found.items() if other != name]
-                diagnosis = run.finish(command, others, own)
-                yield name, Concluded(diagnosis, run.variant.name, tuple(run.session.traces))
+                yield name, Concluded(run.finish(command, others, own), run.variant.name, tuple(run.session.traces))
 
     def _refusing(self, name: str) -> _Refusing:
         return _Refusing(self, name)

@@ -290,8 +290,7 @@ class Run:
         cause = concluded.finding.cause
         # What the monitor gives as its cause is no further remark.
         contradictions = [each for each in self._inputs.quality.contradictions() if not cause or cause not in each]
-        faults = [defect for other in others for defect in other.faults()]
-        conclusion = self._inputs.limited(concluded, contradictions, faults)
+        conclusion = self._inputs.limited(concluded, contradictions, [each for one in others for each in one.faults()])
         self.learnt, self.course = conclusion.baseline, conclusion.course
         self.unproven = conclusion.unproven if self._uncertain is not None else None
         self.code_courses = conclusion.code_courses
