@@ -12,8 +12,9 @@ from tierod.core.findings import Status
 from tierod.core.recording import Recording
 from tierod.monitors.condition.definition import CONDITION
 from tierod.monitors.condition.signals import ACCELERATIONS, ACTUATORS, OF_AUTOMATED, TARGETS
-from tierod.monitors.diagnose import Run
+from tierod.monitors.diagnose import Run, diagnose
 from tierod.vehicles import load
+from tierod_lab.ground.scenarios import load as load_scenario
 from tierod_lab.papers.condition.drives import Drive
 from tierod_lab.papers.condition.faults import OFFSET, Injected, lost
 from tierod_lab.papers.condition.recorded import recorded
@@ -179,3 +180,14 @@ def test_accelerations_alone_are_too_few_sensors_and_no_crash(heads, tmp_path, c
     assert "condition: cannot run - fewer than 4 sensors give a reading" in said
     assert main(["diagnose", str(tmp_path / "few.csv"), "--vehicle", str(tmp_path / "own.toml"), "--no-report"]) == 3
     assert "fewer than 4 sensors give a reading; the recording has no wheel speed" in capsys.readouterr().err
+
+
+def test_a_longitudinal_acceleration_that_is_late_is_named_and_no_drive_is_blamed():
+    sound = replace(load_scenario("demonstrator-healthy"), faults=()).with_run(100.0, 142).run().recording
+    along = sound[ALONG]
+    late = changed(sound, **{ALONG: np.interp(along.time - 0.1, along.time, along.values)})
+    found = diagnose(late, CAR, "condition", spread=False)
+    assert declared(found) == []
+    assert found.findings[0].status is Status.NOT_TESTABLE
+    assert "longitudinal acceleration: 0.1" in found.findings[0].headline
+    assert "late relative to the wheel speeds" in found.findings[0].headline

@@ -34,6 +34,7 @@ from tierod.monitors.condition.signals import (
     ACCELERATIONS,
     ACTUATORS,
     ALL_WHEELS,
+    DRIVES,
     ELEMENTS,
     OF_AUTOMATED,
     SENSORS,
@@ -299,6 +300,15 @@ class ConditionSession:
         mirrored = self._reversing is not None and self._reversing.mirrored
         return (Problem("sign", ("yaw_rate",), MIRRORED, TURN_FORWARD),) if mirrored else ()
 
+    def _late(self) -> tuple[Problem, ...]:
+        """Problem that the longitudinal acceleration is late, where drives alone are accused; empty if not."""
+        accused = {name for name, course in self._courses.items() if course.episodes(self._driven.end)}
+        late = self._accelerations.late if accused and accused <= {*DRIVES} else None
+        if late is None:
+            return ()
+        cause = f"longitudinal acceleration: {late:.2f} s late relative to the wheel speeds, so that drives look faulty"
+        return (Problem("time", DRIVES, cause, "check the time stamps of the longitudinal acceleration"),)
+
     def _slid_within(self, start: float, end: float) -> bool:
         """Whether the tyres slid at any time between two times [s], in a turn or with both wheels of an axle."""
         slipped = () if self._slip is None else self._slip.found
@@ -391,6 +401,7 @@ class ConditionSession:
         wired = (
             self._wiring.problems()
             or self._mirrored()
+            or self._late()
             or self._leap.problems([each for each in faults if not each.candidates])
         )
         problems = (*wired, *slow)

@@ -31,6 +31,8 @@ class Block(NamedTuple):
         moved: accelerations predicted from the motion [m/s**2]
         rough: standard deviation of the white noise of the measured ones [m/s**2]
         speed: speed of the vehicle [m/s]
+        rolled: longitudinal acceleration by the rear wheels alone [m/s**2]
+        growth: slope of the measured longitudinal acceleration [m/s**3]
     """
 
     end: float
@@ -38,6 +40,8 @@ class Block(NamedTuple):
     moved: tuple[float, float]
     rough: tuple[float, float]
     speed: float
+    rolled: float
+    growth: float
 
 
 class Motion:
@@ -96,9 +100,9 @@ class Motion:
         moved = [np.where(speed > MOVING, each, np.nan) for each in predicted]
         rough = [roughness(cut[name]) for name in ACCELERATIONS]
         return [
-            Block(end, (ax, ay), (vx, vy), (nx, ny), v)
-            for end, (ax, ay, vx, vy, nx, ny, v) in zip(
-                ends, np.column_stack((*read, *moved, *rough, speed)).tolist(), strict=True
+            Block(end, (ax, ay), (vx, vy), (nx, ny), *others)
+            for end, (ax, ay, vx, vy, nx, ny, *others) in zip(
+                ends, np.column_stack((*read, *moved, *rough, speed, along[0], growth)).tolist(), strict=True
             )
         ]
 
