@@ -2,7 +2,7 @@
 import { html, stack, useEffect, useRef, useState } from "./html.js";
 import { get } from "./api.js";
 import { link, set } from "./address.js";
-import { Badge, date, figure, kind, Loading, sentence, spread, Table, Trouble, useFetched, useJob, Work } from "./parts.js";
+import { Badge, figure, kind, Loading, sentence, spread, Table, Trouble, useFetched, useJob, Work } from "./parts.js";
 import { shownIn } from "./findings.js";
 
 const COUNT = 50;

@@ -1,6 +1,6 @@
 // The one door to the view library.
 import { h, html as parsed } from "./vendor/htm-preact.js";
-export { h, render, Component, createContext, useState, useReducer, useEffect, useLayoutEffect, useRef, useMemo, useCallback, useContext, useErrorBoundary } from "./vendor/htm-preact.js";
+export { h, render, useState, useEffect, useLayoutEffect, useRef, useMemo, useCallback, useErrorBoundary } from "./vendor/htm-preact.js";
 
 export const html = parsed;
 
