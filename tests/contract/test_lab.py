@@ -93,3 +93,5 @@ def test_the_lab_adds_variants_of_its_papers():
 
 def test_the_lab_adds_names_to_the_package():
     assert {"simulate", "campaign", "compare"} <= set(dir(tierod))
+    code = "import sys, tierod.monitors.diagnose as d; d.find('condition'); print('tierod_lab' in sys.modules)"
+    assert run(code)[1] == "False\n", "they are imported when they are used"

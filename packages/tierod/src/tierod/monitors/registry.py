@@ -19,7 +19,7 @@ _OWN = {
 
 
 def obstacle(monitor: Any) -> str:
-    """Reason why an object cannot be run as a monitor, as a half-sentence; "" if it can.
+    """Reason why an object, without its variants of other packages, cannot be run as a monitor, as a half-sentence.
 
     Args:
         monitor: object that was given as a monitor
@@ -27,9 +27,9 @@ def obstacle(monitor: Any) -> str:
     if not isinstance(monitor, Monitor):
         kind = getattr(type(monitor), "__name__", "")
         return f"is of the type '{kind}'; expected a tierod.Monitor with name, required signals, rate and variants"
-    if not monitor.variants:
+    if not (names := getattr(monitor.variants, "own", monitor.variants)):
         return "has no variant; give it variants={'name': tierod.Variant(...)}"
-    for name, variant in monitor.variants.items():
+    for name, variant in ((each, monitor.variants[each]) for each in names):
         if not isinstance(variant, Variant) or not callable(variant.open):
             return f"has a variant '{name}' that lacks 'open', which builds its session; make it a tierod.Variant"
         if variant.name != name:

@@ -134,7 +134,11 @@ class Run:
             self.session.pictured = signals_shown
         self._spread: ParameterSpread | None = None
         self._may_turn = baseline is None
-        self.feed = _feed(memory, vehicle, monitor) if memory else None
+        self.feed: MemoryFeed | None = None
+        if memory:
+            from tierod.monitors.harness.into_memory import MemoryFeed  # slow to import, and few runs have a memory
+
+            self.feed = MemoryFeed(memory, vehicle.name, monitor.name)
         self._digest = SampleDigest(_common(monitor)) if memory else None
         self.kept = kept
         self.learnt: Baseline | None = None
@@ -355,13 +359,8 @@ class Run:
         return traces
 
 
-def _feed(memory: str | Path, vehicle: Vehicle, monitor: Monitor) -> MemoryFeed:
-    from tierod.monitors.harness.into_memory import MemoryFeed  # slow to import, and few runs have a fault memory
-
-    return MemoryFeed(memory, vehicle.name, monitor.name)
-
-
 def _common(monitor: Monitor) -> set[str]:
-    """Channels that all variants read, so that the fingerprint of a recording does not depend on the variant."""
-    own = [monitor, *(monitor.needing(variant) for variant in monitor.variants.values())]
+    """Channels that all own variants read, so that the fingerprint of a recording depends on no variant or package."""
+    names = getattr(monitor.variants, "own", monitor.variants)
+    own = [monitor, *(monitor.needing(monitor.variants[each]) for each in names)]
     return set.intersection(*(set(ingredients([*each.required, *each.optional])) for each in own))

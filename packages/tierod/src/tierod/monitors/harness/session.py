@@ -8,6 +8,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
+from itertools import chain
 from typing import (
     Annotated,
     Any,
@@ -318,7 +319,7 @@ class Monitor:
         return self if variant.required is None else replace(self, required=variant.required)
 
     def variant_for(self, recording: Recording) -> Variant | None:
-        """First variant whose required signals the recording has, the default before the others; None without one.
+        """First variant whose required signals the recording has, loading no other where the default fits; else None.
 
         Args:
             recording: whole recording, or its first piece, with all derived signals
@@ -328,8 +329,8 @@ class Monitor:
         """
         if self.default is None:
             return None
-        ordered = (self.variants[self.default], *self.variants.values())
-        return next((each for each in ordered if all(name in recording for name in self.needing(each).required)), None)
+        all_ = (self.variants[each] for each in chain((self.default,), self.variants))
+        return next((each for each in all_ if all(name in recording for name in self.needing(each).required)), None)
 
     def suited_to(self, recording: Recording) -> Monitor:
         """Monitor at the highest rate that the slowest required channel of a recording reaches, within 5 %.
