@@ -81,17 +81,16 @@ def test_a_lab_of_another_version_is_named():
     code, _, said = run(OTHER, "scenarios")
     assert code == 3
     assert f"is installed in version {__version__}; pip install tierod-lab==99.0" in said
-    code, printed, _ = run(OTHER, "--help")
-    assert (code, "diagnose" in printed, "simulate" in printed) == (0, True, False)
+    assert "simulate" not in run(OTHER, "--help")[1]
 
 
 def test_the_lab_adds_variants_of_its_papers():
-    variants = MONITORS["condition"].variants
-    assert list(variants) == ["bank", "rules", "rules-discriminating", "rules-printed"]
-    assert all(each.decisions for each in variants.values())
+    known = MONITORS["condition"].variants
+    assert list(known) == ["bank", "rules", "rules-discriminating", "rules-printed"]
+    assert all(each.decisions for each in known.values())
 
 
 def test_the_lab_adds_names_to_the_package():
     assert {"simulate", "campaign", "compare"} <= set(dir(tierod))
-    code = "import sys, tierod.monitors.diagnose as d; d.find('condition'); print('tierod_lab' in sys.modules)"
-    assert run(code)[1] == "False\n", "they are imported when they are used"
+    code = "import sys, tierod.monitors.diagnose as d; d.find('condition'); assert 'tierod_lab' not in sys.modules"
+    assert run(code) == (0, "", "")
