@@ -51,6 +51,7 @@ def test_a_fault_free_car_is_healthy_and_hears_what_it_lacks(vehicle, capsys):
     assert all(name in lack[0] for name in ("steering shaft torque", "tie rod force", *missing))
     assert "still distinguished" in lack[0]
     assert any("a fault of both wheels of an axle at once cannot be detected" in each for each in warnings)
+    assert any("a wrong scale of the steering wheel angle is not judged" in each for each in warnings)
 
 
 def test_an_offset_of_the_yaw_rate_is_named_from_its_beginning_to_its_end(tmp_path, capsys):

@@ -19,6 +19,8 @@ _MOTION = (
     "the vehicle file does not describe torques and forces of the steering and the drives: wheel speeds, yaw rate and "
     "steering angle are judged by the motion of the car alone, with limits that {}",
     "a fault of both wheels of an axle at once cannot be detected: slip looks the same",
+    "a wrong scale of the steering wheel angle is not judged: another steering ratio looks the same; "
+    "'tierod identify vehicle' gives the ratio that the drive shows",
 )
 OF_OTHERS, OF_OWN = "come from two real cars", "were designed on its own drives"
 
