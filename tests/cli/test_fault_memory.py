@@ -90,6 +90,18 @@ def test_a_damaged_memory_is_refused_and_can_be_cleared(path, capsys):
     assert len(list(path.parent.iterdir())) == 1
 
 
+@pytest.mark.parametrize("content", ["name = 'car'\nsteering_ratio = 16.0\n", "time,v\n0,1\n", '{"speed": 3}', ""])
+@pytest.mark.parametrize("verb", [["read"], ["clear"], ["clear", "friction-fault"], ["snapshot", "friction-fault"]])
+def test_a_file_that_is_no_memory_is_left_alone(tmp_path, verb, content, capsys):
+    path = tmp_path / "car.toml"
+    path.write_text(content)
+    assert main(["faults", verb[0], str(path), *verb[1:]]) == 3
+    said = " ".join(capsys.readouterr().err.split())
+    assert "is no fault memory" in said
+    assert "clear" not in said
+    assert [each.read_text() for each in tmp_path.iterdir()] == [content]
+
+
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [

@@ -3,12 +3,13 @@ import math
 import pytest
 
 from tierod.core.errors import ParameterError
-from tierod.methods.detectors.design import run_length as both_sides
 from tierod.methods.detectors.random_walk import Walk, run_length
 
 
 def siegmund(drift, threshold):
-    return both_sides(drift, threshold, sides="upper")
+    """Closed approximation of the run length of a CUSUM (Siegmund, Sequential Analysis, 1985)."""
+    exponent = 2.0 * drift * (threshold + 1.166)
+    return (math.exp(exponent) - exponent - 1.0) / (2.0 * drift**2)
 
 
 @pytest.mark.parametrize(("threshold", "samples"), [(4.0, 335.37), (5.0, 930.89)])

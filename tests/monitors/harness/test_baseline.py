@@ -45,19 +45,26 @@ def test_a_foreign_level_is_refused(field, value, sentence):
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
-        ("", "it is empty"),
-        ("{", "not JSON from line 1 on"),
-        ("{}", "its schema is not tierod.baseline/1"),
-        ('{"schema": "other/1"}', "its schema is not tierod.baseline/1"),
-        ("[1]", "its schema is not tierod.baseline/1"),
+        ('{"schema": "tierod.baseline/1",', "not JSON from line 1 on"),
+        ('{"schema": "tierod.baseline/2"}', "its schema is not tierod.baseline/1"),
         ('{"schema": "tierod.baseline/1", "value": 1}', "deviation, monitor, seconds, unit, vehicle is missing"),
     ],
 )
-def test_a_file_that_is_none_of_ours_is_refused(tmp_path, text, reason):
+def test_a_damaged_baseline_is_refused(tmp_path, text, reason):
     path = tmp_path / "level.json"
     path.write_text(text)
     with pytest.raises(InputError, match=f"is not a baseline that tierod stored .*{reason}.*remove it to learn anew"):
         load_baseline(path)
+
+
+@pytest.mark.parametrize("text", ["", "{", "{}", '{"schema": "other/1"}', "[1]", "name = 'car'"])
+def test_a_file_that_is_no_baseline_is_refused_and_nobody_is_told_to_remove_it(tmp_path, text):
+    path = tmp_path / "car.toml"
+    path.write_text(text)
+    with pytest.raises(InputError, match="is no baseline") as refused:
+        load_baseline(path)
+    assert "remove" not in str(refused.value)
+    assert path.read_text() == text
 
 
 @pytest.mark.parametrize("fields", [{"value": "4"}, {"value": None}, {"value": -4.0}, {"deviation": math.nan}])

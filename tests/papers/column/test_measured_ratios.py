@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from tierod.core.errors import InputError
-from tierod.methods.detectors.design import run_length
+from tierod.methods.detectors.random_walk import Walk, run_length
 from tierod_lab.papers.column.measured_ratios import threshold_from_ratios
 
 
@@ -15,7 +15,7 @@ def test_for_white_ratios_it_meets_the_closed_form():
     shift = 0.5
     design = threshold_from_ratios([ratios(400_000, shift)], 1e5)
     # A sum of these ratios is Page's with drift shift/2 in standard deviations, its threshold in nats over the shift.
-    assert run_length(0.5 * shift, design.threshold / shift, sides="upper") == pytest.approx(1e5, rel=0.5)
+    assert run_length(Walk(0.0, design.threshold / shift, True, 1.0, -0.5 * shift, 1.0)) == pytest.approx(1e5, rel=0.5)
     assert design.growth == pytest.approx(1.0, rel=0.15)
 
 

@@ -159,6 +159,19 @@ def json_document(text: str | bytes) -> Any:
     return document
 
 
+def names_schema(content: str | bytes, schema: str) -> bool:
+    """Whether a file, whole or damaged, is a JSON document of a schema of any version.
+
+    Args:
+        content: of the file
+        schema: name of the schema with its version
+    """
+    content = content.encode() if isinstance(content, str) else content
+    name = re.escape(schema.partition("/")[0].encode())
+    content = content.removeprefix(b"\xef\xbb\xbf")
+    return content.lstrip().startswith(b"{") and re.search(rb'"schema"\s*:\s*"' + name + b"/", content) is not None
+
+
 _TOO_DEEP = f"more than {MOST_DEPTH} levels, deeper than anything that tierod reads; name the right file"
 
 

@@ -77,8 +77,7 @@ class FaultMemory:
             codes: table of trouble codes
 
         Raises:
-            InputError: the file is of another vehicle; or it is damaged or of another version or table, and was copied
-                aside
+            InputError: the file is of another vehicle, version or table, is damaged, or is no memory
             OutputError: the file cannot be written, or another program keeps it locked
         """
         with holding(path) as target:
@@ -98,8 +97,7 @@ class FaultMemory:
             codes: table of trouble codes
 
         Raises:
-            InputError: the file is of another vehicle; or it is damaged or of another version or table, and was copied
-                aside
+            InputError: the file is of another vehicle, version or table, is damaged, or is no memory
         """
         memory = cls(codes, vehicle or "", path)
         assert memory.path

@@ -13,7 +13,7 @@ from typing import Any
 
 from tierod.core.errors import InputError, OutputError
 from tierod.core.files import holding, replacing, sweep
-from tierod.core.user_files import MOST_DATA_BYTES, json_document, read_bytes
+from tierod.core.user_files import MOST_DATA_BYTES, json_document, names_schema, read_bytes
 from tierod.diagnosis.entry import Entry
 from tierod.diagnosis.trouble_codes import TroubleCodes
 
@@ -49,16 +49,15 @@ def load(path: Path, codes: TroubleCodes, vehicle: str | None = None) -> Kept:
         vehicle: required vehicle name; None for any
 
     Raises:
-        InputError: the file cannot be read, is damaged, or is of another version, table or vehicle; a file that is no
-            valid memory is copied aside first, and the message names the copy
+        InputError: the file cannot be read, is no memory, is damaged, or is of another version, table or vehicle
     """
-    raw = _raw(path)
+    raw = _memory(path)
     try:
         kept = _checked(raw, codes)
     except ValueError as error:
         raise InputError(
-            f"the fault memory {path} {error}; nothing was changed, and {_kept_aside(path, raw)}. Name another file, "
-            f"or start again with 'tierod faults clear {path}'"
+            f"the fault memory {path} {error}; nothing was changed. Name another file, or start again with 'tierod "
+            f"faults clear {path}', which keeps a copy"
         ) from None
     if vehicle is not None and kept.vehicle != vehicle:
         raise InputError(
@@ -72,12 +71,12 @@ def _raw(path: Path) -> bytes:
     return read_bytes(path, "the fault memory", most=MOST_DATA_BYTES)
 
 
-def _kept_aside(path: Path, raw: bytes) -> str:
-    """Part of a sentence on the copy; a failure to copy must not hide the defect of the file."""
-    try:
-        return f"a copy is kept as {_aside(path, raw)}"
-    except OutputError:
-        return "no copy could be kept beside it"
+def _memory(path: Path) -> bytes:
+    """Content of a file that is a fault memory, perhaps a damaged one: any other is not to be touched."""
+    raw = _raw(path)
+    if not names_schema(raw, SCHEMA):
+        raise InputError(f"{path} is no fault memory; nothing was changed. Name the file of a memory, or a new file")
+    return raw
 
 
 def _checked(raw: bytes, codes: TroubleCodes) -> Kept:
@@ -86,10 +85,8 @@ def _checked(raw: bytes, codes: TroubleCodes) -> Kept:
         document = json_document(raw)
     except ValueError:
         raise ValueError("is damaged: it is not a complete JSON document") from None
-    if not isinstance(document, dict) or "schema" not in document:
-        raise ValueError("is not a fault memory: it has no schema")
-    if document["schema"] != SCHEMA:
-        raise ValueError(f"is of another version ({document['schema']}; this program reads {SCHEMA})")
+    if (schema := document.get("schema")) != SCHEMA:
+        raise ValueError(f"is of another version ({schema}; this program reads {SCHEMA})")
     content = document.get("content")
     if not isinstance(content, dict) or document.get("digest") != digest_of(content, document.get("vehicle")):
         raise ValueError("is damaged: its content does not match its digest")
@@ -164,20 +161,26 @@ def digest_of(content: Mapping[str, object], vehicle: object) -> str:
 
 
 def aside(path: Path) -> Path:
-    """Copy a file to its folder under a unique name, and return the path of the copy.
+    """Copy a memory to its folder under a name of its own, and return the path of the copy.
 
     Raises:
-        InputError: the file cannot be read
+        InputError: the file cannot be read, or is no memory
         OutputError: the copy cannot be written
     """
-    return _aside(path, _raw(path))
+    raw = _memory(path)
+    # Named by its content, so that repeated attempts leave one copy.
+    copy = path.with_name(f"{path.stem}.kept-{hashlib.sha256(raw).hexdigest()[:8]}{path.suffix}")
+    if not copy.exists():
+        with replacing(copy) as temporary:
+            temporary.write_bytes(raw)
+    return copy
 
 
 def remove(path: Path) -> Path:
-    """Remove a locked file that is no valid memory after copying it, and return the path of the copy.
+    """Remove a locked, damaged memory after copying it, and return the path of the copy.
 
     Raises:
-        InputError: the file cannot be read
+        InputError: the file cannot be read, or is no memory
         OutputError: the file cannot be copied or removed
     """
     kept = aside(path)
@@ -188,15 +191,6 @@ def remove(path: Path) -> Path:
         raise OutputError(f"{path} cannot be removed ({reason}); check the permissions of its folder") from None
     _settled(path.parent)
     return kept
-
-
-def _aside(path: Path, raw: bytes) -> Path:
-    # Named by its content, so that repeated attempts to open the file leave one copy.
-    copy = path.with_name(f"{path.stem}.kept-{hashlib.sha256(raw).hexdigest()[:8]}{path.suffix}")
-    if not copy.exists():
-        with replacing(copy) as temporary:
-            temporary.write_bytes(raw)
-    return copy
 
 
 def _digest_in(path: Path) -> str:

@@ -11,7 +11,7 @@ from typing import Annotated
 
 from tierod.core.errors import InputError
 from tierod.core.files import holding, write_text
-from tierod.core.user_files import json_document, read_text
+from tierod.core.user_files import json_document, names_schema, read_text
 
 SCHEMA = "tierod.baseline/1"
 
@@ -48,21 +48,21 @@ def load_baseline(path: str | Path) -> Baseline:
     Raises:
         InputError: the file cannot be read, or is no baseline that tierod wrote
     """
+    text = read_text(path, "the baseline")
+    if not names_schema(text, SCHEMA):
+        raise InputError(f"{path} is no baseline; it is left as it is. Name the file of a baseline, or a new file")
     try:
-        level = _level(read_text(path, "the level"))
+        return _level(text)
     except ValueError as error:
         raise InputError(
             f"{path} is not a baseline that tierod stored ({error}); name another file, or remove it to learn anew"
         ) from None
-    return level
 
 
 def _level(text: str) -> Baseline:
     """Parse a baseline; a ValueError states in words why the text holds none."""
-    if not text.strip():
-        raise ValueError("it is empty")
     document = json_document(text)
-    if not isinstance(document, dict) or document.pop("schema", None) != SCHEMA:
+    if document.pop("schema", None) != SCHEMA:
         raise ValueError(f"its schema is not {SCHEMA}")
     names = {field.name for field in dataclasses.fields(Baseline)}
     if strange := sorted(names.symmetric_difference({"learnt", "rate", *document})):
