@@ -233,12 +233,16 @@ class ElementCourse:
             and any(start <= each.start and each.onset <= end and sign * each.sign >= 0.0 for start, end, sign in spans)
         ]
 
-    def forget(self, start: float, end: float) -> None:
+    def forget(self, start: float, end: float) -> bool:
         """Withdraw faults and doubts that began in a time in which an input of the filters was faulty.
 
         Args:
             start, end: bounds of that time [s]
+
+        Returns:
+            whether a fault or a lasting doubt was withdrawn
         """
+        withdrawn = any(start <= each.declared_at <= end for each in self.episodes(np.inf))
         for stretches in (self.faults, self.doubts):
             stretches[:] = [each for each in stretches if not start <= each.start <= end]
         changed = [
@@ -250,6 +254,7 @@ class ElementCourse:
         self.course[:] = [
             each for place, each in enumerate(changed) if not place or changed[place - 1].status is not each.status
         ]
+        return withdrawn
 
     def _others(self, stretch: Stretch) -> tuple[str, ...]:
         beside = stretch.others > SHARE * stretch.count

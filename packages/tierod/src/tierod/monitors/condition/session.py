@@ -348,16 +348,23 @@ class ConditionSession:
             self._courses[name].declare(span, OFFSET, size, {*shift.suspects} - {name})
         return shift.suspects
 
-    def _withdraw(self, spans: Iterable[tuple[float, float]], but: Collection[str] = ()) -> None:
+    def _withdraw(self, spans: Iterable[tuple[float, float]], but: Collection[str] = ()) -> dict[str, Loss]:
         """Withdraw what was declared in times in which an input of the filters or their model was wrong.
 
         Args:
             spans: bounds of these times [s]
             but: elements that explain it
+
+        Returns:
+            elements of which a fault was withdrawn, as not testable, by name
         """
+        found: dict[str, Loss] = {}
         for start, end in spans:
             for name in self._courses.keys() - {*but}:
-                self._courses[name].forget(start, end)
+                if self._courses[name].forget(start, end):
+                    cause = f"a sensor that stood still contradicted it from {start:.2f} s to {end:.2f} s"
+                    found.setdefault(name, Loss(Status.NOT_TESTABLE, cause, start, end))
+        return found
 
     def _limits(self, wired: bool) -> tuple[str, ...]:
         """Remarks on what cannot be judged with the sensors that are read, and on the accelerations."""
@@ -393,7 +400,7 @@ class ConditionSession:
         # A reading that stays the same in bends looks like a fault of the sensors that move.
         resting = [each for each in self.stuck if each.name in stuck]
         ends = [self._driven.end if each.end is None else each.end + BEFORE for each in resting]
-        self._withdraw([(each.start, end) for each, end in zip(resting, ends, strict=True)], stuck)
+        beside = self._withdraw([(each.start, end) for each, end in zip(resting, ends, strict=True)], stuck)
         slid = self._slipped_wheels()
         shifted = self._shift_of_zero()
         faults = [each for course in self._courses.values() for each in course.episodes(self._driven.end)]
@@ -407,7 +414,8 @@ class ConditionSession:
         problems = (*wired, *slow)
         interruptions = self._coverage.interruptions
         same = {name: loss for name, each in self._same.items() if (loss := each.loss()) is not None}
-        lost = slid | stuck | same | losses(self._courses, self._driven)
+        # What stood still comes first: of causes at the same time the first one is named.
+        lost = stuck | slid | beside | stuck | same | losses(self._courses, self._driven)
         states = elements(self._courses, self._driven, problems, self.graph, lost)
         reversed_ = "" if self._reversing is None else self._reversing.words
         notes = (*self._notes, *self._limits(bool(problems)), reversed_, slips_in_words(slipped))
