@@ -26,6 +26,7 @@ from tierod.io.readers import read
 from tierod.io.writers import write
 from tierod.monitors.diagnose import diagnose
 from tierod.monitors.together import Chosen
+from tierod.vehicles import load
 
 
 def reasons(results):
@@ -47,6 +48,13 @@ def test_findings_are_those_of_diagnose(tmp_path):
     assert row["duration_s"] == pytest.approx(40.0, abs=0.02)
     assert row["vehicle"] == "midsize-eps"
     assert row["recording_name"] == str(path)
+
+
+def test_the_limit_of_a_level_is_that_of_the_vehicle_file_without_the_margin_of_a_drive(tmp_path):
+    written(tmp_path / "drives/a.parquet", seconds=200.0)
+    judged(tmp_path / "drives", tmp_path / "results")
+    (row,) = findings_of(tmp_path / "results").to_pylist()
+    assert row["limit"] == load("midsize-eps")["fault_friction"]
 
 
 def test_every_recording_has_a_row_with_its_reason_and_costs_itself_alone(tmp_path):

@@ -255,3 +255,20 @@ def test_a_few_cars_that_agree_do_not_make_their_levels_sure(reported):
     rows = [row for car in range(4) for row in driven([LOW, ("healthy", 2.65), LOW], f"car-{car}", deviation=0.3)]
     _, _, document, *_ = reported(*rows)
     assert min(deviation for _, deviation in document["quantities"][0]["levels"].values()) > 0.1
+
+
+BEFORE = [("healthy", 3.95)] * 5
+
+
+@pytest.mark.parametrize(("value", "after", "says"), [
+    (7.68, 2, "limit reached"), (7.68, 8, "limit reached"), (7.68, 1, "too few drives"), (7.0, 2, "too few drives"),
+    (7.0, 8, "more than 10 years"),
+])  # fmt: skip
+def test_no_time_is_left_at_the_limit_and_none_is_computed_across_a_step(reported, value, after, says):
+    drives = [*BEFORE, *[("rising", value)] * after]
+    _, terminal, document, page, _ = reported(*driven(drives, deviation=0.5, shared_deviation=0.45))
+    assert says in terminal
+    assert says in page
+    left = document["cars"][0]["reasons"][0]["trend"]["days_to_limit"]
+    assert left[1] == (0.0 if says == "limit reached" else None)
+    assert (left == [None] * 3) is (says == "too few drives")

@@ -181,7 +181,8 @@ def _of_finding(finding: Finding) -> Row:
             "deviation": _finite(estimate.standard_deviation),
             "shared_deviation": _finite(math.hypot(*shared)) if (shared := estimate.by_sensors.values()) else None,
             "nominal": _finite(estimate.reference.get("nominal")),
-            "limit": _finite(estimate.reference.get("fault")),
+            # Of the vehicle file, where the reference has a margin of this drive on it.
+            "limit": _finite(estimate.fault_from or estimate.reference.get("fault")),
         }
     return row
 

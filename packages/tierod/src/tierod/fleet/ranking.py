@@ -185,13 +185,13 @@ def _distinct(standing: Sequence[Standing]) -> list[Standing]:
 
 
 def beyond(trends: Trends) -> np.ndarray:
-    """Whether the estimated level of each car has reached its limit, (cars,).
+    """Whether the level of each car is beyond its limit by more than the deviation that its drives share, (cars,).
 
     The level rests on as many drives as the verdicts: a shorter one is left to these.
     """
-    side = trends.learnt.changes.side
+    past = trends.learnt.changes.side * (trends.level[:, 0] - trends.series.limit)
     with np.errstate(invalid="ignore"):
-        return np.asarray((side * trends.level[:, 0] >= side * trends.series.limit) & (trends.held >= LAST))
+        return np.asarray((past >= trends.series.shared) & (trends.held >= LAST))
 
 
 def _named(trends: Trends) -> np.ndarray:

@@ -62,10 +62,7 @@ def _how_often(report: FleetReport) -> str:
 def _list(report: FleetReport) -> Table:
     rows = []
     for place, car in enumerate(report.cars[:LISTED]):
-        found = words.first_trend(car)
-        now, left, cohort = (
-            ("–",) * 3 if found is None else (words.level(*found), words.left(*found), words.cohort(*found))
-        )
+        now, left, cohort = words.followed(words.first_trend(car))
         rows.append((str(place + 1), car.vehicle, car.state, car.why, now, left, cohort, car.inspect))
     more = len(report.cars) - LISTED
     return Table(

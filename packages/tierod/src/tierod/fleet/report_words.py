@@ -50,8 +50,10 @@ def left(trends: Trends, car: int) -> str:
     early, likely, late = trends.left[car]
     if not math.isfinite(trends.series.limit[car]):
         return "no limit known"
-    if likely == 0.0:
-        return "reached"
+    if trends.reached[car]:
+        return "limit reached"
+    if math.isnan(likely):
+        return "not known yet: too few drives at this level"
     return time_left(early, likely, late)
 
 

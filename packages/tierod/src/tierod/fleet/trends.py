@@ -70,7 +70,8 @@ class Trends:
         level, slope: current values at the reference temperature [unit] and [unit/d], (cars, 2): value, standard
             deviation
         chance: probability that the limit is reached within `SOON`, (cars,); NaN without limit
-        left: time until the limit [d], (cars, 3): quantiles of 5, 50 and 95 %; infinite beyond ten years
+        left: time until the limit [d], (cars, 3): quantiles of 5, 50 and 95 %; infinite beyond ten years, zero where
+            the level has reached it, NaN where too few drives have followed a step or a last drive far off
         logarithm: current logarithm of the evidence for a change [evidence in d], (cars,)
         log_e: logarithm of each car's e-value when it first reached the level of the list, else the current one,
             (cars,)
@@ -124,6 +125,13 @@ class Trends:
         at = np.flatnonzero(steps[0, there][1:]) + 1
         before, spread = (np.insert(each, at, each[at - 1]) for each in (level, deviation))
         return np.insert(day, at, day[at]), before, spread
+
+    @property
+    def reached(self) -> np.ndarray:
+        """Whether the level of each car is at its limit or beyond, (cars,)."""
+        side = self.learnt.changes.side
+        with np.errstate(invalid="ignore"):
+            return np.asarray(side * self.level[:, 0] >= side * self.series.limit)
 
     def stepped(self, car: int) -> float:
         """Day of the first drive at the present level of a car [d]; NaN if its level never stepped."""
@@ -207,7 +215,7 @@ def trends(series: Series, design: Design) -> Trends:
         _refine(change, int(car), drives, known)
     chance, left = _ahead(now, series.limit, known.changes.side)
     deviation = np.sqrt(np.maximum(np.einsum("cii->ci", now.covariance), 0.0))
-    return Trends(
+    made = Trends(
         series,
         known,
         found,
@@ -221,6 +229,11 @@ def trends(series: Series, design: Design) -> Trends:
         listed=listed,
         **change._asdict(),
     )
+    # No trend leads across a step; after a first drive far off there may be one.
+    few = (steps.any(axis=1) & (made.held < FIRST)) | np.isfinite(now.unconfirmed)
+    left[few & np.isfinite(series.limit)] = np.nan
+    left[made.reached] = 0.0
+    return made
 
 
 def _stepping(every: Drives, right: Drives, known: Learnt) -> tuple[Drives, np.ndarray]:
