@@ -272,3 +272,14 @@ def test_no_time_is_left_at_the_limit_and_none_is_computed_across_a_step(reporte
     left = document["cars"][0]["reasons"][0]["trend"]["days_to_limit"]
     assert left[1] == (0.0 if says == "limit reached" else None)
     assert (left == [None] * 3) is (says == "too few drives")
+
+
+def test_what_a_drive_reached_is_no_level_of_the_car(reported):
+    swings = [("estimated", -0.12), ("estimated", 0.12), ("inconsistent", -0.12), ("consistent", 0.12)]
+    of_drive = driven(swings, monitor="sideslip", deviation=0.008, nominal=None, limit=None, unit="rad",
+                      quantity="largest sideslip angle at the centre of gravity")  # fmt: skip
+    _, _, document, *_ = reported(*driven([LOW] * 4), *of_drive)
+    assert [each["monitor"] for each in document["quantities"]] == ["friction"]
+    (reason,) = document["cars"][0]["reasons"]
+    assert reason["trend"] is None
+    assert "level " not in reason["text"]

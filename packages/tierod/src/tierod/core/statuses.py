@@ -77,8 +77,12 @@ class Status(StrEnum):
     @property
     def doubted(self) -> Status:
         """Status of the same statement where something contradicts it: that of an estimate is inconsistent."""
-        estimates = (Status.ESTIMATED, Status.CONSISTENT, Status.INCONSISTENT)
-        return Status.INCONSISTENT if self in estimates else Status.SUSPECT
+        return Status.INCONSISTENT if self.estimate else Status.SUSPECT
+
+    @property
+    def estimate(self) -> bool:
+        """Whether it is that of a monitor that only estimates, and judges no part of the car."""
+        return self in (Status.ESTIMATED, Status.CONSISTENT, Status.INCONSISTENT)
 
     def document(self) -> dict[str, str]:
         """Word, symbol and colour, for JSON."""

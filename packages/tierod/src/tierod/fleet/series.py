@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from tierod.core.statuses import Status
 from tierod.methods.trends.drives import Drives, gathered
 
 if TYPE_CHECKING:
@@ -80,13 +81,18 @@ def series_of(findings: pa.Table, until: float | None = None) -> tuple[list[Seri
         findings: findings as given by `tierod.fleet.results.findings_of`
         until: day since 1970 after which a date cannot be valid; None for no such limit
 
-    Drives without a date or an estimate are no part of a trend; their verdicts still count in `standing`.
+    Drives without a date or an estimate are no part of a trend; their verdicts still count in `standing`. What a
+    monitor only estimates, such as the largest sideslip, is a property of the drive: no trend of a car follows it.
     """
+    import pyarrow as pa
+    import pyarrow.compute as pc
+
+    of_drive = pc.is_in(findings["status"], pa.array([str(each) for each in Status if each.estimate]))
     code, names = _coded(findings, ("monitor", "judged", "quantity", "unit"))
     car, vehicles = _coded(findings, ("vehicle",))
     day = days(findings)
     numbers = {name: numeric(findings, name) for name in ("estimate", "deviation")}
-    estimated = np.isfinite(numbers["estimate"])
+    estimated = np.isfinite(numbers["estimate"]) & ~of_drive.to_numpy()
     future = estimated & (day > (np.inf if until is None else until))
     usable = estimated & np.isfinite(day) & ~future & np.isfinite(numbers["deviation"])
     remarks = []
