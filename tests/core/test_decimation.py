@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tierod.core.decimation import MEMORY, Decimator, bins_each, coarser, merged, outline, pack, unpack
+from report_pages import unpack
+from tierod.core.decimation import MEMORY, Decimator, bins_each, coarser, merged, outline, pack
 from tierod.core.findings import Trace
 
 

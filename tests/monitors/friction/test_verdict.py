@@ -75,7 +75,9 @@ def test_without_limits_the_ratio_alone_speaks():
 def test_friction_far_below_the_learnt_level_is_said():
     finding = judged(FrictionVerdict(LIMITS, learnt_level=4.0), estimates((80.0, 2.8)))[2]
     assert finding.status is Status.HEALTHY
-    assert any("0.70 times the baseline" in warning for warning in finding.warnings)
+    assert "only 0.70 times its baseline of 4.00 N·m: the gains of driver_torque or motor_torque" in finding.cause
+    assert "check the gains of driver_torque and motor_torque, judge a lock-to-lock test" in finding.action
+    assert judged(FrictionVerdict(LIMITS, learnt_level=4.0), estimates((80.0, 3.5)))[2].action == "none"
 
 
 def test_float_steps_agree_with_the_scan():

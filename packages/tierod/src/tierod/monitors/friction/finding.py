@@ -9,7 +9,7 @@ from typing import Annotated
 from tierod.core.findings import Estimate, Finding, Status
 from tierod.core.statement import STATUSES
 from tierod.monitors.friction.decisions import ABSOLUTE, BASELINE
-from tierod.monitors.friction.notices import FrictionRun, notices, obstacles
+from tierod.monitors.friction.notices import SMALLEST_LEVEL, FrictionRun, notices, obstacles
 from tierod.monitors.friction.verdict import BY_LIMIT
 from tierod.monitors.harness.verdict import withheld
 from tierod.vehicles.uncertain import GainDeviation
@@ -311,6 +311,14 @@ def _low(run: FrictionRun) -> list[str]:
 
 def _healthy(run: FrictionRun, limits: Limits) -> tuple[str, str]:
     margins = _margins(limits, Status.HEALTHY)
+    if run.judged.known_level > 0.0 and run.judged.ratio < SMALLEST_LEVEL:
+        return (
+            f"friction stayed below every limit, but it is only {_ratio(run)}: the gains of driver_torque or "
+            "motor_torque may have changed since, or that level was learnt in the cold or on another car; a fault may "
+            "then be judged healthy",
+            "check the gains of driver_torque and motor_torque, judge a lock-to-lock test, and learn the baseline anew "
+            "if the lower level is right",
+        )
     if low := _low(run):
         return (
             f"friction stayed below every limit, but it is {low[0]}: {TOO_LOW}",
