@@ -283,3 +283,22 @@ def test_what_a_drive_reached_is_no_level_of_the_car(reported):
     (reason,) = document["cars"][0]["reasons"]
     assert reason["trend"] is None
     assert "level " not in reason["text"]
+
+
+@pytest.mark.parametrize("first", [3, 6])
+def test_a_level_that_fell_far_is_to_be_confirmed_but_no_repair_is(reported, first):
+    fell = [("healthy", 3.95 - 0.01 * n) for n in range(first)] + [("healthy", 2.76), ("healthy", 2.77)]
+    steady = [("healthy", 3.95 - 0.01 * (n % 2)) for n in range(first + 2)]
+    more = {"nominal": 4.0, "deviation": 0.3, "shared_deviation": 0.28}
+    rows = [
+        *driven(fell, **more),
+        *driven(steady, "car-2", **more),
+        *driven([HIGH, HIGH, *[("healthy", 3.9)] * 3], "car-3", **more),
+    ]
+    code, terminal, document, page, _ = reported(*rows)
+    assert (code, document["title"]) == (1, "1 of 3 cars to look at: 1 to confirm")
+    assert "fell from 3.9" in terminal
+    assert "fell from 3.9" in page
+    (car,) = document["cars"]
+    assert (car["vehicle"], car["summary"]) == ("car-1", "to confirm")
+    assert "gains" in car["reasons"][0]["inspect"]

@@ -39,6 +39,10 @@ WORDS = {
 SURE, POSSIBLE = 0.5, 0.05
 """Probability of reaching the limit soon from which a changed car is urgent, and from which any car is listed."""
 
+FALLEN = 0.75
+"""Share of its level before, and of the nominal value, below which a level fell [-]: no ageing removes a quarter of it,
+but a changed gain of a sensor does."""
+
 INSPECT = {
     "friction torque at the steering wheel axis": (
         "the steering gear's grease, rack bush and yoke, and the joints of the column; a rise after a winter points to "
@@ -194,11 +198,21 @@ def beyond(trends: Trends) -> np.ndarray:
         return np.asarray((past >= trends.series.shared) & (trends.held >= LAST))
 
 
+def fallen(trends: Trends) -> np.ndarray:
+    """Whether the level of each car stepped far below the old and the nominal one, away from the limit, (cars,).
+
+    The nominal value counts because a level that falls back to it was repaired.
+    """
+    with np.errstate(invalid="ignore"):
+        far = trends.level[:, 0] < FALLEN * np.fmin(trends.before, trends.series.nominal)
+    return np.asarray(far & np.isfinite(trends.before) & (trends.learnt.changes.side > 0.0))
+
+
 def _named(trends: Trends) -> np.ndarray:
     with np.errstate(invalid="ignore"):
         near = trends.chance >= POSSIBLE
     changed = [trends.changed(car) for car in range(len(trends.listed))]
-    return np.asarray(np.array(changed, bool) | near | beyond(trends))
+    return np.asarray(np.array(changed, bool) | near | beyond(trends) | fallen(trends))
 
 
 def _of_standing(each: Standing, level: str, trend: tuple[Trends, int] | None) -> Reason:
@@ -244,15 +258,22 @@ def _of_trend(trends: Trends, car: int) -> Reason:
     elif changed:
         urgency = Urgency.CHANGED if alarmed else Urgency.LISTED
     else:
-        urgency = Urgency.NEAR
+        urgency = Urgency.CONFIRM if fallen(trends)[car] else Urgency.NEAR
     quantity = trends.series.watched.quantity
     drift, jump = INSPECT.get(quantity, (f"the parts that change the {quantity}",) * 2)
     # A shift found in spring is as likely corrosion that swelled within weeks as a broken part.
     ramp = int(trends.kind[car]) == RAMP or date(trends.latest[car])[5:7] in ("03", "04", "05")
     text = _change_text(trends, car) if changed else _near_text(trends, car)
+    what = f"inspect {drift if ramp or not changed else jump}"
+    if urgency is Urgency.CONFIRM:
+        level, before = (
+            in_words(each, trends.series.watched.unit) for each in (trends.level[car, 0], trends.before[car])
+        )
+        text = f"{quantity} fell from {before} to {level} on {date(trends.stepped(car))}; a fault may be judged healthy"
+        what = "check whether the gains of its sensors have changed since; judge a test on a bench or at standstill"
     rows = tuple(int(row) for row in _notable_drives(trends, car, changed))
     weight = (chance if math.isfinite(chance) else 0.0) + 1e-3 * max(float(trends.logarithm[car]), 0.0)
-    return Reason(urgency, text, f"inspect {drift if ramp or not changed else jump}", (trends, car), rows, (), weight)
+    return Reason(urgency, text, what, (trends, car), rows, (), weight)
 
 
 def _change_text(trends: Trends, car: int) -> str:

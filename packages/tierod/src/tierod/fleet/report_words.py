@@ -94,7 +94,7 @@ def headline(report: FleetReport) -> str:
         counts = Counter(car.urgency for car in cars)
         drives = counted(status for car in cars for status in car.to_confirm)
         parts = [
-            f"{count} {WORDS[urgency]}" + (f" ({drives})" if urgency is Urgency.CONFIRM else "")
+            f"{count} {WORDS[urgency]}" + (f" ({drives})" if urgency is Urgency.CONFIRM and drives else "")
             for urgency, count in sorted(counts.items())
         ]
         return f"{len(cars)} of {vehicles} car{'s' * (vehicles > 1)} to look at: {', '.join(parts)}"
