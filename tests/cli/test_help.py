@@ -35,6 +35,12 @@ def test_help_shows_examples_and_names(capsys):
     assert "quadricycle, small, midsize" in printed
 
 
+@pytest.mark.parametrize("verb", ["diagnose", "identify", "fleet", "replay"])
+def test_help_shows_the_units_of_options(verb, capsys):
+    assert main([verb, "--help"]) == 0
+    assert "[s]." in " ".join(capsys.readouterr().out.replace("│", " ").split())
+
+
 @pytest.mark.parametrize("verb", EXAMPLES)
 def test_examples_are_of_commands_that_there_are(verb):
     assert verb in commands()

@@ -178,7 +178,13 @@ def parser(verb: str, epilog: str | None = None) -> Any:
 
     app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
     app.command(verb, epilog=epilog, context_settings={"help_option_names": ["-h", "--help"]})(_function(verb))
-    return typer.main.get_command(app)
+    command = typer.main.get_command(app)
+    # rich takes brackets for markup, and would drop a unit such as [s].
+    for parameter in command.params:
+        if (text := getattr(parameter, "help", None)) is not None:
+            parameter.help = text.replace("[", "\\[")
+    command.help = (command.help or "").replace("[", "\\[")
+    return command
 
 
 def _complete(arguments: Sequence[str]) -> int:
