@@ -62,3 +62,9 @@ def test_bad_input_is_named(place, capsys, arguments, result):
     said = capsys.readouterr().err
     assert result in said
     assert "Traceback" not in said
+
+
+@pytest.mark.parametrize("command", [["isolability"], ["diagnose", "drive.csv", "--vehicle", "midsize-eps"]])
+def test_a_report_that_is_named_and_not_wanted_is_refused(command, tmp_path, capsys):
+    assert main([*command, "--no-report", "-o", str(tmp_path / "x.html")]) == 3
+    assert "exclude each other" in capsys.readouterr().err

@@ -181,8 +181,7 @@ def parser(verb: str, epilog: str | None = None) -> Any:
     command = typer.main.get_command(app)
     # rich takes brackets for markup, and would drop a unit such as [s].
     for parameter in command.params:
-        if (text := getattr(parameter, "help", None)) is not None:
-            parameter.help = text.replace("[", "\\[")
+        vars(parameter)["help"] = (getattr(parameter, "help", None) or "").replace("[", "\\[")
     command.help = (command.help or "").replace("[", "\\[")
     return command
 

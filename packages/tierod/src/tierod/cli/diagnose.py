@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tierod.cli.terminal import command_line
+from tierod.cli.terminal import command_line, report_path
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -116,7 +116,7 @@ def diagnose(
     alone = len(recordings) == 1
     what = monitor or (cars[named[0]].monitor if alone else None) or ALL
     stem = recordings[0].stem if alone else "recordings"
-    target = (output or Path(f"{stem}-{what}.html")) if report else None
+    target = report_path(output, report, f"{stem}-{what}.html")
     given = [*recordings, *named, *(dbc or []), channel_map, baseline, memory]
     _refuse_what_cannot_be_written(target, signals, baseline, given)
     reading = _Reading([cars[name] for name in named], dbc or None, channel_map, start, stop, spread)

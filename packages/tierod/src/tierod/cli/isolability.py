@@ -23,13 +23,13 @@ def isolability(
 ) -> int:
     """Find detectable and isolable faults of sensors and actuators: done (0), bad input (3)."""
     from tierod.cli.app import HEALTHY
-    from tierod.cli.terminal import present, refuse_to_overwrite
+    from tierod.cli.terminal import present, refuse_to_overwrite, report_path
     from tierod.report.analysis.analysis import facts_of
     from tierod.report.analysis.isolability import analyse
     from tierod.vehicles import load
 
     car = load(vehicle)
-    target = (output or Path(f"{car.name}-isolability.html")) if report else None
+    target = report_path(output, report, f"{car.name}-isolability.html")
     refuse_to_overwrite(target, [car.path])
     found = analyse(car, without or ())
     content = {"vehicle": car.name, "remarks": list(found.remarks), **found.document}

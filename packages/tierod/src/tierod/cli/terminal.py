@@ -233,6 +233,24 @@ def counting(what: str, begin: str, name: str = "", total: int | None = None) ->
         yield Counting(bar.console, what, name, partial(bar.update, task))
 
 
+def report_path(output: Path | None, wanted: bool, usual: str) -> Path | None:
+    """Path of the report to write; None if none is wanted.
+
+    Args:
+        output: path given by the user
+        wanted: whether a report is to be written
+        usual: path where none is given
+
+    Raises:
+        ParameterError: a path is given, but no report is wanted
+    """
+    from tierod.core.errors import ParameterError
+
+    if output is not None and not wanted:
+        raise ParameterError(f"--no-report and --output {output} exclude each other; leave one of them out")
+    return (output or Path(usual)) if wanted else None
+
+
 def refuse_to_overwrite(
     target: Path | None, given: Iterable[Path | str | None], what: str = "page", cure: str = "--output"
 ) -> None:
