@@ -88,6 +88,35 @@ def test_a_late_product_names_both_its_signals_unless_the_steering_confirms_one(
         assert ("or vehicle_speed is wrong" in defect.sentence) == (len(expected) > 1)
 
 
+def rolling(speed: np.ndarray, late: float = 0.0) -> Recording:
+    """A car whose rear axle does not slip, its accelerometer 1.5 m ahead of that axle; the yaw rate may be late."""
+    time = np.arange(len(speed)) / RATE
+    turn = 1.5 * np.sin(0.9 * time) + np.sin(1.7 * time + 1.0) + 0.5 * np.sin(2.9 * time)
+    yaw_rate = turn / np.maximum(speed, 3.0)
+    values = {
+        "vehicle_speed": speed,
+        "yaw_rate": np.interp(time - late, time, yaw_rate),
+        "lateral_acceleration": speed * yaw_rate + 1.5 * np.gradient(yaw_rate) * RATE,
+    }
+    units = {"vehicle_speed": "m/s", "yaw_rate": "rad/s", "lateral_acceleration": "m/s**2"}
+    return Recording({name: Channel(name, time, each, units[name]) for name, each in values.items()})
+
+
+def test_the_lead_of_the_lateral_acceleration_at_low_speed_is_no_delay():
+    walking = 4.0 + np.sin(0.05 * np.arange(6 * BLOCK) / RATE)
+    assert defects_of(rolling(walking), TURN) == ()
+    town = 8.5 + 5.0 * np.sin(0.15 * np.arange(12 * BLOCK) / RATE)
+    assert defects_of(rolling(town), TURN) == ()
+    (defect,) = defects_of(rolling(town, late=0.3), TURN)
+    assert "yaw_rate is late relative to lateral_acceleration" in defect.sentence
+
+
+def test_a_wrong_scale_shows_at_low_speed_too():
+    walking = rolling(4.0 + np.sin(0.05 * np.arange(6 * BLOCK) / RATE))
+    (defect,) = defects_of(altered(walking, "lateral_acceleration", times(0.3)), TURN)
+    assert "has a wrong scale" in defect.sentence
+
+
 @pytest.mark.parametrize("name", ["steering_wheel_rate", "steering_wheel_angle", "yaw_rate", "lateral_acceleration"])
 @pytest.mark.parametrize("factor", [0.5, 2.0])
 def test_a_wrong_scale_is_named_with_those_that_it_may_be(healthy, name, factor):

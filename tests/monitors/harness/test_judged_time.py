@@ -73,6 +73,15 @@ def test_a_signal_that_comes_back_is_judged_again(rising):
     finding = diagnose(held(rising, "yaw_rate", 200.0, 300.0), "midsize-eps").findings[0]
     assert finding.status is Status.FAULT
     assert any("from 200.0 s to 300.0 s" in warning for warning in finding.warnings)
+    assert "repair or check yaw_rate: it was stuck from 200.0 s to 300.0 s" in finding.action
+
+
+def test_a_healthy_verdict_beside_a_signal_that_froze_asks_to_check_it():
+    sound = drive(minutes=8.0, seed=3)
+    assert "stuck" not in diagnose(sound, "midsize-eps").findings[0].action
+    finding = diagnose(held(sound, "driver_torque", 120.0, 140.0), "midsize-eps").findings[0]
+    assert finding.status is Status.HEALTHY
+    assert re.match(r"repair or check driver_torque: it was stuck from 1(19.9|20.0) s to 140.0 s", finding.action)
 
 
 def test_a_level_learnt_before_a_freeze_is_not_kept_as_that_of_a_whole_drive(rising, tmp_path):

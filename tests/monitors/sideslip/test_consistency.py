@@ -56,6 +56,20 @@ def test_a_drive_that_fits_its_file_has_nothing_wrong_however_it_is_cut():
     assert over(pieces=13).evidence() == pytest.approx(over().evidence(), rel=1e-6, abs=1e-9)
 
 
+def test_tight_turns_at_walking_pace_say_nothing_about_the_file():
+    """A steering whose ratio falls by a fifth towards its stops, as in parking."""
+    speed = 3.7 + 0.4 * np.sin(0.21 * TIME)
+    angle = 0.5 * np.sin(0.37 * TIME)
+    yaw = speed * np.tan(angle) / (CAR["front_distance"] + CAR["rear_distance"])
+    drive = ObservablesOverDrive(RATE)
+    across = speed * yaw + CAR["rear_distance"] * np.gradient(yaw) * RATE
+    there = {"vehicle_speed": speed, "yaw_rate": yaw, "lateral_acceleration": across}
+    drive.add(there | {"longitudinal_acceleration": np.gradient(speed) * RATE}, angle * (1.0 - 0.4 * np.abs(angle)))
+    consistency = consistency_of(drive, CAR, Tolerances())
+    assert consistency.wrong() is None
+    assert math.isnan(consistency.shown.understeer)
+
+
 @pytest.mark.parametrize("factor", [0.8, 1.25])
 @pytest.mark.parametrize("name", ["yaw_rate", "vehicle_speed", "lateral_acceleration"])
 def test_a_signal_of_another_scale_is_named_with_it(name, factor):

@@ -54,6 +54,12 @@ def test_nothing_is_wrong_with_what_is_right():
     assert problems(turning()) == ()
 
 
+def test_the_lead_of_the_lateral_acceleration_at_low_speed_is_no_shift():
+    signals = turning(speed=3.0)
+    ahead = signals["lateral_acceleration"] + CAR.rear_distance * np.gradient(signals["yaw_rate"]) * RATE
+    assert problems(signals | {"lateral_acceleration": ahead}) == ()
+
+
 def test_swapped_wheels_are_reported():
     signals = turning()
     left, right = "wheel_speed_rear_left", "wheel_speed_rear_right"

@@ -58,12 +58,22 @@ class LagOverDrive:
     _slow: np.ndarray = field(default_factory=lambda: np.zeros((2, 2)))
     _delays: list[tuple[float, float]] = field(default_factory=list)
 
-    def add(self, first: np.ndarray, second: np.ndarray) -> None:
-        """Add one block of both signals, (BLOCK,) each; a block with missing samples is discarded."""
+    def add(self, first: np.ndarray, second: np.ndarray, usable: np.ndarray | None = None) -> None:
+        """Add one block of both signals; a block with missing samples is discarded.
+
+        Args:
+            first, second: signals, (BLOCK,) each
+            usable: samples that are compared, (BLOCK,); all if None
+        """
         both = np.array([first, second])
         if not np.isfinite(both).all():
             return
         first, second = _change(both)
+        if usable is not None:
+            # The other samples of the second signal are kept beside those of the first, or the peak moves to zero.
+            inside = usable[SPAN:] & usable[:-SPAN]
+            first, near = np.where(inside, first, 0.0), np.convolve(inside, np.ones(2 * LONGEST + 1), "same") > 0.5
+            second = np.where(near, second, 0.0)
         power = float(first @ first)
         if power < len(first) * self.smallest**2:
             return

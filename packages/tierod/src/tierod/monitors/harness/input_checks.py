@@ -114,7 +114,7 @@ class InputChecks:
             *self.quality.range_warnings(),
             *metadata.get("warnings", ()),
         )
-        return dataclasses.replace(finding, warnings=tuple(dict.fromkeys(warnings)))
+        return dataclasses.replace(self.stuck.to_repair(finding), warnings=tuple(dict.fromkeys(warnings)))
 
     def _noises(self, finding: Finding) -> tuple[str, ...]:
         """Warnings of noisy signals, without those whose noise the monitor has named itself."""

@@ -39,6 +39,7 @@ class Relation:
         gain: factor by which the ratio of second to first may differ from 1; infinite if cars differ too much
         words: second and first quantity in words, for messages
         quantities: function that computes both from the signals by name, (n,) each
+        slowest: least vehicle_speed of the samples that are compared [m/s]
     """
 
     first: tuple[str, ...]
@@ -49,6 +50,7 @@ class Relation:
     gain: float
     words: tuple[str, str]
     quantities: Callable[[Mapping[str, np.ndarray]], tuple[np.ndarray, np.ndarray]]
+    slowest: Annotated[float, "m/s"] = 0.0
 
     @property
     def usual(self) -> float:
@@ -77,6 +79,19 @@ def _averaged(values: np.ndarray) -> np.ndarray:
     return np.convolve(values, np.full(round(0.2 * RATE) + 1, 1.0 / (round(0.2 * RATE) + 1)), mode="same")
 
 
+def _turning(block: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    return block["vehicle_speed"] * block["yaw_rate"], block["lateral_acceleration"]
+
+
+EARLY = 0.15
+"""Lead of the lateral acceleration over yaw rate times speed in fault-free cars [s]; virtual cars show up to 0.08."""
+
+REAR_DISTANCE = 1.5
+"""Distance of the accelerometer from the rear axle in a usual car [m].
+
+With v_y = rear_distance * yaw_rate at the accelerometer, a = v r + dv_y/dt leads v r by rear_distance / v.
+"""
+
 RELATIONS = {
     # A derived rate lags by 25 ms, and one that is held at 20 Hz by another 25 ms.
     "steering": Relation(
@@ -92,16 +107,28 @@ RELATIONS = {
             _averaged(block["steering_wheel_rate"]),
         ),
     ),
-    # Delays are -79 to 92 ms in virtual cars and 119 ms in a real racing car; gains 0.91 to 0.99 with roll and bank.
+    # Gains are 0.91 to 0.99 with roll and bank.
     "turn": Relation(
         ("yaw_rate", "vehicle_speed"),
         ("lateral_acceleration",),
         0.15,
-        -0.15,
-        0.2,
+        -np.inf,
+        np.inf,
         1.5,
         ("lateral_acceleration", "yaw_rate times vehicle_speed"),
-        lambda block: (block["vehicle_speed"] * block["yaw_rate"], block["lateral_acceleration"]),
+        _turning,
+    ),
+    # Delays are -79 to 92 ms in virtual cars and 119 ms in a real racing car.
+    "fast turn": Relation(
+        ("yaw_rate", "vehicle_speed"),
+        ("lateral_acceleration",),
+        0.15,
+        -EARLY,
+        0.2,
+        np.inf,
+        ("lateral_acceleration", "yaw_rate times vehicle_speed"),
+        _turning,
+        REAR_DISTANCE / EARLY,
     ),
     # Delays are 6 to 115 ms in 21 virtual cars and a racing car; a soft car on the motorway may need half as much
     # again.
@@ -211,7 +238,10 @@ class InputDefects:
 
     def _take(self, block: Mapping[str, np.ndarray]) -> None:
         for key, lag in self._lags.items():
-            lag.add(*RELATIONS[key].quantities(block))
+            relation = RELATIONS[key]
+            lag.add(
+                *relation.quantities(block), block["vehicle_speed"] >= relation.slowest if relation.slowest else None
+            )
         for name, (low, high) in self._ends.items():
             step = residue_of(name)
             seen = np.round(block[name][np.isfinite(block[name])] / step) * step

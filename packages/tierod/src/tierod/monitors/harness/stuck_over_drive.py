@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from tierod.core.findings import Finding
 from tierod.core.graph import Memory, Scanner
 from tierod.core.recording import Aligned, Recording
 from tierod.core.series import Stride
@@ -117,6 +118,24 @@ class StuckOverDrive:
             sentences.append(f"{name} is stuck {listed}{more}: {used}; check the sensor and its messages")
         return tuple(sentences)
 
+    def to_repair(self, finding: Finding) -> Finding:
+        """Finding whose remedy names the signals that were removed while they were stuck; its status rests on the rest.
+
+        Args:
+            finding: finding of the monitor
+        """
+        removed = [each for each in self.spans() if each.name not in self.passed_on and each.name not in finding.cause]
+        if not removed:
+            return finding
+        spans: dict[str, list[str]] = {}
+        for each in removed:
+            spans.setdefault(each.name, []).append(_span(each))
+        named = (
+            f"{name}: it was stuck {', '.join(times[:NAMED])}{' and later' * (len(times) > NAMED)}"
+            for name, times in spans.items()
+        )
+        return replace(finding, action=finding.after("", f"repair or check {'; '.join(named)}").action)
+
     def _watch(self, kept: np.ndarray, recording: Recording) -> np.ndarray:
         """Whether each signal is stuck at the given times, (times, signals); also updates the spans."""
         assert self._block is not None
@@ -139,6 +158,9 @@ class StuckOverDrive:
         return flags
 
 
+def _span(each: Stuck) -> str:
+    return f"from {each.start:.1f} s {'on' if each.end is None else f'to {each.end:.1f} s'}"
+
+
 def _when(each: Stuck, unit: str) -> str:
-    end = "on" if each.end is None else f"to {each.end:.1f} s"
-    return f"at {in_words(each.value, unit, 4)} from {each.start:.1f} s {end}"
+    return f"at {in_words(each.value, unit, 4)} {_span(each)}"

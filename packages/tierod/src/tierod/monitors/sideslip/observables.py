@@ -49,6 +49,10 @@ class ObservableLimits:
         slow: speed up to which the tyres of a turning car hardly slip, so that the rear axle follows its wheels
         linear: speed times yaw rate up to which tyres are linear
         gentle: change of the speed up to which wheels hardly slip
+        steered: speed from which steering angle and yaw rate show the car: at walking pace the lateral acceleration is
+            too small for an understeer gradient, and a delay of the yaw rate is a large part of a turn
+        straight: road wheel angle up to which it is proportional to the curvature; at 0.25 rad its tangent is 2 %
+            larger, and ratios still vary little
         turning: least standard deviation of speed times yaw rate for its ratio to the lateral acceleration; a noise of
             0.02, from a yaw rate in steps of 0.1 degrees per second on the motorway, makes the ratio 2 % too small
         together: least correlation of longitudinal acceleration and change of speed for their ratio
@@ -58,6 +62,8 @@ class ObservableLimits:
     slow: Annotated[float, "m/s"] = 10.0
     linear: Annotated[float, "m/s**2"] = 4.0
     gentle: Annotated[float, "m/s**2"] = 3.0
+    steered: Annotated[float, "m/s"] = 5.0
+    straight: Annotated[float, "rad"] = 0.25
     turning: Annotated[float, "m/s**2"] = 0.15
     together: Annotated[float, ""] = 0.85
 
@@ -103,8 +109,9 @@ class ObservablesOverDrive:
         self._turn.add((across, one), lateral, rolling)
         self._slow.add((across, turning, one), lateral, linear & (speed < limits.slow))
         with np.errstate(divide="ignore", invalid="ignore"):
-            self._steer.add((yaw / speed, across, one), angle, linear)
-            steered = linear & np.isfinite(yaw + angle)
+            steered = linear & (speed > limits.steered) & (np.abs(angle) < limits.straight)
+            self._steer.add((yaw / speed, across, one), angle, steered)
+            steered &= np.isfinite(yaw + angle)
             self._speeds += (np.sum(steered), np.sum(1.0 / speed[steered]), np.sum(speed[steered]))
         rear_left, rear_right, front_left, front_right = wheels
         self._track.add((yaw, speed), rear_right - rear_left, linear)

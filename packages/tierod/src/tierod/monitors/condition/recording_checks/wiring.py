@@ -10,7 +10,15 @@ import numpy as np
 
 from tierod.core.findings import Episode
 from tierod.monitors.condition.recording_checks.contradictions import STEP, Problem, late, misread_speed, scaled, turned
-from tierod.monitors.condition.recording_checks.witnesses import MOVING, TORQUE, UNDERSTEERING, YAW, Witness, mean_speed
+from tierod.monitors.condition.recording_checks.witnesses import (
+    MOVING,
+    OVER_SPEED,
+    TORQUE,
+    UNDERSTEERING,
+    YAW,
+    Witness,
+    mean_speed,
+)
 from tierod.monitors.condition.signals import OF_AUTOMATED, SENSORS, CarParameters
 
 GENTLE = 3.0
@@ -113,7 +121,12 @@ class Wiring:
         yaw, slowly = self._estimates(YAW, signals, moving), self._estimates(YAW, signals, gentle)
         understeering = self._estimates(UNDERSTEERING, signals, gentle)
         misread = misread_speed(slowly, self.scale)
-        found = turned(yaw, YAW) or late(yaw, YAW, self.late) or misread
+        # At the centre of gravity, a = v r + rear_distance dr/dt leads v r by rear_distance / v: samples in which that
+        # exceeds twice the lead of the witness show no delay.
+        fast = moving & (mean_speed(signals) > self.vehicle.rear_distance / (2.0 * YAW[OVER_SPEED].lead))
+        timed = {name: each for name, each in yaw.items() if name != OVER_SPEED}
+        timed |= self._estimates({OVER_SPEED: YAW[OVER_SPEED]}, signals, fast)
+        found = turned(yaw, YAW) or late(timed, YAW, self.late) or misread
         found = found or _scaled(slowly, understeering, self.scale)
         if self.close is not None and not any(each.elements for each in found):
             near = late(_sensed(yaw), YAW, self.close.late)
