@@ -15,6 +15,7 @@ from tierod.core.residues import levels_of, residue_between
 from tierod.core.series import longest_run, runs
 from tierod.core.shown import in_words
 from tierod.core.signals import SIGNALS
+from tierod.io.held_readings import held_remark, rows_per_reading
 
 
 @dataclass(frozen=True)
@@ -112,6 +113,7 @@ def channel_quality(channel: Channel, limits: QualityLimits = LIMITS, pace: Pace
         *_rate_remarks(pace, len(time), gap, len(seen), limits),
         *figure_remarks(channel.name, channel.unit, missing, gap, pace.mean, (least, most), assumed, limits),
         *_value_remarks(channel, seen, (least, most), pace.mean, limits),
+        *([held_remark(pace.rate, rows)] if (rows := rows_per_reading(seen)) > 1.0 else ()),
     ]
     if channel.note:
         remarks.append(channel.note)

@@ -220,7 +220,7 @@ def _refusal(monitor: Monitor, variant: Variant, vehicle: Vehicle | None, record
         quality.add(recording)
         quality.refuse_slow(suited.required, suited.minimum_rate)
         if whole:
-            quality.refuse_unusable(suited.required)
+            quality.refuse_unusable(suited.required, suited.minimum_rate)
         return "" if vehicle is None else _refusal_of_session(suited, variant, vehicle, recording, whole)
     except TierodError as error:
         return str(error)

@@ -112,6 +112,7 @@ class InputChecks:
             *contradictions,
             *self._noises(finding),
             *self.quality.range_warnings(),
+            *self.quality.held_warnings(),
             *metadata.get("warnings", ()),
         )
         return dataclasses.replace(self.stuck.to_repair(finding), warnings=tuple(dict.fromkeys(warnings)))

@@ -13,6 +13,7 @@ from tierod.core.recording import Channel, Recording
 from tierod.core.series import Rows
 from tierod.core.shown import in_words
 from tierod.core.signals import SIGNALS
+from tierod.io.held_readings import HeldReadings, held_remark
 from tierod.io.noise import USUAL, Noise
 from tierod.io.quality import (
     Pace,
@@ -84,6 +85,7 @@ class QualityOverChunks:
         self._spans: dict[str, float] = {}
         self._last: dict[str, float] = {}
         self._reduced = Rows(1 + len(self.names))
+        self._held = {name: HeldReadings() for name in self.names}
         self._noises = {name: Noise() for name in self.names if name in USUAL}
 
     def add(self, piece: Recording, qualities: Qualities | None = None) -> None:
@@ -97,6 +99,7 @@ class QualityOverChunks:
         for name in self.names:
             if name in piece:
                 self._merge(piece[name], qualities.of(piece[name]))
+                self._held[name].add(piece[name].values)
                 if name in self._noises and piece[name].unit == SIGNALS[name].unit:
                     self._noises[name].add(piece[name].values)
         kept = len(self._reduced) / REDUCED_RATE
@@ -139,6 +142,14 @@ class QualityOverChunks:
             if is_about_implausible_values(remark)
         )
 
+    def held_warnings(self) -> tuple[str, ...]:
+        """Warnings of signals whose readings are repeated in many rows."""
+        return tuple(
+            f"{name}: {held_remark(self._rows[name].rate, rows)}"
+            for name, held in self._held.items()
+            if (rows := held.rows()) > 1.0
+        )
+
     def noise_warnings(self) -> tuple[str, ...]:
         """Warnings of signals whose readings scatter far more than those of usual sensors."""
         rates = self.rates()
@@ -168,11 +179,16 @@ class QualityOverChunks:
                 )
         return all(name in self._rows and np.isfinite(self._rows[name].rate) for name in names)
 
-    def refuse_unusable(self, required: Iterable[str]) -> None:
-        """Refuse a required signal that holds no information over the whole recording.
+    def refuse_unusable(self, required: Iterable[str], minimum_rate: float) -> None:
+        """Refuse a required signal that holds too little information over the whole recording.
+
+        Args:
+            required: names of the required signals
+            minimum_rate: minimum rate of the readings of each [Hz]
 
         Raises:
-            InputError: a required signal is missing or constant throughout, or has fewer than `FEWEST` samples
+            InputError: a required signal is missing or constant throughout, has fewer than `FEWEST` samples, or its
+                readings come at less than the minimum rate, repeated in many rows
         """
         for name in required:
             row = self._rows.get(name)
@@ -189,6 +205,11 @@ class QualityOverChunks:
                 raise InputError(
                     f"{name} is constant at {in_words(row.minimum, row.unit)} throughout; check the sensor and the "
                     "channel map, or give a recording in which the vehicle is driven"
+                )
+            rows = self._held[name].rows()
+            if rows > 1.0 and too_slow(row.rate / rows, minimum_rate):
+                raise InputError(
+                    f"{name}: {held_remark(row.rate, rows)}; at least {minimum_rate:g} Hz are needed: record it faster"
                 )
 
     def _merge(self, channel: Channel, new: ChannelQuality) -> None:

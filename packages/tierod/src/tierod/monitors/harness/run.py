@@ -276,7 +276,7 @@ class Run:
         whole = complete(self._before, [*self.monitor.required, *self.monitor.optional])
         # The last steps, which `add` has held back for a next piece.
         self._judge(whole, last, last + 0.5 / self.monitor.rate)
-        self._inputs.quality.refuse_unusable(self.monitor.required)
+        self._inputs.quality.refuse_unusable(self.monitor.required, self.monitor.minimum_rate)
         return Ended(self.monitor.name, *self._concluded())
 
     def finish(self, command: str = "", others: Sequence[Ended] = (), own: Ended | None = None) -> Diagnosis:
