@@ -52,7 +52,7 @@ def test_a_signal_without_a_sample_is_refused_in_a_sentence():
     quality.add(Recording({"vehicle_speed": speed, "yaw_rate": Channel("yaw_rate", empty, empty, "rad/s")}))
     assert not quality.refuse_slow(["yaw_rate"], 20.0)
     with pytest.raises(InputError, match="no sample of yaw_rate could be read"):
-        quality.refuse_unusable(["yaw_rate"])
+        quality.refuse_unusable(["yaw_rate"], 20.0)
 
 
 def test_what_several_look_at_is_examined_once(monkeypatch):

@@ -51,7 +51,7 @@ class HeldReadings:
         period = float(np.quantile(apart, 0.1))
         if period < LEAST_ROWS:
             return 1.0
-        period = float(np.mean(apart[np.abs(apart - period) <= 1.0]))
+        period = float(np.mean(apart[apart < 1.5 * period]))
         times = np.maximum(np.round(apart / period), 1.0)
         regular = np.abs(apart - times * period) <= np.maximum(1.0, 0.02 * apart)
         if np.mean(regular) < REGULAR or np.mean(sizes > 1.5 * sizes.min()) < LARGE:
