@@ -36,7 +36,7 @@ def checked(values: np.ndarray, pieces: int) -> QualityOverChunks:
 
 @pytest.mark.parametrize("pieces", [1, 7, 150])
 @pytest.mark.parametrize(("rows", "rate"), [(50, "1"), (5, "10")])
-def test_held_readings_are_named_with_their_rate_and_refused_if_too_slow(rows, rate, pieces):
+def test_held_readings_are_named_with_their_rate_and_refused_if_too_slow(rows: int, rate: str, pieces: int) -> None:
     quality = checked(held(rows), pieces)
     sentence = f"readings come at {rate} Hz only: each is repeated in {rows} rows"
     assert quality.held_warnings() == (f"vehicle_speed: {sentence}",)
@@ -46,7 +46,7 @@ def test_held_readings_are_named_with_their_rate_and_refused_if_too_slow(rows, r
         quality.refuse_unusable(["vehicle_speed"], 20.0)
 
 
-def test_a_rate_that_suffices_is_not_refused_and_jitter_of_a_row_hides_nothing():
+def test_a_rate_that_suffices_is_not_refused_and_jitter_of_a_row_hides_nothing() -> None:
     checked(held(5), 3).refuse_unusable(["vehicle_speed"], 10.0)
     edges = 20 * np.arange(len(TIME) // 20) + np.random.default_rng(1).integers(0, 2, len(TIME) // 20)
     at = edges[np.maximum(np.searchsorted(edges, np.arange(len(TIME)), "right") - 1, 0)]
@@ -55,5 +55,5 @@ def test_a_rate_that_suffices_is_not_refused_and_jitter_of_a_row_hides_nothing()
 
 @pytest.mark.parametrize("step", [0.01, 0.1, 0.28, 1.0])
 @pytest.mark.parametrize("values", [SPEED, 0.1 * TIME, 10.0 + 0.2 * np.random.default_rng(2).normal(size=len(TIME))])
-def test_coarse_resting_and_even_signals_are_not_called_held(values, step):
+def test_coarse_resting_and_even_signals_are_not_called_held(values: np.ndarray, step: float) -> None:
     assert checked(np.round(values / step) * step, 1).held_warnings() == ()
