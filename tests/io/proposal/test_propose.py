@@ -132,6 +132,21 @@ def test_without_wheels_the_odd_one_is_turned_and_the_side_is_left_to_check(tmp_
     assert "check that left is positive" in signs["yaw_rate"].reason
 
 
+@pytest.mark.parametrize(("most", "unit", "says"), [(400.0, "m/s", "rpm of the wheel, radius 0.31 m?"),
+                                                    (4e4, "count", "plausible in no usual unit")])  # fmt: skip
+def test_no_unit_is_proposed_in_which_the_values_are_implausible(tmp_path, most, unit, says):
+    time, signals = truth()
+    wheels = {name: each * most / np.abs(each).max() for name, each in signals.items() if "wheel_speed" in name}
+    path = written(tmp_path, wheels, time, TITLES, {})
+    entries = propose(path).entries
+    assert {each.unit.unit.name for each in entries} == {unit}
+    assert all(each.doubtful and says in each.unit.reason for each in entries)
+    target = tmp_path / "car.channels.toml"
+    target.write_text(text_of(propose(path)), encoding="utf-8")
+    for channel in read(path, channel_map=target).channels.values():
+        assert channel.unit == "count" or np.abs(channel.values).max() < 90.0
+
+
 def test_what_nothing_decides_is_marked(tmp_path):
     time, signals = truth()
     path = written(tmp_path, {"yaw_rate": 0.01 * signals["yaw_rate"]}, time, TITLES, {})

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tierod.core.shown import written
+from tierod.core.units import COUNT
 from tierod.io.proposal.motion import RATE, SECONDS, STRONG, Motion, Relation
 from tierod.io.proposal.units import RADIUS, Unit
 
@@ -88,7 +89,7 @@ def _explained(
     if unit.stated:
         return Chosen(unit, f"{shown(unit)}: the file states it", True)
     if other is None:
-        return Chosen(unit, f"{shown(unit)}: the only one in which the values are plausible", True)
+        return _alone(unit)
     margin, rival = other
     related = [
         each
@@ -109,7 +110,8 @@ def _beside(motion: Motion, name: str, units: tuple[Unit, ...], basis: Chosen | 
         return Chosen(units[0], f"{shown(units[0])}: the file states it", True)
     speed = motion.speed()
     is_speed = name == "vehicle_speed" or name.startswith("wheel_speed_")
-    if is_speed and basis is not None and speed is not None and name in motion.columns:
+    sure = len(units) > 1 or (basis is not None and basis.decided)
+    if is_speed and sure and basis is not None and speed is not None and name in motion.columns:
         ratio = _mean_ratio(motion.columns[name], speed)
         if math.isfinite(ratio) and ratio > 0.0:
             off = [abs(math.log(ratio * each.factor / basis.unit.factor)) for each in units]
@@ -118,8 +120,17 @@ def _beside(motion: Motion, name: str, units: tuple[Unit, ...], basis: Chosen | 
                 reason = f"{shown(units[at])}: agrees with the other wheel speeds within {100 * off[at]:.0f} %"
                 return Chosen(units[at], reason, basis.decided)
     if len(units) == 1:
-        return Chosen(units[0], f"{shown(units[0])}: the only one in which the values are plausible", True)
+        return _alone(units[0])
     return Chosen(units[0], f"{shown(units[0])}: assumed, {shown(units[1])} is possible too: check", False)
+
+
+def _alone(unit: Unit) -> Chosen:
+    """The only candidate; a unit beyond the usual ones is a question to the reader."""
+    if unit.name == COUNT:
+        return Chosen(unit, "the values are plausible in no usual unit: check, and give the unit", False)
+    if unit.turns:
+        return Chosen(unit, f"{shown(unit)}? As a speed the values are implausible: check", False)
+    return Chosen(unit, f"{shown(unit)}: the only one in which the values are plausible", True)
 
 
 def _mean_ratio(a: np.ndarray, b: np.ndarray) -> float:

@@ -50,7 +50,7 @@ _TURNS = ("rpm", "rad/s")
 
 
 def candidates(name: str, stated: str, values: np.ndarray, turns: bool = False) -> tuple[Unit, ...]:
-    """The units that a column may have: the stated one, else those in which its values are plausible.
+    """The units that a column may have: the stated one, else those in which its values are plausible, else raw counts.
 
     Args:
         name: name of the signal
@@ -65,8 +65,10 @@ def candidates(name: str, stated: str, values: np.ndarray, turns: bool = False) 
     if name == "motor_speed":
         named.insert(1, "rpm")
     possible = [_unit(each, wanted, wheel) for each in named]
+    if wheel and not any(_plausible(name, each, values) for each in possible):
+        possible = [_unit(each, wanted, wheel) for each in _TURNS]
     fitting = tuple(each for each in possible if _plausible(name, each, values))
-    return fitting or ((Unit(COUNT, 1.0),) if wanted == "N*m" else tuple(possible))
+    return fitting or (Unit(COUNT, 1.0),)
 
 
 def _stated(stated: str, wanted: str, wheel: bool) -> Unit | None:
