@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from tierod.core.errors import InputError
 from tierod.core.recording import Channel, Recording
 from tierod.monitors.diagnose import diagnose
 from tierod_lab.ground.faults import AtTime, Fault
@@ -50,11 +51,21 @@ def late(channel: Channel, seconds: float) -> Channel:
     return dataclasses.replace(channel, values=channel.values[at])
 
 
-CHANGES = [(low_passed, 0.3), (held, 1.0)]
+@pytest.mark.parametrize("name", ["steering_wheel_angle", "driver_torque"])
+def test_a_required_signal_that_is_held_for_a_second_is_refused_by_its_name(fault_free, name):
+    with pytest.raises(InputError, match=f"{name}: readings come at 1 Hz only"):
+        diagnose(fault_free.with_channels([held(fault_free[name], 1.0)]), "midsize-eps", "driver-torque")
 
 
-@pytest.mark.parametrize("name", ["steering_wheel_angle", "motor_angle_mechanical", "driver_torque"])
-@pytest.mark.parametrize(("change", "by"), CHANGES)
+@pytest.mark.parametrize(
+    ("name", "change", "by"),
+    [
+        ("steering_wheel_angle", low_passed, 0.3),
+        ("motor_angle_mechanical", low_passed, 0.3),
+        ("driver_torque", low_passed, 0.3),
+        ("motor_angle_mechanical", held, 1.0),
+    ],
+)
 def test_a_smoothed_or_held_signal_is_named_and_no_other_alone(fault_free, name, change, by):
     changed = fault_free.with_channels([change(fault_free[name], by)])
     found = diagnose(changed, "midsize-eps", "driver-torque").findings[0]

@@ -73,6 +73,11 @@ class MissingPackage(TierodError):
         )
 
 
+def lacks_memory(error: BaseException) -> bool:
+    """Whether an error means that the memory was not enough, also for the code of a library."""
+    return isinstance(error, MemoryError) or (isinstance(error, ImportError) and "failed to map segment" in str(error))
+
+
 def nearest(name: str, known: Iterable[str], count: int = 3) -> str:
     """A half-sentence with the valid names nearest to a wrong one.
 

@@ -6,7 +6,7 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tierod.core.errors import MissingPackage
+from tierod.core.errors import MissingPackage, lacks_memory
 from tierod.core.version import __version__
 
 if TYPE_CHECKING:
@@ -63,5 +63,7 @@ def part(name: str, purpose: str) -> Any:
     try:
         return point.load()
     except (ImportError, AttributeError) as error:
+        if lacks_memory(error):
+            raise
         reason = " ".join(str(error).split())[:160]
         raise MissingPackage(purpose, PACKAGE, __version__, f"cannot be imported ({reason})") from error

@@ -21,7 +21,15 @@ from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from typing import Any, Protocol, TypeVar
 
-from tierod.core.errors import CompileError, KernelWarning, MissingExtra, OutputError, ParameterError, TierodError
+from tierod.core.errors import (
+    CompileError,
+    KernelWarning,
+    MissingExtra,
+    OutputError,
+    ParameterError,
+    TierodError,
+    lacks_memory,
+)
 from tierod.core.processes import environment, safe_path
 from tierod.core.threads import THREADS
 
@@ -215,11 +223,11 @@ def done(work: Callable[[Given], Result], task: Given) -> Result | Failure | OSE
         return work(task)
     except (OSError, OutputError) as error:
         return error
-    except MemoryError:
-        return Failure("the memory was not enough; run with fewer --workers", lasting=False)
     except TierodError as error:
         passing = isinstance(error, CompileError | MissingExtra | Passing)
         return Failure(" ".join(str(error).split()), lasting=not passing)
     except Exception as error:
+        if lacks_memory(error):
+            return Failure("the memory was not enough; run with fewer --workers", lasting=False)
         reason = f"a defect of tierod itself: {type(error).__name__}: {' '.join(str(error).split())[:200]}"
         return Failure(reason, lasting=True)

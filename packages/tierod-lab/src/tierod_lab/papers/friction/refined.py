@@ -145,7 +145,7 @@ class RefinedFrictionMonitor:
         # An infinite running time: there is no gap yet to settle from.
         return self.State(self.filter.init(), before, 0.0, inf, self.low_pass.init() if self.low_pass else ())
 
-    def step(self, state: State, sample: Any) -> tuple[State, FrictionEstimate]:
+    def step(self, state: State, sample: FrictionSample | SteeringSample) -> tuple[State, FrictionEstimate]:
         """Process one sample (Table 3)."""
         memory, sample = self._filtered(state.low_pass, sample)
         whole = all_of(*(present(value) for value in values_of(sample)))
