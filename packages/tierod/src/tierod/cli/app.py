@@ -21,7 +21,7 @@ from typing import Any, TextIO
 from tierod.cli.streams import abandon_output, complain
 from tierod.cli.terminal import spell_what_cannot_be_shown, visible
 from tierod.core import lab
-from tierod.core.errors import KernelWarning, PluginWarning, TierodError, nearest
+from tierod.core.errors import KernelWarning, PluginWarning, TierodError, lacks_memory, nearest
 
 HEALTHY, FAULT, NOT_JUDGED, BAD_INPUT, DEFECT, INTERRUPTED, UNHEARD = 0, 1, 2, 3, 4, 130, 141
 """Exit codes.
@@ -246,7 +246,7 @@ def _explain(error: BaseException) -> tuple[int, str]:
         return BAD_INPUT, " ".join(str(error).split())
     if isinstance(error, KeyboardInterrupt):
         return INTERRUPTED, "stopped; no incomplete file is left"
-    if isinstance(error, MemoryError):
+    if lacks_memory(error):
         return BAD_INPUT, "not enough memory; give a shorter recording or fewer channels"
     if isinstance(error, OSError):
         return BAD_INPUT, _of_the_system(error)

@@ -1,7 +1,4 @@
-"""The recording of the demonstration: a drive of 13 minutes whose friction rises from 4 to 8 N·m half-way.
-
-`scripts/demo_recording.py` simulates it; the file holds the signals of a production car, and no truth.
-"""
+"""The recording of the demonstration, by `scripts/demo_recording.py`: friction rises from 4 to 8 N·m half-way."""
 
 from __future__ import annotations
 
@@ -9,6 +6,7 @@ import shutil
 from pathlib import Path
 
 from tierod.core.errors import OutputError
+from tierod.core.files import replacing
 
 NAME = "demo-drive.parquet"
 VEHICLE = "midsize-eps"
@@ -23,9 +21,10 @@ def copied(folder: Path) -> Path:
     path = folder / NAME
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        part = path.with_suffix(".part")
-        shutil.copyfile(Path(__file__).with_name(NAME), part)
-        part.replace(path)
     except OSError as error:
-        raise OutputError(f"{path} cannot be written ({error.strerror}); name another folder with --output") from error
+        raise OutputError(
+            f"{folder} cannot be written ({error.strerror}); name another folder with --output"
+        ) from error
+    with replacing(path) as temporary:
+        shutil.copyfile(Path(__file__).with_name(NAME), temporary)
     return path

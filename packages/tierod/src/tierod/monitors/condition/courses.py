@@ -63,7 +63,7 @@ class Stretch:
 
     @property
     def sign(self) -> float:
-        """Whether the reading is too large (1) or too small (-1); 0 if its kind does not tell."""
+        """Whether the reading is too large (1) or too small (-1); 0 if its kind has no sign."""
         kind, magnitude, _ = self.kind
         if kind not in (OFFSET, DRIFT, GAIN) or not np.isfinite(magnitude):
             return 0.0

@@ -301,9 +301,9 @@ class ConditionSession:
         return (Problem("sign", ("yaw_rate",), MIRRORED, TURN_FORWARD),) if mirrored else ()
 
     def _late(self) -> tuple[Problem, ...]:
-        """Problem that the longitudinal acceleration is late, where drives alone are accused; empty if not."""
-        accused = {name for name, course in self._courses.items() if course.episodes(self._driven.end)}
-        late = self._accelerations.late if accused and accused <= {*DRIVES} else None
+        """Problem that the longitudinal acceleration is late, where drives alone are suspected; empty if not."""
+        suspected = {name for name, course in self._courses.items() if course.episodes(self._driven.end)}
+        late = self._accelerations.late if suspected and suspected <= {*DRIVES} else None
         if late is None:
             return ()
         cause = f"longitudinal acceleration: {late:.2f} s late relative to the wheel speeds, so that drives look faulty"

@@ -249,8 +249,8 @@ class Spans(NamedTuple):
                 if shown is None
                 else of.after(known, self.time, shown, declared, was_declared)
             )
-            accused = either(declared, each.status == code_of(Status.SUSPECT))
-            since = where(accused, minimum(began[-1], evidence[-1].began), began[-1])
+            suspected = either(declared, each.status == code_of(Status.SUSPECT))
+            since = where(suspected, minimum(began[-1], evidence[-1].began), began[-1])
             dated.append(each._replace(since=since))
         after = Spans(
             self.time + of.sample_time,

@@ -1,4 +1,4 @@
-"""The finding over a drive: root cause of its alarms, what it accuses, since when, and defects of the recording."""
+"""The finding over a drive: root cause of its alarms, isolated part, since when, and defects of the recording."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ NOISY_SENSOR = (
 """Cause and action of an alarm that noise of the readings explains."""
 
 PASSED, UNDECIDED = "passed", "undecided"
-"""A contradiction that has passed; one in which neither the sensor nor currents and voltages are accused alone."""
+"""A contradiction that has passed; one in which neither the sensor nor currents and voltages are isolated."""
 
 FROM_NOISE = ("model", "backwards", "angle", "speed", "electrical.angle_gradient", "not_following")
 """Alarms that noise of the readings can raise."""
@@ -148,7 +148,7 @@ def onset_of(root: str, drive: Drive) -> tuple[float, bool]:
     return min((begin, *earlier)), bool(earlier) or begin < drive.onset
 
 
-def accused_by(root: str, drive: Drive) -> str:
+def isolated_by(root: str, drive: Drive) -> str:
     """The alarm whose meaning the root alarm has, often itself; or NOISE, PASSED or UNDECIDED.
 
     Args:
@@ -170,7 +170,7 @@ def accused_by(root: str, drive: Drive) -> str:
 
 def cause_of(root: str, drive: Drive, vehicle: Vehicle) -> tuple[str, str]:
     """Cause and action of the root alarm."""
-    root = accused_by(root, drive)
+    root = isolated_by(root, drive)
     if root == NOISE:
         return NOISY_SENSOR
     if root == UNDECIDED:
@@ -294,15 +294,15 @@ def _fault(drive: Drive, vehicle: Vehicle, evidence: dict[str, float]) -> Findin
     root = root_of(drive)
     assert root is not None
     cause, action = cause_of(root, drive, vehicle)
-    accused = accused_by(root, drive)
+    isolated = isolated_by(root, drive)
     # The difference from the observer is the magnitude of the fault only where it decided.
-    shape = drive.shape if accused in (*COMPARED, NOISE) else None
+    shape = drive.shape if isolated in (*COMPARED, NOISE) else None
     by = "" if shape is None else f" {shape.in_words(drive.settled)}"
     episode, seen = _episode(root, drive)
     headline = f"{cause[0].upper()}{cause[1:]}{by}, {_when(episode, seen)}."
     return Finding(
         drive.monitor,
-        Status.SUSPECT if accused == UNDECIDED else Status.FAULT,
+        Status.SUSPECT if isolated == UNDECIDED else Status.FAULT,
         headline,
         episode.start,
         None if shape is None else _magnitude(shape),
@@ -331,7 +331,7 @@ def _magnitude(shape: Shape) -> Estimate:
 
 def _episode(root: str, drive: Drive) -> tuple[Episode, bool]:
     """Onset, declaration and end of the error behind the root alarm, and whether it was seen to begin."""
-    if accused_by(root, drive) == NOISE:
+    if isolated_by(root, drive) == NOISE:
         lasts = drive.until - drive.end < ENDED
         onset = min(drive.onset, drive.starts[root])
         return Episode("", onset, None if lasts else drive.end, declared=drive.starts[root]), True

@@ -28,7 +28,7 @@ from tierod.monitors.motor_angle.drive import (
     Shape,
     Spell,
 )
-from tierod.monitors.motor_angle.finding import DISTURBING, PASSING, accused_by, judge, root_of
+from tierod.monitors.motor_angle.finding import DISTURBING, PASSING, isolated_by, judge, root_of
 from tierod.monitors.motor_angle.misread import CLEAN, LEAST_WINDOWS, Departure, misread
 from tierod.monitors.motor_angle.monitor import BY_NAME, CODES, MotorAngleMonitor
 from tierod.monitors.motor_angle.plausibility import NOT_MOTOR
@@ -386,10 +386,10 @@ class MotorAngleSession(BlockSession):
         disturbed = root in DISTURBING or (root == "angle" and "model" in drive.starts and drive.surprised < PASSING)
         mute = "motor-angle-stuck" if root == "model" else "motor-currents" if disturbed else ""
         codes = {name: courses.of_code(name, mute=name == mute) for name in courses.codes}
-        accused = None if root is None else accused_by(root, drive)
-        accused = "angle" if accused == NOISE else accused
-        if root is not None and accused in BY_NAME and BY_NAME[accused].code != BY_NAME[root].code:
-            codes[BY_NAME[accused].code] = courses.of_code(BY_NAME[root].code)
+        isolated = None if root is None else isolated_by(root, drive)
+        isolated = "angle" if isolated == NOISE else isolated
+        if root is not None and isolated in BY_NAME and BY_NAME[isolated].code != BY_NAME[root].code:
+            codes[BY_NAME[isolated].code] = courses.of_code(BY_NAME[root].code)
             codes[BY_NAME[root].code] = courses.of_code(BY_NAME[root].code, mute=True)
         return Conclusion(finding, course=tuple(courses.course), code_courses=codes)
 

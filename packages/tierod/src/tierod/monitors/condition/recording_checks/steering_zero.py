@@ -38,7 +38,7 @@ class ZeroShift(NamedTuple):
     """Shift of the zero.
 
     Args:
-        suspects: sensor that the rear wheels accuse, or both if they do not tell
+        suspects: sensor that contradicts the rear wheels, or both if they cannot isolate it
         start: time at which the zero had shifted by half of the shift
         found: time of the detection
         end: time at which it had shifted back by half; None if it lasts
@@ -67,8 +67,8 @@ class SteeringZero:
 
     The zero of a block is the angle less that of a steady turn with the measured yaw rate. Only gentle turns count, in
     which yaw rate and angle both require less lateral acceleration than every road permits, so that no tyre slides. A
-    wrong yaw rate shifts the zero as a wrong angle does. The rear wheels tell which: a sensor is accused only if the
-    change of the yaw rate against them excludes the other one.
+    wrong yaw rate shifts the zero as a wrong angle does. The rear wheels isolate the sensor if the change of
+    the yaw rate against them excludes the other one.
 
     Args:
         vehicle: parameters of the vehicle
