@@ -5,17 +5,23 @@ export PYTHON
 # Bytecode is kept: tests and campaigns start hundreds of processes, and each would compile the package anew.
 export PYTHONDONTWRITEBYTECODE :=
 # The stamp knows the folder: an environment that was moved with the project no longer works.
-ENVIRONMENT := .venv/.ready-$(shell pwd | cksum | cut -d ' ' -f 1)
+HERE := $(shell pwd | cksum | cut -d ' ' -f 1)
+USE := .venv/.use-$(HERE)
+ENVIRONMENT := .venv/.ready-$(HERE)
+SOURCES := packages/tierod/pyproject.toml packages/tierod-lab/pyproject.toml constraints.txt scripts/setup.sh
 
 .PHONY: help demo test bench study attack lint docs clean
 
 help:  ## say what there is
 	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z]+):.*## (.*)/make \1\t\2/' | expand -t 14
 
-$(ENVIRONMENT): packages/tierod/pyproject.toml packages/tierod-lab/pyproject.toml constraints.txt scripts/setup.sh
-	@bash scripts/setup.sh && touch $@
+$(USE): $(SOURCES)
+	@bash scripts/setup.sh use && touch $@
 
-demo: $(ENVIRONMENT)  ## diagnose a drive whose friction rises, print verdict and report
+$(ENVIRONMENT): $(SOURCES)
+	@bash scripts/setup.sh dev && touch $(USE) $@
+
+demo: $(USE)  ## diagnose a drive whose friction rises, print verdict and report
 	@.venv/bin/tierod demo
 
 test: $(ENVIRONMENT)  ## run all tests

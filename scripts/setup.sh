@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Makes .venv in the project's root ready: finds a Python, creates the environment, installs tierod and its tools.
+# Makes .venv in the project's root ready: finds a Python, creates the environment, installs tierod.
+# setup.sh use: what a user needs; setup.sh dev: also what tests, benchmarks and checks need.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -34,4 +35,12 @@ if ! whole; then
     fi
 fi
 echo "Installing tierod and what it needs into .venv ..." >&2
-.venv/bin/python -m pip install -qq --disable-pip-version-check -c constraints.txt -e packages/tierod -e 'packages/tierod-lab[dev]'
+case ${1:-dev} in
+    use)
+        extras=mdf,can,hdf5,live,web
+        command -v cc >/dev/null || extras+=,compiler
+        packages=(-e "packages/tierod[$extras]" -e packages/tierod-lab) ;;
+    dev) packages=(-e packages/tierod -e 'packages/tierod-lab[dev]') ;;
+    *) echo "setup.sh: '$1' is neither use nor dev" >&2; exit 2 ;;
+esac
+.venv/bin/python -m pip install -qq --disable-pip-version-check -c constraints.txt "${packages[@]}"
