@@ -83,11 +83,7 @@ def _find(given: str) -> Path:
 
 
 def from_document(document: Document) -> Campaign:
-    """The campaign of a document; relative paths in it start at its folder.
-
-    Raises:
-        ParameterError: an error or a contradiction, with file and line
-    """
+    """The campaign of a document; relative paths in it start at its folder."""
     file: CampaignFile = build(CampaignFile, document.content, document)
     matrix = points(file, document)
     judges = _judges(file, document)

@@ -44,9 +44,6 @@ def work_code(module: str) -> str:
 
     Of the packages of studies only the files that the module imports directly or indirectly are included, so that a
     change of a claim or a chart leaves the drives of a study valid.
-
-    Args:
-        module: dotted name
     """
     files: set[Path] = set()
     waiting = [module]

@@ -158,7 +158,6 @@ def _of_monitor(found: Comparison) -> dict[str, Any]:
 
 
 def _verdict_of(row: Row) -> tuple[str, str]:
-    """(status, outcome) of a row."""
     if row.judged is None:
         return "no verdict", row.drive["outcome"] if row.drive["outcome"] != "driven" else "not judged"
     return row.judged.status, row.judged.outcome

@@ -125,12 +125,10 @@ class CampaignFile:
 
 
 def label(value: object) -> str:
-    """Label of a level with this value."""
     if isinstance(value, bool):
         return "true" if value else "false"
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 
 def labels(levels: object) -> list[str]:
-    """Labels of one level, or of each level of a list."""
     return [label(level) for level in (levels if isinstance(levels, list | tuple) else [levels])]

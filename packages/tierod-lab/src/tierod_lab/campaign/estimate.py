@@ -42,13 +42,7 @@ class Estimate:
 
 
 def estimate(campaign: Campaign, store: Store, processes: int) -> Estimate:
-    """Estimate the cost of a campaign from a short trial drive.
-
-    Args:
-        campaign: campaign to be run
-        store: folder with the finished results
-        processes: number of processes
-    """
+    """Estimate the cost of a campaign from a short trial drive."""
     plan = campaign.plan
     missing = [cell for cell in plan.cells if not plan.done(cell, store)]
     driven = sum(cell.scenario.duration for cell in missing)

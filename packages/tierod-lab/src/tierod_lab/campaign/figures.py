@@ -18,10 +18,6 @@ BOOTSTRAPS = 4000
 def rate_bound(events: int, hours: float) -> float:
     """Upper confidence bound of the rate of a Poisson process [1/h]; infinite without observation time.
 
-    Args:
-        events: number of events
-        hours: observation time [h]
-
     Source: Garwood, Biometrika 28 (1936): half the chi-square quantile with 2 (n + 1) degrees of freedom. Without an
     event it is -ln(1 - CONFIDENCE), 3.0 events.
     """
@@ -50,7 +46,6 @@ class Moments:
 
     @classmethod
     def of(cls, values: np.ndarray) -> Moments:
-        """Moments of the finite values."""
         values = np.asarray(values, float)
         values = values[np.isfinite(values)]
         if not len(values):
@@ -85,10 +80,6 @@ def pooled(parts: Iterable[Moments]) -> Moments:
 
 def area_under_curve(lower: Sequence[float] | np.ndarray, higher: Sequence[float] | np.ndarray) -> float:
     """Probability that a value of one group lies above one of the other, ties counting half; NaN without values.
-
-    Args:
-        lower: values of the group that should be lower, such as fault-free drives
-        higher: values of the group that should be higher
 
     Source: Hanley and McNeil, Radiology 143 (1982): the area under the ROC curve is Wilcoxon's rank statistic.
     """

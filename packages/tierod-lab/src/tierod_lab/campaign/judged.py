@@ -56,14 +56,7 @@ def first_after(alarms: Sequence[Window], start: float, end: float) -> float:
 
 
 def outcome(alarms: Sequence[Window], first: float, fault: Window | None, judged: bool) -> str:
-    """Outcome of a drive, see `tierod_lab.campaign.judged.Judged`.
-
-    Args:
-        alarms: all alarms of the drive
-        first: start of the first alarm during the fault [s]; infinite if there was none
-        fault: window of the fault; None for a fault-free drive
-        judged: whether the monitor judged at all during the fault, or in a fault-free drive
-    """
+    """Outcome of a drive, see `tierod_lab.campaign.judged.Judged`."""
     if fault is None:
         return "false alarm" if alarms else "quiet" if judged else "not judged"
     if any(alarm.start < fault.start <= alarm.end for alarm in alarms):
@@ -72,13 +65,7 @@ def outcome(alarms: Sequence[Window], first: float, fault: Window | None, judged
 
 
 def enabled_until(alarm: float, start: float, time: np.ndarray, clock: np.ndarray) -> float:
-    """Enabled time from a start to an alarm [s]; infinite if there was none.
-
-    Args:
-        alarm, start: instants [s]
-        time: instants of the drive [s], shape (n,)
-        clock: enabled time before each of them [s]
-    """
+    """Enabled time from a start to an alarm [s]; infinite if there was none."""
     if not math.isfinite(alarm):
         return math.inf
     begin, end = np.interp((start, alarm), time, clock)
@@ -154,11 +141,6 @@ def json_value(value: object) -> Any:
 
 
 def from_plain(content: Mapping[str, Any]) -> Judged:
-    """The judgement from the content that `plain` made.
-
-    Raises:
-        KeyError, TypeError, ValueError: other content
-    """
     values: dict[str, Any] = {}
     for field in dataclasses.fields(Judged):
         value = content[field.name]

@@ -43,22 +43,7 @@ def judge(
     fault: Window | None,
     settling: Annotated[float, "s"],
 ) -> tuple[Judged, Baseline | None]:
-    """Run a monitor over a drive and compare it with the true values.
-
-    Args:
-        recording: measured channels, and true values in channels prefixed `truth_`
-        monitor: monitor and variant
-        belief: vehicle parameters of the monitor
-        baseline: baseline learnt earlier from this car
-        fault: window of the fault; None for a fault-free drive
-        settling: enabled time from the onset of a fault until estimates are attributed to the fault [s]
-
-    Returns:
-        the judgement, and the baseline that the drive has set, if any
-
-    Raises:
-        TierodError: the recording does not suit the monitor
-    """
+    """Run a monitor over a drive and compare it with the true values."""
     definition = monitor[0].suited_to(recording)
     run = Run(definition, monitor[1], belief, baseline)
     run.session = tap = _Tap(run.session)
@@ -94,14 +79,12 @@ class _Tap:
         return getattr(self._session, name)
 
     def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
-        """Absorb a piece with the wrapped session, and keep its traces."""
         shown = self._session.absorb(aligned)
         self._time.append(aligned.time)
         self._pieces.append(shown)
         return shown
 
     def conclude(self) -> Conclusion:
-        """Conclude with the wrapped session."""
         return self._session.conclude()
 
     def seen(self) -> _Seen:
@@ -148,7 +131,6 @@ def _judged(
 
 
 def _final(finding: Finding, seen: _Seen) -> dict[str, Any]:
-    """Final statement of a finding."""
     known, ratio = finding.estimate, seen.traces.get("ratio_to_baseline")
     return {
         "status": str(finding.status),
@@ -164,7 +146,6 @@ def _final(finding: Finding, seen: _Seen) -> dict[str, Any]:
 def _times(
     course: Sequence[StatusChange], fault: Window | None, time: np.ndarray, clock: np.ndarray, judged_at_all: bool
 ) -> dict[str, Any]:
-    """Times from the onset of the fault to its alarms, and number of false alarms before it."""
     start, end = fault or Window(math.inf, math.inf)
     alarms = alarms_of(course, ALARMS)
     first, worst = (first_after(alarms_of(course, wanted), start, end) for wanted in (ALARMS, ALARMS[1:]))
@@ -194,7 +175,6 @@ class _Estimates:
             self.truth = truth.values[np.maximum(at, 0)]
 
     def values_in(self, part: np.ndarray) -> np.ndarray:
-        """Finite estimates in a part of the drive."""
         values: np.ndarray = self.values[part]
         kept: np.ndarray = values[np.isfinite(values)]
         return kept

@@ -64,7 +64,6 @@ class Point:
 
     @property
     def faults(self) -> tuple[Fault, ...]:
-        """Faults of the drive."""
         return tuple(fault for level in self.levels for fault in level.faults)
 
     @property
@@ -74,11 +73,7 @@ class Point:
 
 
 def levels_of(file: CampaignFile, document: Document) -> list[list[Level]]:
-    """Levels of every axis, the faults last.
-
-    Raises:
-        ParameterError: two levels of one name, a reserved name, or no level at all
-    """
+    """Levels of every axis, the faults last."""
     axes = []
     for name, axis in file.axes.items():
         if name in (FAULT, SIZE, SEED, SEEDS):
@@ -102,7 +97,6 @@ def levels_of(file: CampaignFile, document: Document) -> list[list[Level]]:
 
 
 def _sizes(file: CampaignFile, name: str, document: Document) -> list[Level]:
-    """Levels of one fault, one per size."""
     table = dict(file.faults[name])
     location: Location = ("faults", name)
     sizes, together = table.pop("sizes", None), table.pop("together", [])
@@ -153,12 +147,7 @@ def _distinct(levels: Sequence[Level], document: Document) -> list[Level]:
 
 
 def points(file: CampaignFile, document: Document) -> list[Point]:
-    """All cells of the matrix, in its order; included cells are last.
-
-    Raises:
-        ParameterError: invalid levels or seeds, an exclusion or inclusion with unknown names or without effect, or a
-            matrix without cells
-    """
+    """All cells of the matrix, in its order; included cells are last."""
     axes = levels_of(file, document)
     seeds = _checked_seeds(file.seeds, ("seeds",), document)
     found = {_key(point): point for point in _product(axes, seeds, document, ("seeds",))}
@@ -229,18 +218,7 @@ def check_where(
     document: Document,
     location: Location,
 ) -> None:
-    """Reject a choice of levels with an unknown axis or level.
-
-    Args:
-        where: axis -> level or list of levels
-        axes: all axes but the seeds
-        seeds: all seeds; None accepts any
-        document: the campaign file
-        location: place of the choice in it
-
-    Raises:
-        ParameterError: an unknown name, with the line and the nearest name
-    """
+    """Reject a choice of levels with an unknown axis or level."""
     known: dict[str, list[str]] = {}
     for level in itertools.chain(*axes):
         for axis, name in level.place.items():

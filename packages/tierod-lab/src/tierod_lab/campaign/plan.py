@@ -34,7 +34,6 @@ class Judge:
     learns: bool
 
     def found(self) -> tuple[Monitor, Variant]:
-        """The monitor and its variant."""
         from tierod.monitors.diagnose import find
 
         return find(self.monitor, self.variant)
@@ -59,12 +58,10 @@ class Cell:
 
     @property
     def name(self) -> str:
-        """Name of the cell's files."""
         return slug(self.point.place)
 
     @property
     def faulty(self) -> bool:
-        """Whether the cell has a fault."""
         return self.point.place[FAULT] != FAULT_FREE
 
 
@@ -93,7 +90,6 @@ class Plan:
         )
 
     def verdict_name(self, cell: Cell, judge: Judge) -> str:
-        """File name of a verdict."""
         return f"{cell.name}_{slug({'label': judge.label}, 40)}"
 
     def done(self, cell: Cell, store: Store) -> bool:
@@ -123,13 +119,6 @@ DECIDING = ("car", "course", "duration", "seed", "sensors", "faults", "scatter",
 
 
 def drive_key(scenario: Any, known: dict[int, tuple[Any, str]] | None = None) -> str:
-    """Key of a drive, from the scenario and the code that simulates it.
-
-    Args:
-        scenario: scenario of the drive
-        known: cache of fingerprints by the identity of a part, reused from scenario to scenario, since scenarios that
-            differ in their seed share a car; it also keeps the parts, so that their identities stay unique
-    """
     known = {} if known is None else known
     prints = {}
     for name in DECIDING:

@@ -86,12 +86,7 @@ class Pool(NamedTuple):
 
 
 def pool(rows: Sequence[Row], fault_free: Sequence[Row] | None = None) -> Pool:
-    """The figures of a group of rows of one monitor.
-
-    Args:
-        rows: rows of the group
-        fault_free: fault-free drives with which the faulty ones are compared; those of the group itself if None
-    """
+    """The figures of a group of rows of one monitor."""
     judged = [row.judged for row in rows if row.judged is not None]
     faulty = [row.judged for row in rows if row.judged is not None and row.faulty]
     quiet = [

@@ -10,11 +10,5 @@ def reported_seed(*blocks: Block) -> int:
     """Seed of reported drives, from the graphs and the tuning of the judged monitor.
 
     A change of a threshold or an equation changes the drives; moving a file does not.
-
-    Args:
-        blocks: blocks of the monitor, with the parameters of the shipped vehicle file
-
-    Returns:
-        seed from 0 to 16 777 215
     """
     return int(graph_digest(*blocks)[:6], 16)

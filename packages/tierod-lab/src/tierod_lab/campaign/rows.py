@@ -48,16 +48,9 @@ class Row:
 
 
 def matching(rows: Iterable[Row], where: Mapping[str, object], monitor: str | None = None) -> list[Row]:
-    """The rows at some levels.
-
-    Args:
-        rows: rows to select from
-        where: axis -> level, or a list of levels; other axes may have any level
-        monitor: label; any if None
-    """
+    """The rows at some levels."""
     return [row for row in rows if monitor in (None, row.monitor) and is_at(row.place, where)]
 
 
 def is_at(place: Mapping[str, str], where: Mapping[str, object]) -> bool:
-    """Whether a place has the given levels."""
     return all(place.get(axis) in labels(levels) for axis, levels in where.items())

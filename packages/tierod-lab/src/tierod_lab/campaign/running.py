@@ -37,18 +37,7 @@ class Progress(NamedTuple):
 
 
 def run(plan: Plan, store: Store, workers: Workers, progress: Callable[[Progress], None] = lambda _: None) -> None:
-    """Simulate and judge all missing cells.
-
-    Args:
-        plan: all cells
-        store: folder of the campaign; prepared, and locked by this process
-        workers: executor of the tasks, opened and closed here; workers of a cluster must have access to the store's
-            folder
-        progress: called when a cell ends
-
-    Raises:
-        OutputError: a file cannot be written, for example on a full disk; earlier results are kept
-    """
+    """Simulate and judge all missing cells."""
     missing = [number for number, cell in enumerate(plan.cells) if not plan.done(cell, store)]
     done, total = len(plan.cells) - len(missing), len(plan.cells)
     first = [number for number in missing if plan.cells[number].reference is None]

@@ -20,11 +20,7 @@ _BARE = re.compile(r"[A-Za-z0-9_-]+")
 
 
 def toml_text(content: Mapping[str, object]) -> str:
-    """A TOML document, one line per key of the top level, with inline tables.
-
-    Raises:
-        TypeError: a value that TOML cannot represent
-    """
+    """A TOML document, one line per key of the top level, with inline tables."""
     return "".join(f"{_key(key)} = {_value(value)}\n" for key, value in content.items())
 
 
@@ -67,11 +63,6 @@ class Scenes:
 
     @classmethod
     def of(cls, file: CampaignFile, document: Document) -> Scenes:
-        """Scenarios of a campaign file.
-
-        Raises:
-            ParameterError: no such scenario, or one that already has faults
-        """
         given = file.scenario
         beside = document.path.parent / given
         try:
@@ -85,11 +76,6 @@ class Scenes:
         return cls(file, document, base.document)
 
     def scenario(self, point: Point) -> Scenario:
-        """The scenario of a point, with its seed.
-
-        Raises:
-            ParameterError: levels that cannot be simulated, with the line of the faulty level
-        """
         place = tuple(label for level in point.levels for label in level.place.values())
         if place not in self._made:
             self._made[place] = self._checked(point)

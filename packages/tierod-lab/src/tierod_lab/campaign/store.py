@@ -48,11 +48,7 @@ class Store:
     folder: Path
 
     def prepare(self) -> None:
-        """Create the folders.
-
-        Raises:
-            OutputError: they cannot be created
-        """
+        """Create the folders."""
         for path in self._folders():
             try:
                 path.mkdir(parents=True, exist_ok=True)
@@ -70,9 +66,6 @@ class Store:
         """Lock the prepared folder, and remove the incomplete files of killed processes.
 
         The lock ends with the process, however that ends.
-
-        Raises:
-            OutputError: another process holds the lock
         """
         lock = self.folder / ".lock"
         with ExitStack() as stack:
@@ -98,27 +91,15 @@ class Store:
         return _read(self.folder / "verdicts" / f"{name}-{key[:_SHOWN]}.json", VERDICT_SCHEMA, key)
 
     def keep_drive(self, name: str, key: str, content: Mapping[str, object]) -> None:
-        """Write the record of a drive.
-
-        Raises:
-            OutputError: the file cannot be written
-        """
+        """Write the record of a drive."""
         _write(self.folder / "drives" / f"{name}-{key[:_SHOWN]}.json", DRIVE_SCHEMA, key, content)
 
     def keep_verdict(self, name: str, key: str, content: Mapping[str, object]) -> None:
-        """Write the record of a verdict.
-
-        Raises:
-            OutputError: the file cannot be written
-        """
+        """Write the record of a verdict."""
         _write(self.folder / "verdicts" / f"{name}-{key[:_SHOWN]}.json", VERDICT_SCHEMA, key, content)
 
     def keep_recording(self, name: str, key: str, recording: Recording) -> dict[str, Any]:
-        """Write a recording, and return the file's entry for the record of its drive.
-
-        Raises:
-            OutputError: the file cannot be written
-        """
+        """Write a recording, and return the file's entry for the record of its drive."""
         from tierod.io.writers import write
 
         path = self.folder / "recordings" / f"{name}-{key[:_SHOWN]}.parquet"

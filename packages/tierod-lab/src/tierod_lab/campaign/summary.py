@@ -206,5 +206,4 @@ def _verdict(row: Row) -> dict[str, Any]:
 
 
 def text(content: Mapping[str, object]) -> str:
-    """The document as text."""
     return json.dumps(content, ensure_ascii=False, indent=1, allow_nan=False) + "\n"

@@ -20,11 +20,7 @@ PROVENANCE = "provenance"
 
 
 def write_table(rows: Sequence[Row], path: Path) -> None:
-    """Write the table as Parquet; the names of axis columns start with "axis.".
-
-    Raises:
-        OutputError: the file cannot be written
-    """
+    """Write the table as Parquet; the names of axis columns start with "axis."."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -40,11 +36,7 @@ def write_table(rows: Sequence[Row], path: Path) -> None:
 
 
 def read_table(path: Path) -> list[Row]:
-    """The rows of a table; their drives contain the columns of the table.
-
-    Raises:
-        InputError: no such file, or not a table of a campaign
-    """
+    """The rows of a table; their drives contain the columns of the table."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 

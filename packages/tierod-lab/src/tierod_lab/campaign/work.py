@@ -80,13 +80,7 @@ class Task:
 
 
 def work(task: Task) -> str:
-    """Process a task, and return the outcome of its drive.
-
-    Raises:
-        TierodError: the scenario cannot be simulated
-        OutputError: a file cannot be written
-        Passing: the code of this process differs from that at the start of the campaign
-    """
+    """Process a task, and return the outcome of its drive."""
     if task.code != code():
         raise Passing("the code of tierod has changed since the campaign began; run it again")
     drive, recording = _driven(task)
@@ -126,13 +120,7 @@ def _driven(task: Task) -> tuple[Mapping[str, Any], Recording]:
 
 
 def failed(cell: Cell, reason: str, lasting: bool) -> dict[str, Any]:
-    """Record of a drive without a recording.
-
-    Args:
-        cell: cell with the drive
-        reason: reason in words
-        lasting: whether it would fail again
-    """
+    """Record of a drive without a recording."""
     return {
         "outcome": FAILED,
         "reason": reason,

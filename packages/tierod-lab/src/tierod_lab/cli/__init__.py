@@ -11,11 +11,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
 
 
 def names_of(parameter: str) -> tuple[str, ...]:
-    """The possible names of an option or argument; empty if its values are not names.
-
-    Args:
-        parameter: an option such as "--monitor", or "COMMAND name" for an argument
-    """
+    """The possible names of an option or argument; empty if its values are not names."""
     if parameter in ("simulate scenario", "scenarios name"):
         from tierod_lab.ground.scenarios import shipped
 

@@ -11,16 +11,7 @@ from tierod_lab.ground.faults import FAULTS, FaultFile, load
 
 
 def injectable(name: str | None, behaviours: bool, toml: bool, json: bool) -> None:
-    """List the shipped faults or the behaviours, or show a fault.
-
-    Args:
-        name: a shipped fault, or the path of a fault file; None lists them
-        behaviours: whether to list the behaviours instead
-        toml, json: whether to print the file, or one JSON document
-
-    Raises:
-        ParameterError: arguments exclude each other, or there is no such fault
-    """
+    """List the shipped faults or the behaviours, or show a fault."""
     if toml and json:
         raise ParameterError("--toml and --json exclude each other; give one of them")
     if toml and name is None:

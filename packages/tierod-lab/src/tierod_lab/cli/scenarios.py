@@ -41,7 +41,6 @@ def scenarios(
 
 
 def _names() -> dict[str, tuple[str, ...]]:
-    """Names of everything that is shipped, by kind."""
     from tierod_lab.ground import courses, scenarios
     from tierod_lab.ground.cars import catalogue
 

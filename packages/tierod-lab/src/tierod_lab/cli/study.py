@@ -160,7 +160,6 @@ def _print(claims: Sequence[Claim]) -> None:
 
 
 def _cells(claim: Claim) -> dict[str, str]:
-    """Cells of a claim in the tables, by the name of the column."""
     from tierod.core.claims import Outcome
     from tierod.core.shown import written
     from tierod.report.display import number

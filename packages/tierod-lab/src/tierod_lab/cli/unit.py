@@ -10,15 +10,7 @@ from tierod.export.subject import Subject, subject_of_block
 
 
 def unit_of(what: str, name: str) -> tuple[Subject, dict[str, float]]:
-    """Subject of the export of a part of a scenario, and the usual values of its inputs.
-
-    Args:
-        what: "plant", "driver" or "assist"
-        name: name or path of a scenario
-
-    Raises:
-        ParameterError: the car of the scenario has no such part
-    """
+    """Subject of the export of a part of a scenario, and the usual values of its inputs."""
     from tierod_lab.ground.control.blocks import AssistController, Driving
     from tierod_lab.ground.run import started, usual_inputs
     from tierod_lab.ground.scenarios import load

@@ -65,13 +65,7 @@ class ErrorLaw:
 
 
 def estimates(cars: VirtualCars, law: ErrorLaw, seed: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
-    """Draw (estimate, stated standard deviation) of every drive [N*m], (cars, drives); NaN for drives without one.
-
-    Args:
-        cars: cars with their true friction
-        law: error model
-        seed: seed of all draws
-    """
+    """Draw (estimate, stated standard deviation) of every drive [N*m], (cars, drives); NaN for drives without one."""
     chance = np.random.default_rng(list(seed))
     shape, count = cars.day.shape, (len(cars.names), 1)
     gain = law.gain + law.gain_deviation * chance.standard_normal(count)
@@ -86,12 +80,7 @@ def estimates(cars: VirtualCars, law: ErrorLaw, seed: Sequence[int]) -> tuple[np
 
 
 def series(cars: VirtualCars, estimate: np.ndarray, deviation: np.ndarray) -> Series:
-    """Estimates as one series, without a table of findings in between.
-
-    Args:
-        cars: cars and drives
-        estimate, deviation: estimate and standard deviation of every drive [N*m], (cars, drives)
-    """
+    """Estimates as one series, without a table of findings in between."""
     from tierod.vehicles import load
 
     limits, count = load(cars.file.vehicle), len(cars.names)
@@ -113,12 +102,7 @@ def series(cars: VirtualCars, estimate: np.ndarray, deviation: np.ndarray) -> Se
 
 
 def findings_table(cars: VirtualCars, estimate: np.ndarray, deviation: np.ndarray) -> pa.Table:
-    """Estimates as the findings of a fleet, for `tierod fleet report`; the column `version` states their origin.
-
-    Args:
-        cars: cars and drives
-        estimate, deviation: estimate and standard deviation of every drive [N*m], (cars, drives)
-    """
+    """Estimates as the findings of a fleet, for `tierod fleet report`; the column `version` states their origin."""
     import pyarrow as pa
 
     from tierod.fleet.schema import findings
@@ -165,14 +149,7 @@ def findings_table(cars: VirtualCars, estimate: np.ndarray, deviation: np.ndarra
 def error_law(
     car: np.ndarray, winter: np.ndarray, friction: np.ndarray, estimate: np.ndarray, stated: np.ndarray
 ) -> ErrorLaw:
-    """Error model that fits simulated drives, by the method of moments of the analysis of variance.
-
-    Args:
-        car: number of the car of each drive, (n,)
-        winter: whether the car has winter tyres, (n,)
-        friction: true friction [N*m], (n,)
-        estimate, stated: estimate and stated standard deviation [N*m], (n,); NaN for drives without an estimate
-    """
+    """Error model that fits simulated drives, by the method of moments of the analysis of variance."""
     there = np.isfinite(estimate)
     at = float(friction[there].mean())
     parts = [there & (car == number) for number in np.unique(car)]

@@ -135,7 +135,6 @@ def describes_fleet(path: str | Path) -> bool:
 
 
 def _first_day(start: str) -> float:
-    """The start date in days since 1970."""
     try:
         return float((dt.date.fromisoformat(start) - dt.date(1970, 1, 1)).days)
     except ValueError:
@@ -176,11 +175,7 @@ class VirtualCars:
 
 
 def drawn(file: FleetFile) -> VirtualCars:
-    """Draw the cars of a fleet with the true friction of every drive; each part uses a random stream of its own.
-
-    Args:
-        file: description of the fleet
-    """
+    """Draw the cars of a fleet with the true friction of every drive; each part uses a random stream of its own."""
     streams = iter(np.random.default_rng([file.seed, number]) for number in range(100))
     chance = next(streams)
     first, count = _first_day(file.start), file.weeks * file.drives_per_week

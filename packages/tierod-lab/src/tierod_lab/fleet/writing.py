@@ -47,11 +47,7 @@ class Recorded:
 
 
 def record(task: Recorded) -> bool:
-    """Simulate and write one recording unless it exists; returns whether it was simulated.
-
-    Raises:
-        OutputError: the recording cannot be written
-    """
+    """Simulate and write one recording unless it exists; returns whether it was simulated."""
     from tierod.io.writers import write
 
     if task.path.is_file():  # complete, since files are written completely or not at all: from an earlier run
@@ -84,17 +80,7 @@ def recordings_of(cars: VirtualCars, folder: Path) -> list[Recorded]:
 def write_drives(
     cars: VirtualCars, folder: str | Path, workers: int, progress: Callable[[int, int], None] = lambda done, of: None
 ) -> list[str]:
-    """Simulate a whole fleet into a folder, with the fleet file for `tierod fleet` and the truth; returns the failures.
-
-    Args:
-        cars: cars of the fleet
-        folder: folder for recordings, fleet.toml and truth.parquet; existing recordings are kept
-        workers: number of processes
-        progress: called with the numbers of finished drives and of all drives
-
-    Raises:
-        OSError, OutputError: the folder cannot be written
-    """
+    """Simulate a fleet into a folder, with the fleet file for `tierod fleet` and the truth; returns the failures."""
     target = Path(folder)
     target.mkdir(parents=True, exist_ok=True)
     tasks = recordings_of(cars, target)
@@ -119,11 +105,7 @@ def fleet_file(cars: VirtualCars) -> str:
 
 
 def write_truth(cars: VirtualCars, path: Path) -> None:
-    """Write the true friction of every drive, and the ageing of its car.
-
-    Raises:
-        OutputError: the file cannot be written
-    """
+    """Write the true friction of every drive, and the ageing of its car."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -144,16 +126,7 @@ def write_truth(cars: VirtualCars, path: Path) -> None:
 
 
 def write_estimates(cars: VirtualCars, folder: str | Path, law: ErrorLaw) -> int:
-    """Write drives at estimate level as the results of a fleet; returns the number of drives.
-
-    Args:
-        cars: cars of the fleet
-        folder: folder for findings, ledger and truth.parquet
-        law: error model
-
-    Raises:
-        OutputError: the folder cannot be written
-    """
+    """Write drives at estimate level as the results of a fleet; returns the number of drives."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 

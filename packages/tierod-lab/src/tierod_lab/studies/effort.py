@@ -53,11 +53,7 @@ class Effort:
 
     @contextmanager
     def kept(self, folder: Path | None) -> Iterator[Effort]:
-        """The same effort, with workers until the end of the context, and with results in a folder.
-
-        Args:
-            folder: folder, created if absent; None keeps no results
-        """
+        """The same effort, with workers until the end of the context, and with results in a folder."""
         count = self.workers if self.scheduler is None else self.processes
         with workers_of(count, self.scheduler) as executor:
             yield replace(self, executor=executor, results=Results(folder) if folder else None)
@@ -65,15 +61,7 @@ class Effort:
     def outcomes(
         self, work: Callable[[Given], Result], given: Sequence[Given]
     ) -> Iterator[tuple[int, Result | Failure]]:
-        """(number, result or Failure) of every item: kept results first, then the others as they complete.
-
-        Args:
-            work: importable function of one item with picklable results, or a partial of one
-            given: picklable items, in the order of their start
-
-        Raises:
-            OSError, OutputError: raised by a task, or a result cannot be kept (a full disk, for example)
-        """
+        """(number, result or Failure) of every item: kept results first, then the others as they complete."""
         keys = [self.results.key(work, each) if self.results else "" for each in given]
         missing = []
         for number, key in enumerate(keys):
@@ -103,15 +91,7 @@ class Effort:
         given: Sequence[Given],
         what: Callable[[Given], str] = lambda each: f"a drive of the study ({each})",
     ) -> list[Result]:
-        """The results of all items, in their order; arguments as in `outcomes`.
-
-        Args:
-            what: describes an item in the message of a failure
-
-        Raises:
-            InputError: an item failed, with the reason
-            OSError, OutputError: as in `outcomes`
-        """
+        """The results of all items, in their order; arguments as in `outcomes`."""
         results: dict[int, Result] = {}
         for number, result in self.outcomes(work, given):
             if isinstance(result, Failure):
@@ -152,11 +132,7 @@ class Results:
         return None
 
     def keep(self, key: str, result: object) -> None:
-        """Write a result atomically.
-
-        Raises:
-            OutputError: the result cannot be written
-        """
+        """Write a result atomically."""
         if key and self.usable:
             self.cache.keep(key, pickle.dumps(result))
 

@@ -53,7 +53,6 @@ _VERDICTS = {
 
 
 def render_study(page: StudyPage) -> str:
-    """HTML page of a study."""
     every = [item for item in page.items if isinstance(item, Claim)]
     claims, described = ([claim for claim in every if claim.describes is only] for only in (False, True))
     picture, parts = _picture(sections(page.items))
@@ -86,7 +85,6 @@ def _groups(titles: Mapping[str, str], claims: Sequence[Claim]) -> list[tuple[st
 
 
 def _group(title: str, claims: Sequence[Claim]) -> dict[str, Any]:
-    """Content of a group, unfolded if one of its claims does not hold."""
     counts = [(word, count) for _, word, _, count in _counts(claims)]
     return {
         "title": title,

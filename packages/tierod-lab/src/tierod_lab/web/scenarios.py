@@ -60,15 +60,7 @@ def _size_in(content: Mapping[str, Any]) -> str:
 
 
 def drive(given: Mapping[str, Any], progress: Callable[[float], None]) -> tuple[Path, dict[str, Any]]:
-    """Simulate a scenario, and return the path of its recording and facts about the run.
-
-    Args:
-        given: "scenario", or "car" and "course"; "seconds", "seed", "faults" with "name", "size" and "start" [s];
-            "folder" for the recording
-
-    Raises:
-        ParameterError: a name is not shipped, or the parts do not fit each other
-    """
+    """Simulate a scenario, and return the path of its recording and facts about the run."""
     from tierod.io.writers import write
     from tierod_lab.ground.faults.wording import fault_in_words
     from tierod_lab.ground.scenarios import load
@@ -111,14 +103,7 @@ def _as_chosen(plain: str, faults: Iterable[Mapping[str, Any]]) -> str:
 
 
 def scenario_text(given: Mapping[str, Any]) -> str:
-    """Scenario file of a choice; every name in it must be shipped.
-
-    Args:
-        given: as in `drive`
-
-    Raises:
-        ParameterError: a name is not shipped, or a number is malformed or out of range
-    """
+    """Scenario file of a choice; every name in it must be shipped."""
     known = catalogue()
     base: Mapping[str, Any] = {}
     if given.get("scenario"):

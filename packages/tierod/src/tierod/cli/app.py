@@ -168,12 +168,6 @@ def _call(verb: str, arguments: Sequence[str]) -> int:
 
 
 def parser(verb: str, epilog: str | None = None) -> Any:
-    """The parser of a verb, with its options and arguments.
-
-    Args:
-        verb: the verb as typed
-        epilog: text below its help
-    """
     import typer
 
     app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
@@ -216,7 +210,6 @@ def _below_help(verb: str, arguments: Sequence[str]) -> str | None:
 
 
 def module_of(verb: str) -> ModuleType:
-    """Module of a verb, of tierod or of tierod-lab."""
     package = lab.part("verbs", f"'tierod {verb}'").__name__ if verb in lab.VERBS else __package__
     return importlib.import_module(f"{package}.{verb.replace('-', '_')}")
 

@@ -68,11 +68,7 @@ def design(
 
 
 def seconds_between(text: str) -> float:
-    """Mean time between false alarms [s] from a text such as "1 per 10000 h".
-
-    Raises:
-        ParameterError: the text does not state a number per time
-    """
+    """Mean time between false alarms [s] from a text such as "1 per 10000 h"."""
     found = _ALARMS.fullmatch(text)
     try:
         if not found or found[3] not in _SECONDS:
@@ -88,7 +84,6 @@ def seconds_between(text: str) -> float:
 
 
 def _found(wish: Wish, rule: str | None, paths: list[Path], signal: str | None) -> tuple[Analysis, Facts]:
-    """The design, and the facts that it is based on."""
     from tierod.report.analysis.detector import ALL_RULES, LIKELIHOOD_RATIO, Measured, drawn, of_measured, of_white
 
     if rule is not None and rule not in ALL_RULES:

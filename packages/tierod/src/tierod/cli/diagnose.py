@@ -160,7 +160,6 @@ def _one(
     kept: _Kept,
     as_json: bool,
 ) -> int:
-    """Judge one recording with one monitor, including the options that only apply to this case."""
     from tierod.cli.terminal import messages, progress
     from tierod.cli.terminal import output as console
     from tierod.monitors.diagnose import diagnose as run
@@ -297,14 +296,12 @@ def _show_all(judged: Sequence[Judged], console: Console) -> None:
 
 
 def _of(monitors: str, reason: str) -> str:
-    """A reason, preceded by the monitors it applies to, unless it applies to every one."""
     from tierod.monitors.several import ALL
 
     return reason if monitors == ALL else f"{monitors}: {reason}"
 
 
 def _refuse_options_of_one(options: Mapping[str, object], alone: bool) -> None:
-    """Refuse options that apply only to one monitor and one recording."""
     from tierod.core.errors import ParameterError
 
     for name, value in options.items():

@@ -45,11 +45,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
 
 
 def names_of(parameter: str) -> tuple[str, ...]:
-    """The possible names of an option or argument; empty if its values are not names.
-
-    Args:
-        parameter: an option such as "--monitor", or "COMMAND name" for an argument
-    """
+    """The possible names of an option or argument; empty if its values are not names."""
     from tierod.monitors.registry import MONITORS
     from tierod.vehicles import VEHICLES
     from tierod.vehicles.classes import classes

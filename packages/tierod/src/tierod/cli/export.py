@@ -76,7 +76,6 @@ def export(
 
 
 def _refuse(given: Mapping[str, object], what: str) -> None:
-    """Refuse options that have no effect in this export."""
     named = [name for name, value in given.items() if value not in (None, False)]
     if named:
         it = "it" if len(named) == 1 else "them"

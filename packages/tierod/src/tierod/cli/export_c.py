@@ -96,12 +96,7 @@ def export_c(name: str, vehicle: str | None, variant: str | None, choice: CChoic
 
 
 def export_fault_memory(output: Path, evidence: bool) -> None:
-    """Write the fault memory of the shipped trouble codes as C, and print a summary.
-
-    Args:
-        output: folder for the files
-        evidence: whether the export is compared, checked and measured
-    """
+    """Write the fault memory of the shipped trouble codes as C, and print a summary."""
     from tierod.cli.terminal import messages, show, write_page
     from tierod.cli.terminal import output as console
     from tierod.core.files import require_folder
@@ -142,7 +137,6 @@ def _write(face: Interface, car: Vehicle, drive: str | None, output: Path) -> li
 
 
 def _write_evidence(face: Interface, car: Vehicle, drive: str | None, output: Path) -> None:
-    """Compare, check and measure an export, and write the page of the evidence."""
     from tierod.cli.terminal import messages, show, write_page
     from tierod.export.evidence.page import evidence
     from tierod.export.stimuli import SEED, affordable, random_inputs
@@ -160,15 +154,7 @@ def _write_evidence(face: Interface, car: Vehicle, drive: str | None, output: Pa
 
 
 def inputs_of(subject: Subject, car: Vehicle, drive: str | None, steps: int) -> tuple[np.ndarray, str]:
-    """Inputs of a monitor, if possible for at least the given number of steps, and their origin in words.
-
-    Args:
-        subject: subject of the export
-        car: vehicle whose channel map a recording is read by
-        drive: path of a recording or name of a scenario; where None a shipped scenario, or random inputs if there is
-            none
-        steps: required number of steps
-    """
+    """Inputs of a monitor, if possible for at least the given number of steps, and their origin in words."""
     from tierod.core import lab
     from tierod.export.drives import inputs_from
     from tierod.export.stimuli import SEED, random_inputs

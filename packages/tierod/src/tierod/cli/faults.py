@@ -56,20 +56,6 @@ def faults(
 
 
 def on_memory(verb: str, path: Path | None, code: str | None, uds: str | None, json: bool) -> None:
-    """Execute a verb on a fault memory.
-
-    Args:
-        verb: read, clear or snapshot
-        path: path of the memory's file
-        code: a trouble code or its name
-        uds: UDS request in hexadecimal digits, with read only
-        json: whether to print one JSON document
-
-    Raises:
-        ParameterError: there is no path or no such code, or arguments exclude each other
-        InputError: the file cannot be read
-        OutputError: the file cannot be written
-    """
     if path is None:
         raise ParameterError(f"'tierod faults {verb}' needs the file of a memory: tierod faults {verb} memory.json")
     if uds is not None and (verb != "read" or code is not None or json):

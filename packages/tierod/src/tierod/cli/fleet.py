@@ -183,7 +183,6 @@ def _show(found: Summary) -> None:
 
 
 def _why(name: str, reason: str) -> str:
-    """The reason without the name of the recording, which is printed before it."""
     return reason.removeprefix(name).lstrip(": ")
 
 

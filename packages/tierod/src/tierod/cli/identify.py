@@ -119,7 +119,6 @@ def _names(free: str | None) -> tuple[str, ...]:
 
 
 def _same_file(subject: str, car: Vehicle, output: Path | None, in_place: bool) -> tuple[bool, Path | None]:
-    """Whether to write the vehicle's own file, and otherwise the path."""
     if subject == "vehicle" and output is not None and output.resolve() == car.path.resolve():
         return True, None
     return in_place, output

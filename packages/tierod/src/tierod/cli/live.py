@@ -92,13 +92,7 @@ def live(
 
 
 def _refuse_unfit(wanted: _Wanted) -> None:
-    """Refuse options whose errors can be detected without a bus.
-
-    Raises:
-        ParameterError: a time or a file ending is not valid
-        InputError: the fault memory is damaged, or belongs to another vehicle
-        OutputError: a file cannot be written
-    """
+    """Refuse options whose errors can be detected without a bus."""
     from tierod.core.errors import ParameterError
     from tierod.diagnosis.fault_memory import FaultMemory
     from tierod.diagnosis.trouble_codes import load_trouble_codes
@@ -138,16 +132,7 @@ def _refuse_what_cannot_be_written(targets: list[Path | None], given: list[Path 
 
 
 def _drive_of(wanted: _Wanted, addresses: Sequence[Address]) -> tuple[Drive, Hub]:
-    """The session with its buses opened, and the hub of its events.
-
-    Args:
-        wanted: options that `_refuse_unfit` has accepted
-        addresses: addresses of the buses
-
-    Raises:
-        ParameterError: there is no database, or none has the ignition signal
-        InputError: a file cannot be read, or a bus cannot be opened
-    """
+    """The session with its buses opened, and the hub of its events."""
     import queue
 
     from tierod.cli.terminal import command_line, origin

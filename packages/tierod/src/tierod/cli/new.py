@@ -82,7 +82,6 @@ def _map_for(file: Path, channel_map: Path | None) -> tuple[str | None, bool]:
 
 
 def _from(file: Path, other: Path) -> str:
-    """Path of a file relative to the folder of another one."""
     import os
 
     return Path(os.path.relpath(other.resolve(), file.parent.resolve())).as_posix()

@@ -57,12 +57,7 @@ def spell_what_cannot_be_shown() -> None:
 
 
 def console(stderr: bool, width: int | None) -> Console:
-    """A console that prints control characters of texts as escapes.
-
-    Args:
-        stderr: whether it prints to stderr; else to stdout
-        width: width in characters; None for that of the terminal
-    """
+    """A console that prints control characters of texts as escapes."""
     from rich.console import Console
     from rich.segment import Segment
 
@@ -97,7 +92,6 @@ PIPED_WIDTH = 120
 
 
 def output() -> Console:
-    """The console of stdout, for the requested output."""
     return console(stderr=False, width=None if sys.stdout.isatty() else PIPED_WIDTH)
 
 
@@ -112,13 +106,6 @@ def print_remark(text: str) -> None:
 
 
 def rows(titles: Sequence[str], cells: Iterable[Sequence[str]], right: Sequence[int] = ()) -> Table:
-    """A plain table.
-
-    Args:
-        titles: titles of the columns
-        cells: the rows; square brackets are text, not markup, also in titles; the status of a verdict gets its looks
-        right: indices of the columns that are aligned to the right, such as numbers
-    """
     from rich.table import Table
     from rich.text import Text
 
@@ -136,11 +123,7 @@ def rows(titles: Sequence[str], cells: Iterable[Sequence[str]], right: Sequence[
 
 
 def print_json(document: Any) -> None:
-    """Print one JSON document to stdout; values that JSON cannot represent become null.
-
-    Args:
-        document: nested dictionaries, lists, strings and numbers; or a text that is JSON already
-    """
+    """Print one JSON document to stdout; values that JSON cannot represent become null."""
     from tierod.report.document import plain
 
     text = document if isinstance(document, str) else json.dumps(plain(document), ensure_ascii=False, indent=2)
@@ -149,11 +132,7 @@ def print_json(document: Any) -> None:
 
 @contextmanager
 def progress(description: str) -> Iterator[Callable[[float], None]]:
-    """Function to be called with the share done (0 to 1); after a second a bar appears on stderr if it is a terminal.
-
-    Args:
-        description: what is being done, in a few words
-    """
+    """Function to be called with the share done (0 to 1); after a second a bar appears if stderr is a terminal."""
     began, bar, task = time.monotonic(), None, None
 
     def advance(share: float) -> None:
@@ -208,13 +187,7 @@ class Counting:
 
 @contextmanager
 def counting(what: str, begin: str, name: str = "", total: int | None = None) -> Iterator[Counting]:
-    """Count of finished drives or recordings: a bar if stderr is a terminal, else occasional lines.
-
-    Args:
-        what, name: as for `Counting`
-        begin: title of the bar before the first count
-        total: number of all, where it is known from the beginning
-    """
+    """Count of finished drives or recordings: a bar if stderr is a terminal, else occasional lines."""
     if not sys.stderr.isatty():
         yield Counting(messages(), what, name)
         return
@@ -234,16 +207,7 @@ def counting(what: str, begin: str, name: str = "", total: int | None = None) ->
 
 
 def report_path(output: Path | None, wanted: bool, usual: str) -> Path | None:
-    """Path of the report to write; None if none is wanted.
-
-    Args:
-        output: path given by the user
-        wanted: whether a report is to be written
-        usual: path where none is given
-
-    Raises:
-        ParameterError: a path is given, but no report is wanted
-    """
+    """Path of the report to write; None if none is wanted."""
     from tierod.core.errors import ParameterError
 
     if output is not None and not wanted:
@@ -254,17 +218,7 @@ def report_path(output: Path | None, wanted: bool, usual: str) -> Path | None:
 def refuse_to_overwrite(
     target: Path | None, given: Iterable[Path | str | None], what: str = "page", cure: str = "--output"
 ) -> None:
-    """Check that an output does not overwrite an input or another output.
-
-    Args:
-        target: path of the output
-        given: paths that must not be overwritten
-        what: name of the output in the message
-        cure: option that names another place
-
-    Raises:
-        OutputError: it would overwrite one of them
-    """
+    """Check that an output does not overwrite an input or another output."""
     from tierod.core.errors import OutputError
 
     for path in given:
@@ -287,11 +241,7 @@ def origin() -> Origin:
 def write_page(
     found: Analysis, facts: Facts, target: Path, not_good_for: Sequence[str] = (), kind: str = "analysis"
 ) -> None:
-    """Write the page of an analysis; for the arguments see `tierod.report.analysis.analysis.render_analysis`.
-
-    Raises:
-        OutputError: the page cannot be written
-    """
+    """Write the page of an analysis; for the arguments see `tierod.report.analysis.analysis.render_analysis`."""
     from tierod.core.files import write_text
     from tierod.report.analysis.analysis import render_analysis
 
@@ -307,18 +257,7 @@ def present(
     not_good_for: Sequence[str] = (),
     kind: str = "analysis",
 ) -> None:
-    """Write the page of an analysis, print its document or its tables, and print the path of the page.
-
-    Args:
-        found: the analysis
-        document: its JSON document
-        as_json: whether to print the document, and all else to stderr
-        target: path of the page; None for none
-        facts, not_good_for, kind: as in `write_page`
-
-    Raises:
-        OutputError: the page cannot be written
-    """
+    """Write the page of an analysis, print its document or its tables, and print the path of the page."""
     if target is not None:
         write_page(found, facts, target, not_good_for, kind)
     if as_json:

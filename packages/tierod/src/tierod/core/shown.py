@@ -28,23 +28,11 @@ def written(unit: str) -> str:
 
 
 def counted(number: int, one: str) -> str:
-    """A number of things whose plural ends in s: "1 recording", "3 recordings".
-
-    Args:
-        number: how many
-        one: the word for one of them
-    """
+    """A number of things whose plural ends in s: "1 recording", "3 recordings"."""
     return f"{number} {one}{'' if number == 1 else 's'}"
 
 
 def in_words(value: float, unit: str, digits: int = 3) -> str:
-    """A value for display, with the label of its unit.
-
-    Args:
-        value: in its unit
-        unit: in the notation of the catalogue of signals
-        digits: number of significant digits
-    """
     factor, label = shown(unit)
     return f"{factor * value:z.{digits}g} {label}".rstrip()
 
@@ -54,11 +42,6 @@ def plus_minus(value: float, deviation: float, unit: str = "", signed: bool = Fa
 
     Both have the decimals of the first digit of the standard deviation, or of its second where it is below 3.55 of that
     place, as particle physicists round; without one, the value has three digits.
-
-    Args:
-        value, deviation: value and standard deviation, in the unit
-        unit: in the notation of the catalogue of signals
-        signed: whether a positive value has its sign
     """
     factor, label = shown(unit)
     value, deviation, sign = factor * value, factor * deviation, "+" if signed else ""

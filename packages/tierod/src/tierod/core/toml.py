@@ -90,13 +90,7 @@ def quoted(text: str) -> str:
 
 
 def flat(table: Mapping[str, Any], keys: Set[str], above: str = "") -> list[tuple[str, Any]]:
-    """(dotted path, value) of nested tables.
-
-    Args:
-        table: the tables
-        keys: a table with one of these keys is a value
-        above: beginning of the paths
-    """
+    """(dotted path, value) of nested tables."""
     pairs: list[tuple[str, Any]] = []
     for name, value in table.items():
         if isinstance(value, Mapping) and not keys & set(value):

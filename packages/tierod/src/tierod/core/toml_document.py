@@ -29,12 +29,7 @@ Location = Sequence[str | int]
 
 
 def line_of(text: str, location: Location) -> int | None:
-    """The line of a key, or of the innermost table that holds it where the key itself is absent; None if neither is.
-
-    Args:
-        text: a TOML document that has been read without error
-        location: the key with the tables and array elements around it; a key may also be written dotted
-    """
+    """The line of a key, or of the innermost table that holds it where the key itself is absent; None if neither is."""
     known = _lines(text)
     parts = [str(part) for part in location]
     for length in range(len(parts), 0, -1):
@@ -78,7 +73,6 @@ class _Scan:
         return found
 
     def key(self) -> tuple[str, ...]:
-        """A dotted key."""
         parts = [self.word()]
         while self.take("."):
             parts.append(self.word())
@@ -173,15 +167,6 @@ class Document:
 
     @classmethod
     def read(cls, path: str | Path, what: str = "scenario") -> Document:
-        """The document at a path.
-
-        Args:
-            path: path of the file
-            what: what it should describe, for messages
-
-        Raises:
-            ParameterError: it cannot be read, or is not TOML
-        """
         text = read_text(path, f"the {what} file", ParameterError, "give a TOML file")
         return cls.parse(text, expanded(path), what)
 
@@ -191,15 +176,7 @@ class Document:
         return cls(toml(text, path, ParameterError, f"no {what} can be read from it"), text, Path(path))
 
     def beside(self, path: str | Path, what: str) -> Document:
-        """The document at a path that this one names, relative to its folder.
-
-        Args:
-            path: path of the file
-            what: what it should describe, for messages
-
-        Raises:
-            ParameterError: it cannot be read, is not TOML, or refers back to itself
-        """
+        """The document at a path that this one names, relative to its folder."""
         if "\0" in str(path):
             raise ParameterError(f"{self.path}: the name of a {what} file has a zero character; leave it out")
         found = self.path.parent / expanded(path)
@@ -209,11 +186,6 @@ class Document:
         return dataclasses.replace(Document.read(found, what), above=above)
 
     def error(self, location: Location, message: str) -> ParameterError:
-        """An error that names the file and the line of a key, or of the table that should hold it.
-
-        Args:
-            location: tables, indices of array elements and key, outermost first
-            message: what was given, what was expected, what to do
-        """
+        """An error that names the file and the line of a key, or of the table that should hold it."""
         line = line_of(self.text, location)
         return ParameterError(f"{self.path}{'' if line is None else f', line {line}'}: {message}")

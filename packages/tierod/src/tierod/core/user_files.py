@@ -46,18 +46,7 @@ _NOT_BLOCKING = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0) | geta
 def read_bytes(
     path: str | Path, what: str, error: type[TierodError] = InputError, cure: str = "", most: int = MOST_BYTES
 ) -> bytes:
-    """The content of a file that a user named.
-
-    Args:
-        path: path of the file
-        what: kind of file that it should be, with its article, for messages
-        error: class of the error
-        cure: remedy in the message; "check the path and its permissions" where not given
-        most: longest content [bytes]
-
-    Raises:
-        TierodError: of the class `error`: no such file, no regular file, no permission, or too long
-    """
+    """The content of a file that a user named."""
     path = expanded(path)
     cure = cure or "check the path and its permissions"
     try:
@@ -82,15 +71,7 @@ def read_text(
     *,
     keep_line_ends: bool = False,
 ) -> str:
-    """The text of a file that a user named, which has to be UTF-8, with or without a byte order mark.
-
-    Args:
-        path, what, error, cure, most: as for `read_bytes`
-        keep_line_ends: whether line ends of other systems are kept
-
-    Raises:
-        TierodError: as for `read_bytes`, or the content is not UTF-8
-    """
+    """The text of a file that a user named, which has to be UTF-8, with or without a byte order mark."""
     content = read_bytes(path, what, error, cure, most)
     try:
         text = content.decode("utf-8-sig")
@@ -101,17 +82,6 @@ def read_text(
 
 
 def toml(text: str, where: str | Path, error: type[TierodError] = InputError, cure: str = "") -> dict[str, Any]:
-    """The content of a TOML text.
-
-    Args:
-        text: as written by a user
-        where: origin of the text, for messages
-        error: class of the error
-        cure: remedy where it is no TOML; "correct it there" where not given
-
-    Raises:
-        TierodError: of the class `error`: it is not TOML, or nested too deeply
-    """
     key = _DEEP_KEY.search(text)
     if key is not None:
         line = text.count("\n", 0, key.start(1)) + 1
@@ -130,14 +100,6 @@ def toml(text: str, where: str | Path, error: type[TierodError] = InputError, cu
 
 
 def json_document(text: str | bytes) -> Any:
-    """The content of a JSON text.
-
-    Args:
-        text: in UTF-8
-
-    Raises:
-        ValueError: it is not JSON, is nested too deeply, or holds a lone surrogate; the message ends a sentence
-    """
     try:
         text = text.decode("utf-8-sig") if isinstance(text, bytes) else text
         document = json.loads(text)
@@ -160,12 +122,7 @@ def json_document(text: str | bytes) -> Any:
 
 
 def names_schema(content: str | bytes, schema: str) -> bool:
-    """Whether a file, whole or damaged, is a JSON document of a schema of any version.
-
-    Args:
-        content: of the file
-        schema: name of the schema with its version
-    """
+    """Whether a file, whole or damaged, is a JSON document of a schema of any version."""
     content = content.encode() if isinstance(content, str) else content
     name = re.escape(schema.partition("/")[0].encode())
     content = content.removeprefix(b"\xef\xbb\xbf")
@@ -216,7 +173,6 @@ def _levels(document: object) -> Iterator[list[tuple[str, Any]]]:
 
 
 def _entries(name: str, value: object) -> list[tuple[str, object]]:
-    """(dotted key, value) of the entries of the table or list with that key."""
     if isinstance(value, dict):
         return [(f"{name}.{key}".lstrip("."), each) for key, each in value.items()]
     return [(name, each) for each in value] if isinstance(value, list) else []

@@ -56,11 +56,9 @@ class DebounceCounter:
                 raise ParameterError(f"{name} is {value}; expected more than 0 and at most 255 steps per result")
 
     def init(self) -> State:
-        """State before the first sample."""
         return self.State(0.0, 0.0)
 
     def step(self, state: State, sample: Sample) -> tuple[State, Output]:
-        """Count one result."""
         result = where(present(sample.result), sample.result, 0.0)
         counter, verdict = state
         up, down = (maximum(counter, 0.0), minimum(counter, 0.0)) if self.jump else (counter, counter)
@@ -102,13 +100,11 @@ class DebounceCounters:
         return _numbered("verdict", len(self.counters))
 
     def init(self) -> tuple[DebounceCounter.State, ...]:
-        """State before the first sample."""
         return tuple(counter.init() for counter in self.counters)
 
     def step(
         self, state: tuple[DebounceCounter.State, ...], sample: Tree
     ) -> tuple[tuple[DebounceCounter.State, ...], Tree]:
-        """Count one result of each code."""
         after, verdicts = [], []
         # Causes are judged by their verdicts before this result, so that the order of the codes does not matter.
         for counter, own, causes, result in zip(self.counters, state, self.causes, sample, strict=True):

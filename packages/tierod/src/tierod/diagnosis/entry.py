@@ -86,11 +86,6 @@ class Entry:
 
     @classmethod
     def of(cls, content: Mapping[str, Any]) -> Entry:
-        """Entry from the content of the JSON file.
-
-        Raises:
-            ValueError: the content is not a valid entry
-        """
         names = {each.name for each in dataclasses.fields(cls)}
         if set(content) != names:
             raise ValueError(f"{min(set(content) ^ names)} is missing or unknown")
@@ -143,7 +138,6 @@ def _frame(content: object) -> FreezeFrame | None:
 
 
 def failed(entry: Entry, code: TroubleCode) -> Entry:
-    """Entry after a failed test."""
     again = bool(entry.status & CodeStatus.FAILED_THIS_CYCLE)
     cycles = min(entry.failed_cycles + (not again), code.confirmation_cycles)
     status = after_test(entry.status, failed=True)

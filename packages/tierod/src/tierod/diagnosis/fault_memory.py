@@ -69,17 +69,7 @@ class FaultMemory:
     def changing(
         cls, path: str | Path, vehicle: str | None = None, codes: TroubleCodes | None = None
     ) -> Iterator[FaultMemory]:
-        """Open the memory in a file under a lock against other programs; changes are written at the end of the block.
-
-        Args:
-            path: of the file; it need not exist
-            vehicle: required vehicle name; None for that in the file
-            codes: table of trouble codes
-
-        Raises:
-            InputError: the file is of another vehicle, version or table, is damaged, or is no memory
-            OutputError: the file cannot be written, or another program keeps it locked
-        """
+        """Open the memory in a file under a lock; changes are written at the end of the block."""
         with holding(path) as target:
             memory = cls.opened(target, vehicle, codes)
             memory._held = True
@@ -89,16 +79,7 @@ class FaultMemory:
 
     @classmethod
     def opened(cls, path: str | Path, vehicle: str | None = None, codes: TroubleCodes | None = None) -> FaultMemory:
-        """Open the memory in a file, or create a new one for it.
-
-        Args:
-            path: of the file; it need not exist
-            vehicle: required vehicle name; None for that in the file
-            codes: table of trouble codes
-
-        Raises:
-            InputError: the file is of another vehicle, version or table, is damaged, or is no memory
-        """
+        """Open the memory in a file, or create a new one for it."""
         memory = cls(codes, vehicle or "", path)
         assert memory.path
         if memory.path.exists():
@@ -111,16 +92,7 @@ class FaultMemory:
         return memory
 
     def begin_cycle(self, date: str | None = None, recording: str = "") -> None:
-        """Begin an operation cycle: a drive, or one recording. A cycle left open by a crashed program is ended first.
-
-        Args:
-            date: beginning of the cycle, ISO 8601; None for now
-            recording: fingerprint of the recording; "" for none
-
-        Raises:
-            InputError: the memory has counted this recording already
-            ParameterError: the present cycle has not ended
-        """
+        """Begin an operation cycle, a drive or one recording; one left open by a crashed program is ended first."""
         if self.open and self._live:
             raise ParameterError("an operation cycle is open; end it before the next begins")
         if recording in self.recordings:
@@ -148,21 +120,6 @@ class FaultMemory:
     def absorb(
         self, time: np.ndarray, results: Mapping[str, np.ndarray], signals: Mapping[str, np.ndarray] | None = None
     ) -> tuple[tuple[float, str, str], ...]:
-        """Process test results.
-
-        Args:
-            time: times of the results within the cycle [s], (n,), increasing and later than all before
-            results: test results by name of the code, (n,) each: 1 failed, -1 passed, 0 or NaN no result
-            signals: for freeze frames, by canonical name, (n,) each; only those in the table are stored
-
-        Returns:
-            changes: (time [s], name of the code, "failed" or "passed")
-
-        Raises:
-            InputError: a code or signal does not exist, lengths differ, or times do not increase
-            ParameterError: no operation cycle is open
-                OutputError: the file cannot be written; the results remain in the program, and `save` tries again
-        """
         if not self._live:
             raise ParameterError("no operation cycle is open; begin one before adding results")
         time = np.asarray(time, float)
@@ -183,12 +140,7 @@ class FaultMemory:
         return tuple((each.time, each.name, "failed" if each.verdict > 0 else "passed") for each in changes)
 
     def end_cycle(self) -> None:
-        """End the operation cycle: update pending codes, healing and aging.
-
-        Raises:
-            ParameterError: no operation cycle is open
-            OutputError: the file cannot be written
-        """
+        """End the operation cycle: update pending codes, healing and aging."""
         if not self._live:
             raise ParameterError("no operation cycle is open; there is none to end")
         self._frames(np.inf)
@@ -203,10 +155,6 @@ class FaultMemory:
         """Clear one code, given its name or the code itself, or all codes and recordings; other codes are unaffected.
 
         Within a cycle the test of a cleared code starts again, so that a persistent fault becomes pending again.
-
-        Raises:
-            ParameterError: the code does not exist
-            OutputError: the file cannot be written
         """
         chosen = tuple(self.entries) if name is None else (self.codes.named(name),)
         self.recordings = {} if name is None else self.recordings
@@ -235,11 +183,7 @@ class FaultMemory:
         return REACTIONS[max(asked, default=0)]
 
     def save(self) -> None:
-        """Write the file atomically; does nothing without a path, or within `changing`, which writes at its end.
-
-        Raises:
-            OutputError: the file cannot be written, or another program has changed it
-        """
+        """Write the file atomically; does nothing without a path, or within `changing`, which writes at its end."""
         if self.path is not None and not self._held:
             self._digest = store.save(self.path, self.codes, self.vehicle, self._content(), self._digest)
 

@@ -114,32 +114,13 @@ def _are_recordings(found: object) -> bool:
 
 
 def save(path: Path, codes: TroubleCodes, vehicle: str, content: Mapping[str, object], before: str) -> str:
-    """Write a file atomically, and return the digest of its content.
-
-    Args:
-        path: of the file
-        codes: table of trouble codes
-        vehicle: name of the vehicle
-        content: of the memory
-        before: digest of the content read or written last; "" for a new file
-
-    Raises:
-        OutputError: the file cannot be written, or another program has changed it
-    """
+    """Write a file atomically, and return the digest of its content."""
     with holding(path) as target:
         return save_held(target, codes, vehicle, content, before)
 
 
 def save_held(path: Path, codes: TroubleCodes, vehicle: str, content: Mapping[str, object], before: str) -> str:
-    """Write a file that is locked already; otherwise like `save`.
-
-    Args:
-        path: of the file, as returned by `holding`
-        codes, vehicle, content, before: as for `save`
-
-    Raises:
-        OutputError: the file cannot be written, or a program without the lock has changed it
-    """
+    """Write a file that is locked already; otherwise like `save`."""
     digest = digest_of(content, vehicle)
     document = {"schema": SCHEMA, "vehicle": vehicle, "codes": codes.numbers, "digest": digest, "content": content}
     if _digest_in(path) != before:
@@ -155,18 +136,12 @@ def save_held(path: Path, codes: TroubleCodes, vehicle: str, content: Mapping[st
 
 
 def digest_of(content: Mapping[str, object], vehicle: object) -> str:
-    """Digest of content and vehicle."""
     text = json.dumps([vehicle, content], sort_keys=True, ensure_ascii=False)
     return hashlib.sha256(text.encode()).hexdigest()
 
 
 def aside(path: Path) -> Path:
-    """Copy a memory to its folder under a name of its own, and return the path of the copy.
-
-    Raises:
-        InputError: the file cannot be read, or is no memory
-        OutputError: the copy cannot be written
-    """
+    """Copy a memory to its folder under a name of its own, and return the path of the copy."""
     raw = _memory(path)
     # Named by its content, so that repeated attempts leave one copy.
     copy = path.with_name(f"{path.stem}.kept-{hashlib.sha256(raw).hexdigest()[:8]}{path.suffix}")
@@ -177,12 +152,7 @@ def aside(path: Path) -> Path:
 
 
 def remove(path: Path) -> Path:
-    """Remove a locked, damaged memory after copying it, and return the path of the copy.
-
-    Raises:
-        InputError: the file cannot be read, or is no memory
-        OutputError: the file cannot be copied or removed
-    """
+    """Remove a locked, damaged memory after copying it, and return the path of the copy."""
     kept = aside(path)
     try:
         path.unlink()

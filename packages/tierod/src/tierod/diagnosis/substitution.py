@@ -64,16 +64,11 @@ class SubstitutionGraph:
 
     @property
     def substitutes(self) -> dict[str, tuple[Substitute, ...]]:
-        """Substitutes by sensor."""
         return dict(zip(self.sensors, self.ways, strict=True))
 
 
 def graph_from(table: Mapping[str, Any]) -> SubstitutionGraph:
-    """Graph from a table: sensor -> list of {name, needs, deviation, source}, sorted by deviation.
-
-    Raises:
-        ParameterError: a substitute has an unknown key, or lacks one
-    """
+    """Graph from a table: sensor -> list of {name, needs, deviation, source}, sorted by deviation."""
     keys = ("name", "needs", "deviation", "source")
     made: dict[str, tuple[Substitute, ...]] = {}
     for sensor, ways in table.items():

@@ -94,11 +94,9 @@ class Switchover:
         return named_tuple("AllSupplied", [(sensor, Supplied) for sensor in self.graph.sensors])
 
     def init(self) -> tuple[SupplyState, ...]:
-        """State before the first sample."""
         return tuple(SupplyState(0.0, 0.0, NOTHING, 0.0) for _ in self.graph.sensors)
 
     def step(self, state: tuple[SupplyState, ...], sample: Tree) -> tuple[tuple[SupplyState, ...], Tree]:
-        """Process one sample."""
         faulty = dict(zip(self.graph.sensors, (offered.faulty for offered in sample), strict=True))
         supplies = [
             self._supply(index, before, offered, faulty)

@@ -85,12 +85,10 @@ class TroubleCode:
 
     @property
     def debounce(self) -> DebounceCounter:
-        """Counter that debounces the trouble code."""
         return DebounceCounter(float(self.increment), float(self.decrement), self.jump)
 
     @property
     def number(self) -> int:
-        """The three bytes of the code as a number."""
         found = _CODE.fullmatch(self.code)
         assert found
         letter, first, digits, kind = found.groups()
@@ -133,11 +131,6 @@ class TroubleCodes:
         return {name: code for name, code in self.codes.items() if code.monitor == monitor}
 
     def named(self, name_or_code: str) -> str:
-        """Name of a code, given its name or the code itself.
-
-        Raises:
-            ParameterError: the code does not exist
-        """
         wanted = name_or_code.upper()
         found = [name for name, code in self.codes.items() if name == name_or_code or code.code == wanted]
         if not found:
@@ -159,11 +152,7 @@ class TroubleCodes:
 
 @lru_cache(maxsize=8)
 def load_trouble_codes(path: str | Path = SHIPPED) -> TroubleCodes:
-    """Load a TOML file with a table [codes.NAME] per code, and [freeze_frame] with the identifier of each signal.
-
-    Raises:
-        ParameterError: the file cannot be read or is invalid; the message names the line
-    """
+    """Load a TOML file with a table [codes.NAME] per code, and [freeze_frame] with the identifier of each signal."""
     document = Document.read(path, "trouble code")
     if strange := set(document.content) - {"codes", "freeze_frame"}:
         name = min(strange)

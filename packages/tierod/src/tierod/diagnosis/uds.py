@@ -26,15 +26,6 @@ EXTENDED = {1: "occurrences", 2: "counter", 3: "failed_cycles", 4: "passed_cycle
 def answer(memory: FaultMemory, request: bytes) -> bytes:
     """Response of a control unit with this memory to a request.
 
-    Args:
-        memory: read by 0x19 with the sub-functions 01, 02, 04, 06 and 0A, cleared by 0x14
-        request: service, sub-function and data
-
-    Returns:
-        a positive response, or a negative one with its reason; empty where the highest bit of the sub-function
-        suppresses the positive response. A freeze frame contains each signal of the table as a single-precision number,
-        NaN where nothing was measured
-
     Source: ISO 14229-1:2020, 12.2 and 12.3.
     """
     service = request[0] if request else 0

@@ -36,13 +36,7 @@ class Cohorted:
 
 
 def cohorted(series: Series, level: np.ndarray, deviation: np.ndarray, known: Learnt) -> Cohorted:
-    """Cohort effects of a quantity from the levels of all cars.
-
-    Args:
-        series: series of the quantity
-        level, deviation: current level of each car and its standard deviation [unit], (cars,) each
-        known: statistics of the fleet; a cohort effect is expected to be half as large as a step worth finding
-    """
+    """Cohort effects of a quantity from the levels of all cars."""
     if len(level) < LEAST:
         return Cohorted(None, f"{len(level)} cars are too few to compare cohorts; {LEAST} are the least")
     return Cohorted(cohorts(level, deviation, series.labels, 0.5 * known.changes.step))
@@ -63,16 +57,7 @@ class Expected:
 
 
 def expected_of(found: Cohorts, series: Series, labels: dict[str, str]) -> Expected:
-    """Level expected of a new car, from the fleet mean and the effects of its cohorts.
-
-    Args:
-        found: cohort effects of the quantity
-        series: series of the quantity
-        labels: kind of cohort -> name; empty for a car of unknown cohorts
-
-    Raises:
-        ParameterError: no car of the fleet has this kind or name of cohort
-    """
+    """Level expected of a new car, from the fleet mean and the effects of its cohorts."""
     for kind, name in labels.items():
         known = sorted({each for each in series.labels.get(kind, ()) if each})
         if name not in known:
@@ -92,18 +77,7 @@ def expected_of(found: Cohorts, series: Series, labels: dict[str, str]) -> Expec
 
 
 def write_prior(path: str | Path, series: Series, expected: Expected) -> Path:
-    """Write the level expected of a new car into a vehicle file, as value, standard deviation and source.
-
-    Args:
-        path: path of a vehicle file; the rest of the file is kept
-        series: series of the quantity
-        expected: level expected of the new car
-
-    Raises:
-        InputError: the file cannot be read
-        OutputError: the file cannot be written
-        ParameterError: no parameter holds the fault-free value of this quantity; or the file is no vehicle file
-    """
+    """Write the level expected of a new car into a vehicle file, as value, standard deviation and source."""
     from tierod.core.files import write_text
     from tierod.vehicles import load
     from tierod.vehicles.writer import Change, changed

@@ -34,11 +34,7 @@ ROWS = 1 << 16
 
 
 def mark_doubles(ledger: Ledger) -> None:
-    """Mark recordings of the same drive as skipped, except the first by name.
-
-    Raises:
-        OutputError: the folder cannot be written
-    """
+    """Mark recordings of the same drive as skipped, except the first by name."""
     names = sorted(name for name, row in ledger.rows.items() if row["outcome"] == schema.JUDGED and row["recording"])
     rows = [ledger.rows[name] for name in names]
     first: dict[str, int] = {}
@@ -58,11 +54,7 @@ def mark_doubles(ledger: Ledger) -> None:
 
 
 def mark_overlaps(ledger: Ledger) -> None:
-    """Add a remark to overlapping drives of one vehicle: two loggers, a wrong clock, or a wrong vehicle.
-
-    Raises:
-        OutputError: the folder cannot be written
-    """
+    """Add a remark to overlapping drives of one vehicle: two loggers, a wrong clock, or a wrong vehicle."""
     drives: dict[str, list[dict[str, Any]]] = {}
     for row in ledger.rows.values():
         if row["outcome"] == schema.JUDGED and row.get("start") is not None:
@@ -79,17 +71,7 @@ def mark_overlaps(ledger: Ledger) -> None:
 
 
 def compact(place: Place, ledger: Ledger, fresh: Mapping[str, bytes]) -> pa.Table:
-    """Write the findings of all judged recordings, and return them.
-
-    Args:
-        place: the results folder
-        ledger: its ledger, with all rows of the run
-        fresh: results of this run by their keys; other results missing in the dataset are read from their files
-
-    Raises:
-        OutputError: the folder cannot be written
-        InputError: a result is damaged
-    """
+    """Write the findings of all judged recordings, and return them."""
     import pyarrow as pa
 
     wanted = {name: row for name, row in ledger.rows.items() if row["outcome"] == schema.JUDGED}

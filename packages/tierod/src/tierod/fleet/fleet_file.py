@@ -128,30 +128,14 @@ class Fleet:
     source: str = "the fleet"
 
     def entry(self, name: str) -> Entry:
-        """The entry that matches a recording.
-
-        Args:
-            name: path or address of the recording
-
-        Raises:
-            ParameterError: no entry matches
-        """
+        """The entry that matches a recording."""
         for each in self.recordings:
             if (not each.files or fits(name, each.files)) and regular(each.pattern).search(name):
                 return each
         raise ParameterError(f"no entry of 'recordings' in {self.source} fits it: give it one with its vehicle")
 
     def assigned(self, name: str, metadata: Mapping[str, Any], column: str | None = None) -> Assigned:
-        """Vehicle, cohort and mileage of a recording.
-
-        Args:
-            name: path or address of the recording
-            metadata: metadata of the recording; may be empty if its entry does not need them
-            column: content of the column that the entry names; None if the recording has no such column
-
-        Raises:
-            ParameterError: no entry matches, or the recording lacks the data that its entry requires
-        """
+        """Vehicle, cohort and mileage of a recording."""
         entry = self.entry(name)
         found = regular(entry.pattern).search(name)
         groups = {key: value for key, value in (found.groupdict() if found else {}).items() if value}
@@ -204,11 +188,7 @@ def _date(text: str) -> float:
 
 
 def one_vehicle(parameters: str) -> Fleet:
-    """Fleet without a file: all recordings belong to the vehicle of one vehicle file.
-
-    Args:
-        parameters: path of the vehicle file, or a shipped name
-    """
+    """Fleet without a file: all recordings belong to the vehicle of one vehicle file."""
     return Fleet((Entry(vehicle=Path(parameters).stem if "/" in parameters else parameters, parameters=parameters),))
 
 

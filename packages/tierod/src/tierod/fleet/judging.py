@@ -51,11 +51,7 @@ class Asked:
     spread: bool = True
 
     def together(self, car: Vehicle) -> Together:
-        """The monitors, prepared for a recording.
-
-        Args:
-            car: vehicle as which the recording is judged
-        """
+        """The monitors, prepared for a recording."""
         return Together(car, self.monitors, self.spread, signals_shown=False)
 
 
@@ -81,17 +77,6 @@ class Judgement:
 
 
 def judge(pieces: Iterator[Recording], together: Together, asked: Asked, start: float | None = None) -> Judgement:
-    """Judge a recording with all monitors.
-
-    Args:
-        pieces: pieces of the recording in the order of time
-        together: the monitors, newly opened
-        asked: settings of the judgement
-        start: start of a recording whose own clock has no date, in seconds since 1970, UTC
-
-    Raises:
-        InputError: the recording cannot be read, or is too short
-    """
     rows: list[Row] = []
     moments = Moments()
     ended = 0

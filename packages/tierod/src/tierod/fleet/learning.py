@@ -60,12 +60,7 @@ class Learnt:
     remarks: tuple[str, ...]
 
     def with_usual(self, usual: np.ndarray, between: float) -> Learnt:
-        """The same statistics for cars whose expected levels are known from their cohorts.
-
-        Args:
-            usual: expected level of each car [unit], (cars,)
-            between: standard deviation of the cars about these levels [unit]
-        """
+        """The same statistics for cars whose expected levels are known from their cohorts."""
         mean = np.tile(self.prior.mean, (len(usual), 1))
         mean[:, 0] = usual
         covariance = self.prior.covariance.copy()
@@ -76,11 +71,7 @@ class Learnt:
 
 
 def learnt(series: Series) -> Learnt:
-    """Estimate noise and prior from the fault-free majority of a fleet.
-
-    Args:
-        series: series of one quantity
-    """
+    """Estimate noise and prior from the fault-free majority of a fleet."""
     drives, remarks = series.drives, []
     usual = drives
     try:

@@ -59,16 +59,6 @@ class Ledger:
         self.flush()
 
     def add(self, found: Found, job: str, row: Mapping[str, Any]) -> None:
-        """Add the row of a recording.
-
-        Args:
-            found: the recording
-            job: digest of the settings of its judgement
-            row: outcome
-
-        Raises:
-            OutputError: the folder cannot be written
-        """
         about = {"recording_name": found.name, "bytes": found.bytes, "modified": found.modified, "job": job}
         self.put({**about, **row, "time": time.time(), "version": __version__})
 
@@ -87,13 +77,7 @@ class Ledger:
             self._waiting = []
 
     def holds(self, found: Found, job: str, again: bool) -> bool:
-        """Whether the stored outcome of a recording is still valid.
-
-        Args:
-            found: the recording as it is now
-            job: digest of the settings of its judgement
-            again: whether failed recordings are tried again
-        """
+        """Whether the stored outcome of a recording is still valid."""
         row = self.rows.get(found.name)
         if row is None or (row["bytes"], row["modified"], row["job"]) != (found.bytes, found.modified, job):
             return False
@@ -121,11 +105,7 @@ class Ledger:
 
 
 def rows_of(table: pa.Table) -> list[Row]:
-    """Rows of a table in the form in which they are added: times as seconds since 1970, maps as dictionaries.
-
-    Args:
-        table: findings or ledger
-    """
+    """Rows of a table in the form in which they are added: times as seconds since 1970, maps as dictionaries."""
     import pyarrow as pa
 
     columns = {}
@@ -141,12 +121,7 @@ def rows_of(table: pa.Table) -> list[Row]:
 
 
 def prepare(place: Place) -> None:
-    """Check that a results folder can be written, before hours of work.
-
-    Raises:
-        OutputError: the folder cannot be written
-        InputError: the folder holds something else, or results of a later version
-    """
+    """Check that a results folder can be written, before hours of work."""
     import json
 
     known = place.exists("about.json")

@@ -40,11 +40,7 @@ def path_of(key: str) -> str:
 
 
 def pyramid(trace: Trace) -> list[Trace]:
-    """Levels of a trace, the coarsest first.
-
-    Args:
-        trace: trace at any resolution
-    """
+    """Levels of a trace, the coarsest first."""
     width = bin_width(trace)
     levels = [coarser(trace, max(round(FINEST / width), 1) if width > 0.0 else 1)]
     while len(levels[0].time) > COARSEST:
@@ -53,11 +49,7 @@ def pyramid(trace: Trace) -> list[Trace]:
 
 
 def content_of(estimates: Mapping[str, Mapping[str, Trace]]) -> bytes:
-    """Content of the file with the levels of one result.
-
-    Args:
-        estimates: traces by monitor and name
-    """
+    """Content of the file with the levels of one result."""
     import pyarrow.parquet as pq
 
     buffer = io.BytesIO()
@@ -91,18 +83,7 @@ def _tables(estimates: Mapping[str, Mapping[str, Trace]]) -> Iterator[pa.Table]:
 def zoom(
     results: str | Path, key: str, name: str, start: float = -np.inf, stop: float = np.inf, points: int = 1000
 ) -> pa.Table:
-    """An estimate over a time span, at the coarsest level that has the required number of points.
-
-    Args:
-        results: the folder that `tierod fleet -o` wrote, or its address
-        key: key of the result, as in findings and ledger
-        name: name of the estimate, such as "friction_torque"
-        start, stop: limits of the span in the recording's time [s]
-        points: required number of points; fewer if the finest level has fewer
-
-    Raises:
-        InputError: there are no levels of this result, or none of this name in the span
-    """
+    """An estimate over a time span, at the coarsest level that has the required number of points."""
     import pyarrow.parquet as pq
 
     place = place_of(results)

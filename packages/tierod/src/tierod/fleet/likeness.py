@@ -33,7 +33,6 @@ class Moments:
         self._sums: dict[str, np.ndarray] = {}
 
     def add(self, piece: Recording) -> None:
-        """Add a piece."""
         for name, channel in piece.channels.items():
             values = channel.values
             values = values if np.isfinite(values.sum()) else values[np.isfinite(values)]
@@ -60,13 +59,7 @@ class Moments:
 
 
 def alike(rows: Sequence[Mapping[str, Any]]) -> Iterator[tuple[int, int]]:
-    """Pairs of recordings that hold the same drive, as pairs of indices, the earlier first.
-
-    Args:
-        rows: rows of the ledger, with `vehicle`, `moments`, `duration_s` and `start`. Recordings of one drive have the
-            same vehicle, agree in all common signals, at least three, and in their duration within a second; if both
-            have a date, they begin within a minute
-    """
+    """Pairs of recordings that hold the same drive, as pairs of indices, the earlier first."""
     cars: dict[str, list[int]] = {}
     for place, row in enumerate(rows):
         cars.setdefault(row["vehicle"], []).append(place)

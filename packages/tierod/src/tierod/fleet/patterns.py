@@ -26,15 +26,7 @@ def folder_of(pattern: str) -> str:
 
 
 def matches(name: str, pattern: str) -> bool:
-    """Whether a whole name matches a pattern: "*" and "?" stay within a folder, "**/" means any number of folders.
-
-    Args:
-        name: path or address, as `tierod.core.files.text_of` gives it
-        pattern: pattern with "/" between folders
-
-    Raises:
-        ParameterError: the pattern has a range that is none, such as [z-a]
-    """
+    """Whether a whole name matches a pattern: "*" and "?" stay within a folder, "**/" means any number of folders."""
     return _wildcards(pattern, "").fullmatch(name) is not None
 
 
@@ -45,14 +37,7 @@ def fits(name: str, pattern: str) -> bool:
 
 @lru_cache(maxsize=256)
 def regular(pattern: str) -> Any:
-    """A regular expression with the methods of `re.Pattern`, in the syntax of RE2.
-
-    Args:
-        pattern: as a user wrote it
-
-    Raises:
-        ParameterError: it is not a regular expression, or has a construct whose time is not bounded
-    """
+    """A regular expression with the methods of `re.Pattern`, in the syntax of RE2."""
     # A native library, imported where it is needed.
     import re2
 

@@ -38,22 +38,16 @@ class Place:
 
     @property
     def local(self) -> bool:
-        """Whether it is a local folder."""
         return protocol_of(self.root) == LOCAL
 
     @property
     def storage(self) -> Any:
-        """The fsspec storage that contains the folder.
-
-        Raises:
-            MissingExtra: fsspec, or its driver of this protocol, is not installed
-        """
+        """The fsspec storage that contains the folder."""
         if not self._opened:
             self._opened.append(storage_of(self.root))
         return self._opened[0]
 
     def _address(self, path: str = "") -> str:
-        """A path in the folder as the storage names it."""
         base = str(self.storage._strip_protocol(self.root))
         return posixpath.join(base, path) if path else base
 
@@ -62,11 +56,7 @@ class Place:
         return posixpath.join(self.root, path) if path else self.root
 
     def files(self, folder: str, ending: str) -> list[str]:
-        """Paths of the files below a folder, sorted by name, without hidden files.
-
-        Raises:
-            InputError: the storage does not answer
-        """
+        """Paths of the files below a folder, sorted by name, without hidden files."""
         if self.local:
             top = Path(self.root)
             found = (path.relative_to(top).as_posix() for path in (top / folder).rglob(f"*{ending}"))
@@ -78,11 +68,7 @@ class Place:
         return sorted(path for path in found if not posixpath.basename(path).startswith("."))
 
     def exists(self, path: str) -> bool:
-        """Whether a file or folder exists.
-
-        Raises:
-            InputError: the storage does not answer
-        """
+        """Whether a file or folder exists."""
         if self.local:
             return os.path.exists(os.path.join(self.root, path))
         with answering(self.root):
@@ -90,11 +76,7 @@ class Place:
 
     @contextmanager
     def open(self, path: str) -> Iterator[IO[bytes]]:
-        """Open a file for reading.
-
-        Raises:
-            OSError: the file does not exist, or cannot be read
-        """
+        """Open a file for reading."""
         if self.local:
             with open(os.path.join(self.root, path), "rb") as file:
                 yield file
@@ -103,25 +85,12 @@ class Place:
                 yield file
 
     def read(self, path: str) -> bytes:
-        """The content of a file.
-
-        Raises:
-            OSError: the file does not exist, or cannot be read
-        """
+        """The content of a file."""
         with self.open(path) as file:
             return file.read()
 
     def write(self, path: str, content: bytes, sync: bool = False) -> None:
-        """Write a complete file, which replaces one of the same name.
-
-        Args:
-            path: path in the folder; missing parent folders are created
-            content: content of the file
-            sync: whether to wait until the content is on the disk
-
-        Raises:
-            OutputError: the file cannot be written; the message states cause and remedy
-        """
+        """Write a complete file, which replaces one of the same name."""
         try:
             if self.local:
                 _write_local(Path(self.root, path), content, sync)
@@ -146,14 +115,7 @@ class Place:
 
 @contextmanager
 def answering(address: str) -> Iterator[None]:
-    """Turn errors of a storage into one that states its address and the cause.
-
-    Args:
-        address: address that is accessed
-
-    Raises:
-        InputError: the storage does not answer
-    """
+    """Turn errors of a storage into one that states its address and the cause."""
     try:
         yield
     except Exception as error:
@@ -165,11 +127,7 @@ def answering(address: str) -> Iterator[None]:
 
 
 def place_of(root: str | Path) -> Place:
-    """The place of a folder; a local path is made absolute, since workers may run in another folder.
-
-    Args:
-        root: path or address of the folder
-    """
+    """The place of a folder; a local path is made absolute, since workers may run in another folder."""
     text = str(root)
     if protocol_of(text) == LOCAL:
         return Place(str(expanded(text.removeprefix("file://")).absolute()))
@@ -183,12 +141,6 @@ def protocol_of(address: str) -> str:
 
 
 def storage_of(address: str) -> Any:
-    """The fsspec storage of an address.
-
-    Raises:
-        MissingExtra: fsspec, or its driver of this protocol, is not installed
-        InputError: there is no such protocol
-    """
     protocol = protocol_of(address)
     try:
         import fsspec

@@ -76,12 +76,7 @@ class Reason:
     weight: float = 0.0
 
     def and_also(self, trend: Reason, text: str) -> Reason:
-        """This reason together with the trend of the same quantity: one reason, as urgent as the more urgent one.
-
-        Args:
-            trend: the reason of the trend
-            text: what it adds in words; "" if that is said
-        """
+        """This reason together with the trend of the same quantity: one reason, as urgent as the more urgent one."""
         inspect = "; ".join(dict.fromkeys((*self.inspect.split("; "), *trend.inspect.split("; "))))
         return replace(
             self,
@@ -138,12 +133,7 @@ class Ranked:
 
 
 def ranked(trends: Sequence[Trends], standing: Iterable[Standing]) -> list[Ranked]:
-    """All cars with a reason for an inspection, the worst first.
-
-    Args:
-        trends: trends of all quantities
-        standing: verdicts of the last judged drives
-    """
+    """All cars with a reason for an inspection, the worst first."""
     reasons: dict[str, dict[tuple[str, str], Reason]] = {}
     followed = {
         (vehicle, series.series.watched.monitor, series.series.watched.judged): (series, car)

@@ -38,15 +38,7 @@ class Found:
 
 
 def find(given: Iterable[str]) -> list[Found]:
-    """All recordings once, sorted by name; inaccessible ones are included with the reason.
-
-    Args:
-        given: files, folders (all files in them with the ending of a known format), or patterns: "recordings/**/*.mf4",
-            "s3://bucket/2026-11/"
-
-    Raises:
-        InputError: one of these matches nothing, or its storage does not answer
-    """
+    """All recordings once, sorted by name; inaccessible ones are included with the reason."""
     found: dict[str, Found] = {}
     for each in given:
         local = protocol_of(each) == LOCAL

@@ -37,11 +37,7 @@ class Coverage(NamedTuple):
 
 
 def coverage(findings: pa.Table) -> Coverage:
-    """Count cars with a verdict, and list monitors without one.
-
-    Args:
-        findings: findings as given by `tierod.fleet.results.findings_of`
-    """
+    """Count cars with a verdict, and list monitors without one."""
     import pyarrow as pa
     import pyarrow.compute as pc
 
@@ -131,30 +127,12 @@ class FleetReport:
 
 
 def report(results: str | Path, design: Design | None = None, command: str = "") -> FleetReport:
-    """Report on the results of a fleet.
-
-    Args:
-        results: the folder that `tierod fleet -o` wrote, or its address
-        design: permitted false alarms; the default if not given
-        command: the command line
-
-    Raises:
-        InputError: the folder holds no results, was written by a later tierod, or a file is damaged
-    """
     from tierod.fleet.results import findings_of, ledger_of
 
     return worked_out(findings_of(results, COLUMNS), ledger_of(results), design or Design(), str(results), command)
 
 
 def worked_out(findings: pa.Table, ledger: pa.Table, design: Design, name: str = "", command: str = "") -> FleetReport:
-    """Report on findings and ledger of a fleet.
-
-    Args:
-        findings, ledger: see `tierod.fleet.schema`
-        design: permitted false alarms
-        name: name of the results
-        command: the command line
-    """
     now = dt.datetime.now(dt.UTC)
     series, remarks = series_of(findings, now.timestamp() / 86400.0 + 1.0)
     found = tuple(trends(each, design) for each in series)

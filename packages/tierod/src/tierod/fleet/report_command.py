@@ -32,21 +32,7 @@ def report(
     prior: Path | None = None,
     cohort: Sequence[str] = (),
 ) -> int:
-    """Write fleet.html and fleet.json, and return an exit code: no car to inspect (0), some (1), no verdict (2).
-
-    Args:
-        results: folder that `tierod fleet --output` named, or its address
-        output: folder for both files; by default that of the results, or the current one if these are remote
-        as_json: print the document, and other lines to stderr
-        command: the command line
-        prior: vehicle file into which the level expected of a new car is written; None for none
-        cohort: cohorts of the new car, as KIND=NAME
-
-    Raises:
-        InputError: the folder holds no results, or a file is damaged
-        OutputError: a file cannot be written
-        ParameterError: the fleet has no such cohort, or the file is no vehicle file
-    """
+    """Write fleet.html and fleet.json, and return an exit code: no car to inspect (0), some (1), no verdict (2)."""
     from tierod.fleet.report import report as worked_out
     from tierod.fleet.report_document import text
     from tierod.fleet.report_page import write

@@ -28,7 +28,6 @@ def text(report: FleetReport) -> str:
 
 
 def document(report: FleetReport) -> dict[str, Any]:
-    """The document as data."""
     return {
         "schema": SCHEMA,
         "version": __version__,
@@ -146,7 +145,6 @@ def _trend(trends: Trends, car: int) -> dict[str, Any]:
 
 
 def step(trends: Trends, car: int) -> dict[str, Any] | None:
-    """The last step of a car's level; None if there was none."""
     since = _day(trends.stepped(car))
     return None if since is None else {"since": since, "before": float(trends.before[car])}
 

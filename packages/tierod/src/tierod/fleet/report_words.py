@@ -58,11 +58,7 @@ def left(trends: Trends, car: int) -> str:
 
 
 def time_left(early: float, likely: float, late: float) -> str:
-    """Likeliest time until a limit with its 90 % interval, in words.
-
-    Args:
-        early, likely, late: times [d]; infinite beyond the ten years that a trend is extrapolated
-    """
+    """Likeliest time until a limit with its 90 % interval, in words."""
     if not math.isfinite(likely):
         return BEYOND + (f", {days(early)} at the earliest" if math.isfinite(early) else "")
     return f"{days(likely)} ({days(early)} to {days(late) if math.isfinite(late) else BEYOND})"
@@ -146,7 +142,6 @@ def shown_chance(trends: Trends, car: int) -> str:
 
 
 def labels(trends: Trends, car: int) -> str:
-    """All cohort labels of a car."""
     return ", ".join(f"{kind} {names[car]}" for kind, names in trends.series.labels.items() if names[car]) or "–"
 
 

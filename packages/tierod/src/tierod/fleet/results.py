@@ -22,15 +22,7 @@ if TYPE_CHECKING:
 
 
 def findings_of(results: str | Path, columns: Iterable[str] | None = None) -> pa.Table:
-    """Findings of all judged recordings, sorted by vehicle, time and recording.
-
-    Args:
-        results: the folder that `tierod fleet -o` wrote, or its address
-        columns: columns to read; all if not given
-
-    Raises:
-        InputError: the folder holds no results, was written by a later tierod, or a file is damaged
-    """
+    """Findings of all judged recordings, sorted by vehicle, time and recording."""
     place = _place(results)
     paths = place.files("findings", ".parquet")
     wanted = None if columns is None else list(columns)
@@ -40,14 +32,7 @@ def findings_of(results: str | Path, columns: Iterable[str] | None = None) -> pa
 
 
 def ledger_of(results: str | Path) -> pa.Table:
-    """The last row of every recording, sorted by name.
-
-    Args:
-        results: as in `findings_of`
-
-    Raises:
-        InputError: as in `findings_of`
-    """
+    """The last row of every recording, sorted by name."""
     import pyarrow as pa
 
     place = _place(results)
@@ -80,17 +65,7 @@ OLD_WORD = "word"
 
 
 def read_table(place: Place, path: str, table: str, columns: list[str] | None = None) -> pa.Table:
-    """One file of a results folder, in the columns of the current schema.
-
-    Args:
-        place: the results folder
-        path: path of the file in the folder
-        table: "findings", "ledger" or "levels"
-        columns: columns to read; all if not given
-
-    Raises:
-        InputError: the file is damaged, or was written by a later tierod
-    """
+    """One file of a results folder, in the columns of the current schema."""
     import pyarrow as pa
     import pyarrow.compute as pc
     import pyarrow.parquet as pq

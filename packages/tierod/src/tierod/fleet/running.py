@@ -121,23 +121,6 @@ def run(
     with_levels: bool = True,
     progress: Callable[[Progress], None] = lambda _: None,
 ) -> Summary:
-    """Judge the recordings of a fleet that have no valid result yet.
-
-    Args:
-        recordings: files, folders, patterns, or addresses of a storage
-        fleet: assignment of recordings to vehicles
-        results: folder or address; existing results in it are continued
-        asked: settings of the judgement
-        workers: workers that judge; opened and closed here
-        again: whether recordings that failed are tried again
-        with_levels: whether estimates over time are kept
-        progress: called after each recording
-
-    Raises:
-        InputError: a pattern matches nothing, or a storage does not answer
-        OutputError: the results cannot be written; finished results are kept
-        ParameterError: the workers cannot be started
-    """
     place = place_of(results)
     found = [each for each in find(recordings) if not each.path.startswith(f"{place.root}/")]
     prepare(place)

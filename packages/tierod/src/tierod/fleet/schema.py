@@ -187,23 +187,13 @@ def _schema(table: str, fields: list[tuple[str, pa.DataType]]) -> pa.Schema:
 
 
 def version_in(schema: pa.Schema, table: str) -> int | None:
-    """Version of a table; None if the schema is not that of this table.
-
-    Args:
-        schema: schema of a file
-        table: "findings", "ledger" or "levels"
-    """
+    """Version of a table; None if the schema is not that of this table."""
     name, _, version = (schema.metadata or {}).get(NAME, b"").decode("utf-8", "replace").partition("/")
     return int(version) if name == table and version.isdigit() else None
 
 
 def table_of(table: str, rows: Sequence[Mapping[str, Any]]) -> pa.Table:
-    """Arrow table of some rows; entries that a row lacks are null.
-
-    Args:
-        table: "findings", "ledger" or "levels"
-        rows: values by name of the column; times as seconds since 1970, maps as dictionaries
-    """
+    """Arrow table of some rows; entries that a row lacks are null."""
     import pyarrow as pa
 
     whole = {"findings": findings, "ledger": ledger, "levels": levels}[table]()
@@ -232,11 +222,6 @@ def _unicode(value: Any) -> Any:
 
 
 def shown_time(seconds: float) -> str:
-    """A time for display.
-
-    Args:
-        seconds: time since 1970, UTC [s]
-    """
     try:
         return dt.datetime.fromtimestamp(seconds, dt.UTC).strftime("%Y-%m-%d %H:%M UTC")
     except (OverflowError, OSError, ValueError):

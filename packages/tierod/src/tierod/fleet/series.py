@@ -77,10 +77,6 @@ class Series:
 def series_of(findings: pa.Table, until: float | None = None) -> tuple[list[Series], list[str]]:
     """All series of a fleet, the one with most drives first, and remarks on findings that were left out.
 
-    Args:
-        findings: findings as given by `tierod.fleet.results.findings_of`
-        until: day since 1970 after which a date cannot be valid; None for no such limit
-
     Drives without a date or an estimate are no part of a trend; their verdicts still count in `standing`. What a
     monitor only estimates, such as the largest sideslip, is a property of the drive: no trend of a car follows it.
     """
@@ -151,7 +147,6 @@ def _series(
 
 
 def _last(values: np.ndarray, car: np.ndarray, cars: int) -> np.ndarray:
-    """The last finite value of each car, in the order of the rows."""
     found = np.full(cars, np.nan)
     known = np.isfinite(values)
     # With repeated indices the last assignment remains.
@@ -160,12 +155,7 @@ def _last(values: np.ndarray, car: np.ndarray, cars: int) -> np.ndarray:
 
 
 def numeric(findings: pa.Table, name: str) -> np.ndarray:
-    """A numeric column as an array; NaN where it is null.
-
-    Args:
-        findings: any table
-        name: name of the column
-    """
+    """A numeric column as an array; NaN where it is null."""
     values: np.ndarray = findings[name].to_numpy().astype(float)
     return values
 

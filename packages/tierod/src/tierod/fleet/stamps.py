@@ -37,17 +37,12 @@ def report_code() -> str:
 
 
 def vehicle_digest(car: Vehicle) -> str:
-    """Digest of a vehicle: its content, and the files that describe its bus.
-
-    Args:
-        car: the loaded vehicle
-    """
+    """Digest of a vehicle: its content, and the files that describe its bus."""
     files = [_content(path) for path in (car.channel_map, car.database) if path is not None]
     return fingerprint(car, files)
 
 
 def _sources(monitor: Monitor) -> list[Path]:
-    """Files in which the variants of a monitor are defined."""
     found = set()
     for variant in monitor.variants.values():
         with suppress(TypeError):

@@ -119,9 +119,6 @@ def counted(statuses: Iterable[Status]) -> str:
 def standings(findings: pa.Table) -> list[Standing]:
     """Verdicts of every car, monitor and element that were not always healthy, persistent faults first.
 
-    Args:
-        findings: findings as given by `tierod.fleet.results.findings_of`
-
     A drive without a verdict counts neither as healthy nor as faulty. Of drives with equal time stamps the order is
     unknown, as it is of drives without a date among dated ones: all that may be among the last `LAST` are considered.
     """

@@ -86,12 +86,7 @@ class Done:
 
 
 def work(task: Task) -> Done:
-    """Judge a recording.
-
-    Raises:
-        OutputError: the result cannot be written
-        Passing: this process has loaded other code than the run began with
-    """
+    """Judge a recording."""
     if task.job.code != code():
         raise Passing("the code of tierod differs from that of the run; install the same, or run again")
     _spare_memory()
@@ -244,7 +239,6 @@ def _reasons(refused: Mapping[str, str]) -> str:
 
 
 def _about(found: Judgement) -> dict[str, Any]:
-    """Facts about a result for the ledger."""
     return {
         "start": found.start,
         "duration_s": found.duration,
@@ -285,14 +279,7 @@ def _kept(results: Place, key: str) -> tuple[dict[str, Any], bytes] | None:
 
 
 def table_of(content: bytes | IO[bytes]) -> pa.Table:
-    """Findings of a stored result.
-
-    Args:
-        content: content of its file
-
-    Raises:
-        InputError: the content is damaged
-    """
+    """Findings of a stored result."""
     import pyarrow as pa
 
     with contextlib.suppress(pa.ArrowException, OSError):

@@ -186,12 +186,7 @@ class _Change(NamedTuple):
 
 
 def trends(series: Series, design: Design) -> Trends:
-    """Estimate the trend of every car of a fleet.
-
-    Args:
-        series: series of one quantity
-        design: permitted false alarms
-    """
+    """Estimate the trend of every car of a fleet."""
     known, cars = learnt(series), len(series.vehicles)
     drives = with_right_first(series.drives, known.steady, known.prior.mean[2:])
     stepping, steps = _stepping(series.drives, drives, known)
@@ -283,7 +278,6 @@ def _joined(
 
 
 def _level_row(mileage: np.ndarray) -> np.ndarray:
-    """Row vector that extracts the level at the reference temperature from a state, (..., 4)."""
     one = np.ones_like(mileage)
     return np.stack((one, 0.0 * one, 0.0 * one, mileage), axis=-1)
 

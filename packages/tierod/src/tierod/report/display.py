@@ -56,7 +56,6 @@ def number(value: float | None, digits: int = 4) -> str:
 
 
 def share(value: float) -> str:
-    """A share (0 to 1) in per cent."""
     if not math.isfinite(value):
         return "–"
     percent = 100.0 * value
@@ -64,7 +63,6 @@ def share(value: float) -> str:
 
 
 def duration(seconds: float | None) -> str:
-    """A duration in hours, minutes and seconds."""
     if seconds is None or not math.isfinite(seconds):
         return "–"
     if seconds < 60.0:

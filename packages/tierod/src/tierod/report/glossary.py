@@ -117,7 +117,6 @@ class Glossary:
         self.found: dict[str, tuple[str, str]] = {}
 
     def link(self, text: object) -> Any:
-        """The text, as a link to its explanation if there is one."""
         import markupsafe
 
         known = explanation(str(text))
@@ -152,11 +151,7 @@ class Glossary:
 
 
 def explanation(text: str) -> tuple[str, str] | None:
-    """(name, explanation) of a signal, a parameter or a term; None for an unknown text.
-
-    Args:
-        text: as on the page, with or without a unit in brackets
-    """
+    """(name, explanation) of a signal, a parameter or a term; None for an unknown text."""
     return _known().get(re.sub(r"\s*\[[^]]*\]$", "", text).strip().lower())
 
 

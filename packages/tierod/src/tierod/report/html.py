@@ -113,16 +113,7 @@ def rendered(
     sections: Sequence[Section] = (),
     **content: Any,
 ) -> str:
-    """HTML text of a self-contained page.
-
-    Args:
-        name: of the template, or its path in another package
-        origin: of the page
-        figures: charts, in the order of the page
-        packed: packed series in the page, from which its script draws
-        sections: sections with further charts
-        content: further variables of the template
-    """
+    """HTML text of a self-contained page."""
     charts = [*figures, *(part for section in sections for kind, part in section.parts if kind == "chart")]
     scripts = SCRIPTS if charts else SCRIPTS[:1]
     text: str = template(name).render(
@@ -170,12 +161,6 @@ def library() -> str:
 
 
 def chart_script(figure: Figure, packed: Collection[str] = ()) -> str:
-    """JSON of a chart for the script of the page.
-
-    Args:
-        figure: the chart
-        packed: names of the series packed in the page, whose points are left out
-    """
     data = [
         _without_points(mark) if drawn_from(mark) and drawn_from(mark) <= set(packed) else mark for mark in figure.data
     ]
@@ -188,7 +173,6 @@ def _without_points(mark: Mapping[str, object]) -> dict[str, Any]:
 
 
 def script_json(content: object) -> str:
-    """Content as JSON that can be embedded in a script element."""
     # A "<" inside a name must not end the script element.
     return json.dumps(content, ensure_ascii=False, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
 

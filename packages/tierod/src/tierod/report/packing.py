@@ -21,13 +21,7 @@ RECORDED, COMPUTED = 12, 16
 
 
 def packed_series(traces: Mapping[str, Trace], names: Iterable[str], budget: int = BUDGET) -> dict[str, Packed]:
-    """Pack the named traces; the largest are coarsened until all fit, and traces that cannot be packed are left out.
-
-    Args:
-        traces: of a diagnosis
-        names: of the traces that the charts draw
-        budget: characters available for them in the page
-    """
+    """Pack the named traces; the largest are coarsened until all fit, and traces that cannot be packed are left out."""
     packed = {name: each for name in names if (each := _pack(traces[name], 1)) is not None}
     steps = dict.fromkeys(packed, 1)
     largest = [(-_size(each), name) for name, each in packed.items() if each.count > LEAST]
@@ -63,5 +57,4 @@ def _pack(trace: Trace, step: int) -> Packed | None:
 
 
 def _size(packed: Packed) -> int:
-    """Characters of a packed trace in base64."""
     return 4 * len(packed.data) // 3

@@ -263,7 +263,6 @@ def _is_nested(value: object) -> bool:
 
 
 def _flat(name: str, value: Any) -> Iterator[tuple[str, str]]:
-    """(dotted name, value) of every entry of nested metadata."""
     if isinstance(value, dict):
         for key, entry in value.items():
             yield from _flat(f"{name}.{key}", entry)

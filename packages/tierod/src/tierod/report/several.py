@@ -69,12 +69,7 @@ def to_know(judged: Sequence[Judged]) -> list[tuple[str, str, str]]:
 
 
 def render(judged: Sequence[Judged], origin: Origin) -> str:
-    """HTML page of several diagnoses.
-
-    Args:
-        judged: recordings with their diagnoses
-        origin: time, version and command of the page
-    """
+    """HTML page of several diagnoses."""
     verdicts: list[tuple[str, Any]] = [("table", Table("Verdicts", HEADER, tuple(overview(judged))))]
     if missed := not_run(judged):
         verdicts.append(("table", Table("Monitors that did not run", ("recording", "monitor", "why"), tuple(missed))))

@@ -16,20 +16,12 @@ EFFECT_HEADING = "Which parameters decide"
 
 
 def effect_rows(diagnosis: Diagnosis) -> list[tuple[str, str, str, str]]:
-    """Cells of `EFFECT_COLUMNS` for every uncertain parameter that affects the result, the largest effect first.
-
-    Args:
-        diagnosis: with the effects of its parameters
-    """
+    """Cells of `EFFECT_COLUMNS` for every uncertain parameter that affects the result, the largest effect first."""
     return [(each.name, _value(each), _effect(each), share(each.share)) for each in diagnosis.parameter_effects]
 
 
 def measure_first(diagnosis: Diagnosis) -> str:
-    """Recommendation of the parameter to measure first; "" where none affects the result.
-
-    Args:
-        diagnosis: with the effects of its parameters
-    """
+    """Recommendation of the parameter to measure first; "" where none affects the result."""
     first = first_to_measure(diagnosis.parameter_effects)
     if first is None:
         return ""
@@ -49,22 +41,12 @@ def _effect(each: ParameterEffect) -> str:
 
 
 def deciding(diagnosis: Diagnosis, finding: Finding) -> list[str]:
-    """A sentence for every decision that raised the alarm of a finding.
-
-    Args:
-        diagnosis: with all decisions
-        finding: of the diagnosis
-    """
+    """A sentence for every decision that raised the alarm of a finding."""
     return [_sentence(diagnosis, each) for each in diagnosis.decisions if each.name in finding.decided_by]
 
 
 def alarm_from(levels: tuple[float, ...], below: bool) -> str:
-    """Thresholds of a rule as text: "alarm from 4", "alarm beyond ±0.06", "alarm below 9".
-
-    Args:
-        levels: thresholds; empty gives ""
-        below: whether the rule alarms below them
-    """
+    """Thresholds of a rule as text: "alarm from 4", "alarm beyond ±0.06", "alarm below 9"."""
     if not levels:
         return ""
     if below:

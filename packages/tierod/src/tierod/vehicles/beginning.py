@@ -19,16 +19,7 @@ UNKNOWN = 0.3
 def begun(
     known: Mapping[str, Known], of: str | None = None, like: Vehicle | None = None
 ) -> tuple[str, list[Parameter]]:
-    """Class of a car and its initial parameters, each with a standard deviation and a source.
-
-    Args:
-        known: given values by name, including "wheelbase" and "front_share"
-        of: class of the car; None for that of `like`
-        like: similar car, whose values precede those of the class and are scaled to the given mass and wheelbase
-
-    Raises:
-        ParameterError: the class does not exist, or neither class nor car is given
-    """
+    """Class of a car and its initial parameters, each with a standard deviation and a source."""
     if of is None and like is None:
         raise ParameterError(
             f"describe the car: give --class with one of {', '.join(classes())}, or --like with a vehicle of "
@@ -96,17 +87,7 @@ def text_of(
     counts: bool = False,
     database: str | None = None,
 ) -> str:
-    """Text of a vehicle file.
-
-    Args:
-        name: of the car
-        kind: its class
-        parameters: in the order of the file
-        channel_map: file name of the channel map; None without one
-        like: name of the similar car; None without one
-        counts: whether torques are raw counts, for which torque values of another car are omitted
-        database: file name of the CAN database; None without one
-    """
+    """Text of a vehicle file."""
     if counts:
         parameters = [each for each in parameters if not QUANTITIES[each.name].torque]
     basis = f"the class {kind}" if like is None else f"a car like {like}"

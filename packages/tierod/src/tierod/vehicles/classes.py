@@ -70,11 +70,7 @@ def classes() -> dict[str, str]:
 
 
 def require_class(name: str) -> None:
-    """Check that a class exists.
-
-    Raises:
-        ParameterError: the class does not exist; the message suggests the nearest names
-    """
+    """Check that a class exists."""
     if name not in classes():
         raise ParameterError(f"no class of cars is called '{name}'{nearest(name, classes())}")
 
@@ -104,11 +100,7 @@ def _rule(name: str, table: Mapping[str, Any]) -> Rule:
 
 
 def class_of(vehicle: Vehicle) -> str:
-    """Class of a vehicle: by name for a shipped one, else the nearest by mass, wheelbase and tyre friction.
-
-    Args:
-        vehicle: with any parameters; without these three the class is USUAL
-    """
+    """Class of a vehicle: by name for a shipped one, else the nearest by mass, wheelbase and tyre friction."""
     if vehicle.path.parent == SHIPPED and vehicle.name in _content()["shipped"]:
         return str(_content()["shipped"][vehicle.name])
     known = {name: vehicle[name] for name in ("mass", "tyre_friction") if name in vehicle}
@@ -124,16 +116,7 @@ def class_of(vehicle: Vehicle) -> str:
 
 
 def typical_spread(name: str, value: float, of: str) -> float | None:
-    """Standard deviation of a value given without one [unit of the catalogue]; None without a class rule.
-
-    Args:
-        name: of the parameter
-        value: in the unit of the catalogue
-        of: class of the car
-
-    Raises:
-        ParameterError: the class does not exist
-    """
+    """Standard deviation of a value given without one [unit of the catalogue]; None without a class rule."""
     require_class(of)
     rule = rules().get(name)
     if rule is None:
@@ -142,15 +125,7 @@ def typical_spread(name: str, value: float, of: str) -> float | None:
 
 
 def typical(of: str, known: Mapping[str, Known] | None = None) -> dict[str, Parameter]:
-    """Every parameter for which a class has a rule, with a spread propagated through the rule.
-
-    Args:
-        of: class of the car
-        known: given values by name, also of "wheelbase" [m] and "front_share"; they replace those of the class
-
-    Raises:
-        ParameterError: the class does not exist
-    """
+    """Every parameter for which a class has a rule, with a spread propagated through the rule."""
     require_class(of)
     table = _Typical(of, _with_geometry(dict(known or {})))
     return {name: table.parameter(name) for name in rules() if name in QUANTITIES}

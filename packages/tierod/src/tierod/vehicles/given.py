@@ -28,14 +28,7 @@ EXAMPLE = 'mass=1480, mass=1480+-20, mass="1.48 t +- 3 %" or steering_ratio=1/15
 
 
 def known_from(assignments: Iterable[str]) -> dict[str, Known]:
-    """Values by name, in SI units.
-
-    Args:
-        assignments: NAME=VALUE or NAME=VALUE+-SPREAD, with units after the numbers unless they are SI units
-
-    Raises:
-        ParameterError: an unknown name, an unreadable number or unit, or a value outside the plausible range
-    """
+    """Values by name, in SI units."""
     found: dict[str, Known] = {}
     for text in assignments:
         name, sign, value = (part.strip() for part in text.partition("="))

@@ -12,13 +12,6 @@ Map = str | Path | ChannelMap | None
 
 
 def read_by(vehicle: Vehicle | None, dbc: Paths = None, channel_map: Map = None) -> tuple[tuple[str | Path, ...], Map]:
-    """CAN databases and channel map for reading recordings.
-
-    Args:
-        vehicle: whose own files are used if none are given; None for no vehicle
-        dbc: path(s) of databases
-        channel_map: path of a map, or the map itself
-    """
     databases = dbc or (vehicle.database if vehicle else None) or ()
     paths = (databases,) if isinstance(databases, str | Path) else tuple(databases)
     return paths, channel_map or (vehicle.channel_map if vehicle else None)

@@ -35,11 +35,7 @@ FITTING = 0.02
 
 
 def bound_distance(vehicle: Vehicle) -> bool:
-    """Whether one axle distance follows from the other and a well-known wheelbase.
-
-    Args:
-        vehicle: with standard deviations
-    """
+    """Whether one axle distance follows from the other and a well-known wheelbase."""
     if not {"wheelbase", FREE, BOUND} <= set(vehicle.parameters):
         return False
     known = vehicle.parameters["wheelbase"]
@@ -51,21 +47,12 @@ def bound_distance(vehicle: Vehicle) -> bool:
 
 
 def is_guess(parameter: Parameter, widest: float) -> bool:
-    """Whether the relative standard deviation of a parameter exceeds a limit.
-
-    Args:
-        parameter: of a vehicle
-        widest: largest relative standard deviation of a value that is not a guess [-]
-    """
+    """Whether the relative standard deviation of a parameter exceeds a limit."""
     return (parameter.standard_deviation or 0.0) > widest * abs(parameter.value)
 
 
 def may_move(name: str) -> bool:
-    """Whether a parameter describes the car, in a number with a spread; limits and noises of sensors do not.
-
-    Args:
-        name: in the catalogue of quantities
-    """
+    """Whether a parameter describes the car, in a number with a spread; limits and noises of sensors do not."""
     return name not in LIMITS and not QUANTITIES[name].whole and not name.endswith(OWN_MODEL)
 
 
@@ -75,10 +62,6 @@ def moved(vehicle: Vehicle, by: Mapping[str, float]) -> Vehicle:
     A positive quantity with a large spread is varied by factors (log-normal distribution with its value as median), any
     other one by differences; no value leaves the plausible range of the catalogue unless it is outside already. With a
     well-known wheelbase, the centre of gravity moves between the axles.
-
-    Args:
-        vehicle: with a standard deviation for each varied parameter
-        by: number of standard deviations, by name of the parameter [-]
     """
     parameters = {
         name: dataclasses.replace(each, value=_moved(each, by[name])) if by.get(name) else each
@@ -123,21 +106,12 @@ class GainDeviation(NamedTuple):
     given: bool
 
     def parts(self, size: float) -> tuple[dict[str, float], dict[str, float]]:
-        """Its part in the standard deviation of an estimate: what is assumed, and what is given.
-
-        Args:
-            size: estimate that scales with the gain [unit]
-        """
+        """Its part in the standard deviation of an estimate: what is assumed, and what is given."""
         part = {GAIN_DEVIATION: self.value * size}
         return ({}, part) if self.given else (part, {})
 
 
 def torque_gain_deviation(vehicle: Vehicle) -> GainDeviation:
-    """Deviation of the gain of the torque sensors, of the vehicle file or assumed.
-
-    Args:
-        vehicle: whose torques are measured
-    """
     known = vehicle.parameters.get(GAIN_DEVIATION)
     return GainDeviation(ASSUMED_GAIN_DEVIATION, False) if known is None else GainDeviation(known.value, True)
 
@@ -172,12 +146,7 @@ class WatchedParameters(Mapping[str, Parameter]):
 
 
 def hold_spread(vehicle: Vehicle, names: Iterable[str]) -> None:
-    """Declare that a monitor's band includes the spread of parameters, so that these are not varied in addition.
-
-    Args:
-        vehicle: for which the monitor was opened
-        names: of parameters
-    """
+    """Declare that a monitor's band includes the spread of parameters, so that these are not varied in addition."""
     if isinstance(vehicle.parameters, WatchedParameters):
         vehicle.parameters.held.update(dict.fromkeys(names))
 
@@ -186,10 +155,6 @@ def held_deviation(vehicle: Vehicle, name: str) -> float:
     """Standard deviation of a parameter for the band of the calling monitor; 0 where the file gives none.
 
     A parameter without a standard deviation is varied with the spread of its class instead.
-
-    Args:
-        vehicle: for which the monitor was opened
-        name: of the parameter
     """
     deviation = vehicle.parameters[name].standard_deviation
     if deviation is None:
@@ -199,11 +164,7 @@ def held_deviation(vehicle: Vehicle, name: str) -> float:
 
 
 def with_spread(vehicle: Vehicle) -> tuple[Vehicle, tuple[str, ...]]:
-    """The vehicle with missing standard deviations taken from its class, and the names of these parameters.
-
-    Args:
-        vehicle: whose parameters may lack a standard deviation
-    """
+    """The vehicle with missing standard deviations taken from its class, and the names of these parameters."""
     of = class_of(vehicle)
     taken = {
         name: spread
@@ -220,12 +181,7 @@ def with_spread(vehicle: Vehicle) -> tuple[Vehicle, tuple[str, ...]]:
 
 
 def in_words(vehicle: Vehicle, names: tuple[str, ...]) -> str:
-    """A sentence on parameters with the spread of their class.
-
-    Args:
-        vehicle: that has the parameters
-        names: of the parameters; empty for ""
-    """
+    """A sentence on parameters with the spread of their class."""
     if not names:
         return ""
     of = f"of the class '{class_of(vehicle)}'" if "mass" in vehicle else "of a usual column or motor"

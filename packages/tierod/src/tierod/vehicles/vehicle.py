@@ -81,11 +81,7 @@ class Vehicle:
         return name in self.parameters
 
     def __getitem__(self, name: str) -> float:
-        """Value of a parameter in SI units.
-
-        Raises:
-            ParameterError: the vehicle file does not contain it
-        """
+        """Value of a parameter in SI units."""
         if name in self.parameters:
             return self.parameters[name].value
         raise ParameterError(
@@ -94,14 +90,7 @@ class Vehicle:
         )
 
     def parameters_for(self, wanted: type[Parameters]) -> Parameters:
-        """An instance of a parameter dataclass, filled from the parameters with the names of its fields.
-
-        Args:
-            wanted: frozen dataclass of floats; a field with a default may be absent from the vehicle file
-
-        Raises:
-            ParameterError: the vehicle file lacks fields without a default; the message names all of them
-        """
+        """An instance of a parameter dataclass, filled from the parameters with the names of its fields."""
         fields = [field for field in dataclasses.fields(wanted) if field.init]  # type: ignore[arg-type]
         absent = [f.name for f in fields if f.name not in self.parameters and _has_no_default(f)]
         if absent:

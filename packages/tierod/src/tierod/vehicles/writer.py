@@ -35,15 +35,7 @@ class Change:
 
 
 def changed(text: str, changes: Mapping[str, Change]) -> str:
-    """Text of a vehicle file with new values, each in the unit used in the file.
-
-    Args:
-        text: of a valid vehicle file
-        changes: by name of the parameter; parameters missing in the file are appended
-
-    Raises:
-        ParameterError: a parameter is written in a form that cannot be changed
-    """
+    """Text of a vehicle file with new values, each in the unit used in the file."""
     before = tomllib.loads(text)
     # Windows line ends are preserved.
     windows = "\r\n" in text
@@ -57,16 +49,7 @@ def changed(text: str, changes: Mapping[str, Change]) -> str:
 
 
 def with_thresholds(text: str, of: str, table: Mapping[str, float | str | Mapping[str, float]]) -> str:
-    """Text of a vehicle file with thresholds at its end, which replace earlier ones of the same kind.
-
-    Args:
-        text: of a valid vehicle file
-        of: kind of thresholds: a word with hyphens
-        table: texts, numbers, and numbers by name
-
-    Raises:
-        ParameterError: earlier thresholds are written in a form that cannot be replaced
-    """
+    """Text of a vehicle file with thresholds at its end, which replace earlier ones of the same kind."""
     windows, text = "\r\n" in text, text.replace("\r\n", "\n")
     header = re.compile(rf"\[thresholds\.{re.escape(of)}(\..+)?\]\s*(#.*)?")
     kept, inside = [], False

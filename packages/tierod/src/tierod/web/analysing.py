@@ -79,7 +79,6 @@ class Reading:
     channel_map: str | Mapping[str, Any] | None = None
 
     def files(self, car: Vehicle | None) -> tuple[tuple[str | Path, ...], ChannelMap | None]:
-        """(databases, channel map) to use, those of the vehicle if none are given."""
         given = self.channel_map
         written = parse_channel_map(given, "the channel map of the page") if isinstance(given, Mapping) else given
         databases, chosen = read_by(car, self.dbc, written)
@@ -146,11 +145,7 @@ def _vehicle(reading: Reading, vehicle: str) -> tuple[Vehicle | None, str]:
 
 
 def digest(path: Path) -> str:
-    """SHA-256 of the content of a recording, which may be a file or a folder.
-
-    Raises:
-        InputError: the recording cannot be read
-    """
+    """SHA-256 of the content of a recording, which may be a file or a folder."""
     try:
         return sha256_of(path)
     except IsADirectoryError:
@@ -204,11 +199,7 @@ class Derived:
         self._past: Recording | None = None
 
     def of(self, piece: Recording) -> tuple[list[Channel], list[str]]:
-        """(signals derived from a slice, names of signals that were derived so far and are recorded in it).
-
-        Args:
-            piece: the next slice
-        """
+        """(signals derived from a slice, names of signals that were derived so far and are recorded in it)."""
         recorded = [name for name in self._open if name in piece]
         for name in recorded:
             del self._open[name]
@@ -291,11 +282,7 @@ def _write_report(path: Path, diagnosis: Diagnosis) -> None:
 
 
 def monitor_document(found: Concluded) -> dict[str, Any]:
-    """Findings of a monitor in the form of the JSON document.
-
-    Args:
-        found: conclusion of one monitor
-    """
+    """Findings of a monitor in the form of the JSON document."""
     from tierod.report.document import document
     from tierod.report.document import plain as finite
 

@@ -22,13 +22,7 @@ from tierod.web.workbench import Workbench
 
 
 def application(bench: Workbench, trust: Trust, relay: Relay | None = None) -> Guard:
-    """The complete server as an ASGI application.
-
-    Args:
-        bench: the workbench to serve
-        trust: trusted hosts, token and limits
-        relay: relay of the live buses; None for none
-    """
+    """The complete server as an ASGI application."""
 
     @asynccontextmanager
     async def lifespan(_: FastAPI) -> AsyncIterator[None]:
@@ -97,11 +91,6 @@ def _errors(app: FastAPI) -> None:
 
 
 def problem(status: int, sentence: str) -> Response:
-    """An error as a JSON response.
-
-    Args:
-        status: HTTP status
-        sentence: what was given, what was expected, and what to do
-    """
+    """An error as a JSON response."""
     content: dict[str, Any] = {"error": sentence.encode("utf-8", "replace").decode()}
     return JSONResponse(content, status_code=status)

@@ -16,15 +16,7 @@ def folders(folder: Path) -> tuple[Path, Path]:
 
 
 def make(folder: Path, say: Say) -> dict[str, Any]:
-    """Make those parts of the demo that do not exist yet.
-
-    Args:
-        folder: folder of the demo
-        say: receives the progress
-
-    Raises:
-        OutputError: the demo cannot be written
-    """
+    """Make those parts of the demo that do not exist yet."""
     recordings, fleet = folders(folder)
     if not (recordings / NAME).is_file():
         copied(recordings)

@@ -55,11 +55,7 @@ HELD_BACK = ("rows", "bands", "cars")
 
 
 def work_endpoints(bench: Workbench) -> APIRouter:
-    """Endpoints of files, uploads, jobs and scenarios.
-
-    Args:
-        bench: the workbench to serve
-    """
+    """Endpoints of files, uploads, jobs and scenarios."""
     router = APIRouter(prefix="/api", tags=["work"], responses=PROBLEMS)
 
     @router.get("/site")
@@ -152,11 +148,7 @@ def _scenarios(router: APIRouter, bench: Workbench) -> None:
 
 
 def recording_endpoints(bench: Workbench) -> APIRouter:
-    """Endpoints of analysed recordings.
-
-    Args:
-        bench: the workbench to serve
-    """
+    """Endpoints of analysed recordings."""
     router = APIRouter(prefix="/api", tags=["recordings"], responses=PROBLEMS)
 
     @router.get("/series/{key}")
@@ -215,11 +207,6 @@ def _results(router: APIRouter, bench: Workbench) -> None:
 
 
 def fleet_endpoints(bench: Workbench) -> APIRouter:
-    """Endpoints of fleets and vehicles.
-
-    Args:
-        bench: the workbench to serve
-    """
     router = APIRouter(prefix="/api", tags=["fleets"], responses=PROBLEMS)
 
     def loaded(name: str) -> dict[str, Any]:

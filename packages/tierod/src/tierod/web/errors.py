@@ -22,10 +22,5 @@ class Busy(TierodError):
 
 
 def status_of(error: TierodError) -> int:
-    """HTTP status of an error that tierod raises on purpose.
-
-    Args:
-        error: the raised error
-    """
     kinds = ((Absent, 404), (Forbidden, 403), (TooLarge, 413), (Busy, 429))
     return next((status for kind, status in kinds if isinstance(error, kind)), 400)

@@ -27,14 +27,7 @@ BANDS = 400
 
 
 def key_of(results: Path) -> str:
-    """Key of a computed fleet report: digest of the names, sizes and times of change of its files, and of the code.
-
-    Args:
-        results: the results folder
-
-    Raises:
-        Absent: the folder holds no results
-    """
+    """Key of a computed fleet report: digest of the names, sizes and times of change of its files, and of the code."""
     from tierod.fleet.stamps import report_code
 
     found = []
@@ -57,16 +50,7 @@ def path_of(cache: Path, key: str) -> Path:
 
 
 def work_out(results: Path, cache: Path, key: str) -> dict[str, Any]:
-    """Compute the trends of a fleet, and store the report for the page.
-
-    Args:
-        results: the results folder
-        cache: cache folder
-        key: key of the report, see `key_of`
-
-    Raises:
-        InputError: the folder holds no results, or a file is damaged
-    """
+    """Compute the trends of a fleet, and store the report for the page."""
     from tierod.fleet.report import report
     from tierod.report.document import plain
 
@@ -133,7 +117,6 @@ def _rows(found: FleetReport, ranks: Mapping[str, Mapping[str, Any]]) -> list[di
 
 
 def _bands(found: FleetReport, worst: Sequence[str]) -> dict[str, dict[str, Any]]:
-    """Smoothed level with its band of the worst cars, by quantity and car."""
     bands: dict[str, dict[str, Any]] = {}
     chosen = set(worst[:BANDS])
     for place, trends in enumerate(found.trends):
@@ -179,18 +162,7 @@ class Fleets:
 def filtered(
     rows: Sequence[Mapping[str, Any]], search: str = "", state: str = "", cohort: str = "", sort: str = "rank"
 ) -> list[Mapping[str, Any]]:
-    """Rows that match the filters, in the requested order; rows without a value in the column come last.
-
-    Args:
-        rows: rows of the table
-        search: text in the name of the vehicle or in the reason
-        state: state of the car; "any" for all cars with a state, "" for all cars
-        cohort: cohort as "KIND=NAME"; "" for all cars
-        sort: a column of the table; a leading minus reverses the order
-
-    Raises:
-        InputError: there is no such column
-    """
+    """Rows that match the filters, in the requested order; rows without a value in the column come last."""
     wanted, (kind, _, name) = search.casefold(), cohort.partition("=")
     found = [
         row
@@ -210,16 +182,7 @@ def filtered(
 
 
 def drives_of(results: Path, vehicle: str) -> list[dict[str, Any]]:
-    """All findings of a car, in the order of time.
-
-    Args:
-        results: the results folder
-        vehicle: name of the car
-
-    Raises:
-        InputError: the results cannot be read
-        Absent: there is no such car
-    """
+    """All findings of a car, in the order of time."""
     import pyarrow.compute as pc
 
     from tierod.fleet.results import findings_of

@@ -79,15 +79,7 @@ class Samples:
 
 
 def follow(drive: Drive, samples: Samples) -> int:
-    """Run a drive, and print its events and samples.
-
-    Args:
-        drive: a drive that has not begun
-        samples: decoder of its frames
-
-    Returns:
-        exit code of the drive
-    """
+    """Run a drive, and print its events and samples."""
     last, used, server = [0.0], [time.monotonic(), time.process_time()], os.getppid()
 
     def look(now: float) -> None:
@@ -123,18 +115,7 @@ def follow(drive: Drive, samples: Samples) -> int:
 
 
 def drive_of(vehicle: str, live: Sequence[str], dbc: Sequence[str], channel_map: str) -> tuple[Drive, Samples]:
-    """A drive that follows buses with every monitor that can run, and the decoder of its samples.
-
-    Args:
-        vehicle: name or path of the vehicle
-        live: buses, as INTERFACE:CHANNEL
-        dbc: databases; if empty, those of the vehicle
-        channel_map: path of the channel map; if "", that of the vehicle or those beside the databases
-
-    Raises:
-        ParameterError: there is no such vehicle, or no database
-        InputError: a bus cannot be opened
-    """
+    """A drive that follows buses with every monitor that can run, and the decoder of its samples."""
     from tierod.live.buses import Address
     from tierod.live.receiving import receiver
     from tierod.vehicles import load

@@ -68,11 +68,7 @@ class Trust:
     body: int = 1 << 20
 
     def host(self, given: str) -> bool:
-        """Whether the host that a request names is this server.
-
-        Args:
-            given: value of the header
-        """
+        """Whether the host that a request names is this server."""
         try:
             parts = urlsplit(f"//{given}")
             name, port = (parts.hostname or "").rstrip("."), parts.port or 80
@@ -92,11 +88,7 @@ class Trust:
         return True
 
     def let_in(self, given: str) -> bool:
-        """Whether a token is correct; always true if none is required.
-
-        Args:
-            given: token of the request
-        """
+        """Whether a token is correct; always true if none is required."""
         return not self.token or hmac.compare_digest(given.encode(), self.token.encode())
 
 
@@ -119,7 +111,6 @@ class Guard:
         self.app, self.trust, self.open = app, trust, open_to_all
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Handle one request or one connection."""
         if scope["type"] not in ("http", "websocket"):
             await self.app(scope, receive, send)
             return
@@ -204,7 +195,6 @@ async def _refused(scope: Scope, receive: Receive, send: Send, status: int, sent
 
 
 async def _into_cookie(scope: Scope, send: Send, token: str, trust: Trust) -> None:
-    """Set the token of the address as a cookie, and redirect to the address without it."""
     cookie = f"{COOKIE}={token}; HttpOnly; SameSite=Strict; Path=/; Max-Age=2592000"
     # Leading slashes are reduced to one, since "//host" would lead to another site.
     place = "/" + scope["path"].lstrip("/\\")

@@ -63,7 +63,6 @@ class Job:
 
     @property
     def ended(self) -> bool:
-        """Whether the job has ended."""
         return self.state in (DONE, FAILED, CANCELLED)
 
 
@@ -89,16 +88,7 @@ class Jobs:
             thread.start()
 
     def submit(self, kind: str, given: dict[str, Any], about: str) -> Job:
-        """Add a job to the queue; an equal job that waits or runs already is returned instead.
-
-        Args:
-            kind: kind of work, see `tierod.web.work`
-            given: its arguments, in types that JSON can represent
-            about: description in words
-
-        Raises:
-            Busy: too many jobs are waiting
-        """
+        """Add a job to the queue; an equal job that waits or runs already is returned instead."""
         with self._changed:
             for job in self._jobs.values():
                 if not job.ended and (job.kind, job.given) == (kind, given):
@@ -115,27 +105,17 @@ class Jobs:
             return job
 
     def job(self, number: str) -> Job:
-        """A job by its id.
-
-        Raises:
-            Absent: there is no such job, or it ended long ago
-        """
         with self._changed:
             if number not in self._jobs:
                 raise Absent("no such job; it ended long ago, or the server was started anew")
             return self._jobs[number]
 
     def all(self) -> list[Job]:
-        """All jobs in the list, the newest first."""
         with self._changed:
             return list(self._jobs.values())[::-1]
 
     def cancel(self, number: str) -> Job:
-        """Cancel a job; a job that has ended is unchanged.
-
-        Raises:
-            Absent: there is no such job
-        """
+        """Cancel a job; a job that has ended is unchanged."""
         job = self.job(number)
         with self._changed:
             if not job.ended:
@@ -247,11 +227,7 @@ def _named(reason: str, given: Mapping[str, Any]) -> str:
 
 
 def workers_of(given: int | None) -> int:
-    """Number of jobs at a time; half of the cores if not given.
-
-    Raises:
-        ParameterError: the number is less than one
-    """
+    """Number of jobs at a time; half of the cores if not given."""
     from tierod.work.doors import cores
 
     if given is not None and given < 1:

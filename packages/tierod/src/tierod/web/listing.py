@@ -54,18 +54,6 @@ def _there(root: Root) -> bool:
 def listing(
     site: Site, folder: str, search: str = "", sort: str = "name", offset: int = 0, count: int = 200
 ) -> Listing:
-    """Listing of a folder.
-
-    Args:
-        site: the served site
-        folder: its name in addresses; "" for the list of all roots
-        search: text in the names of files, searched in subfolders too
-        sort: "name", "modified" or "bytes"; the latter two in descending order
-        offset, count: first index and number of the returned entries
-
-    Raises:
-        Absent: there is no such folder
-    """
     if not folder and not search:
         found = roots(site)
         return Listing(folder="", total=len(found), entries=found, gone=_gone(site))

@@ -68,11 +68,7 @@ def _statuses() -> str:
 
 
 def page(app: FastAPI) -> None:
-    """Add the routes of the page.
-
-    Args:
-        app: application that gets the routes
-    """
+    """Add the routes of the page."""
     found = files()
 
     @app.get("/static/{name:path}", include_in_schema=False)

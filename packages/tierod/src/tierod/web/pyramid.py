@@ -84,11 +84,7 @@ class SeriesWriter:
         self._numbers = 0
 
     def add(self, channels: Iterable[Channel]) -> None:
-        """Add the next piece of some signals; signals with the same array of time stamps share one file of stamps.
-
-        Args:
-            channels: each continues the previous piece of its signal
-        """
+        """Add the next piece of some signals; signals with the same array of time stamps share one file of stamps."""
         added: dict[int, np.ndarray] = {}
         taken: dict[int, int] = {}
         for channel in channels:
@@ -110,11 +106,7 @@ class SeriesWriter:
             kept.count += len(channel.time)
 
     def finish(self, facts: Mapping[str, object]) -> None:
-        """Write the levels and the index.
-
-        Args:
-            facts: facts about the recording, in types that JSON can represent
-        """
+        """Write the levels and the index."""
         for file in self._files.values():
             file.close()
         stamps = sorted({each.stamps for each in self.signals.values()})
@@ -197,7 +189,6 @@ def _coarser(lower: np.ndarray, upper: np.ndarray, width: int) -> tuple[np.ndarr
 
 
 def _neighbours(of: np.ufunc, values: np.ndarray, width: int) -> np.ndarray:
-    """Minima or maxima of groups of neighbours."""
     rows = values.reshape(-1, width)
     if width > FEW:
         found: np.ndarray = of.reduce(rows, axis=1)
@@ -233,11 +224,6 @@ class SeriesReader:
         self._map = lru_cache(MOST_MAPPED)(lambda name, kind: _mapped(self.folder / name, kind))
 
     def of(self, name: str) -> Kept:
-        """A signal by its name.
-
-        Raises:
-            Absent: there is no such signal
-        """
         if name not in self.signals:
             raise Absent(f"the recording has no signal '{name[:100]}'; choose one from the list of signals")
         return self.signals[name]
@@ -250,16 +236,7 @@ class SeriesReader:
         return np.asarray(time[first:last]), np.asarray(values[first:last])
 
     def window(self, name: str, start: float, stop: float, points: int) -> Window:
-        """A time span of a signal for a picture, with one sample before and one after it.
-
-        Args:
-            name: name of the signal
-            start, stop: limits of the span [s]
-            points: width of the picture; up to twice as many samples are returned unchanged
-
-        Raises:
-            Absent: there is no such signal
-        """
+        """A time span of a signal for a picture, with one sample before and one after it."""
         kept = self.of(name)
         time, values = self._files(kept)
         first, last = self._between(kept, time, start, stop)

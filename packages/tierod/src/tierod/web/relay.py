@@ -60,7 +60,6 @@ class Relay:
         return queue
 
     def leave(self, listener: asyncio.Queue[str]) -> None:
-        """Remove a listener."""
         self._listeners.discard(listener)
 
     def give(self, line: str) -> None:
@@ -88,11 +87,6 @@ class Relay:
 
 
 def live_endpoint(relay: Relay | None) -> APIRouter:
-    """Endpoint of the live buses.
-
-    Args:
-        relay: relay of the buses; None for none
-    """
     router = APIRouter(prefix="/api", tags=["live"])
 
     @router.websocket("/live")

@@ -98,12 +98,6 @@ def serve(
 
 
 def server_of(app: App, limits: Limits) -> uvicorn.Server:
-    """The server of an application.
-
-    Args:
-        app: ASGI application
-        limits: limits on its connections
-    """
     import uvicorn
 
     from tierod.web.connections import BoundedConfig
@@ -112,11 +106,7 @@ def server_of(app: App, limits: Limits) -> uvicorn.Server:
 
 
 def outward(bind: str) -> str:
-    """An address under which others reach this machine: that of the interface to the network, else its host name.
-
-    Args:
-        bind: the address that means every address, of IPv4 or of IPv6
-    """
+    """An address under which others reach this machine: that of the interface to the network, else its host name."""
     # Connecting a datagram socket selects its local address without sending anything.
     family, far = (socket.AF_INET6, "2001:db8::1") if ":" in bind else (socket.AF_INET, "192.0.2.1")
     with contextlib.suppress(OSError), socket.socket(family, socket.SOCK_DGRAM) as made:
@@ -139,11 +129,7 @@ _SERVER: dict[str, Any] = {
 
 
 def require_web() -> None:
-    """Check that the libraries of the server are installed.
-
-    Raises:
-        MissingExtra: one is missing
-    """
+    """Check that the libraries of the server are installed."""
     for library in ("fastapi", "uvicorn", "websockets"):
         try:
             __import__(library)
@@ -195,11 +181,7 @@ def usual_cache() -> Path:
 
 
 def token_of() -> str:
-    """The token that requests from other computers must carry: from the environment, or a new one.
-
-    Raises:
-        ParameterError: the given token is too short, or has characters that are not allowed
-    """
+    """The token that requests from other computers must carry: from the environment, or a new one."""
     given = os.environ.get(TOKEN, "")
     if not given:
         return secrets.token_urlsafe(24)
@@ -212,11 +194,6 @@ def token_of() -> str:
 
 @contextmanager
 def listening(bind: str, port: int) -> Iterator[socket.socket]:
-    """A listening socket.
-
-    Raises:
-        InputError: the port is in use, or the address is not one of this machine
-    """
     family = socket.AF_INET6 if ":" in bind else socket.AF_INET
     with socket.socket(family, socket.SOCK_STREAM) as made:
         made.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)

@@ -164,11 +164,7 @@ OTHERS, TRUTH = "Other channels", "Truth of a simulation"
 
 
 def signal_shape(kept: Kept) -> SignalShape:
-    """Description of a signal for the page.
-
-    Args:
-        kept: the stored signal
-    """
+    """Description of a signal for the page."""
     factor, label = shown(kept.unit)
     monitor, slash, estimate = kept.name.partition("/")
     known = SIGNALS.get(estimate if slash else kept.name.removeprefix("truth_"))
@@ -194,12 +190,7 @@ def signal_shape(kept: Kept) -> SignalShape:
 
 
 def series_shape(key: str, reader: SeriesReader) -> SeriesShape:
-    """Descriptions of all signals of a recording for the page.
-
-    Args:
-        key: key in the store
-        reader: reader of its signals
-    """
+    """Descriptions of all signals of a recording for the page."""
     facts = {name: Path(str(each)).name if name == "path" else each for name, each in reader.facts.items()}
     return SeriesShape(
         key=key, span=reader.span, signals=[signal_shape(each) for each in reader.signals.values()], facts=facts

@@ -89,14 +89,7 @@ class Site:
     demo: bool = False
 
     def file(self, name: str) -> Path:
-        """The file or folder of a name in an address, resolved.
-
-        Args:
-            name: "ROOT/folder/file", separated by slashes
-
-        Raises:
-            Absent: it does not exist, or lies outside the served folders
-        """
+        """The file or folder of a name in an address, resolved."""
         path = self._within(name)
         if not (path.is_file() or path.is_dir()):
             raise Absent(
@@ -112,11 +105,7 @@ class Site:
         return path
 
     def name_of(self, path: str | Path) -> str:
-        """Name of a file in addresses; "" if it lies outside the served folders.
-
-        Args:
-            path: path of the file, as a results folder states it
-        """
+        """Name of a file in addresses; "" if it lies outside the served folders."""
         real = os.path.realpath(path)
         for root in self.roots:
             if real.startswith(f"{root.path}{os.sep}") and root.only in ("", os.path.basename(real)):
@@ -124,11 +113,6 @@ class Site:
         return ""
 
     def result(self, name: str) -> Path:
-        """The results folder of a name.
-
-        Raises:
-            Absent: no results folder is served under this name
-        """
         found = next((root.path for root in self.results if root.name == name), None)
         if found is None:
             raise Absent(f"no results folder '{name[:200]}' is served; give its path to 'tierod serve'")
@@ -164,14 +148,7 @@ class Site:
 
 
 def roots_of(paths: Iterable[str | Path]) -> tuple[tuple[Root, ...], tuple[Root, ...]]:
-    """(folders with recordings, folders with results) from the paths given by the user.
-
-    Args:
-        paths: folders, results folders of `tierod fleet`, or single recordings
-
-    Raises:
-        InputError: a path does not exist
-    """
+    """(folders with recordings, folders with results) from the paths given by the user."""
     recordings: list[Root] = []
     results: list[Root] = []
     for path in paths:

@@ -53,15 +53,7 @@ class Store:
         self._known: dict[str, dict[str, Any]] = {}
 
     def path(self, kind: str, key: str) -> Path:
-        """Path of a result, whether it exists or not.
-
-        Args:
-            kind: one of `KINDS`
-            key: key of the result
-
-        Raises:
-            Absent: the key is malformed
-        """
+        """Path of a result, whether it exists or not."""
         if not KEY.fullmatch(key):
             raise Absent("no such result; open the recording from the list")
         return self.folder / kind / key[:4] / key
@@ -81,12 +73,7 @@ class Store:
         return path
 
     def settled(self, folder: Path, kind: str, key: str) -> Path:
-        """Rename a folder to the key of its result; an existing result is kept.
-
-        Args:
-            folder: folder given by `begun`
-            kind, key: kind and key of the result
-        """
+        """Rename a folder to the key of its result; an existing result is kept."""
         target = self.path(kind, key)
         target.parent.mkdir(exist_ok=True)
         try:
@@ -123,11 +110,7 @@ class Store:
             self._known.pop(stamp, None)
 
     def sweep(self, limit: int) -> None:
-        """Remove remains of killed processes, and the least recently used results until the rest is within a limit.
-
-        Args:
-            limit: limit of the total size [bytes]
-        """
+        """Remove remains of killed processes, and the least recently used results until the rest is within a limit."""
         found: list[tuple[float, int, Path]] = []
         for kind in KINDS:
             for left in (self.folder / kind).glob(".new-*"):
@@ -147,11 +130,7 @@ class Store:
 
 
 def stamp_of(path: Path) -> str:
-    """Digest of a file's path, size and time of change, which identifies it without opening it.
-
-    Raises:
-        Absent: the file does not exist any more
-    """
+    """Digest of a file's path, size and time of change, which identifies it without opening it."""
     try:
         status = path.stat()
     except OSError:

@@ -28,18 +28,7 @@ MOST_EXPORTED = 20_000_000
 def windows(
     readers: Sequence[SeriesReader], names: Sequence[str], start: float | None, stop: float | None, points: int
 ) -> list[tuple[str, Window]]:
-    """(name, time span) of some signals.
-
-    Args:
-        readers: readers that may hold the signals; the first that holds a signal is used
-        names: names of the signals
-        start, stop: limits of the span [s]; None for those of the recording
-        points: width of the picture
-
-    Raises:
-        InputError: there are too many signals or points, or the span is empty
-        Absent: there is no such signal
-    """
+    """(name, time span) of some signals."""
     if not 1 <= len(names) <= MOST_NAMES:
         raise InputError(f"{len(names)} signals are asked for; give 1 to {MOST_NAMES}")
     if not 10 <= points <= MOST_POINTS:
@@ -65,9 +54,6 @@ def packet(found: Sequence[tuple[str, Window]]) -> bytes:
 
     The header states for every signal its count and whether every sample is included. Numbers are the time stamps as
     float64, then minima and, if not every sample is included, maxima as float32.
-
-    Args:
-        found: as given by `windows`
     """
     head = [{"name": name, "count": len(each.time), "exact": each.exact} for name, each in found]
     text = json.dumps(head).encode()
@@ -86,15 +72,7 @@ def packet(found: Sequence[tuple[str, Window]]) -> bytes:
 def export(
     readers: Sequence[SeriesReader], names: Sequence[str], start: float | None, stop: float | None, path: Path
 ) -> None:
-    """Write every sample of some signals over a time span; further arguments and errors as in `windows`.
-
-    Args:
-        path: path of the file, which ends in .csv, .parquet or .mf4
-
-    Raises:
-        TooLarge: there are more samples than MOST_EXPORTED
-        OutputError: the file cannot be written
-    """
+    """Write every sample of some signals over a time span; further arguments and errors as in `windows`."""
     from tierod.io.writers import write
 
     # The end is included: `recording` excludes its upper limit.

@@ -29,12 +29,7 @@ _UNREAD = re.compile(
 
 
 def in_the_page(text: str) -> str:
-    """A message with the action to take in the page.
-
-    Args:
-        text: text of an error, a warning or an action; also whole JSON, since no phrase has characters that JSON
-            escapes
-    """
+    """A message with the action to take in the page."""
     for pattern, said in _PATTERNS:
         text = pattern.sub(said, text)
     unread = _UNREAD.fullmatch(text)

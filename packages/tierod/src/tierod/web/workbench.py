@@ -118,11 +118,6 @@ class Workbench:
             return {}
 
     def state(self, file: str) -> shapes.State:
-        """State of a recording.
-
-        Raises:
-            Absent: there is no such file
-        """
         path = self.site.file(file)
         status = path.stat()
         known = self.store.known(stamp_of(path))
@@ -181,11 +176,7 @@ class Workbench:
                 "cache": str(self.site.cache), "chosen": {k: v for k, v in chosen.items() if v}}  # fmt: skip
 
     def vehicle(self, name: str) -> str:
-        """Argument of `load` for a vehicle: that of the site if none is given, a shipped name, or a served file.
-
-        Raises:
-            ParameterError: it is none of these
-        """
+        """Argument of `load` for a vehicle: that of the site if none is given, a shipped name, or a served file."""
         from tierod.vehicles import VEHICLES
 
         if not name:
@@ -213,11 +204,7 @@ class Workbench:
         return self.jobs.submit("simulate", given, f"driving {chosen.scenario or chosen.car}")
 
     def series(self, key: str) -> shapes.SeriesShape:
-        """Descriptions of the signals of a recording.
-
-        Raises:
-            Absent: nothing is stored under this key
-        """
+        """Descriptions of the signals of a recording."""
         return shapes.series_shape(key, self.reader("series", key))
 
     def reader(self, kind: str, key: str) -> SeriesReader:
@@ -237,11 +224,7 @@ class Workbench:
         return [self.reader("series", series), *([self.reader("results", result)] if result else [])]
 
     def result(self, key: str) -> dict[str, Any]:
-        """Findings of the monitors in a recording.
-
-        Raises:
-            Absent: nothing is stored under this key
-        """
+        """Findings of the monitors in a recording."""
         try:
             path = self.store.path("results", key) / "result.json"
             found: dict[str, Any] = json.loads(in_the_page(path.read_text(encoding="utf-8")))
@@ -251,11 +234,6 @@ class Workbench:
         return {**found, "path": Path(found["path"]).name, "signals": [each.model_dump() for each in estimates]}
 
     def report(self, key: str, monitor: str) -> str:
-        """The report of a monitor as an HTML page.
-
-        Raises:
-            Absent: there is no such report
-        """
         if monitor not in self.result(key)["monitors"]:
             raise Absent(f"there is no report of '{monitor[:60]}'; choose a monitor of the list")
         try:
@@ -264,11 +242,6 @@ class Workbench:
             raise Absent("the report is not kept any more; open the recording again from the list") from None
 
     def fleet(self, name: str) -> dict[str, Any] | Job:
-        """Report on a fleet, or the job that computes it.
-
-        Raises:
-            Absent: there is no such results folder
-        """
         results = self.site.result(name)
         if self.site.demo and not (results / "ledger").is_dir():
             raise Absent("the demo fleet is still being made; try again in some seconds")
@@ -285,11 +258,7 @@ class Workbench:
         return [{**row, "file": self.site.name_of(row["recording_name"] or "")} for row in rows]
 
     def parameters(self, vehicle: str) -> dict[str, Any]:
-        """Parameters of a vehicle, with standard deviation and source.
-
-        Raises:
-            ParameterError: there is no such vehicle
-        """
+        """Parameters of a vehicle, with standard deviation and source."""
         from tierod.vehicles import QUANTITIES, load
 
         car = load(self.vehicle(vehicle))
@@ -302,14 +271,6 @@ class Workbench:
                 "not_good_for": list(car.not_good_for), "parameters": rows}  # fmt: skip
 
     def room(self, name: str) -> Path:
-        """Path for an upload.
-
-        Args:
-            name: name of the file
-
-        Raises:
-            Forbidden: the name is not a plain file name
-        """
         plain = not set(name) & set('/\\\0:*?"<>|') and name.isprintable() and not name.startswith(".")
         if not plain or not 0 < len(name.encode()) <= 200:
             raise Forbidden(f"'{name[:60]}' is not a plain file name; rename it, with letters, digits, point and dash")

@@ -122,14 +122,7 @@ Sizes = list[tuple[str, Mapping[str, Any]]]
 def detection_figure(
     number_: int, monitor: str, pools: Sequence[Mapping[str, Any]], gates: Sequence[Mapping[str, Any]] = ()
 ) -> Figure | None:
-    """Detection delay over fault size, one panel per fault; None where there are no faults.
-
-    Args:
-        number_: index of the monitor on the page
-        monitor: its label
-        pools: figures of the groups of drives
-        gates: pass criteria; those on detection delays are drawn
-    """
+    """Detection delay over fault size, one panel per fault; None where there are no faults."""
     faults = _faults(pools)
     if not faults:
         return None

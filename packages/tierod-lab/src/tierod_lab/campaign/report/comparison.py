@@ -95,11 +95,7 @@ COLUMNS = (
 
 
 def render_comparison(content: Mapping[str, Any]) -> str:
-    """HTML page of a comparison.
-
-    Args:
-        content: the document of `tierod_lab.campaign.compare.document`
-    """
+    """HTML page of a comparison."""
     views = [_view(index, monitor) for index, monitor in enumerate(content["monitors"])]
     first, second = content["folders"]
     return rendered(

@@ -33,11 +33,7 @@ MOST_CELLS = 3000
 
 
 def render_campaign(content: Mapping[str, Any]) -> str:
-    """HTML page of a campaign.
-
-    Args:
-        content: the document of `tierod_lab.campaign.summary.document`
-    """
+    """HTML page of a campaign."""
     symbol, kind, headline = _STATUSES[content["status"]]
     views = [_view(index, content, monitor) for index, monitor in enumerate(content["monitors"])]
     figures = [figure for view in views for figure in view["figures"]]
@@ -96,7 +92,6 @@ def _gate(gate: Mapping[str, Any]) -> dict[str, str]:
 
 
 def _view(index: int, content: Mapping[str, Any], monitor: Mapping[str, Any]) -> dict[str, Any]:
-    """Contents of the page on one monitor."""
     label = monitor["label"]
     pools = [each for each in content["pools"] if each["monitor"] == label]
     states = next(each for each in content["states"] if each["monitor"] == label)
@@ -120,7 +115,6 @@ def _view(index: int, content: Mapping[str, Any], monitor: Mapping[str, Any]) ->
 
 
 def _figures(figures: Mapping[str, Any], unit: str) -> list[tuple[str, str]]:
-    """Figures of the whole campaign."""
     hours = number(value(figures["fault_free_judged_hours"]), 3)
     return [
         ("Faults found", found(figures)),
@@ -152,7 +146,6 @@ def _confusion(confusion: Mapping[str, Mapping[str, int]]) -> dict[str, Any]:
 
 
 def _right(state: str, status: str) -> str:
-    """CSS class that marks whether a status is correct for a true state."""
     if status not in SEVERITY or not Status(status).judged:
         return "open"
     return "good" if Status(status).alarm == (state != FAULT_FREE) else "bad"

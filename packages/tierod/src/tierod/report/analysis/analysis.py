@@ -35,26 +35,14 @@ Facts = Sequence[tuple[str, str]]
 
 
 def facts_of(vehicle: Vehicle) -> Facts:
-    """Boundary conditions of the analysis of a vehicle.
-
-    Args:
-        vehicle: whose parameters are used
-    """
+    """Boundary conditions of the analysis of a vehicle."""
     return [("vehicle", vehicle.name), ("described as", vehicle.description), ("source", vehicle.source)]
 
 
 def render_analysis(
     analysis: Analysis, facts: Facts, origin: Origin, not_good_for: Sequence[str] = (), kind: str = "analysis"
 ) -> str:
-    """HTML page of an analysis.
-
-    Args:
-        analysis: to be shown
-        facts: boundary conditions of the analysis
-        origin: time, version and command that produced the page
-        not_good_for: uses for which the parameters are not suitable
-        kind: kind of page, in one word
-    """
+    """HTML page of an analysis."""
     return rendered(
         "analysis.html.j2",
         origin,

@@ -62,15 +62,7 @@ def drawn(deviation: float, seed: int = 0) -> Measured:
 
 
 def of_white(wish: Wish, rule: str | None = None) -> Analysis:
-    """Calculated thresholds for white residuals.
-
-    Args:
-        wish: requirements on the detector
-        rule: one of `RULES`; None for all of them
-
-    Raises:
-        ParameterError: the required interval needs no threshold, or the shift is too small
-    """
+    """Calculated thresholds for white residuals."""
     change = wish.shift / wish.deviation
     found = {name: designed(name, change, wish.samples, wish.sides) for name in ([rule] if rule else RULES)}
     best = min(found.values(), key=lambda each: each.delay)
@@ -101,17 +93,7 @@ def of_white(wish: Wish, rule: str | None = None) -> Analysis:
 
 
 def of_measured(wish: Wish, rule: str | None, given: Measured) -> Analysis:
-    """Threshold measured on fault-free residuals, which may be autocorrelated.
-
-    Args:
-        wish: requirements on the detector; its standard deviation is replaced by the measured one
-        rule: one of `ALL_RULES`; None for the cumulative sum
-        given: fault-free residuals
-
-    Raises:
-        InputError: the residuals are too few, or zero or missing throughout
-        ParameterError: the required interval needs no threshold, or the shift is too small
-    """
+    """Threshold measured on fault-free residuals, which may be autocorrelated."""
     deviation = given.deviation
     if not deviation > 0.0:
         raise InputError("the fault-free residual is zero or missing throughout; check --signal")

@@ -40,12 +40,7 @@ class Wish:
 
 
 def rules_beside(wish: Wish, found: Mapping[str, Designed]) -> Table:
-    """Comparison of rules for white residuals: thresholds and delays.
-
-    Args:
-        wish: requirements on the detector
-        found: designs, by the name of the rule
-    """
+    """Comparison of rules for white residuals: thresholds and delays."""
     rows = []
     for name, each in found.items():
         threshold = each.threshold * each.rule.scale(wish.deviation)
@@ -62,13 +57,7 @@ def rules_beside(wish: Wish, found: Mapping[str, Designed]) -> Table:
 
 
 def measurement(wish: Wish, found: MeasuredDesign, delays: Sequence[float]) -> list[Table | Chart]:
-    """Table and chart of a threshold measured on fault-free residuals.
-
-    Args:
-        wish: requirements on the detector
-        found: measured threshold
-        delays: detection delays of shifts added to the fault-free residuals [s]; infinite for a missed shift
-    """
+    """Table and chart of a threshold measured on fault-free residuals."""
     unit = found.rule.scale(found.deviation)
     median, late = (float(np.quantile(delays, share, method="higher")) for share in (0.5, 0.95))
     rows = (

@@ -168,7 +168,6 @@ def _substitute(diagnosis: Diagnosis, element: Element) -> Figure:
 
 
 def _marks(episode: Episode, first: float, last: float, per_second: float) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Shading and label of an episode."""
     start, end = (per_second * at for at in (episode.start, last if episode.end is None else episode.end))
     shape = {"type": "rect", "yref": "paper", "y0": 0, "y1": 1, "x0": start, "x1": end, "line": {"width": 0}}
     colour = AMBER if episode.candidates else RED

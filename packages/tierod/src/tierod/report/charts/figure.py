@@ -94,16 +94,7 @@ def centres(trace: Trace, factor: float) -> np.ndarray:
 
 
 def drawn_as(part: str, trace: Trace, per_second: float, factor: float = 1.0, **more: Any) -> dict[str, Any]:
-    """Origin of a mark in a series, from which the page redraws it at the resolution of the zoom.
-
-    Args:
-        part: "mean", "range" (lowest to highest), "interval" (mean plus and minus `deviations` times the series
-            `deviation`) or "beyond" (extreme of bins beyond one of the `limits`)
-        trace: the series
-        per_second: units of the time axis per second
-        factor: conversion from the unit of the series to the displayed one
-        more: further values that the part needs
-    """
+    """Origin of a mark in a series, from which the page redraws it at the resolution of the zoom."""
     unit = shown(trace.unit)[1]
     return {
         "meta": {"series": trace.name, "part": part, "per_second": per_second, "factor": factor, "unit": unit} | more
@@ -130,7 +121,6 @@ def band(time: np.ndarray, lower: np.ndarray, upper: np.ndarray, colour: str, **
 
 
 def line(time: np.ndarray, values: np.ndarray, colour: str, name: str, **more: Any) -> dict[str, Any]:
-    """Line with gaps where values are missing."""
     looks = {"type": "scatter", "mode": "lines", "line": {"color": colour, "width": 1.6}, "name": name}
     return looks | {"x": rounded(time, 7), "y": rounded(values), "connectgaps": False} | more
 
@@ -148,14 +138,7 @@ def upright(place: float, colour: str, width: float, dash: str = "dash", **more:
 
 
 def strip(trace: Trace, per_second: float, factor: float, label: str, axis_name: str) -> list[dict[str, Any]]:
-    """A trace as a thin line of its mean in a band from lowest to highest value.
-
-    Args:
-        trace: to draw
-        per_second: units of the time axis per second [1/s]
-        factor, label: factor to the displayed unit, and its label
-        axis_name: name of the vertical axis
-    """
+    """A trace as a thin line of its mean in a band from lowest to highest value."""
     time, name = centres(trace, per_second), words(trace.name)
     lower, upper, mean = (np.asarray(part, float) * factor for part in (trace.lower, trace.upper, trace.mean))
     text = {"hovertemplate": "%{y:.4g} " + label + f"<extra>{name}</extra>"}
@@ -167,7 +150,6 @@ def strip(trace: Trace, per_second: float, factor: float, label: str, axis_name:
 
 
 def level_colour(name: str) -> str:
-    """Colour of a reference level, by its name."""
     for word, colour in (("fault", RED), ("rising", AMBER), ("nominal", GREEN), ("learnt", GREEN)):
         if word in name.lower():
             return colour
@@ -198,13 +180,7 @@ def summary(name: str, trace: Trace, factor: float, label: str) -> Summary:
 
 
 def first_range(mean: np.ndarray, upper: np.ndarray, outer: np.ndarray, levels: list[float]) -> list[float]:
-    """Lowest and highest value of the initial axis range.
-
-    Args:
-        mean, upper: mean and highest value of the line in every bin
-        outer: upper end of its band
-        levels: reference levels that are drawn
-    """
+    """Lowest and highest value of the initial axis range."""
     return _both_ways(mean, levels) if _has_both_signs(mean) else _top(upper, outer, levels)
 
 

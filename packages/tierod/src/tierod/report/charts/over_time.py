@@ -57,7 +57,6 @@ def main_names(diagnosis: Diagnosis) -> list[str]:
 
 
 def estimate_figures(diagnosis: Diagnosis) -> list[Figure]:
-    """One chart per estimate."""
     return [_estimate(diagnosis, name) for name in main_names(diagnosis)]
 
 
@@ -217,13 +216,7 @@ def _level_label(group: list[tuple[str, float]], label: str) -> dict[str, Any]:
 def verdict_marks(
     diagnosis: Diagnosis, per_second: float, top: float = 0.99
 ) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
-    """Lines and labels at onset and end of the change that led to the verdict and at the alarm, where known.
-
-    Args:
-        diagnosis: its first finding gives the times
-        per_second: units of the time axis per second
-        top: upper end of the labels, as a share of the chart
-    """
+    """Lines and labels at onset and end of the change that led to the verdict and at the alarm, where known."""
     finding = diagnosis.findings[0] if diagnosis.findings else None
     if finding is None:
         return [], []

@@ -60,7 +60,6 @@ class Identification:
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """Remarks on the identification."""
         remarks: tuple[str, ...] = self.result.remarks
         return remarks
 
@@ -76,11 +75,7 @@ class Identification:
         return [_source(path) for path in self.files] or list(self.recordings)
 
     def document(self, origin: Origin | None = None) -> dict[str, Any]:
-        """Content of the JSON document.
-
-        Args:
-            origin: time, version and command of the identification
-        """
+        """Content of the JSON document."""
         origin = origin or Origin.now()
         return {
             "schema": "tierod.identification/1",
@@ -147,11 +142,6 @@ class Identification:
 
 
 def subject_of(name: str) -> Subject:
-    """Subject of identification with a given name.
-
-    Raises:
-        ParameterError: the subject does not exist
-    """
     if name not in SUBJECTS:
         raise ParameterError(f"'{name}' cannot be identified{nearest(name, SUBJECTS)}")
     module, _, attribute = SUBJECTS[name].partition(":")
@@ -213,7 +203,6 @@ def _refuse_twice(paths: Sequence[Path]) -> None:
 
 
 def _name(path: Path, paths: Sequence[Path]) -> str:
-    """File name of a path, or the whole path where several files have that name."""
     return path.name if [each.name for each in paths].count(path.name) == 1 else str(path)
 
 

@@ -29,12 +29,7 @@ _TITLES = {
 
 
 def left_out_table(result: ColumnIdentification, short: bool = False) -> Table:
-    """Table of the leave-one-out estimates, and of the prediction errors for the experiment left out.
-
-    Args:
-        result: with at least one experiment left out
-        short: whether experiments are numbered instead of named, for narrow tables
-    """
+    """Table of the leave-one-out estimates, and of the prediction errors for the experiment left out."""
     left = result.left_out
     rows = [(each.name, *(number(out.values.get(each.name), 5) for out in left)) for each in result.found]
     rows += [(f"error, {_TITLES[o][0]}", *(_percent(out.errors.get(o)) for out in left)) for o in OUTPUTS]

@@ -48,12 +48,7 @@ def before(vehicle: Vehicle) -> dict[str, tuple[float, float | None]]:
 
 
 def found_table(found: Sequence[Found], beyond: str = "") -> Table:
-    """Table of every parameter before and after identification.
-
-    Args:
-        found: identified parameters
-        beyond: sentence on errors that the standard deviations do not include
-    """
+    """Table of every parameter before and after identification."""
     rows = tuple(
         (
             each.name,
