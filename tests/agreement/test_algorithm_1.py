@@ -17,7 +17,6 @@ LITERAL = (0.01, 0.01, 0.1, 1.0, 0.001)
 
 
 def signals(count: int = 800, missing: bool = False) -> np.ndarray:
-    """A swing of the steering with torques that fit it roughly, and noise."""
     random = np.random.default_rng(5)
     t = np.arange(count) * 0.01
     angle = 0.6 * np.sin(1.1 * t) + 0.1 * np.sin(5.0 * t)

@@ -22,7 +22,6 @@ def simulator():
 
 @pytest.fixture(scope="module")
 def published(simulator):
-    """The published set of a tyre."""
     from vehiclemodels.parameters_vehicle2 import parameters_vehicle2
 
     return parameters_vehicle2().tire
@@ -56,7 +55,6 @@ def test_a_weave_is_that_of_the_drift_single_track(simulator, speed, steer, freq
 
 
 def test_a_slow_weave_is_that_of_the_multibody_model(simulator):
-    """Slow only: its tyres slip by the lateral speed of the swaying body, not of their contact patches."""
     found = commonroad_agreement(20.0, 0.033, 0.2, multibody=True)
     assert found.peak > 4.5
     assert found.yaw_rate < 0.05
@@ -73,7 +71,6 @@ def test_the_rav4_minute_turns_as_recorded():
 
 @pytest.mark.parametrize("second_half", [False, True])
 def test_the_linear_parts_of_the_race_laps_turn_as_recorded(second_half):
-    """The gain; sample by sample the yaw rates differ by more, since road and steering disturb the real car."""
     found = ferrari_agreement(read(shared_data("ferrari_250lm_race", "laps.parquet")), second_half)
     assert found.gain == pytest.approx(1.0, abs=0.1)
     assert found.correlation > 0.9

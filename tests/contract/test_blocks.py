@@ -97,7 +97,6 @@ def whole(request):
 
 
 def inner(value) -> set[type]:
-    """Kinds of all blocks within a block."""
     if dataclasses.is_dataclass(value):
         fields = [getattr(value, field.name) for field in dataclasses.fields(value)]
         return {type(each) for each in fields}.union(*map(inner, fields))
@@ -154,7 +153,6 @@ def test_plain_floats_agree_with_the_virtual_machine(block):
 
 
 def engine_of(block) -> str:
-    """A part of a composite block is compiled with that one alone."""
     return "virtual machine" if type(block) in WITHIN else "auto"
 
 
@@ -185,7 +183,6 @@ def test_a_run_can_be_cut_anywhere(block):
 
 @pytest.mark.skipif(compiler() is None, reason="no C compiler")
 def test_its_c_is_clean_in_single_precision_and_in_lanes_with_tunings_of_their_own(whole):
-    """All else that is printed is compiled with the same options in the tests above."""
     graph = trace(whole)
     check = [*compiler(), *STRICT, "-fsyntax-only", "-x", "c", "-"]
     lanes = () if isinstance(graph, BankGraph) else ((print_lanes(graph, True),),)

@@ -18,7 +18,6 @@ VARIANTS = [(monitor, variant) for monitor in MONITORS for variant in MONITORS[m
 
 
 def opened(monitor, variant):
-    """A session for the shipped vehicle with which the monitor has most of its parts."""
     found = []
     for name in shipped():
         with contextlib.suppress(ParameterError):

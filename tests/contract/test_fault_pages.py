@@ -33,7 +33,6 @@ SCENARIOS = {
 
 @pytest.fixture(scope="module")
 def recording(tmp_path_factory):
-    """A function that gives the recording on which a monitor is tried, driven once."""
     folder, driven = tmp_path_factory.mktemp("drives"), {}
 
     def of(monitor):
@@ -49,14 +48,12 @@ def recording(tmp_path_factory):
 
 
 def changed(recording, name, change, start=0.0):
-    """The recording with another signal from a time on."""
     channel = recording[name]
     values = np.where(channel.time >= start, change(channel.values), channel.values)
     return recording.with_channels([replace(channel, values=values)])
 
 
 def vehicle(name, **factors):
-    """A vehicle file with other values."""
     car = load(name)
     own = {
         key: replace(car.parameters[key], value=factor * car.parameters[key].value) for key, factor in factors.items()

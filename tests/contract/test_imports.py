@@ -218,7 +218,6 @@ def test_the_rule_itself(importer, imported, right):
 
 
 def loaded_after(statement):
-    """The modules that a fresh interpreter has loaded after a statement."""
     code = f"import sys\n{statement}\nprint('\\n'.join(sys.modules), file=sys.stderr)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     return set(done.stderr.split())

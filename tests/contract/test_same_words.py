@@ -58,7 +58,6 @@ def stated(monkeypatch):
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """A recording of every status."""
     made = tmp_path_factory.mktemp("stated")
     for status in Status:
         write(drive(status, origin=NOVEMBER, vehicle_file="midsize-eps"), made / f"{status.name.lower()}.parquet")
@@ -70,7 +69,6 @@ def console() -> Console:
 
 
 def in_terminal(text: str) -> list[Looks]:
-    """Statuses in the text of a terminal, in their order."""
     found = re.findall(r"\x1b\[1;(3\d)m(\S) ([A-Za-z ]+?) *\x1b\[0m", text)
     return [(word.lower(), symbol, COLOURS[colour]) for colour, symbol, word in found]
 
@@ -80,7 +78,6 @@ def in_json(content) -> Looks:
 
 
 def badges(html: str) -> list[Looks]:
-    """Verdicts with a badge on a page, in their order."""
     place = (
         r'<section class="verdict (\w+)[^>]*>\s*<p class="status">\s*<span class="badge"><span aria-hidden="true">(.)'
     )
@@ -89,7 +86,6 @@ def badges(html: str) -> list[Looks]:
 
 
 def states(html: str) -> list[Looks]:
-    """Statuses in the tables of a page, in their order."""
     found = re.findall(r'<span class="state (\w+)"><span aria-hidden="true">(.)</span> ([^<]+)</span>', html)
     return [(word, symbol, colour) for colour, symbol, word in found]
 
@@ -162,7 +158,6 @@ def test_a_fleet_shows_the_same_on_its_page_in_its_document_and_for_a_car(folder
 
 
 def frames(folder, word):
-    """The frames of a drive of a status, by the calendar."""
     from tierod.live.replay import encoded
 
     found = encoded(folder / name_of(word), messages(folder), None)

@@ -27,7 +27,6 @@ def package_of(path):
 
 
 def steps(path):
-    """Every method `step` of a file."""
     text = path.read_text(encoding="utf-8")
     for node in ast.walk(ast.parse(text)) if "def step(" in text else ():
         if isinstance(node, ast.ClassDef):
@@ -35,7 +34,6 @@ def steps(path):
 
 
 def untyped(step):
-    """What of a function has no annotation, or one with `Any` in it."""
     arguments = step.args
     given = [*[*arguments.posonlyargs, *arguments.args][1:], *arguments.kwonlyargs]
     annotations = {each.arg: each.annotation for each in given} | {"return": step.returns}

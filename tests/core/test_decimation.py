@@ -81,7 +81,6 @@ def test_all_traces_of_a_recording_share_the_memory(traces):
 
 
 def made(count, seed=0, scale=1.0, offset=0.0):
-    """A trace whose bins hold several values, with gaps."""
     rng = np.random.default_rng(seed)
     mean = scale * rng.normal(size=count).cumsum() + offset
     mean[rng.random(count) < 0.1] = np.nan

@@ -25,7 +25,6 @@ FLAGS = ["-std=c99", "-O1", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-
 
 @pytest.fixture(scope="module")
 def codes():
-    """The shipped table with counters, confirmations and ages that a short test goes through."""
     table, random = load_trouble_codes(), np.random.default_rng(5)
     changed = {
         name: replace(
@@ -116,7 +115,6 @@ class Memory:
         return self("step", ctypes.c_uint32(time), rows, (ctypes.c_float * self.signals)(*values))
 
     def state(self):
-        """Of every code, as the Python memory has it."""
         return [
             (
                 e.status, e.counter, e.verdict, e.occurrences, e.failed_cycles, e.passed_cycles, e.healed,
@@ -126,14 +124,12 @@ class Memory:
         ]  # fmt: skip
 
     def kept(self):
-        """What a store has to bring back."""
         frames = [bytes(memoryview(f).cast("B")) for e in self.whole.entries for f in (e.first, e.last)]
         return [(s[0], *s[3:]) for s in self.state()], frames, self.whole.cycles, self.whole.open, self.whole.overflowed
 
 
 @cache
 def shipped():
-    """What is exported of the shipped trouble codes."""
     return fault_memory_files(load_trouble_codes())
 
 

@@ -95,7 +95,6 @@ class Instance:
 
 
 def rows_of(instance, model, inputs, step):
-    """Outputs of every step, in the order of the graph."""
     names = [each.name for each in model.of("input")]
     outputs = model.of("output", "status")
     numbers = [each.name for each in outputs if each.kind == "output"]
@@ -124,13 +123,11 @@ def watch():
 
 @pytest.fixture(scope="module")
 def watches(watch, tmp_path_factory):
-    """Model and path of a unit of the watch."""
     return unit(watch, tmp_path_factory.mktemp("watch"))
 
 
 @pytest.fixture(scope="module")
 def benches(tmp_path_factory):
-    """Model and path of a unit of a bench."""
     bench = ColumnBench()
     subject = subject_of_block("plant", bench, 1.0 / bench.step_time, "A bench")
     folder, starts = tmp_path_factory.mktemp("bench"), usual_inputs(bench)
@@ -240,7 +237,6 @@ def test_a_communication_step_of_any_length_takes_the_samples_that_fall_into_it(
 
 
 def wrong(instance, action, *arguments):
-    """The message that a refused call leaves."""
     instance.messages.clear()
     with pytest.raises(Exception, match="failed"):
         action(*arguments)

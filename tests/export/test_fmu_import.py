@@ -21,7 +21,6 @@ pytestmark = needs_gcc
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """A trolley as a unit, with its plant file."""
     place = tmp_path_factory.mktemp("units")
     exported(Trolley(), place / "trolley.fmu")
     (place / "trolley.toml").write_text(PLANT.replace("LASTS", "1e9"))
@@ -122,13 +121,11 @@ def test_a_slip_in_a_plant_file_is_one_sentence(folder, mixed, slip):
 
 
 def plant_of(path, folder):
-    """The trolley's plant file for another file."""
     text = PLANT.replace("LASTS", "1e9").replace("trolley.fmu", str(path))
     return Document.parse(text, folder / "p.toml", "plant")
 
 
 def edited(folder, target, old, new):
-    """The trolley with another description."""
     with zipfile.ZipFile(folder / "trolley.fmu") as given, zipfile.ZipFile(target, "w") as made:
         for name in given.namelist():
             content = given.read(name)

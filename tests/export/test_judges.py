@@ -95,7 +95,6 @@ class RandomJudge:
         return (tuple(kept[0]), tuple(kept[1]), chosen, after, tuple(waited)), Verdict(output, tuple(adopt))
 
     def _grow(self, generator, vectors, scalars):
-        """One more loop."""
         a, b = (vectors[k] for k in generator.integers(len(vectors), size=2))
         scalar = scalars[generator.integers(len(scalars))]
         turned = (

@@ -48,11 +48,9 @@ class Functions:
     Sample = Point
 
     def init(self) -> tuple[()]:
-        """No memory."""
         return ()
 
     def step(self, state: tuple[()], sample: Point) -> tuple[tuple[()], Values]:
-        """All of them."""
         return state, Values(*(f(sample.x) for f in OF_ONE.values()), *(f(sample.x, sample.y) for f in OF_TWO.values()))
 
 

@@ -21,7 +21,6 @@ MANY = 300
 
 
 def wrong_seeds(seeds, folder, compiler, flags, **options):
-    """Seeds of the steps whose C gives other bits than the interpreter."""
     made = {seed: random_step(seed) for seed in seeds}
     faces = {seed: interface_of_program(each, f"p{seed}", **options) for seed, each in made.items()}
     single, wrong = options["precision"] == "single", []

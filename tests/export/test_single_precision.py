@@ -49,7 +49,6 @@ def watch():
 
 @needs_gcc
 def test_growth_that_is_less_than_the_last_bit_of_a_variance_is_not_rounded_away(tmp_path):
-    """1.0e-7 go at each step, which rounds to 1.2e-7, and 2.9e-8 come, which rounds to nothing."""
     subject = subject_of_block("variance", Variance(), 100.0, "A variance")
     inputs = np.ones((200_000, 2))
     face = exported(subject, tmp_path, inputs=inputs[:100], precision="single")

@@ -133,7 +133,6 @@ def test_a_bus_that_cannot_be_opened(address, error, sentence):
 
 
 def test_judging_in_a_thread_gives_the_same(tmp_path, monkeypatch):
-    """`run` judges beside its ticks, here while each of them takes frames; the states are those of `driven`."""
     from tierod.live.engine import Judging
 
     frames = frames_of_drive(tmp_path, 10.0)

@@ -54,7 +54,6 @@ def test_live_and_offline_agree(tmp_path):
 
 
 def test_states_agree_to_the_last_bit(tmp_path):
-    """The traces of every sample, not only the verdict."""
     frames = frames_of_drive(tmp_path)
     _, found, _ = run(tmp_path, frames, ("friction",))
     offline = diagnose(tmp_path / "log.mf4", CAR, "friction", dbc=tmp_path / "car.dbc")

@@ -86,7 +86,6 @@ def test_the_log_of_a_killed_drive_is_judged_as_the_drive_was(tmp_path, capsys):
 
 
 def test_the_log_of_a_killed_drive_is_kept_and_the_command_that_judges_it_is_said(tmp_path, capsys):
-    """The restarted session writes a log of its own."""
     import shlex
     import threading
 

@@ -75,8 +75,6 @@ def test_a_bus_that_was_off_is_taken_up_again(tmp_path):
 
 
 def test_a_disk_that_fills_up_leaves_whole_records(tmp_path):
-    """The system refuses to let the file grow, as a full disk does: a process of its own, whose limit is its own."""
-
     def run_with_little_room(_):
         run, inbox, events = started(tmp_path, Outputs(tmp_path / "log.mf4"))
         signal.signal(signal.SIGXFSZ, signal.SIG_IGN)

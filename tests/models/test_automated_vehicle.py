@@ -17,7 +17,6 @@ NOTHING = skeleton(AutomatedVehicle.Input)
 
 
 def held(state, inputs, car, steps, **fixed):
-    """Some steps with some states held."""
     for _ in range(steps):
         state = AutomatedVehicle.transition(state, inputs, car)._replace(**fixed)
     return state
@@ -44,7 +43,6 @@ def test_a_gentle_steady_turn_is_that_of_the_single_track(speed):
 
 @pytest.mark.parametrize(("learnt", "known"), [(0.02, 0.0), (0.0, 0.02), (0.03, -0.01)])
 def test_tyres_of_different_size_make_wheel_speeds_differ_by_that_share(learnt, known):
-    """A difference of 2 % is 1 % more on the right and 1 % less on the left; a scale holds for both wheels."""
     car = replace(PLAIN, wheel_speed_difference=known, wheel_speed_scale=1.05)
     straight = REST._replace(speed=10.0, wheel_speed_difference=learnt)
     output = AutomatedVehicle.output(straight, NOTHING, car)
@@ -55,7 +53,6 @@ def test_tyres_of_different_size_make_wheel_speeds_differ_by_that_share(learnt, 
 
 
 def test_the_column_follows_a_torque_exactly():
-    """Against the solution of I a' + d a = M with dry friction and springs left out."""
     car = replace(PLAIN, rack_stiffness=0.0, nominal_friction=1e-12)
     torque, damping = 2.0, car.rack_ratio**2 * car.rack_damping
     inputs = NOTHING._replace(steering_motor_1=torque, steering_motor_1_now=torque)
@@ -121,7 +118,6 @@ def test_a_lighter_vehicle_and_smaller_tyres_are_excesses():
 
 
 def test_turning_carries_speed_from_across_to_along_and_back():
-    """v_x' = a_x + v_y r and v_y' = a_y - v_x r in axes that turn with the body (ISO 8855): forces aside, by hand."""
     car = replace(CAR, sample_time=0.01)
     inputs = skeleton(AutomatedVehicle.Input)
     state = skeleton(AutomatedVehicle.State)._replace(speed=8.0, yaw_rate=0.4)

@@ -30,7 +30,6 @@ def known():
 
 @pytest.mark.parametrize("share", [0.8, 1.0, 1.25])
 def test_zeros_and_ones_of_the_sampled_column_are_structure_for_every_column(known, share):
-    """Rounding would leave 1e-20 there, at other places for each column, and each would compile a kernel of its own."""
     column = without_gear(replace(known, torsion_bar_stiffness=share * known.torsion_bar_stiffness))
     observed = observed_column(linear_column(TwoInertiaColumn, column), DT)
     last = observed.discrete.A[-1]
@@ -49,7 +48,6 @@ def test_states_have_their_names_and_units(known):
 
 
 def test_it_moves_as_the_column_does(known):
-    """Against an integration of the continuous equations with both torques as inputs."""
     observed = observed_column(linear_column(SteeringColumn, known), DT, 2, 1)
     model, p = observed.model, observed.parameters
     x = model.State(0.3, -2.0, 0.1, 0.05, 1.0, 0.04, 1.5, 20.0, 0.2)

@@ -21,7 +21,6 @@ CAR = LateralParameters(1640.0, 3500.0, 1.33, 1.31, 100e3, 140e3, pneumatic_trai
 
 
 def driven(model, car, inputs, seconds, step=0.01, start=None, count=0):
-    """The state after driving for a while with constant inputs."""
     p = Sampled(car, step, (0.0,) * count, (1.0,) * count)
     x = model.State(*(0.0 for _ in model.State._fields)) if start is None else start
     for _ in range(round(seconds / step)):

@@ -19,7 +19,6 @@ def test_a_hidden_mode_is_found_with_its_direction():
 
 
 def test_a_finely_sampled_system_keeps_its_modes_apart():
-    """A = I + 1e-8 M: without the shift every eigenvalue looks like 1."""
     M = np.array([[-1.0, 1.0], [0.0, -2.0]])
     for outputs, hidden in (([[1.0, 0.0]], False), ([[0.0, 1.0]], True)):
         margin = modes(LinearSystem.of(np.eye(2) + 1e-8 * M, outputs))[0].margin

@@ -44,7 +44,6 @@ def test_a_voltage_drives_its_current_and_a_warm_winding_a_smaller_one():
 
 @pytest.mark.parametrize(("speed", "error"), [(100.0, 2e-4), (750.0, 0.02)])
 def test_a_driven_rotor_sends_the_current_of_its_back_emf_through_a_short(speed, error):
-    """i = -j w psi e^(j theta) / (R + j w L), w the electrical speed; 750 rad/s are 0.3 rad per sample."""
     found = after(REST._replace(speed=speed), 2000, HEAVY)
     rate = 4.0 * speed
     rotor = np.exp(4j * found.angle)

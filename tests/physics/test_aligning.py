@@ -20,7 +20,6 @@ def linear_axles(angle, sideslip, yaw_rate, speed):
 
 @given(st.floats(-1, 1), st.floats(-0.1, 0.1), st.floats(-0.5, 0.5), st.floats(3, 60))
 def test_three_roads_to_the_aligning_torque_meet(angle, sideslip, yaw_rate, speed):
-    """Tyre force times trail, eq (1) as corrected, and eq (4), for a random state of the linear single track."""
     front, rear = linear_axles(angle, sideslip, yaw_rate, speed)
     lateral = single_track.lateral_acceleration(front, rear, MASS)
     yaw_acceleration = single_track.yaw_acceleration(front, rear, INERTIA, FRONT, REAR)
@@ -46,14 +45,12 @@ def test_three_roads_to_the_aligning_torque_meet(angle, sideslip, yaw_rate, spee
 
 @given(st.floats(-3e3, 3e3), st.floats(-5e3, 5e3), st.floats(-0.6, 0.6))
 def test_the_force_across_the_wheels_is_what_makes_up_the_forces_of_the_axle(across, rolling, steer):
-    """An axle's forces along and across its wheels, turned into the body's directions and back."""
     body_across = across * math.cos(steer) + rolling * math.sin(steer)
     body_along = rolling * math.cos(steer) - across * math.sin(steer)
     assert aligning.force_across_wheels(body_across, body_along, steer) == pytest.approx(across, abs=1e-6)
 
 
 def test_a_circle_at_constant_speed_pulls_the_centre_of_gravity_outward():
-    """The rear axle rolls on its own circle; the centre of gravity is ahead of it."""
     radius, speed = 12.0, 5.0
     yaw_rate = speed / radius
     angle = yaw_rate * 1e-3 * np.arange(3)

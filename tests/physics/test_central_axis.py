@@ -17,7 +17,6 @@ WHEELBASE = FRONT + REAR
 
 
 def circle(radius, yaw_rate=0.7):
-    """Yaw rate and speeds of the rear wheels on a circle of the middle of the rear axle."""
     return yaw_rate, yaw_rate * (radius - TRACK / 2), yaw_rate * (radius + TRACK / 2)
 
 
@@ -56,7 +55,6 @@ def test_central_speed_of_both_wheels_is_that_of_the_centre_of_gravity(radius):
 
 
 def test_the_radicand_of_the_left_wheel_is_wrong_for_the_right_one():
-    """Equation (27) as printed, at a radius of 5 m and 6 m/s of the centre of gravity: 7.46 m/s."""
     steer = math.atan(WHEELBASE / 5.0)
     sideslip = rolling_sideslip(steer, REAR, WHEELBASE)
     curvature = rolling_curvature(steer, sideslip, WHEELBASE)

@@ -76,7 +76,6 @@ def test_exponent_below_one_reaches_the_level_after_a_finite_travel():
 
 @pytest.mark.parametrize("amplitude", [0.5, 2.0, 20.0])
 def test_area_of_the_steady_loop_is_the_friction_work(amplitude):
-    """Each stroke of the steady loop starts at x = -tanh(A/s), which gives its area in closed form."""
     swing = amplitude * ANGLE
     path = swing * np.sin(np.linspace(0.0, 6.0 * math.pi, 60_001))
     normalised, trace = 0.0, []

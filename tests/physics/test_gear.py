@@ -16,7 +16,6 @@ from tierod.physics.gear import (
 
 
 def test_elastic_gear_works_without_loss():
-    """The potential of its spring gives both torques."""
     stiffness, ratio, motor, shaft, small = 7.26, 18.0, 0.5, 0.02, 1e-6
 
     def energy(motor, shaft):

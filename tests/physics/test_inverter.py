@@ -20,7 +20,6 @@ VALUE = st.floats(-100.0, 100.0)
 
 @given(st.floats(-math.pi, math.pi))
 def test_the_longest_vector_can_be_made_in_every_direction_and_just_so(angle):
-    """Line to line, six switches reach from minus to plus the supply voltage."""
     length = longest_voltage(13.0)
     phases = inverse_clarke(StatorVector(length * math.cos(angle), length * math.sin(angle)))
     assert max(phases) - min(phases) <= 13.0 * (1.0 + 1e-12)
@@ -48,7 +47,6 @@ def test_limit_keeps_the_direction_and_short_vectors(d, q):
 
 
 def test_loss_of_currents_far_above_the_knee():
-    """Phase a out, b and c in: (2 + 1 + 1) / 3 of a phase's loss along a."""
     lost = lost_voltage(StatorVector(20.0, 0.0), 13.0, 1e-6, 1e-4, 0.7, 1.0)
     np.testing.assert_allclose(lost, ((13.0 * 0.01 + 0.7) * 4.0 / 3.0, 0.0), atol=1e-12)
 
@@ -67,7 +65,6 @@ def test_loss_never_gives_power(alpha, beta):
 
 @given(st.floats(-math.pi, math.pi))
 def test_the_vector_of_three_signs_points_to_the_middle_of_its_sixth(angle):
-    """Six directions, each of the same length."""
     current = StatorVector(50.0 * math.cos(angle), 50.0 * math.sin(angle))
     signs = phase_signs(current, 1e-9)
     if min(abs(value) for value in inverse_clarke(current)) > 1e-6:
@@ -76,7 +73,6 @@ def test_the_vector_of_three_signs_points_to_the_middle_of_its_sixth(angle):
 
 
 def test_duty_cycles_of_one_leg_reach_two_thirds_of_the_supply():
-    """One leg up, two down: the active vector of the hexagon's corner."""
     np.testing.assert_allclose(commanded_voltage(PhaseValues(1.0, 0.0, 0.0), 13.0), (13.0 * 2.0 / 3.0, 0.0), atol=1e-12)
 
 

@@ -21,7 +21,6 @@ BAKKER = [
 
 @pytest.mark.parametrize(("load", "stiffness", "shape", "peak", "curvature"), BAKKER)
 def test_printed_curves_have_the_printed_stiffness_and_peak(load, stiffness, shape, peak, curvature):
-    """The same paper prints BCD = 1078 sin(1.82 arctan(0.208 Fz)) and D = -22.1 Fz^2 + 1011 Fz, fitted to the table."""
     slope = mf.magic_formula(1e-6, stiffness, shape, peak, curvature) / 1e-6
     assert slope == pytest.approx(1078.0 * math.sin(1.82 * math.atan(0.208 * load)), rel=0.015)
     curve = mf.magic_formula(np.linspace(0.0, 60.0, 60_001), stiffness, shape, peak, curvature)

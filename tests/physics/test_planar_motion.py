@@ -14,7 +14,6 @@ from tierod.physics.planar_motion import (
 
 
 def test_acceleration_is_the_second_derivative_of_the_path():
-    """A spiral with changing speed and sideslip, differentiated twice in axes of the ground and turned back."""
     step = 1e-4
     time = np.arange(-3, 4) * step
     speed, sideslip, heading = 8.0 + 2.0 * time, 0.1 + 0.3 * time, 0.5 + 0.6 * time
@@ -34,6 +33,5 @@ def test_at_steady_speed_and_small_sideslip_the_lateral_acceleration_is_speed_ti
 
 @pytest.mark.parametrize("offset", [-0.5, 0.2])
 def test_the_arc_meets_the_path_at_the_reach(offset):
-    """On a circle that starts along the x axis, y = (1 - cos(s k)) / k."""
     curvature = pursuit_curvature(offset, 20.0)
     assert offset + (1.0 - math.cos(20.0 * curvature)) / curvature == pytest.approx(0.0, abs=1e-3)

@@ -30,7 +30,6 @@ def test_flux_and_current_go_with_each_other(d, q, angle):
 
 @given(CURRENT, CURRENT, st.floats(-300.0, 300.0), st.floats(-8.0, 8.0), st.floats(-8.0, 8.0), ANGLE)
 def test_both_forms_of_the_machine_agree(d, q, speed, voltage_alpha, voltage_beta, angle):
-    """Rate of the current from the rotor's axes, and by a small step of the stator's flux."""
     current, voltage = RotorVector(d, q), StatorVector(voltage_alpha, voltage_beta)
     rate = pm_motor.current_rate(
         current, park(voltage, direction(angle)), speed, resistance=0.05, pole_pairs=4, **SALIENT

@@ -11,7 +11,6 @@ GRADIENT = single_track.understeer_gradient(MASS, FRONT, REAR, FRONT_STIFFNESS, 
 
 @given(st.floats(2.0, 60.0), st.floats(-0.02, 0.02))
 def test_steady_turn_balances_forces_and_moments(speed, curvature):
-    """The closed-form angle, put into slip angles and forces, leaves no acceleration over."""
     steer = single_track.steady_road_wheel_angle(curvature, speed, FRONT + REAR, GRADIENT)
     yaw_rate = speed * curvature
     rear_force = MASS * speed * yaw_rate * FRONT / (FRONT + REAR)

@@ -38,7 +38,6 @@ TRACK, WHEELBASE = 1.55, 2.83
 
 @pytest.mark.parametrize(("steer", "error"), [(0.1, 0.005), (-0.2, 0.02), (0.35, 0.055), (-0.5, 0.12)])
 def test_full_gain_lets_both_wheels_roll_about_one_centre(steer, error):
-    """Exact condition: tan of each wheel is wheelbase over radius less or plus half the track."""
     radius = WHEELBASE / math.tan(steer)
     left = math.atan(WHEELBASE / (radius - 0.5 * TRACK))
     right = math.atan(WHEELBASE / (radius + 0.5 * TRACK))

@@ -95,7 +95,6 @@ def test_a_rolling_patch_twists_by_its_turn_slip():
 
 
 def test_turn_slip_stiffness_is_the_sum_over_the_bristles():
-    """Every bristle is dragged, from where it enters, by its distance from the middle times the turn slip."""
     half_length, half_width, stiffness = 0.06, 0.08, 110e3
     x = half_length * (np.arange(1000) + 0.5) / 500.0
     y = half_width * ((np.arange(1000) + 0.5) / 500.0 - 1.0)

@@ -27,7 +27,6 @@ drive = tierod.Recording({each.name: each for each in channels})
 
 @pytest.fixture(scope="module")
 def installed(tmp_path_factory):
-    """The folder that the sample plug-in is installed into."""
     folder = tmp_path_factory.mktemp("plugin")
     shutil.copytree(SOURCE, folder / "source", ignore=shutil.ignore_patterns("build", "*.egg-info"))
     pip = [sys.executable, "-m", "pip", "--disable-pip-version-check", "-q"]

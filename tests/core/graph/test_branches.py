@@ -15,7 +15,6 @@ LANES = 12
 
 
 def by_number(values, number):
-    """The value of a number, by a chain of selections."""
     result = values[0]
     for place, value in enumerate(values[1:], 1):
         result = maths.where(number == place, value, result)
@@ -23,7 +22,6 @@ def by_number(values, number):
 
 
 def costly(x):
-    """Many operations on one value."""
     for k in range(1, 20):
         x = maths.sin(x) + k * x
     return x

@@ -32,7 +32,6 @@ COUNT = 200
 
 @cache
 def library(kind):
-    """Each function over arrays."""
     source = KINDS[kind][0] + prelude(OWN)
     for name, function in OWN.items():
         arguments = "a[i], b[i]" if name in OF_TWO else "a[i]"
@@ -43,7 +42,6 @@ def library(kind):
 
 
 def values(kind, name, first, second=None):
-    """A function of arrays, worked out by our C."""
     number = KINDS[kind][1]
     a, b = (np.ascontiguousarray(each, number) for each in (first, first if second is None else second))
     y = np.empty_like(a)

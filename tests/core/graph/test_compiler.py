@@ -43,7 +43,6 @@ def files(folder):
 
 
 def use(monkeypatch, places, script):
-    """Make a shell script the compiler."""
     path = places / "cc"
     path.write_text(f"#!/bin/sh\n{script}\n")
     path.chmod(0o755)
@@ -218,7 +217,6 @@ def test_a_full_disk_is_reported_and_no_obstacle(places, monkeypatch):
 
 
 def test_where_no_byte_can_be_written_the_virtual_machine_runs(places):
-    """The limit of the size of a file stands for a full disk: it holds for the compiler and in memory too."""
     code = (
         "import resource, numpy, sys; sys.path.insert(0, sys.argv[1])\n"
         "from core.graph.test_compiler import Doubled; from tierod.core.graph import scan\n"
@@ -241,7 +239,6 @@ def test_a_kernel_of_another_c_library_is_compiled_anew(places, monkeypatch):
 
 
 def test_many_kernels_of_one_name_stay_apart(places):
-    """Handles are used again, and the loader takes equal paths for the same library."""
     loaded = [compiler.load(SOURCE.replace("return 1", f"return {n}"), "kernel") for n in range(5)]
     assert [library.one() for library in loaded] == list(range(5))
 

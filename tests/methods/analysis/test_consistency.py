@@ -56,7 +56,6 @@ BLOCK = KalmanFilter(
 
 
 def run(count=20_000, seed=0, missing=0.2):
-    """Samples of a cart that obeys the filter's own model, and its true states."""
     rng = np.random.default_rng(seed)
     state = Two(*rng.normal(size=2).tolist())
     rows, truth = [], []
@@ -73,7 +72,6 @@ def run(count=20_000, seed=0, missing=0.2):
 
 @pytest.fixture(scope="module")
 def cart():
-    """Samples, true states, and what the filter makes of them."""
     samples, truth = run()
     return samples, truth, scan(BLOCK, samples)
 

@@ -14,7 +14,6 @@ def siegmund(drift, threshold):
 
 @pytest.mark.parametrize(("threshold", "samples"), [(4.0, 335.37), (5.0, 930.89)])
 def test_cusum_of_the_literature(threshold, samples):
-    """Montgomery, Introduction to Statistical Quality Control: two sides give 167.7 and 465.4 for k = 0.5."""
     assert run_length(Walk(0.0, threshold, True, 1.0, -0.5, 1.0)) == pytest.approx(samples, abs=0.01)
 
 
@@ -23,7 +22,6 @@ def test_cusum_of_the_literature(threshold, samples):
     [(0.1, 2.814, 0.0, 500.0), (0.1, 2.814, 1.0, 10.3), (0.25, 2.998, 0.0, 500.0), (0.4, 3.054, 0.5, 71.2)],
 )
 def test_geometric_average_of_the_literature(weight, width, change, samples):
-    """Lucas and Saccucci, Technometrics 32 (1990), table 3."""
     height = width * math.sqrt(weight / (2.0 - weight))
     walk = Walk(-height, height, False, 1.0 - weight, weight * change, weight)
     assert run_length(walk) == pytest.approx(samples, rel=0.005)
@@ -39,7 +37,6 @@ def test_geometric_average_of_the_literature(weight, width, change, samples):
     ids=["cusum", "sequential", "average"],
 )
 def test_long_walks_keep_their_digits(walk, samples, digits):
-    """Reference: dense elimination in 80-bit numbers, nodes and tails as well."""
     assert run_length(walk) == pytest.approx(samples, rel=digits)
 
 

@@ -12,7 +12,6 @@ ANGLE = np.interp(TIME, [0, 4, 7, 10, 13, 22, 25, 30], [0, 0, 7, 6, 0, 1, -1, 0]
 
 
 def moved(speed=SPEED, angle=ANGLE, seed=1):
-    """Yaw rate, angle, speed and wheel difference as sensors give them, with unsigned speeds."""
     chance = np.random.default_rng(seed)
     yaw = speed * np.tan(RATIO * angle) / WHEELBASE
     left, right = (np.round(np.abs(speed + side * TRACK / 2 * yaw) / 0.02) * 0.02 for side in (-1.0, 1.0))

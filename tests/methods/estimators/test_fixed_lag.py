@@ -23,7 +23,6 @@ def made(lag=LAG, states=("x1", "x0")):
 
 
 def augmented(system, state):
-    """The system that also remembers one of its states for `LAG` samples."""
     n = len(system.A)
     A = np.zeros((n + LAG, n + LAG))
     A[:n, :n], A[n, state] = system.A, 1.0

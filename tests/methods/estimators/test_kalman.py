@@ -294,7 +294,6 @@ def test_many_calibrations_share_one_graph():
 
 
 def test_structure_keeps_the_graph_short():
-    """Five states, three outputs: near the hand-written 228 operations, guards and figures included."""
     A = np.array([[1, 0.01, 0, 0, 0], [0, 0.9, 0, -0.1, 0.2], [0, 0, 1, 0.3, 0], [0, 0, 0, 1, 0], [0, 0, 0, 0, 1]])
     system = LinearSystem.of(A, np.eye(3, 5), np.ones((5, 1)))
     _, model, _ = random_linear(np.random.default_rng(0), 5, 1, 3)

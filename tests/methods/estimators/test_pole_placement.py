@@ -36,7 +36,6 @@ def test_poles_are_the_requested_ones(seed, n, outputs, pair):
 
 @pytest.mark.parametrize("outputs", [1, 2])
 def test_triple_pole(outputs):
-    """A disturbance observer: position, speed and a constant force, sampled at 100 Hz, all poles at -15 1/s."""
     continuous = LinearSystem.of([[0, 1, 0], [0, -8, 10], [0, 0, 0]], np.eye(outputs, 3))
     system = sampled(continuous, 0.01)
     poles = discrete_poles((-15.0,) * 3, 0.01)
@@ -64,7 +63,6 @@ def test_order_of_magnitude_of_units_does_not_matter():
 
 
 def test_an_output_that_shows_nothing_gets_no_gain():
-    """Position and speed over 0.1 s, poles at 0.5: l1 = 1 and l2 = 2.5 by comparison of coefficients."""
     gain = place(LinearSystem.of([[1.0, 0.1], [0.0, 1.0]], [[1.0, 0.0], [0.0, 0.0]]), (0.5, 0.5))
     np.testing.assert_allclose(gain, [[1.0, 0.0], [2.5, 0.0]], atol=1e-9)
 

@@ -23,7 +23,6 @@ def made(noises=NOISES, switching=SWITCHING):
 
 
 def slow(system, samples):
-    """The same bank, step by step, as the equations of Blom and Bar-Shalom have it."""
     gains = [stationary_gain(system, noise, R) for noise in NOISES]
     means, shares, out = np.zeros((2, 3)), np.full(2, 0.5), []
     for row in samples:

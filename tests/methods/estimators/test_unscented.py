@@ -93,8 +93,6 @@ def test_floats_agree_with_the_scan():
 
 
 def test_a_mean_that_the_extended_filter_gets_wrong():
-    """The mean of a square lies above the square of the mean; the unscented transform is exact there."""
-
     class Square:
         State, Input, Output, Parameters = named("S", ["x"]), named("I", []), named("O", ["y"]), CartParameters
 

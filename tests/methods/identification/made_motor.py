@@ -70,5 +70,4 @@ def waving(size, frequency):
 
 
 def none(time):
-    """No current."""
     return np.zeros_like(time)

@@ -224,7 +224,6 @@ def test_an_unknown_support_and_mixed_supports_are_refused():
 
 
 def test_kinetic_energy_left_at_the_end_of_a_loop_is_no_friction():
-    """Constant acceleration over one stroke each way: work = friction * path + J (w1^2 - w0^2) / 2, by hand."""
     inertia, friction, stroke = 0.4, 3.0, 2.0
     out = np.linspace(0.0, stroke, 401)
     angle = np.concatenate([out, out[-2::-1]])

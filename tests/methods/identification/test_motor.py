@@ -103,14 +103,12 @@ def driven():
 
 @pytest.fixture(scope="module")
 def short(driven):
-    """A second and a half of it."""
     begin = driven[1].span[0]
     return driven[1].slice(begin, begin + 1.5)
 
 
 @pytest.fixture(scope="module")
 def known(driven):
-    """What is identified from it."""
     return identify_motor(FILE, {"drive": driven[1]})
 
 
@@ -224,7 +222,6 @@ def test_slips_of_a_recording_are_named(short, factors, words):
 
 
 def test_swapped_phases_of_a_fast_motor_are_named():
-    """Its back-EMF is nearly all of the voltage: the currents leave little, however wrong they are."""
     recording = MadeMotor().recording(none, waving(6.0, 5.3), lambda time: 60.0 * time + 2.0 * to_and_fro(time))
     with pytest.raises(InputError, match=r"\(([6-9]|1\d|2[0-4]) % of the voltage.*phases of the currents swapped"):
         identify_motor(FILE, {"drive": changed(recording, motor_current_beta=-1.0)})
@@ -299,7 +296,6 @@ def test_a_gap_costs_only_its_own_samples(driven, known):
 
 @pytest.mark.parametrize("ratio", [1.5, 3.0])
 def test_an_ordinary_drive_of_a_salient_motor_gives_both_inductances(ratio):
-    """Current along the flux changes with the torque where the drive asks for the least current."""
     seen = salient_drive(ratio, 3, 15.0)
     names = MotorAngleSample._fields[:5]
     channels = {name: Channel(name, seen.time, seen.samples[:, k], SIGNALS[name].unit) for k, name in enumerate(names)}

@@ -90,7 +90,6 @@ def test_the_rounded_column_has_no_jump_where_the_motor_reverses():
     ],
 )
 def test_sensitivities_agree_with_differences(name):
-    """Of the parameter, and of the first state: of the torsion bar, away from the kink of the friction at rest."""
     torque = (0.35 * np.sin(2.0 * np.pi * 2.0 * np.arange(600) * 1e-3))[:, None]
     turning = (0.5, 9.0, 0.5, 0.0, 0.0, 0.0, 0.2)
 

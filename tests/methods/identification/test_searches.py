@@ -59,7 +59,6 @@ def recorded(seed, drive, count=1500, noise=NOISE):
 
 
 def by_hand(experiment, decay, gain, drive, noise):
-    """Negative log likelihood by a scalar Kalman filter in plain Python."""
     mean, variance, total = 0.0, 0.01, 0.0
     for (given,), (measured,) in zip(experiment.inputs, experiment.measured, strict=True):
         spread = variance + noise**2

@@ -35,7 +35,6 @@ def recording():
 
 @pytest.fixture(scope="module")
 def short(recording):
-    """Its first minute."""
     return recording.slice(stop=recording.span[0] + 60.0)
 
 
@@ -53,7 +52,6 @@ def known_but(vehicle, *names):
 
 
 def changed(vehicle, **values):
-    """The vehicle with other values and deviations."""
     parameters = {
         name: dataclasses.replace(vehicle.parameters[name], value=value, standard_deviation=deviation)
         for name, (value, deviation) in values.items()
@@ -104,7 +102,6 @@ def test_what_a_drive_does_not_show_stays_and_says_what_to_drive(short):
 
 
 def test_a_drive_at_the_limit_of_grip_is_refused(short, guess):
-    """The same drive on tyres of a fifth of the friction would be one."""
     tyres = Parameter("tyre_friction", 0.2, "", 0.0, "assumed")
     icy = dataclasses.replace(guess, parameters={**guess.parameters, "tyre_friction": tyres})
     result = identify_vehicle({"drive": short}, icy)
@@ -239,7 +236,6 @@ def test_a_steering_angle_of_the_wrong_sign_is_not_said_to_be_of_another_place(s
 
 
 def test_standing_readings_change_nothing(recording, guess, found):
-    """A car that waits before it drives gives the same parameters."""
     waiting = {}
     for name, each in recording.channels.items():
         step = float(np.median(np.diff(each.time)))

@@ -18,7 +18,6 @@ from tierod.methods.analysis.structure import (
 
 
 def drawn(seed, equations=12, unknowns=8, faults=5):
-    """A structure by chance, in which every unknown stands."""
     chance = random.Random(seed)
     names = [f"x{j}" for j in range(unknowns)]
     inside = [set(chance.sample(names, chance.randint(1, 3))) for _ in range(equations)]
@@ -29,7 +28,6 @@ def drawn(seed, equations=12, unknowns=8, faults=5):
 
 
 def by_toolbox(model):
-    """The same structure in the Fault Diagnosis Toolbox."""
     toolbox = pytest.importorskip("faultdiagnosistoolbox")
     faults = sorted(model.faults)
     rows = [[*sorted(each.unknowns), *([each.fault] if each.fault else [])] for each in model.equations]

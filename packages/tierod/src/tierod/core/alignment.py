@@ -12,10 +12,8 @@ class Places(NamedTuple):
 
     Args:
         before: indices of the latest samples up to the times of the grid
-        known: whether there is such a sample
         age: time since that sample [s]
         held: whether the sample is recent enough to be held
-        everywhere: whether it is at all times of the grid
         rounding: amount by which a stamp may lie after its time of the grid [s]
     """
 
@@ -63,12 +61,7 @@ def _evenly_spaced(time: np.ndarray, until: np.ndarray) -> slice | None:
 
 
 def held(values: np.ndarray, places: Places) -> np.ndarray:
-    """The latest sample at each time of a grid; NaN where it is too old.
-
-    Args:
-        values: samples of the channel
-        places: positions of the grid among its stamps
-    """
+    """The latest sample at each time of a grid; NaN where it is too old."""
     latest = values[places.before]
     return latest if places.everywhere else np.where(places.held, latest, np.nan)
 
@@ -78,7 +71,6 @@ def between(time: np.ndarray, values: np.ndarray, places: Places, maximum_age: f
 
     Args:
         time, values: stamps [s] and samples of the channel
-        places: positions of the grid among the stamps
         maximum_age: largest distance of two samples that are interpolated [s]
     """
     before, known, age, _, _, rounding = places

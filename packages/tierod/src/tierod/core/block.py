@@ -57,8 +57,7 @@ class Block(Protocol[State, Given, Output]):
     def Sample(self) -> type[Given]:
         """The NamedTuple class of one sample."""
 
-    def init(self) -> State:
-        """The state before the first sample."""
+    def init(self) -> State: ...
 
     def step(self, state: State, sample: Given, /) -> tuple[State, Output]:
         """Advance by one sample: (state, sample) -> (next state, output)."""
@@ -77,7 +76,6 @@ class Ring(NamedTuple):
     newest: Scalar | None = None
 
     def push(self, value: Scalar) -> Ring:
-        """The ring with `value` as its newest sample."""
         return self._replace(newest=value)
 
 

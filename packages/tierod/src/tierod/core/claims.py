@@ -64,22 +64,18 @@ class Goal:
 
 
 def at_most(value: float) -> Goal:
-    """Goal of at most this value."""
     return Goal(high=value)
 
 
 def at_least(value: float) -> Goal:
-    """Goal of at least this value."""
     return Goal(low=value)
 
 
 def between(low: float, high: float) -> Goal:
-    """Goal between two values."""
     return Goal(low, high)
 
 
 def exactly(value: float) -> Goal:
-    """Goal of exactly this value, for counted figures."""
     return Goal(value, value)
 
 
@@ -98,13 +94,10 @@ class Claim:
 
     Args:
         id: name of a group, a point, and words joined by hyphens: "paper.separation"
-        claim: one sentence
-        source: author and place of the claim
         printed: published figure, a number in the unit or words for a range; None where the source gives none
         measured: own figure in the unit; None where it cannot be measured here, NaN where the measurement failed
         goal: range of the figure that meets the claim; None for a descriptive figure
         unit: unit of all figures, in the notation of pint
-        note: remark for reading the figure
         derived: figure that follows from the equations of the source where it prints none, in the unit; None where
             nothing was derived
         cause: reason why the figure misses its goal, with the remedy; it is used only where the claim does not hold

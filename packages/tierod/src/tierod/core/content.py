@@ -14,12 +14,7 @@ Numbers = Sequence[float] | np.ndarray
 
 @dataclass(frozen=True)
 class Heading:
-    """Heading of a part of a study, with its introduction.
-
-    Args:
-        title: a few words
-        text: paragraphs, one per entry
-    """
+    """Heading of a part of a study, with its introduction."""
 
     title: str
     text: tuple[str, ...] = ()
@@ -31,9 +26,7 @@ class Table:
 
     Args:
         title: meaning of the figures, a sentence without full stop, with the unit
-        header: names of the columns
         rows: cells as text; the first one names the row
-        note: hint for reading it
     """
 
     title: str
@@ -113,8 +106,6 @@ class Cells:
     """Table of shares as colours (such as a confusion matrix), alone in its panel.
 
     Args:
-        name: quantity whose shares are shown
-        down, across: names of rows and columns
         shares: 0 to 1, (rows, columns); NaN leaves a cell empty
     """
 
@@ -132,11 +123,8 @@ class Panel:
     """One panel of a chart with axes of its own.
 
     Args:
-        title: heading above the panel
-        x_title, y_title: titles of the axes, with unit
         marks: the drawn series; a name that two panels share has the same colour in both
         levels: horizontal dashed lines at named values
-        uprights: vertical dashed lines at named values
         logarithmic: whether the vertical axis is logarithmic
         logarithmic_along: whether the horizontal axis is logarithmic
         sideways: whether the named places of points are listed from top to bottom and their values run to the right,
@@ -164,10 +152,7 @@ class Chart:
 
     Args:
         name: identifier in the page: words joined by hyphens
-        title: a few words
-        caption: hint for reading it
         alternative: its content as text, for readers who cannot see it
-        panels: from top to bottom
     """
 
     name: str

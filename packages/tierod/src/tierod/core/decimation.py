@@ -44,7 +44,6 @@ class Places(NamedTuple):
 
     Args:
         start, width: start of the first bin of the trace, and width of the bins [s]
-        first, last: bins of the first and of the last sample
         bins: bin of every sample, counted from `first`
         samples: number of samples in every bin from `first` to `last`
         occupied: bins with at least one sample; a slice of all where none is empty
@@ -110,8 +109,6 @@ class Decimator:
     """Collects one signal chunk by chunk; bins double in width as the recording grows.
 
     Args:
-        name: name of the signal
-        unit: unit in the notation of pint
         bins: smallest number of bins once the memory is full; the largest is twice that
         reserved: whether memory for all bins is taken at once, so that a long-running program does not grow
     """
@@ -208,7 +205,6 @@ def coarser(trace: Trace, step: int) -> Trace:
     """The trace with neighbouring bins merged; the extremes are kept, and the mean weights all bins alike.
 
     Args:
-        trace: at any resolution
         step: number of bins that are merged into one
     """
     if step <= 1:
@@ -233,12 +229,7 @@ def coarser(trace: Trace, step: int) -> Trace:
 
 
 def merged(trace: Trace, points: int = OVERVIEW) -> Trace:
-    """The trace with neighbouring bins merged until there are few enough; the extremes are kept.
-
-    Args:
-        trace: at any resolution
-        points: largest number of bins that remain
-    """
+    """The trace with neighbouring bins merged until there are few enough; the extremes are kept."""
     return coarser(trace, -(-len(trace.time) // points))
 
 
@@ -247,10 +238,8 @@ class Packed:
     """A trace quantised to integer codes and compressed.
 
     Args:
-        name, unit: name and unit of the trace
         start: left edge of the first bin [s]
         width: width of a bin [s]
-        count: number of bins
         lowest: value of the code 1 [unit]
         step: difference between neighbouring codes [unit]
         data: codes of every bin as 16-bit numbers: change of the mean in zigzag, highest less mean, mean less lowest;

@@ -81,11 +81,6 @@ def lacks_memory(error: BaseException) -> bool:
 def nearest(name: str, known: Iterable[str], count: int = 3) -> str:
     """A half-sentence with the valid names nearest to a wrong one.
 
-    Args:
-        name: the name as given
-        known: every valid name
-        count: largest number of suggestions
-
     Returns:
         for example ``"; did you mean 'yaw_rate'?"``, or the list of known names where none is near
     """

@@ -19,7 +19,6 @@ class Range(NamedTuple):
     """Range of valid values, in the unit of the annotation.
 
     Args:
-        low, high: limits
         open_low: whether the lower limit itself is excluded
     """
 
@@ -50,7 +49,6 @@ class Meaning(NamedTuple):
     """Unit and range of an annotation.
 
     Args:
-        hint: the type without its notes
         unit: unit in the notation of pint; None where the annotation has none
         limits: range of valid values; None where any value is valid
     """
@@ -124,7 +122,6 @@ def _numbers(value: object, means: Meaning, path: str) -> Iterator[tuple[str, Nu
 
 @cache
 def _meanings(kind: type) -> list[tuple[str, Meaning]]:
-    """Meanings of the annotations of all fields of a dataclass."""
     known = hints(kind)
     return [(each.name, meaning(known[each.name])) for each in dataclasses.fields(kind)]
 

@@ -185,7 +185,6 @@ def _numbered(time: np.ndarray) -> np.ndarray:
 
 
 def _keys(rows: np.ndarray) -> np.ndarray:
-    """Rows of two numbers as complex numbers, which NumPy sorts by real part, then by imaginary part."""
     return rows[:, 0] + 1j * rows[:, 1]
 
 

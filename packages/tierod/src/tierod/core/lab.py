@@ -49,7 +49,6 @@ def part(name: str, purpose: str) -> Any:
     """Object that the package registers under a name.
 
     Args:
-        name: name of the entry point
         purpose: what it is needed for, as the subject of a sentence ("a simulated drive")
 
     Raises:

@@ -49,8 +49,6 @@ def model_like(model: Model, name: str, meaning: str, **changed: Any) -> Model:
 
     Args:
         model: the other model; its equations are not taken over
-        name: name of the new class
-        meaning: docstring of the new class
         changed: shapes, and functions of state, input and parameters
     """
     shapes = {part: getattr(model, part) for part in ("State", "Input", "Output", "Parameters")}

@@ -137,7 +137,6 @@ class Registry(Mapping[str, T], Generic[T]):
         return loaded
 
     def _converted(self, name: str, value: Any) -> Any:
-        """Object of a plug-in in the form that the registry keeps."""
         return value
 
     def _shadowed(self, name: str, points: list[EntryPoint]) -> str:
@@ -153,7 +152,6 @@ class FileRegistry(Registry[Path]):
 
     Args:
         group, kind: group of the entry points and word for one object, as for `Registry`
-        folder: folder of the files that tierod ships
         without: endings of the names of files of another kind in that folder
     """
 
@@ -167,7 +165,6 @@ class FileRegistry(Registry[Path]):
         """The file with a name, or at a path that the user gives.
 
         Args:
-            given: a name, or the path of a file
             beside: folder that a relative path refers to; the working directory where None
 
         Raises:

@@ -43,9 +43,6 @@ def environment(values: Mapping[str, str]) -> Iterator[None]:
     """Set environment variables for the processes that are started meanwhile.
 
     The environment belongs to the whole process: threads that start others do so one after the other.
-
-    Args:
-        values: values of its variables, by name
     """
     with _STARTING:
         before = {name: os.environ.get(name) for name in values}

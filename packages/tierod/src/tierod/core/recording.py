@@ -71,7 +71,6 @@ def checked(channel: Channel, put: Order | None = None) -> Channel:
     """A recorded channel made usable: stamps finite, not decreasing; values finite or missing; repairs noted.
 
     Args:
-        channel: channel as recorded
         put: order of its usable samples, where known from another channel with the same stamps
 
     Raises:
@@ -129,7 +128,6 @@ class Recording:
     """Channels by name, and metadata of the recording as a whole.
 
     Args:
-        channels: channels by name
         metadata: origin of the file, start time, bus, comments
     """
 
@@ -164,7 +162,6 @@ class Recording:
         return tuple(self.metadata.get("warnings", ()))
 
     def warned(self, *warnings: str) -> Recording:
-        """The recording with warnings added."""
         together = tuple(dict.fromkeys((*self.warnings, *(warning for warning in warnings if warning))))
         return replace(self, metadata={**self.metadata, "warnings": together})
 
@@ -297,7 +294,6 @@ class Recording:
         Args:
             rate: sampling rate of the grid [Hz]
             first: its first time [s]
-            count: number of its times
 
         Raises:
             InputError: it is too long

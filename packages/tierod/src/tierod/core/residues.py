@@ -23,9 +23,6 @@ def residue_of(name: str) -> float:
 
     It follows from the plausible range, not from the recording: the range is known at the first sample, and no fault
     changes it.
-
-    Args:
-        name: name of a signal of the catalogue
     """
     size = max(map(abs, SIGNALS[name].plausible))
     return SINGLE * (size if math.isfinite(size) else UNBOUNDED)
@@ -48,7 +45,6 @@ def levels_of(values: np.ndarray, residue: float) -> tuple[np.ndarray, np.ndarra
 
     Args:
         values: finite, (n,)
-        residue: largest difference that counts as none
     """
     distinct, counts = np.unique(values, return_counts=True)
     first = np.flatnonzero(np.diff(distinct, prepend=-math.inf) > residue)

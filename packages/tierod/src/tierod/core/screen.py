@@ -18,7 +18,6 @@ class Screen:
     """Display of an object.
 
     Args:
-        title: one line
         lines: below it; empty ones are left out
         header: header of a table; empty without a table
         rows: rows of the table, of which the first `ROWS` are shown
@@ -30,7 +29,6 @@ class Screen:
     rows: Sequence[tuple[str, ...]] = ()
 
     def text(self) -> str:
-        """The display as text for a terminal."""
         table = [self.header, *self._cells()] if self.rows else []
         widths = [max(map(len, column)) for column in zip(*table, strict=True)]
         lines = [

@@ -39,7 +39,6 @@ class LastRead:
     """Last reading of each signal across consecutive pieces, since slow buses do not bring it with every sample.
 
     Args:
-        columns: number of signals
         fresh: longest time for which a reading holds [s]
     """
 
@@ -74,21 +73,13 @@ class Stride:
         self._seen = 0
 
     def over(self, count: int) -> slice:
-        """Slice of the samples to take from the next piece.
-
-        Args:
-            count: number of samples of the piece
-        """
+        """Slice of the samples to take from the next piece."""
         first = -self._seen % self.step
         self._seen += count
         return slice(first, None, self.step)
 
     def indices(self, count: int) -> np.ndarray:
-        """Indices of the samples to take from the next piece, in place of `over`.
-
-        Args:
-            count: number of samples of the piece
-        """
+        """Indices of the samples to take from the next piece, in place of `over`."""
         return np.arange(count)[self.over(count)]
 
 
@@ -98,7 +89,6 @@ class Rows:
     A list of slices would keep the whole arrays that they were cut from, and cost an object per slice.
 
     Args:
-        columns: number of columns
         most: largest number of rows; further ones are dropped; None keeps all
     """
 

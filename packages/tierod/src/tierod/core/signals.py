@@ -20,8 +20,6 @@ class Signal:
     Args:
         name: in words, as used in every public signature
         unit: SI, in the notation of pint ("rad/s", "N*m", "m/s**2"); "" for a number without unit
-        meaning: one sentence
-        positive: meaning of a positive value
         plausible: the range that a fault-free road vehicle can reach, in the unit
         aliases: names found in recordings, matched without regard to case and punctuation
         group: heading under which the nomenclature lists it
@@ -316,7 +314,6 @@ def _known(source: str, unit: str, qualified: bool) -> Signal | None:
 
 
 def _fits(unit: str, found: Signal) -> bool:
-    """Whether a unit is given and fits the quantity of the signal."""
     try:
         return bool(unit.strip()) and unit != COUNT and bool(scale(unit, found.unit))
     except InputError:

@@ -30,7 +30,6 @@ class Order:
     Args:
         time: [s], finite, not decreasing, shape (n,)
         index: indices of the samples to take, in order; None where all are taken as they are
-        notes: notes on the repairs
         behind: largest delay of the samples that were sorted [s]
     """
 
@@ -40,15 +39,11 @@ class Order:
     behind: float = 0.0
 
     def __call__(self, values: np.ndarray) -> np.ndarray:
-        """The values in the order of the stamps."""
         return values if self.index is None else values[self.index]
 
 
 class Repairs:
     """Counts the defects of the time stamps of one clock stretch by stretch; refuses those that cannot be repaired.
-
-    Args:
-        what: owner of the clock, for the messages
 
     `in_order` states whether the stamps of the latest stretch do not decrease and do not fall behind earlier ones.
     """
@@ -139,7 +134,6 @@ class Repairs:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Notes on the repairs so far."""
         stands = f"(the clock stands at {self._stands_at:.6g} s for {self._longest} samples)"
         found = (
             (self._without, "samples without a time stamp left out"),
@@ -164,7 +158,6 @@ def order(time: np.ndarray, what: str) -> Order:
 
     Args:
         time: [s], as recorded, shape (n,)
-        what: owner of the clock, for the message
 
     Raises:
         InputError: no stamp is a number, the clock jumps back by more than LATE, or stands still throughout

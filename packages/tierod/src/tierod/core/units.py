@@ -25,7 +25,6 @@ class Scale:
     offset: float = 0.0
 
     def __call__(self, values: Any) -> Any:
-        """The values in the wanted unit."""
         if self.factor == 1.0 and self.offset == 0.0:
             return values
         return values * self.factor + self.offset if self.offset else values * self.factor
@@ -184,7 +183,6 @@ def _by_pint(bare: str) -> str:
 
 
 def known(text: str) -> bool:
-    """Whether a text is a known unit."""
     try:
         tidy(text)
     except InputError:
@@ -194,10 +192,6 @@ def known(text: str) -> bool:
 
 def scale(given: str, wanted: str) -> Scale:
     """Scale that converts a value in the unit `given` into the unit `wanted`.
-
-    Args:
-        given: as found in a file, in any notation
-        wanted: in the notation of pint
 
     Raises:
         InputError: an unknown unit, or one of another kind (a torque cannot become an angle)
@@ -249,7 +243,6 @@ class Dimensions:
     """A unit in terms of SI base units and the radian: value in these = factor * value.
 
     Args:
-        factor: conversion factor
         exponents: exponents by symbol: kg, m, s, A, K, mol, cd, rad
     """
 

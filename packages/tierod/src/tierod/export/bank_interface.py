@@ -21,11 +21,8 @@ from tierod.export.simplified import simplified
 
 
 class _OfBank(Interface):
-    """Common part of the interfaces of the lanes and the judge."""
-
     @property
     def bank(self) -> BankGraph:
-        """Graph of the whole bank."""
         bank: BankGraph = self.subject.graph
         return bank
 
@@ -35,7 +32,6 @@ class LaneInterface(_OfBank):
 
     @property
     def graph(self) -> Graph:
-        """Graph of one step of a lane."""
         return self.bank.lane
 
     @cached_property
@@ -64,7 +60,6 @@ class LaneInterface(_OfBank):
 
     @property
     def _rows(self) -> np.ndarray:
-        """Values of the parameters, one row per lane."""
         count = len(self.graph.tuning)
         return np.array(self.subject.values[: count * self.bank.count]).reshape(self.bank.count, count)
 
@@ -86,7 +81,6 @@ class LaneInterface(_OfBank):
 
     @cached_property
     def shared_members(self) -> tuple[Member, ...]:
-        """Parameters that all lanes share."""
         return members([f"lanes.{self.graph.tuning[k]}" for k in self.shared])
 
     @cached_property
@@ -96,7 +90,6 @@ class LaneInterface(_OfBank):
 
     @cached_property
     def feedback(self) -> tuple[Member, ...]:
-        """Members of the feedback that the judge gives to every lane with the next sample."""
         return members(self.bank.feedback)
 
     @cached_property
@@ -142,12 +135,10 @@ class LaneInterface(_OfBank):
 
     @cached_property
     def known_state(self) -> tuple[Described, ...]:
-        """Descriptions of the states of a lane."""
         return tuple(described(self.subject.block.lanes[0].init()))
 
     @cached_property
     def known_output(self) -> tuple[Described, ...]:
-        """Descriptions of the outputs of a lane."""
         return tuple(described(self.graph.output_tree))
 
 
@@ -156,7 +147,6 @@ class BankInterface(_OfBank):
 
     @cached_property
     def lane(self) -> LaneInterface:
-        """Interface of the lanes."""
         return LaneInterface(self.subject, self.options)
 
     @cached_property

@@ -62,7 +62,6 @@ static void PREFIX_adopt(PREFIX_state_t *x, const PREFIX_real_t a[COUNTU])
 
 
 def bank_structs(face: BankInterface) -> str:
-    """C code of the structs of a bank."""
     lane, prefix, count = face.lane, face.prefix, face.bank.count
     tuned, real = face.subject.tuning, face.spelling.real
     alike, own = lane.slots
@@ -116,7 +115,6 @@ def bank_source(face: BankInterface) -> str:
 
 
 def _arguments(face: BankInterface, letters: str, writes: str = "") -> dict[str, str]:
-    """Arguments of the functions of bank, lanes and judge, by their letters."""
     kinds = {
         "p": "parameters", "q": "lane_parameters", "c": "constants", "k": "lane_constants", "x": "lane_state",
         "u": "sample", "o": "lane_output", "f": "feedback",
@@ -144,7 +142,6 @@ def _prepare(face: BankInterface) -> str:
 
 
 def _init(face: BankInterface) -> str:
-    """Functions that set the state before the first sample."""
     prefix = face.prefix
     lane = initial(face.lane, "init_lane", _arguments(face, "pqx", "x"), "", True)
     judge = initial(face, "init_judge", {"p": declared(face, "p"), "x": declared(face, "x")}, "", True)
@@ -160,7 +157,6 @@ def _init(face: BankInterface) -> str:
 
 
 def _steps(face: BankInterface) -> str:
-    """Functions of one lane, the judge and the copying of lane states."""
     lane = step(face.lane, "lane", _arguments(face, "ckxuof", "xo"))
     judged = {word: declared(face, word) for word in "cxuy"} | {"a": f"{face.spelling.real} a[{face.bank.count}U]"}
     judge = step(face, "judge", judged, face.gathered)
@@ -170,7 +166,6 @@ def _steps(face: BankInterface) -> str:
 
 
 def _whole(face: BankInterface) -> str:
-    """Function of one bank step."""
     prefix, count = face.prefix, face.bank.count
     given = ", ".join(declared(face, word) for word in "cxuy")
     fed = ", &x->feedback" if face.lane.feedback else ""

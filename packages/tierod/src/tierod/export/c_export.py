@@ -25,12 +25,7 @@ BITS = 32
 
 
 def files(face: Interface, vectors: Vectors) -> Mapping[str, str]:
-    """All files of an export: path in its folder -> text; equal exports give equal bytes.
-
-    Args:
-        face: interface of the export
-        vectors: test vectors of the comparison
-    """
+    """All files of an export: path in its folder -> text; equal exports give equal bytes."""
     subject = face.subject
     beyond = ROWS_BEYOND[face.options.precision]
     return {
@@ -73,7 +68,6 @@ def refuse_foreign(folder: str | Path, own: str) -> None:
     """Refuse a folder whose files do not come from an earlier export of this monitor.
 
     Args:
-        folder: destination of the export
         own: name of the export's header, which identifies an earlier export
 
     Raises:
@@ -87,10 +81,6 @@ def refuse_foreign(folder: str | Path, own: str) -> None:
 
 def write_folder(texts: Mapping[str, str], folder: str | Path) -> Path:
     """Write files into a folder, created if missing; each file is written atomically.
-
-    Args:
-        texts: path in the folder -> text
-        folder: destination
 
     Raises:
         OutputError: the folder cannot be created or written, or is a file

@@ -22,7 +22,6 @@ def header(face: Interface, own: str | None = None) -> str:
     """C code of the header.
 
     Args:
-        face: interface of the export
         own: C code of the structs of a bank; None for those of a single block
     """
     guard = f"{face.prefix.upper()}_H"
@@ -79,7 +78,6 @@ def note(each: Described) -> str:
 
 
 def status_name(face: Interface, status: Status) -> str:
-    """Name of the C constant of a status."""
     return f"{face.prefix}_{identifier(str(status))}".upper()
 
 
@@ -100,7 +98,6 @@ def reasons(face: Interface) -> tuple[tuple[int, Described], ...]:
 
 
 def reason_name(face: Interface, each: Described | None) -> str:
-    """Name of the C constant of a reason."""
     word = "none" if each is None else each.path.rpartition(".")[2]
     return f"{face.prefix}_reason_{identifier(word)}".upper()
 
@@ -154,7 +151,6 @@ def state_rows(face: Interface, known: Sequence[Described] | None = None) -> lis
     """C code of the members of a state: numbers, clocks and delay lines.
 
     Args:
-        face: interface of the block that holds the state
         known: descriptions of the numbers; None for those of the subject's own state
     """
     (positions, plain_members), real = face.plain, face.spelling.real
@@ -181,8 +177,6 @@ def rows_of(
     """C code of members with their comments.
 
     Args:
-        face: interface of the export
-        found: members
         known: description of every number, by its position
         kinds: C types of members that are no plain numbers, by the position of their first number
     """

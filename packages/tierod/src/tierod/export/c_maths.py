@@ -23,8 +23,6 @@ def helpers(spelling: Spelling, text: str, libm: bool = True) -> str:
     """C code of the helper functions that a piece of C code calls.
 
     Args:
-        spelling: of names and numbers
-        text: C code
         libm: whether functions such as the sine come from the C library rather than from the kernels
     """
     wanted = sorted(set(re.findall(rf"\b{spelling.prefix}_(\w+)\(", text)))
@@ -37,7 +35,6 @@ def helpers(spelling: Spelling, text: str, libm: bool = True) -> str:
 
 
 def _reached(text: str, wanted: list[str]) -> str:
-    """Definitions that the wanted functions need directly or indirectly, in their original order."""
     parts: list[str] = []
     for part in _BEGINNING.split(text):
         # A comment belongs to the definition that follows it.

@@ -14,7 +14,6 @@ def parameters(face: Interface, rows: str | None = None) -> str:
     """C code of the parameter file.
 
     Args:
-        face: interface of the export
         rows: C code of the members of a bank; None for those of a single block
     """
     prefix, subject = face.prefix, face.subject
@@ -32,8 +31,6 @@ def parameter_rows(
     """C code of members with their values.
 
     Args:
-        face: interface of the export
-        found: members
         known, values: description and value of every number, by its position
     """
     return "".join(

@@ -68,10 +68,8 @@ def initial(face: Interface, name: str, arguments: Mapping[str, str], zeroed: st
 
     Args:
         face: interface of the block that holds the state
-        name: of the function
         arguments: C of the declaration of each argument, by its name
         zeroed: C code that clears the other members; "" where they are zero already
-        static: whether the function is static
     """
     first = face.initial
     kept = face.lines.kept
@@ -101,10 +99,7 @@ def step(
     """Function that advances the state by one sample.
 
     Args:
-        face: interface of the block
-        name: of the function
         arguments: C of the declaration of each argument, by its name, of a static function; None for the exported step
-        gathered: see `CutPrinter`
     """
     notes = {(OUTPUT, k): path for k, path in enumerate(face.graph.output)}
     types = {(OUTPUT, k): f"{face.prefix}_status_t" for k in face.statuses}
@@ -120,7 +115,6 @@ def step(
 
 
 def _alone(operations: Program, outputs: Mapping[Group, int]) -> Program:
-    """Program of these outputs alone, in which nothing counts as computed beforehand."""
     kept, moved = drop_unused(operations.operations, dict(outputs))
     renamed = [each._replace(constant=(PARAMETER, each.constant[1])) if each.name == "input" else each for each in kept]
     return Program(tuple(renamed), moved, frozenset())

@@ -86,7 +86,6 @@ def comparing_program(face: Interface, tolerances: Sequence[float], beyond: floa
     """C code of the comparison program.
 
     Args:
-        face: interface of the export
         tolerances: largest permitted difference of every output
         beyond: share of rows that may exceed the tolerances
     """
@@ -122,7 +121,6 @@ def _answers(face: Interface) -> str:
 
 
 def _rows(face: Interface) -> str:
-    """C functions that restart the monitor and run one step from a row of doubles to another."""
     prefix, real = face.prefix, face.spelling.real
     inputs = elements(face.sample)
     lines = [f"    sample.{text} = ({real})row[{k}];\n" for k, text in enumerate(inputs)]
@@ -146,7 +144,6 @@ def _rows(face: Interface) -> str:
 
 
 def _run(face: Interface) -> str:
-    """C function that runs many steps, for tests that load the program as a library."""
     free = [face.counted[k] for k in free_clocks(face.program, face.clocks)]
     clocks = "".join(f"        state.{name} = (uint32_t)steps;\n" for name in free)
     return (

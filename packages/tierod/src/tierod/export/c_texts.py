@@ -24,7 +24,6 @@ def makefile(face: Interface) -> str:
 
 
 def readme(face: Interface, vectors: Vectors) -> str:
-    """README of the folder."""
     subject, prefix = face.subject, face.prefix
     precision = face.options.precision
     missing = (

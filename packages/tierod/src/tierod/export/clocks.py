@@ -17,7 +17,6 @@ class Clock(NamedTuple):
 
     Args:
         step: number of the value added per step, which depends on the tuning only
-        next: number of the value it takes next
     """
 
     step: int
@@ -28,7 +27,6 @@ class Added(NamedTuple):
     """Increment of a state by a value.
 
     Args:
-        step: number of the added value
         condition: number of the value that enables the increment; None for an unconditional one
     """
 
@@ -37,12 +35,7 @@ class Added(NamedTuple):
 
 
 def clocks(program: Program, initial: Program) -> dict[int, Clock]:
-    """The clocks of a program, by the position of their state.
-
-    Args:
-        program: of the step
-        initial: program of the initial state
-    """
+    """The clocks of a program, by the position of their state."""
     found = {}
     for (group, position), value in sorted(program.outputs.items()):
         if group == NEXT_STATE and is_constant(initial.operations[initial.outputs[group, position]], 0.0):
@@ -56,7 +49,6 @@ def free_clocks(program: Program, known: Mapping[int, Clock]) -> tuple[int, ...]
     """Positions of free-running clocks, whose next value depends on no condition.
 
     Args:
-        program: of the step
         known: clocks of the program, by the position of their state
     """
     return tuple(

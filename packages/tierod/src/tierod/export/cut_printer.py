@@ -22,7 +22,6 @@ class CutPrinter(OutputPrinter):
     """Printer of one program as several functions, with the operations of the kernels in the same order.
 
     Args:
-        body: program to be printed
         clocks: states that are stored as whole numbers of steps
         longest: largest number of operations of one function
     """
@@ -35,7 +34,6 @@ class CutPrinter(OutputPrinter):
         self._users = self._takers()
 
     def _laid_out(self) -> Layout:
-        """Segments, and the storage of values that cross segment boundaries."""
         ordered = soon_taken(self.program, branches(self.program))
         readable = self._readable(self._needs)
         return layout(self.program, self._needs, ordered, self._whole, self._longest, readable)
@@ -57,9 +55,7 @@ class CutPrinter(OutputPrinter):
         """C code of all partial functions and of the one that calls them.
 
         Args:
-            name: of the calling function
             arguments: C of the declaration of each argument, by its name
-            static: whether the calling function is static too
         """
         texts, calls = [], []
         given = {**arguments, **self._scratch_arguments()}
@@ -86,7 +82,6 @@ class CutPrinter(OutputPrinter):
         )
 
     def _grouped(self) -> list[list[Segment]]:
-        """Segments that share a function, up to the longest permitted length."""
         groups: list[list[Segment]] = []
         # Counted as full, so that the first segment opens a group.
         size = self._longest
@@ -100,7 +95,6 @@ class CutPrinter(OutputPrinter):
         return groups
 
     def _length(self, segment: Segment) -> int:
-        """Number of statements of a segment."""
         return len(segment.operations) + len(segment.stores)
 
     def _segment(self, segment: Segment) -> str:
@@ -147,7 +141,6 @@ class CutPrinter(OutputPrinter):
         }
 
     def _direct(self, segment: Segment) -> dict[int, str]:
-        """C code of the inputs that exactly one operation and no store uses, which need no variable of their own."""
         counted = Counter(argument for index in segment.operations for argument in self._arguments(index))
         stored = {value for target in segment.stores for value in self._needs[target]}
         texts = {
@@ -177,5 +170,4 @@ class CutPrinter(OutputPrinter):
         return self._names(set()) | own
 
     def _slot(self, index: int) -> str:
-        """C code of the scratch element of a value that crosses functions."""
         return f"{'b' if index in self._whole else 'w'}[{self.layout.slots[index]}]"

@@ -17,13 +17,7 @@ from tierod.export.members import identifier
 
 @dataclass(frozen=True)
 class Line:
-    """An array of delay lines of one length.
-
-    Args:
-        name: in C
-        rows: number of rows
-        size: numbers per row
-    """
+    """An array of delay lines of one length."""
 
     name: str
     rows: int
@@ -39,12 +33,7 @@ class Line:
         return self.name if self.rows == 1 else f"{self.name}[{number}]"
 
     def place(self, row: int, delay: int) -> str:
-        """C code of the number from some steps ago; the oldest one lies where the next number is written.
-
-        Args:
-            row: number of the row
-            delay: steps, at most `size`
-        """
+        """C code of the number from some steps ago; the oldest one lies where the next number is written."""
         own = self.row(row)
         if delay == self.size:
             return f"x->{own}[x->{self.name}_head]"
@@ -56,9 +45,7 @@ class Lines:
     """All delay lines of a step.
 
     Args:
-        arrays: the delay lines as C arrays
         home: position of a delay line of the graph -> number of its array, and its row
-        delays: length of every delay line of the graph
         kept: positions of the longest delay line of each row, which contains the others
     """
 
@@ -87,8 +74,6 @@ def delay_lines(program: Program, initial: Program, rings: Sequence[tuple[str, i
     """Merged delay lines of a step.
 
     Args:
-        program: of the step
-        initial: program of the initial state
         rings: dotted name and length of every delay line of the graph
     """
     rows: dict[tuple[str, int, int], list[int]] = {}
@@ -109,12 +94,7 @@ def delay_lines(program: Program, initial: Program, rings: Sequence[tuple[str, i
 
 
 def pushed_once(program: Program, lines: Lines) -> Program:
-    """Program of the step with a single push per row.
-
-    Args:
-        program: of the step
-        lines: its delay lines
-    """
+    """Program of the step with a single push per row."""
     outputs = {
         target: value for target, value in program.outputs.items() if target[0] != PUSH or target[1] in lines.kept
     }

@@ -20,11 +20,9 @@ class Described(NamedTuple):
     """Description of a number.
 
     Args:
-        path: dotted name
         unit: in the notation of pint; "" for none
         meaning: description in words; "" if unknown
         limits: range in words; "" for any value
-        holder: name of the class whose field it is
     """
 
     path: str
@@ -35,22 +33,12 @@ class Described(NamedTuple):
 
 
 def described(tree: Any, path: str = "") -> Iterator[Described]:
-    """Descriptions of every leaf of a tree of NamedTuples, dataclasses and tuples, in order.
-
-    Args:
-        tree: instance whose leaves are numbers
-        path: dotted name of the tree itself
-    """
+    """Descriptions of every leaf of a tree of NamedTuples, dataclasses and tuples, in order."""
     yield from _below(tree, Described(path), Meaning(type(tree), None, None))
 
 
 def of_signals(names: tuple[str, ...], tree: Any) -> tuple[Described, ...]:
-    """Descriptions of a monitor's inputs: canonical signals from the catalogue, others from their annotations.
-
-    Args:
-        names: dotted, in order
-        tree: a sample
-    """
+    """Descriptions of a monitor's inputs: canonical signals from the catalogue, others from their annotations."""
     own = {each.path: each for each in described(tree)}
     return tuple(_signal(name) or own.get(name, Described(name)) for name in names)
 

@@ -20,9 +20,7 @@ def inputs_from(subject: Subject, vehicle: Vehicle, source: Recording | str | Pa
     """Input samples (n, inputs) of a monitor from a recording; NaN where a signal is missing.
 
     Args:
-        subject: monitor that takes the inputs
         vehicle: its databases and channel map decode the file
-        source: recording, or its path
 
     Raises:
         InputError: the recording cannot be read, is empty, or contains none of the inputs

@@ -17,11 +17,7 @@ _STATE_IN = {"fma": 2, "fnma": 2, "sub": 0}
 
 
 def growth_first(program: Program) -> Program:
-    """Program in which the parameter-dependent growth of a state is added to its change before both reach the state.
-
-    Args:
-        program: of a step
-    """
+    """Program in which the parameter-dependent growth of a state is added to its change before both reach the state."""
     uses = Counter(argument for each in program.operations for argument in each.arguments)
     uses.update(program.outputs.values())
     operations: list[Operation] = []

@@ -28,7 +28,6 @@ class Options:
     """Options of an export.
 
     Args:
-        precision: of all numbers
         validity: whether a mask marks the valid inputs, in place of NaN
         libm: whether functions such as the sine come from the C library, rather than the kernels' own
         fused: whether multiply-add is always rounded once, even if the target has no instruction for it
@@ -42,12 +41,7 @@ class Options:
 
 @dataclass(frozen=True)
 class Interface:
-    """Interface of a subject's C code, as the caller sees it.
-
-    Args:
-        subject: monitor to be exported
-        options: of the export
-    """
+    """Interface of a subject's C code, as the caller sees it."""
 
     subject: Subject
     options: Options = field(default_factory=Options)
@@ -64,7 +58,6 @@ class Interface:
 
     @property
     def graph(self) -> Graph:
-        """Graph of one step."""
         graph: Graph = self.subject.graph
         return graph
 
@@ -86,7 +79,6 @@ class Interface:
 
     @cached_property
     def initial(self) -> Program:
-        """Program that sets the initial state."""
         return initial_program(self.subject.block)
 
     @cached_property
@@ -98,17 +90,14 @@ class Interface:
 
     @cached_property
     def sample(self) -> tuple[Member, ...]:
-        """Members of one sample."""
         return members(self.graph.sample)
 
     @cached_property
     def output(self) -> tuple[Member, ...]:
-        """Members of one output."""
         return members(self.graph.output)
 
     @cached_property
     def parameters(self) -> tuple[Member, ...]:
-        """Members of the parameters."""
         return members(self.graph.tuning)
 
     @cached_property
@@ -124,7 +113,6 @@ class Interface:
 
     @cached_property
     def lines(self) -> Lines:
-        """Delay lines."""
         return delay_lines(self.stepped, self.initial, self.graph.rings)
 
     @property

@@ -19,7 +19,6 @@ class Member(NamedTuple):
     """A member of a struct.
 
     Args:
-        name: in C
         shape: of the array; () for a single number
         places: positions of its numbers in the flat order, row by row
     """
@@ -49,11 +48,7 @@ def identifier(text: str) -> str:
 
 
 def members(paths: Sequence[str]) -> tuple[Member, ...]:
-    """Members of a struct for dotted paths; numbers in a path become array indices where the array is complete.
-
-    Args:
-        paths: in the flat order, without repetition
-    """
+    """Members of a struct for dotted paths; numbers in a path become array indices where the array is complete."""
     groups: dict[str, list[tuple[tuple[int, ...], int]]] = {}
     for place, path in enumerate(paths):
         stem, indices = _parted(path)

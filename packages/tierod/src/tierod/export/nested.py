@@ -24,7 +24,6 @@ class Nested:
     """Selections with a common condition.
 
     Args:
-        condition: number of the tested value
         chosen: number of every selection -> its values for a true and for a false condition; None for zero
         sides: operations needed only for a true and only for a false condition, in order
     """
@@ -38,8 +37,6 @@ def nested(program: Program, operations: Sequence[int], uses: Mapping[int, Set[i
     """Operations of a segment in order, with those that only one side of a selection needs inside branches.
 
     Args:
-        program: that contains them
-        operations: their numbers, in order
         uses: operations that use each value; -1 means a store or a use by another segment
     """
     place = dict(zip(operations, count()))
@@ -116,7 +113,6 @@ def _branch(
 
 
 def _asked(program: Program, selection: int, place: Mapping[int, int]) -> Condition:
-    """Condition of a selection, with the negations computed in the same segment removed."""
     value, holds = program.operations[selection].arguments[0], True
     while value in place and program.operations[value].name == "not":
         value, holds = program.operations[value].arguments[0], not holds
@@ -165,7 +161,6 @@ def _ready(
     place: Mapping[int, int],
     first: int,
 ) -> bool:
-    """Whether a selection can be computed at the position of the first one."""
     for side, value in zip(sides, chosen[selection], strict=True):
         waiting = [value] if value is not None else []
         while waiting:

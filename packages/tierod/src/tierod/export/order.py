@@ -12,7 +12,6 @@ def soon_taken(program: Program, parts: Sequence[Branch]) -> list[Branch]:
     """The same operations and branches, ordered output by output and each as late as possible.
 
     Args:
-        program: that contains them
         parts: all its operations, each after those that it depends on
     """
     home = {index: number for number, part in enumerate(parts) for index in part.operations}
@@ -23,8 +22,6 @@ def soon_taken(program: Program, parts: Sequence[Branch]) -> list[Branch]:
 
 
 class _Sorted:
-    """Operations in the order of their use."""
-
     def __init__(self, program: Program, given: Sequence[Branch], home: dict[int, int]):
         self.program, self.given, self.home = program, given, home
         self.parts: list[Branch] = []
@@ -38,7 +35,6 @@ class _Sorted:
                 self._users.setdefault(each, set()).add(index)
 
     def take(self, value: int) -> None:
-        """Append a value after everything it depends on, the most expensive dependency first."""
         waiting = [(value, False)]
         while waiting:
             index, ready = waiting.pop()
@@ -59,7 +55,6 @@ class _Sorted:
             waiting += [(each, False) for each in sorted(open_, key=lambda each: (self._work[each], each))]
 
     def _follow(self, together: Sequence[int]) -> None:
-        """Append at once each operation that is the last to use a value, which frees a register."""
         waiting = list(together)
         while waiting:
             index = waiting.pop()

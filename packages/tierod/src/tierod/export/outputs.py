@@ -13,7 +13,6 @@ class OutputPrinter(StatementPrinter):
     """Printer of the statements and stores of one program.
 
     Args:
-        body: program to be printed
         clocks: states stored as whole numbers of steps
     """
 
@@ -34,7 +33,6 @@ class OutputPrinter(StatementPrinter):
     # -- clocks --------------------------------------------------------------------------------------------------
 
     def _stays(self, target: Group) -> bool:
-        """Whether a state keeps its value."""
         return target[0] == NEXT_STATE and is_own(self.program, self.program.outputs[target], target[1])
 
     def _readable(self, needs: Mapping[Group, set[int]]) -> frozenset[Group]:
@@ -52,7 +50,6 @@ class OutputPrinter(StatementPrinter):
         return target[0] == NEXT_STATE and target[1] in self.clocks
 
     def _count(self, index: int, position: int, named: dict[int, str]) -> str:
-        """C code of the next step count of a clock."""
         operation, own = self.program.operations[index], self.reach.given((NEXT_STATE, position))
         if operation.name in ("select", "if"):
             first = self._count(operation.arguments[1], position, named)

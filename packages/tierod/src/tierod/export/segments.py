@@ -39,7 +39,6 @@ class Layout:
     """Segments in order, and storage of the values that more than one of them uses.
 
     Args:
-        segments: in order
         slots: value -> element of the scratch array of its kind
         read_back: value -> output of the program that already holds it, so that it needs no scratch element
         sizes: of the scratch arrays of numbers and of logical values
@@ -66,7 +65,6 @@ def layout(
     """Segments of a program, its outputs stored as early as possible, and scratch elements that are reused when free.
 
     Args:
-        program: of the step
         needs: values used by the store of every output
         parts: all its operations, each after those that it depends on
         truths: logical values (0 or 1), which have a scratch array of their own
@@ -96,8 +94,6 @@ def pieces(program: Program, operations: Sequence[int], longest: int) -> Iterato
     """Pieces of operations, cut where the fewest values cross and at least two thirds of the longest length.
 
     Args:
-        program: that contains them
-        operations: in order
         longest: largest number of operations of a piece
     """
     last = {each: place for place, index in enumerate(operations) for each in program.operations[index].arguments}
@@ -117,7 +113,6 @@ def pieces(program: Program, operations: Sequence[int], longest: int) -> Iterato
 
 
 def _needed(program: Program, needs: Needs, parts: Sequence[Branch]) -> set[int]:
-    """Values that the outputs use, and the conditions that enable them."""
     asked = {index: part.condition.value for part in parts if part.condition for index in part.operations}
     waiting = [value for values in needs.values() for value in values]
     found: set[int] = set()
@@ -165,7 +160,6 @@ def _stored(targets: Sequence[Target], longest: int) -> list[Segment]:
 
 
 def _remembered(program: Program, values: Iterable[int]) -> list[Target]:
-    """Outputs that overwrite the states and delay lines among some values."""
     inputs = (program.operations[value] for value in values)
     written = {STATE: NEXT_STATE, RING: PUSH}
     return [
@@ -204,7 +198,6 @@ def _slots(
 
 
 def _used(program: Program, needs: Needs, segment: Segment) -> set[int]:
-    """Values that a segment uses."""
     used = {argument for index in segment.operations for argument in program.operations[index].arguments}
     used = used.union(*(needs[target] for target in segment.stores))
     return used | ({segment.condition.value} if segment.condition else set())

@@ -32,8 +32,6 @@ def simplified(program: Program, initial: Program, tuning: Sequence[float]) -> P
     """An equivalent step with fewer operations; equal to the last bit.
 
     Args:
-        program: of a step
-        initial: program of the initial state, from which counters are recognised
         tuning: parameter values, from which positive times are recognised
     """
     simpler = _Simpler(program, counters(program, initial), tuning)
@@ -43,12 +41,7 @@ def simplified(program: Program, initial: Program, tuning: Sequence[float]) -> P
 
 
 def counters(program: Program, initial: Program) -> frozenset[int]:
-    """Positions of the states that are whole numbers of steps, or infinity before the first event.
-
-    Args:
-        program: of a step
-        initial: program of the initial state
-    """
+    """Positions of the states that are whole numbers of steps, or infinity before the first event."""
     first = {k: initial.operations[v] for (group, k), v in initial.outputs.items() if group == NEXT_STATE}
     found = {k for k, each in first.items() if each.name == "constant" and each.constant in (0.0, math.inf)}
     # Counters may copy each other, so all candidates are assumed to count until one is refuted.
@@ -60,7 +53,6 @@ def counters(program: Program, initial: Program) -> frozenset[int]:
 
 
 def _counts(program: Program, index: int, states: set[int] | frozenset[int]) -> bool:
-    """Whether a value is a whole number, given that some states are."""
     operation = program.operations[index]
     if operation.name == "constant":
         return is_constant(operation, 0.0)
@@ -76,8 +68,6 @@ def _counts(program: Program, index: int, states: set[int] | frozenset[int]) -> 
 
 
 class _Simpler:
-    """Simplifying copy of a program, operation by operation."""
-
     def __init__(self, program: Program, counting: frozenset[int], tuning: Sequence[float]):
         self.program, self.counting, self.tuning = program, counting, tuning
         self.builder = Builder()
@@ -86,7 +76,6 @@ class _Simpler:
             self.new[index] = self._written(index, operation)
 
     def outputs(self) -> dict[tuple[int, int], int]:
-        """Outputs of the program, with the new numbers of their values."""
         return {target: self.new[value] for target, value in self.program.outputs.items()}
 
     def _written(self, index: int, operation: Operation) -> int:
@@ -198,7 +187,6 @@ class _Simpler:
         return None
 
     def _is_positive(self, time: Operation) -> bool:
-        """Whether a value is a positive constant or parameter."""
         if time.name == "input":
             group, position = time.constant
             return bool(group == TUNING) and self.tuning[position] > 0.0

@@ -22,7 +22,6 @@ class Spelling:
 
     Args:
         prefix: of all names ("tierod_friction")
-        precision: of all numbers
         fused: whether multiply-add is always rounded once, even if the target has no instruction for it
     """
 

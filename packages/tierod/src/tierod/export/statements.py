@@ -25,9 +25,7 @@ class Reach:
 
     Args:
         taken: C code of an input, by group and position
-        given: C code of an output
         carried: C code of a value that depends on parameters only, by its slot
-        notes: comment on an output
         types: C type of an output that is not a plain number
     """
 
@@ -40,15 +38,7 @@ class Reach:
 
 @dataclass(frozen=True)
 class Body:
-    """A program to be printed, with the spelling of its numbers, inputs and outputs.
-
-    Args:
-        graph: of the block
-        operations: its program
-        spelling: of names and numbers
-        reach: C code of inputs and outputs
-        gathered: see `BranchingPrinter`
-    """
+    """A program to be printed, with the spelling of its numbers, inputs and outputs."""
 
     graph: Graph
     operations: Program
@@ -58,11 +48,7 @@ class Body:
 
 
 class StatementPrinter(BranchingPrinter):
-    """Printer of the statements of one program.
-
-    Args:
-        body: program to be printed
-    """
+    """Printer of the statements of one program."""
 
     def __init__(self, body: Body):
         super().__init__(body.graph, body.operations, body.gathered)
@@ -92,7 +78,6 @@ class StatementPrinter(BranchingPrinter):
         return super().statement(index, named, places, notes, indent).replace("const int v", "const bool v", 1)
 
     def _picked(self, index: int, named: dict[int, str], indent: str) -> str:
-        """Value selected by an index, with the brackets that MISRA C requires."""
         number, *values = self.program.operations[index].arguments
         # The range is tested before the conversion, which C leaves undefined for NaN and large numbers.
         given, last = self._real(number, named), len(values) - 1
@@ -129,12 +114,10 @@ class StatementPrinter(BranchingPrinter):
         return super(BranchingPrinter, self).expression(operation, named | reals)
 
     def _real(self, index: int, named: dict[int, str]) -> str:
-        """C code of a value as a number."""
         text = self.constant(index) or named.get(index, f"v{index}")
         return f"({text} ? R(1.0) : R(0.0))" if index in self._whole else text
 
     def _truth(self, index: int, named: dict[int, str]) -> str:
-        """C code of a value as a logical value."""
         operation = self.program.operations[index]
         if operation.name == "constant":
             return "true" if operation.constant != 0.0 else "false"
@@ -161,7 +144,6 @@ class StatementPrinter(BranchingPrinter):
         return "".join(lines)
 
     def _is_light(self, branch: Nested, side: int) -> bool:
-        """Whether one side of a branch computes nothing and reads no state."""
         values = [pair[side] for pair in branch.chosen.values()]
         reads = any(
             value is not None and self.program.operations[value].name == "input" and value not in self.program.invariant

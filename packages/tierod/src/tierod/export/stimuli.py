@@ -35,26 +35,14 @@ MOST_SANITIZED = 500_000
 
 
 def affordable(subject: Subject, most: int, work: float = WORK) -> int:
-    """Number of samples of one kind that the evidence can afford; smaller where a step is expensive.
-
-    Args:
-        subject: monitor that runs
-        most: largest number of samples
-        work: operations that all samples may take
-    """
+    """Number of samples of one kind that the evidence can afford; smaller where a step is expensive."""
     counted = asdict(operation_count(subject.block))
     operations = sum(count for name, count in counted.items() if name != "states")
     return max(FEWEST, min(most, int(work / max(operations, 1))))
 
 
 def random_inputs(subject: Subject, count: int, seed: int = SEED) -> np.ndarray:
-    """Random samples (count, inputs): slow signals with noise, steps, spikes, frozen stretches and gaps of NaN.
-
-    Args:
-        subject: monitor that takes the inputs
-        count: of samples
-        seed: of the random generator
-    """
+    """Random samples (count, inputs): slow signals with noise, steps, spikes, frozen stretches and gaps of NaN."""
     generator = np.random.default_rng(seed)
     columns = [_course(generator, _range(name), count) for name in subject.graph.sample]
     return np.column_stack(columns) if columns else np.zeros((count, 0))
@@ -103,8 +91,6 @@ def disturbed_inputs(inputs: np.ndarray, count: int, seed: int = SEED) -> np.nda
 
     Args:
         inputs: (n, inputs), the drive
-        count: of samples
-        seed: of the random generator
     """
     generator = np.random.default_rng(seed)
     values = np.resize(inputs, (count, inputs.shape[1])).copy()

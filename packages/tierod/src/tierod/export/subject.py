@@ -25,15 +25,10 @@ class Subject:
 
     Args:
         name: C identifier with which all names begin, without "tierod_"
-        title: display name
-        monitor, variant: names
         vehicle: name of the vehicle whose parameters are used
         rate: sampling rate [Hz]
-        block: that computes the monitor
-        graph: traced graph of the block or bank
         sample, state, output, tuning: descriptions of all numbers, in the order of the graph; for a bank the states of
             its judge
-        values: of the parameters
     """
 
     name: str
@@ -103,9 +98,7 @@ def subject_of_block(
 
     Args:
         name: C identifier with which all names begin, without "tierod_"
-        block: single block or bank
         rate: sampling rate [Hz]
-        title: display name
         monitor, variant, vehicle: names; "" where there is none
 
     Raises:

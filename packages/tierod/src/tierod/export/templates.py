@@ -8,13 +8,7 @@ from typing import Any
 
 
 def rendered(folder: Path, name: str, values: Mapping[str, object]) -> str:
-    """Text of a template; a value that it names and that is missing is an error.
-
-    Args:
-        folder: folder of the templates
-        name: file name of the template
-        values: values by name
-    """
+    """Text of a template; a value that it names and that is missing is an error."""
     import jinja2
 
     # The templates produce C, where HTML escaping would do harm.

@@ -48,7 +48,6 @@ class Vectors:
 
 
 def rounded(inputs: np.ndarray) -> np.ndarray:
-    """Inputs rounded to single precision."""
     with np.errstate(over="ignore"):
         return np.asarray(inputs, dtype=np.float32).astype(float)
 
@@ -57,10 +56,8 @@ def vectors_of(subject: Subject, inputs: np.ndarray, source: str, steps: int = S
     """Test vectors from the first steps of a drive.
 
     Args:
-        subject: monitor to be exported
         inputs: (n, inputs)
         source: description of the origin of the inputs
-        steps: largest number of steps
     """
     taken = rounded(inputs[:steps])
     return Vectors(taken, scan(subject.block, taken).values[::SPACING], source)

@@ -54,11 +54,7 @@ class Address:
     """Address of a bus.
 
     Args:
-        interface: its name in python-can
-        channel: channel of the interface
         bitrate: bit rate of a classic bus; None keeps the setting of the driver
-        fd: whether the bus carries CAN FD frames
-        options: further options of the interface
     """
 
     interface: str
@@ -73,7 +69,6 @@ def interface_options(given: Sequence[str], buses: int) -> list[dict[str, Option
 
     Args:
         given: options, each as NAME=VALUE for all buses, or as N:NAME=VALUE for the N-th
-        buses: number of buses
 
     Raises:
         ParameterError: an option is malformed, has an option of the command, or is for a bus that does not exist
@@ -194,8 +189,6 @@ class Receiver(threading.Thread):
 
     Args:
         number: number of the bus, from 1
-        address: address of the bus
-        inbox: queue that receives frames and notices
 
     Raises:
         InputError: the bus cannot be opened now; further errors as in `open_bus`

@@ -38,9 +38,6 @@ class _Bus:
 class DriveClock:
     """Converts the stamps of all buses into the time of the drive, which begins at the whole second of the first stamp.
 
-    Args:
-        tuning: limits of what counts as a jump
-
     `origin` is the calendar time of zero [s]. `jumps` counts jumps of a clock, `late` frames out of order, `doubled`
     repeated frames; `latest` is the newest stamp in the drive [s].
     """
@@ -59,7 +56,6 @@ class DriveClock:
         """The frame with its time in the drive; None where its stamp is not finite.
 
         Args:
-            frame: with the stamp of its bus
             came: time of arrival by the computer's clock [s]
             calendar: calendar time of the computer [s]
         """

@@ -34,13 +34,7 @@ class _Message:
 
 @dataclass(frozen=True)
 class Gap:
-    """Silence of a message that has returned.
-
-    Args:
-        identifier: identifier of the message
-        bus: name of its bus
-        seconds: duration of the silence
-    """
+    """Silence of a message that has returned."""
 
     identifier: int
     bus: str
@@ -48,11 +42,7 @@ class Gap:
 
 
 def sentences(gaps: Iterable[Gap]) -> list[str]:
-    """One sentence per bus on the messages that fell silent, however many they are.
-
-    Args:
-        gaps: silences that ended together
-    """
+    """One sentence per bus on the messages that fell silent, however many they are."""
     of_bus: dict[str, list[Gap]] = {}
     for gap in gaps:
         of_bus.setdefault(gap.bus, []).append(gap)

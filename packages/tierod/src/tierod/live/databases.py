@@ -38,9 +38,7 @@ def bus_files(car: Vehicle, dbc: Paths = None, channel_map: Map = None) -> BusFi
     """The files that are given, else those of the vehicle; without a map, the maps beside the databases.
 
     Args:
-        car: the vehicle with these buses
         dbc: path(s) of databases
-        channel_map: path of a map, or a map
 
     Raises:
         ParameterError: no database is given, and the vehicle names none

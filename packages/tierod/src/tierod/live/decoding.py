@@ -17,9 +17,6 @@ if TYPE_CHECKING:
 class Decoder:
     """Registers the identifiers seen on each bus, and decodes those that the databases describe.
 
-    Args:
-        database: messages of all databases
-
     `known` describes the frames seen so far; None until one is in the databases. `version` counts its changes.
     """
 
@@ -61,12 +58,7 @@ class Decoder:
         return {number: name for name, number in self._buses.items()}
 
     def channels(self, frames: Frames, names: Sequence[str]) -> list[Channel]:
-        """Channels of the named columns in some frames; without samples where no frame carries the column.
-
-        Args:
-            frames: frames in the order of time
-            names: names of columns of `known`
-        """
+        """Channels of the named columns in some frames; without samples where no frame carries the column."""
         assert self.known is not None
         wanted = self.known.wanted(names)
         found = {}

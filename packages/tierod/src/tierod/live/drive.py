@@ -39,13 +39,6 @@ class Drive:
 
     Args:
         receivers: receivers of all buses, not yet started
-        inbox: queue that the receivers fill
-        database: messages of all databases
-        channel_map: channel map of the vehicle
-        monitors: names of the monitors
-        plan: settings of the monitors
-        outputs: paths of the results
-        hub: receives the events
         pace: periods and waiting times of the engine
         origin: provenance printed on the report; None writes no report
 
@@ -109,7 +102,6 @@ class Drive:
 
     @property
     def exit_code(self) -> int:
-        """Exit code of the worst verdict of all drives."""
         return worst(self.statuses).exit_code
 
     def tick(self, now: float, calendar: float) -> None:
@@ -147,12 +139,7 @@ class Drive:
         return f"no frame was received for {SILENT:.0f} s; switch the ignition on, and check channel and bit rate"
 
     def once(self, key: str, text: str) -> None:
-        """Report a problem once per drive.
-
-        Args:
-            key: key that identifies the problem
-            text: a sentence with its remedy
-        """
+        """Report a problem once per drive."""
         self._watching.once(key, text)
 
     def _begin(self, first: Frame, now: float, calendar: float) -> None:
@@ -171,7 +158,6 @@ class Drive:
             self._look()
 
     def _look(self) -> None:
-        """Update messages and ignition after a piece was judged."""
         self._watching.missing(self.engine.missing, self.engine.clock.latest)
         known = self.engine.decoder.known
         if known is None:
@@ -180,7 +166,6 @@ class Drive:
             self.close()
 
     def state(self) -> dict[str, Any]:
-        """Current state of the drive for display."""
         return shown_state(self.engine, self.health)
 
     def mark(self, text: str = "mark") -> None:

@@ -49,7 +49,6 @@ class Differences:
     absent: list[str] = field(default_factory=list)
 
     def sentences(self) -> tuple[str, ...]:
-        """Remarks on the differences."""
         several = (
             (self.limited, "values beyond the range of {name} were sent as its limit"),
             (self.missing, "frames were not sent, since {name} is missing there"),
@@ -79,9 +78,7 @@ def encoded(
 
     Args:
         path: path of the recording, with columns of the databases or canonical signals
-        database: messages of the databases
         channel_map: channel map of the vehicle, whose sign, factor and offset are inverted
-        differences: counts what the frames do not carry
 
     Raises:
         InputError: the recording holds no signal of the databases, or a column whose unit cannot become the signal's
@@ -134,7 +131,6 @@ def _wires(message: Message, columns: Mapping[str, Column], channel_map: Channel
 
 
 def _of_signal(column: Column, name: str, unit: str, mapped: Mapping[str, Entry]) -> Conversion:
-    """Conversion of a column that is called like the signal."""
     own = _unit_of(column)
     if own.strip() == unit.strip() or (not own and mapped):
         # The map describes columns of this name, in a log as in this file: both have the unit of the database.
@@ -146,7 +142,6 @@ def _of_signal(column: Column, name: str, unit: str, mapped: Mapping[str, Entry]
 
 
 def _of_canonical(column: Column, name: str, unit: str, entry: Entry) -> Conversion:
-    """Conversion of a canonical signal by the inverse of its entry in the channel map."""
     canonical = column.title or column.name
     back = _conversion(column, _unit_of(column), name, entry.unit or unit or SIGNALS[canonical].unit)
     gain, offset = entry.sign * entry.factor, entry.offset
@@ -189,7 +184,6 @@ class _Sender:
         differences.absent += [f"{message.name}.{name}" for name in self._rest]
 
     def frames(self, piece: Recording) -> Iterator[Frame]:
-        """The frames of the next piece of the recording."""
         from cantools.database import EncodeError
 
         channels = {
@@ -226,7 +220,6 @@ class _Sender:
         return np.where(np.isinf(values), np.sign(values) * np.finfo(float).max, values)
 
     def _raws(self, name: str, values: np.ndarray) -> list[Any]:
-        """Raw values of a signal, limited to the range of its bits."""
         item: Any = self._message.get_signal_by_name(name)
         if item.is_float:
             return [(value - item.offset) / item.scale for value in values.tolist()]
@@ -251,5 +244,4 @@ def _raw(item: Any, value: float) -> float:
 
 
 def _idle(item: Any) -> float:
-    """Physical value of a signal that the recording lacks."""
     return float(item.offset) if not item.minimum or item.minimum <= item.offset else float(item.minimum)

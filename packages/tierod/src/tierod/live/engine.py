@@ -71,10 +71,8 @@ class Piece:
     """Frames that are judged together.
 
     Args:
-        frames: in the order of arrival
         until: end of the piece in the time of the drive [s]
         rest: whether this is the last piece of the drive
-        log: path of the log, or its placeholder
     """
 
     frames: Sequence[Frame]
@@ -95,12 +93,7 @@ class Engine:
     """Judges one drive.
 
     Args:
-        database: messages of all databases
         channel_map: conversion into canonical signals; None assigns them by their names
-        monitors: names of the monitors
-        plan: settings of the monitors
-        say: receives the events
-        pace: periods and waiting times
         log: log of the frames; None for none
         ignition: column of the databases ("Message.Signal") whose zero ends the drive; "" for none
 
@@ -139,7 +132,6 @@ class Engine:
         """Take frames as the buses deliver them.
 
         Args:
-            frames: frames with the stamps of their buses
             came: time of arrival by the computer's clock [s]; now if not given
             calendar: calendar time of the computer [s]; now if not given
         """
@@ -247,7 +239,6 @@ class Engine:
             self.say("problem", {"text": f"{judge.memory_problem}; monitoring goes on without the fault memory"})
 
     def _look_at_ignition(self, frames: Frames) -> None:
-        """Detect that the ignition signal was on before and is off now."""
         known = self.decoder.known
         if not self.ignition or known is None or self.ignition not in known.places:
             return
@@ -327,11 +318,7 @@ class Judging:
         return self._piece is not None
 
     def begin(self, engine: Engine) -> None:
-        """Judge the frames received so far; must not be called while `busy`.
-
-        Args:
-            engine: engine of the drive
-        """
+        """Judge the frames received so far; must not be called while `busy`."""
         piece = self._piece = engine.cut()
         if piece is None:
             return
@@ -344,7 +331,6 @@ class Judging:
         """Whether a piece was judged since the last call.
 
         Args:
-            engine: engine of the drive
             wait: whether to wait for a piece that is being judged
         """
         if self._piece is None or (self._future is not None and not wait and not self._future.done()):

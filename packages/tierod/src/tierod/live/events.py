@@ -59,11 +59,7 @@ class Hub:
 
 
 class Watching:
-    """Keeps track of the messages sent about a drive.
-
-    Args:
-        hub: receives the messages
-    """
+    """Keeps track of the messages sent about a drive."""
 
     def __init__(self, hub: Hub):
         self._hub = hub
@@ -76,12 +72,7 @@ class Watching:
         self._missing = {}
 
     def once(self, key: str, text: str) -> None:
-        """Report a problem once per drive.
-
-        Args:
-            key: key that identifies the problem
-            text: a sentence with its remedy
-        """
+        """Report a problem once per drive."""
         if key not in self._said:
             self._said.add(key)
             self._hub.say("problem", {"text": text})
@@ -90,7 +81,6 @@ class Watching:
         """Report signals that have fallen silent, and signals that have returned.
 
         Args:
-            names: signals that are missing now
             time: time in the drive [s]
         """
         now = dict.fromkeys(names)
@@ -117,7 +107,6 @@ class Events:
         self._closed = False
 
     def __call__(self, text: str) -> None:
-        """Receive an event, as a listener of a `Hub`."""
         event = json.loads(text)
         kind = event["event"]
         with self._lock:
@@ -213,7 +202,6 @@ class Socket:
         threading.Thread(target=self._server.serve_forever, daemon=True).start()
 
     def __call__(self, text: str) -> None:
-        """Send an event to all clients."""
         with self._lock:
             clients = list(self._clients)
         for client in clients:

@@ -17,7 +17,6 @@ class Frame(NamedTuple):
         time: time stamp of the bus; after `DriveClock.placed` the time in the drive
         identifier: identifier, with the bit EXTENDED set for 29 bits
         bus: number of the bus, from 1
-        data: payload
     """
 
     time: Annotated[float, "s"]
@@ -31,8 +30,6 @@ class Notice(NamedTuple):
 
     Args:
         bus: number of the bus, from 1
-        what: one of these words
-        text: the event in a sentence
     """
 
     bus: int
@@ -44,7 +41,6 @@ def frames_of(parts: Sequence[Frame], origin: float) -> Frames:
     """Arrays of some frames, in the order in which they are given.
 
     Args:
-        parts: the frames, at least one
         origin: calendar time of the stamp zero [s]
     """
     buses = sorted({part.bus for part in parts})

@@ -40,9 +40,7 @@ class Load:
     """Load of one bus.
 
     Args:
-        frames: frames per second
         load: bits per second as a share of the bit rate
-        rate: the bit rate in words
     """
 
     frames: Annotated[float, "1/s"]
@@ -100,13 +98,7 @@ class Health:
 
 
 def received(inbox: Inbox, health: Health, hub: Hub) -> list[Frame]:
-    """Frames waiting in the inbox; notices of buses are counted and reported.
-
-    Args:
-        inbox: queue that the receivers fill
-        health: counter of the notices
-        hub: receives the notices
-    """
+    """Frames waiting in the inbox; notices of buses are counted and reported."""
     frames: list[Frame] = []
     take = inbox.get_nowait
     for _ in range(MOST):
@@ -124,12 +116,7 @@ def received(inbox: Inbox, health: Health, hub: Hub) -> list[Frame]:
 
 
 def shown_state(engine: Engine, health: Health) -> dict[str, Any]:
-    """Current state of the drive.
-
-    Args:
-        engine: engine of the drive
-        health: health of the session
-    """
+    """Current state of the drive."""
     return {
         "time": engine.clock.latest,
         "frames": engine.tally.frames,

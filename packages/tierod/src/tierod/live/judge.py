@@ -37,10 +37,8 @@ class Plan:
     """Settings by which monitors are run.
 
     Args:
-        vehicle: the vehicle driven
         memory: file of the fault memory; None for none
         baselines: folder with the baseline of each monitor, as NAME.json; None for none
-        command: the command line
         reading: options with which `tierod diagnose` reads a log of the drive
     """
 
@@ -56,14 +54,11 @@ class Shown:
     """Displayed state of a monitor.
 
     Args:
-        monitor: name of the monitor
         status: status of its current verdict; not available or not ready before it runs
         since: time in the drive at which the status began [s]
         reason: why it does not run; "" if it runs
         values: newest value of every estimate, by name
-        units: units of the estimates, by name
         enabled: share of the last piece in which it learnt; NaN where it does not report it
-        history: past values of every estimate, by name
     """
 
     monitor: str
@@ -102,10 +97,6 @@ class _Newest:
 
 class Judge:
     """Runs one monitor over one drive.
-
-    Args:
-        name: name of the monitor
-        plan: settings of the monitor
 
     Raises:
         ParameterError: there is no such monitor
@@ -209,7 +200,6 @@ class Judge:
         """Diagnosis over the drive, and feed of the fault memory; None where the diagnosis fails.
 
         Args:
-            own: result of `conclude`
             others: those of the other monitors of the drive
         """
         assert self.run is not None

@@ -35,13 +35,10 @@ _PAYLOAD = 17
 
 
 class _Blocks:
-    """Blocks of the file with their addresses, and links between them."""
-
     def __init__(self) -> None:
         self.data = bytearray(_IDENTIFICATION)
 
     def add(self, kind: str, links: Iterable[int], body: bytes = b"") -> int:
-        """Append a block and return its address."""
         links = tuple(links)
         at, length = len(self.data), _LINKS + 8 * len(links) + len(body)
         self.data += struct.pack(f"<4s4xQQ{len(links)}Q", f"##{kind}".encode(), length, len(links), *links) + body
@@ -49,7 +46,6 @@ class _Blocks:
         return at
 
     def text(self, text: str, kind: str = "TX") -> int:
-        """Append a text block and return its address."""
         return self.add(kind, (), text.encode() + b"\0")
 
     def channel(
@@ -109,10 +105,8 @@ class FrameLog:
     """Appends frames to a file; frames passed to `append` survive a kill of the process.
 
     Args:
-        path: path of the file, which is replaced
         origin: calendar time of the stamp zero, whole seconds [s since 1970]
         width: bytes of a payload: 8, or 64 for CAN FD
-        comment: text stored in the header
 
     Raises:
         OutputError: the file cannot be written

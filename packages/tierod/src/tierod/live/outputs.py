@@ -37,10 +37,8 @@ class Outputs:
 
     Args:
         log: MF4 file of all frames; "-2" is appended to the name for the second drive
-        report: HTML page at the end of a drive
         silence: time without a frame after which the drive has ended; infinite for a single drive
         ignition: column of the databases ("Message.Signal") whose zero ends the drive; "" for none
-        width: bytes of a payload in the log
     """
 
     log: Path | None = None
@@ -51,25 +49,14 @@ class Outputs:
 
 
 class Logs:
-    """Opens the logs of successive drives, each under a name of its own.
-
-    Args:
-        outputs: paths of the first drive
-        plan: settings of the session
-        hub: receives problems with a log
-    """
+    """Opens the logs of successive drives, each under a name of its own."""
 
     def __init__(self, outputs: Outputs, plan: Plan, hub: Hub):
         self._outputs, self._plan, self._hub = outputs, plan, hub
         self.path: Path | None = None
 
     def begin(self, engine: Engine, drives: int) -> None:
-        """Open the logs of a drive, once the origin of its clock is set.
-
-        Args:
-            engine: engine of the drive
-            drives: number of drives that have ended
-        """
+        """Open the logs of a drive, once the origin of its clock is set."""
         self.path = self._free(self._outputs.log, drives)
         if self.path is not None:
             path, comment = self.path, f"tierod live, {self._plan.vehicle.name}"
@@ -107,7 +94,6 @@ def guarded(hub: Hub, work: Callable[[], None]) -> None:
     """Call a function, and report an error of tierod as a problem instead of raising it.
 
     Args:
-        hub: receives the problem
         work: function that may raise errors of tierod
     """
     try:
@@ -128,11 +114,9 @@ class Closing:
     """Writes the files at the end of a drive; a part that fails does not prevent the others.
 
     Args:
-        plan: settings of the session
         report: path of the page of this drive; None writes none
         log: path of the drive's log, or None
         origin: provenance printed on the page; None writes no page
-        hub: receives the outcome of each part
     """
 
     def __init__(
@@ -141,12 +125,7 @@ class Closing:
         self._plan, self._path, self._log, self._origin, self._hub = plan, report, log, origin, hub
 
     def write(self, engine: Engine, finished: Sequence[Finished]) -> None:
-        """Write fault memory, baselines and page, and send the event of the end.
-
-        Args:
-            engine: engine of the drive
-            finished: every monitor that ran
-        """
+        """Write fault memory, baselines and page, and send the event of the end."""
         with_feed = [(each.judge, each.diagnosis, each.feed) for each in finished if each.feed is not None]
         if with_feed:
             guarded(self._hub, lambda: self._hub.say("memory", {"text": remembered(with_feed, engine.identity)}))
@@ -231,13 +210,6 @@ def _together(parts: Sequence[Results]) -> Results:
 
 
 def page(judges: Sequence[Judge], diagnoses: Mapping[str, Diagnosis], path: Path, vehicle: str) -> Judged:
-    """Findings of the monitors in the form of the page of `tierod diagnose --monitor all`.
-
-    Args:
-        judges: judges of the drive
-        diagnoses: diagnoses by name of the monitor
-        path: path of the log, or its placeholder
-        vehicle: name of the vehicle
-    """
+    """Findings of the monitors in the form of the page of `tierod diagnose --monitor all`."""
     missed = tuple(NotRun(each.name, each.reason) for each in judges if each.name not in diagnoses)
     return Judged(path, vehicle, dict(diagnoses), missed)

@@ -31,8 +31,6 @@ class ProcessReceiver:
 
     Args:
         number: number of the bus, from 1
-        address: address of the bus
-        inbox: queue that receives frames and notices
 
     Raises:
         InputError: the bus cannot be opened
@@ -85,11 +83,7 @@ class ProcessReceiver:
 
 
 def receiver(number: int, address: Address, inbox: Inbox) -> Receiver | ProcessReceiver:
-    """Receiver of a bus: a process, or a thread where the bus exists in this process only or pipes cannot be inherited.
-
-    Args:
-        number, address, inbox: as in `Receiver`
-    """
+    """Receiver of a bus: a process, or a thread where the bus is in this process or pipes cannot be inherited."""
     alone = address.interface == "virtual" or os.name != "posix"
     return Receiver(number, address, inbox) if alone else ProcessReceiver(number, address, inbox)
 

@@ -27,9 +27,6 @@ class Disturbance:
     """Disturbances of the transmission, drawn from a seeded generator.
 
     Args:
-        seed: seed of the generator
-        loss: share of frames that are lost
-        doubled: share of frames that arrive twice
         jitter: standard deviation of the normal distribution whose magnitude is the delay of a frame
         reordered: share of frames that are delayed by 20 ms, two periods of 10 ms
         bus_off: mean rate of bus-off states, half a second each
@@ -68,7 +65,6 @@ def frames_of_file(
     """Frames of a bus log, or frames that carry the signals of another recording, in the order of time from 0 on.
 
     Args:
-        path: path of the recording
         database: messages by which signals are encoded; not needed for a bus log
         channel_map: assignment of canonical signals to signals of the databases
         differences: counts what frames made from signals do not carry
@@ -95,13 +91,7 @@ def _of_log(log: Log) -> Iterator[Frame]:
 
 
 def disturbed(frames: Iterator[Frame], how: Disturbance, played: Played) -> Iterator[Frame]:
-    """Frames as they arrive after the disturbances; reproducible for equal seeds.
-
-    Args:
-        frames: frames in the order of time
-        how: the disturbances
-        played: counter of the disturbances
-    """
+    """Frames as they arrive after the disturbances; reproducible for equal seeds."""
     chance = random.Random(how.seed)
     waiting: list[tuple[float, int, Frame]] = []
     off_until, next_off = -1.0, _next_off(chance, 0.0, how)
@@ -142,10 +132,8 @@ def play(
     """Send frames at their times; a frame that a bus refuses is retried for a second, then dropped.
 
     Args:
-        frames: frames in the order of time
         buses: targets; a frame of bus n goes to the n-th, frames of further buses to the last
         speed: multiple of real time; 0 sends as fast as the bus accepts
-        played: counter of the frames
         wanted: called before every frame; replay ends if it returns false
         say: receives a sentence on frames of a bus without a target
     """

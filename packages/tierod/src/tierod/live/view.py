@@ -63,7 +63,6 @@ def picture(drive: Drive) -> Group:
 
 
 def _lines(drive: Drive) -> list[str]:
-    """Lines with time, counts of frames, loads, missing signals, ages, and keys."""
     engine = drive.engine
     happened = "".join(f"   {what} {count}" for what, count in sorted(drive.health.notices.items()))
     missing = f"missing: {', '.join(engine.missing[:6])}" if engine.missing else "all signals are there"

@@ -44,12 +44,7 @@ class Forces(NamedTuple):
 
 
 def direction(x: AutomatedState, p: AutomatedParameters) -> tuple[Scalar, Scalar]:
-    """Sine and cosine of the road-wheel angle by polynomials, with an error below 1e-4 up to 0.4 rad.
-
-    Args:
-        x: state of `AutomatedVehicle`
-        p: its parameters
-    """
+    """Sine and cosine of the road-wheel angle by polynomials, with an error below 1e-4 up to 0.4 rad."""
     angle = p.steering_ratio * x.column_angle
     square = angle * angle
     return angle * (1.0 - square / 6.0), 1.0 - 0.5 * square * (1.0 - square / 12.0)
@@ -60,7 +55,6 @@ def drive_force(torque: Scalar, p: AutomatedParameters) -> Scalar:
 
     Args:
         torque: at the wheels [N*m]
-        p: parameters of `AutomatedVehicle`
     """
     return p.wheel_speed_scale / p.wheel_radius * torque
 
@@ -72,13 +66,7 @@ def _turn_slip(x: AutomatedState, p: AutomatedParameters) -> tuple[Scalar, Scala
 
 
 def forces_of(x: AutomatedState, torques: Torques, p: AutomatedParameters) -> Forces:
-    """Forces on the car in a state.
-
-    Args:
-        x: state of `AutomatedVehicle`
-        torques: of the motors
-        p: its parameters
-    """
+    """Forces on the car in a state."""
     sine, cosine = direction(x, p)
     left, right = drive_force(torques.drive_left, p), drive_force(torques.drive_right, p)
     drive = left + right
@@ -107,13 +95,7 @@ def forces_of(x: AutomatedState, torques: Torques, p: AutomatedParameters) -> Fo
 
 
 def yaw_acceleration_of(x: AutomatedState, forces: Forces, p: AutomatedParameters) -> Scalar:
-    """Yaw acceleration of the body [rad/s**2].
-
-    Args:
-        x: state of `AutomatedVehicle`
-        forces: in this state
-        p: its parameters
-    """
+    """Yaw acceleration of the body [rad/s**2]."""
     front_turn, rear_turn = _turn_slip(x, p)
     moment = yaw_moment(forces.front, forces.rear, p.front_distance, p.rear_distance)
     moment = moment + 0.5 * p.track_width * forces.drive_difference - p.pneumatic_trail * (forces.front + forces.rear)
@@ -121,11 +103,5 @@ def yaw_acceleration_of(x: AutomatedState, forces: Forces, p: AutomatedParameter
 
 
 def tie_rod_force_of(x: AutomatedState, forces: Forces, p: AutomatedParameters) -> Scalar:
-    """Tie-rod force [N], the sum of both sides by virtual work, positive where it opposes a turn to the left.
-
-    Args:
-        x: state of `AutomatedVehicle`
-        forces: in this state
-        p: its parameters
-    """
+    """Tie-rod force [N], the sum of both sides by virtual work, positive where it opposes a turn to the left."""
     return p.steering_ratio / p.rack_ratio * forces.kingpin + x.tie_rod_force_error

@@ -86,7 +86,6 @@ class AutomatedVehicle:
 
     @staticmethod
     def transition(x: State, u: Input, p: Parameters) -> State:
-        """State after one sample."""
         return AutomatedVehicle.moved(AutomatedVehicle.deflected(x, p), u, p)
 
     @staticmethod
@@ -137,7 +136,6 @@ class AutomatedVehicle:
 
     @staticmethod
     def output(x: State, u: Input, p: Parameters) -> Output:
-        """Measurements at the end of a step."""
         torques = _given(u[4:8], u[8:], x)
         forces = forces_of(x, torques, p)
         half_turn, difference = 0.5 * p.track_width * x.yaw_rate, p.wheel_speed_difference + x.wheel_speed_difference
@@ -195,9 +193,5 @@ def _steered(
 
 
 def turning_column(p: AutomatedVehicle.Parameters) -> DampedRotation:
-    """Transition of the column's angle and rate over one sample.
-
-    Args:
-        p: parameters of `AutomatedVehicle`
-    """
+    """Transition of the column's angle and rate over one sample."""
     return damped_rotation(p.column_inertia, p.rack_ratio * p.rack_ratio * p.rack_damping, p.sample_time)

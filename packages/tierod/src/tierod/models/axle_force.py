@@ -38,7 +38,6 @@ def axle_force(
         stiffness: cornering stiffness at the static load [N/rad]
         friction: peak force over load [-], positive
         shape: C of the Magic Formula [-], above 1; its curvature E is zero
-        load: of the axle
         growth: relative growth of the stiffness per relative growth of the load [-]
 
     The slip is scaled so that the slope at zero is the stiffness for any friction (similarity); the force along the

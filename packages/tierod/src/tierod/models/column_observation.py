@@ -27,14 +27,7 @@ class MotorTorque(NamedTuple):
 
 
 class ColumnObservation(NamedTuple):
-    """A column prepared for an estimator.
-
-    Args:
-        continuous: system with its disturbances as states
-        discrete: the system sampled exactly
-        model: the discrete system as a model
-        parameters: of the model
-    """
+    """A column prepared for an estimator."""
 
     continuous: LinearSystem
     discrete: LinearSystem
@@ -43,12 +36,6 @@ class ColumnObservation(NamedTuple):
 
 
 def linear_column(column: Model, parameters: Tree) -> LinearSystem:
-    """The linear system of a column without friction.
-
-    Args:
-        column: `SteeringColumn` or `TwoInertiaColumn`
-        parameters: of the column
-    """
     return linearise(column, parameters, skeleton(column.State), skeleton(column.Input))
 
 
@@ -66,9 +53,7 @@ def observed_column(
         column: continuous, with the inputs of `ColumnInput`; reduced or not
         sample_time: sampling interval [s]
         hand_torque_order: 1 for a torque that is a random walk, 2 for one whose rate is
-        disturbance_torque_order: the same for the disturbance torque
         offset: sensor with an offset, "driver_torque" or "motor_angle_mechanical"; None for neither
-        outputs: names of the measured outputs
 
     Raises:
         ParameterError: no such offset, or one of a sensor that is not measured

@@ -47,7 +47,6 @@ def discretise(model: Model, method: str, steps: int = 1) -> Model:
     """The model discretised by an explicit method, with inputs constant over a sample.
 
     Args:
-        model: continuous model
         method: "euler", "midpoint" or "rk4" (order 1, 2, 4). Stable while the magnitude of the fastest eigenvalue times
             the step stays below about 2 (euler, midpoint) or 2.8 (rk4); a stiff linear model needs
             `tierod.models.linear.zero_order_hold`
@@ -79,8 +78,6 @@ def sampled_model(model: Model, method: str, transition: Callable[[Tree, Tree, T
     """The discrete model with a given transition and the shapes and output of a continuous one.
 
     Args:
-        model: continuous model
-        method: word for the name of the result
         transition: over one sample, with parameters that are `continuous` and `sample_time`
     """
 

@@ -17,7 +17,6 @@ def with_disturbance_states(system: LinearSystem, orders: Mapping[str, int]) -> 
     """The system with some of its inputs as chains of integrators, of which the last state is constant.
 
     Args:
-        system: continuous
         orders: number of states of each input: 1 for a random walk, 2 for a random walk of its rate, at most 3
 
     Raises:
@@ -50,11 +49,6 @@ def with_disturbance_states(system: LinearSystem, orders: Mapping[str, int]) -> 
 
 def with_offset_state(system: LinearSystem, output: str, name: str) -> LinearSystem:
     """The system with a constant added to one of its outputs, as its last state.
-
-    Args:
-        system: continuous
-        output: name of the output with an offset: measured = truth + offset
-        name: of the state
 
     Raises:
         ParameterError: no such output

@@ -47,7 +47,6 @@ def driving_torque(
         driver_torque: at the steering wheel [N m]
         motor_torque: at the motor shaft [N m]
         self_aligning_torque: about the kingpins, resisting [N m]
-        p: anything with motor_ratio and steering_ratio
     """
     driven = driver_torque + column_torque_of_motor(motor_torque, p.motor_ratio)
     return driven - torque_at_steering_wheel(self_aligning_torque, p.steering_ratio)

@@ -50,7 +50,6 @@ class FrictionParameters:
 
     @property
     def below_bar(self) -> BelowBarParameters:
-        """Parameters of the parts below the torsion bar."""
         return BelowBarParameters(
             self.column_inertia,
             self.column_damping,
@@ -167,10 +166,7 @@ def state_after(
     """The state after one sample, for a given net torque at the column.
 
     Args:
-        x: state
         net: torque that accelerates the column, with friction
-        lateral_acceleration: measured
-        p: parameters
 
     Source: Mohtat et al., eq (7); self-aligning torque and friction are random walks.
     """

@@ -42,7 +42,6 @@ def lateral_motion(unknowns: tuple[str, ...] = (), *, roll: bool = False, steeri
     """The sampled model with a selection of states.
 
     Args:
-        unknowns: names from `UNKNOWNS`, in any order
         roll: whether roll angle and rate are states; else the roll angle follows the lateral acceleration at once
         steering: whether an actuator torque turns the road wheels; else their angle is an input
 
@@ -99,7 +98,6 @@ class LateralMotion:
 
     @classmethod
     def transition(cls, x: Tree, u: Tree, p: Sampled) -> Tree:
-        """State after one sample: half a sample of the deflections, a whole one of the motion, another half."""
         seen, step = cls._seen(x, u), p.sample_time
         half = seen._replace(body=cls._deflected(seen, u, p, 0.5 * step))
         forces = cls._forces(half, u, p)
@@ -116,7 +114,6 @@ class LateralMotion:
 
     @classmethod
     def output(cls, x: Tree, u: Tree, p: Sampled) -> Measured | MeasuredByWire:
-        """Measurements of the sensors."""
         seen = cls._seen(x, u)
         forces, car, unknown = cls._forces(seen, u, p), p.car, seen.unknown
         centre = cls._acceleration(seen, forces, p)
@@ -149,7 +146,6 @@ class LateralMotion:
 
     @classmethod
     def _deflected(cls, seen: _Seen, u: Tree, p: Sampled, time: Scalar) -> Body:
-        """Tyre deflections after a time, exact for a constant motion of the body."""
         body, car, sine, cosine = seen.body, p.car, *_direction(seen)
         across = body.lateral_speed + (car.roll_arm * seen.roll.roll_rate if cls.roll else 0.0)
         front = across + car.front_distance * body.yaw_rate

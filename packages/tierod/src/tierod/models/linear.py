@@ -24,7 +24,6 @@ class LinearSystem:
         B: input matrix, (n, inputs)
         C: output matrix, (outputs, n)
         D: feed-through, (outputs, inputs)
-        states, inputs, outputs: names, in order
     """
 
     A: np.ndarray
@@ -73,8 +72,6 @@ def linearise(model: Model, parameters: Tree, state: Tree, inputs: Tree) -> Line
     """The linear system of small deviations from an operating point, by the Jacobians of a model.
 
     Args:
-        model: continuous or discrete
-        parameters: of the model
         state, inputs: the point, as the model's State and Input (or tuples of floats in their order)
 
     Raises:
@@ -100,7 +97,6 @@ def sampled(system: LinearSystem, sample_time: float) -> LinearSystem:
     """The continuous system sampled exactly, with inputs constant over a sample (zero-order hold).
 
     Args:
-        system: continuous
         sample_time: sampling interval [s]
 
     Raises:
@@ -154,12 +150,6 @@ class Linear(NamedTuple):
 
 
 def as_model(system: LinearSystem, state: type, inputs: type, output: type) -> Linear:
-    """A discrete linear system as a model.
-
-    Args:
-        system: discrete
-        state, inputs, output: the model's NamedTuple classes
-    """
     entries = [_entries(matrix) for matrix in (system.A, system.B, system.C, system.D)]
     return Linear(linear_model(state, inputs, output), Matrices(*entries))
 
@@ -169,7 +159,6 @@ def zero_order_hold(model: Model, parameters: Tree, sample_time: float, state: T
 
     Args:
         model: continuous; a model that is linear through the origin is the same at every point
-        parameters: of the model
         sample_time: sampling interval [s]
         state, inputs: the point; the new model's state and input are deviations from it
 

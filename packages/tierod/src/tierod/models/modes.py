@@ -15,7 +15,6 @@ class Mode(NamedTuple):
     """One eigenvalue of a system, with the observability of its direction.
 
     Args:
-        eigenvalue: of A
         direction: least observable state direction at this eigenvalue, in the states' own units, largest entry 1, (n,)
         margin: smallest singular value of [A - eigenvalue I; C], both scaled to norm 1: 0 is unobservable
     """

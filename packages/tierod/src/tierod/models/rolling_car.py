@@ -96,16 +96,11 @@ class RollingCar:
         """The car, named as in a vehicle file, and the sampling interval.
 
         Args:
-            mass: of the vehicle
             front_distance, rear_distance: from the centre of gravity to the axles
-            front_cornering_stiffness, rear_cornering_stiffness: of the axles
-            track_width: of the rear axle
             steering_ratio: road wheel angle per angle of the column
             turn_in: lead time of the steering angle before the yaw rate
             wheel_speed_scale: reading of both rear wheel speeds over the speed of the wheels
             wheel_speed_difference: relative excess of the right over the left reading
-            yaw_rate_offset, steering_wheel_angle_offset, longitudinal_acceleration_offset,
-                lateral_acceleration_offset: reading at a true value of zero
         """
 
         mass: Annotated[float, "kg", POSITIVE]
@@ -133,7 +128,6 @@ class RollingCar:
 
     @staticmethod
     def transition(x: State, u: Input | tuple[()], p: Parameters) -> State:
-        """State after one sample."""
         step = p.sample_time
         keep = Wander(*(exp(-step / time) for time in vars(p.wander).values()))
         return RollingCar.State(
@@ -158,7 +152,6 @@ class RollingCar:
 
     @staticmethod
     def output(x: State, u: Input | tuple[()], p: Parameters) -> Output:
-        """Measurements of its sensors."""
         half_turn = 0.5 * p.track_width * (1.0 + x.track_width_error) * x.yaw_rate
         difference = p.wheel_speed_difference + x.wheel_speed_difference
         steer = road_wheel_angle(x, p) / p.steering_ratio
@@ -192,12 +185,7 @@ def rolling_speed(forward: Scalar, sideways: Scalar) -> Scalar:
 
 
 def road_wheel_angle(x: RollingCar.State, p: RollingCar.Parameters) -> Scalar:
-    """Mean steer of the front wheels [rad] for a yaw motion: kinematic angle and understeer, with the steering's lead.
-
-    Args:
-        x: state of `RollingCar`
-        p: its parameters
-    """
+    """Mean steer of the front wheels [rad] for a yaw motion: kinematic, understeer, and the steering's lead."""
     distances, stiffness = (
         (p.front_distance, p.rear_distance),
         (p.front_cornering_stiffness, p.rear_cornering_stiffness),

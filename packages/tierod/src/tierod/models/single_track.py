@@ -74,7 +74,6 @@ class SingleTrack:
 
     @staticmethod
     def output(x: State, u: Input, p: Parameters) -> Output:
-        """Yaw rate and lateral acceleration."""
         front, rear = SingleTrack.axle_forces(x, u, p)
         return SingleTrack.Output(x.yaw_rate, lateral_acceleration(front, rear, p.mass))
 

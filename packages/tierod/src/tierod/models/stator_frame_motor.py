@@ -98,21 +98,18 @@ class StatorFrameMotor:
 
     @staticmethod
     def transition(x: State, u: Input, p: SampledMotorParameters) -> State:
-        """State after one sample, by the midpoint rule."""
         middle = _ahead(x, _slope(x, u, p), 0.5 * p.sample_time)
         after = _ahead(x, _slope(middle, u, p), p.sample_time)
         return after._replace(angle=where(u.standing, x.angle + u.angle_increment, after.angle))
 
     @staticmethod
     def output(x: State, u: Input, p: SampledMotorParameters) -> Output:
-        """Currents and speed."""
         return StatorFrameMotor.Output(x.current_alpha, x.current_beta, x.speed)
 
 
 def _slope(
     x: StatorFrameMotor.State, u: StatorFrameMotor.Input, p: SampledMotorParameters
 ) -> tuple[Scalar, Scalar, Scalar, Scalar]:
-    """Rates of currents, speed and angle."""
     current = StatorVector(x.current_alpha, x.current_beta)
     rotor = direction(electrical_angle(x.angle, p.motor_pole_pairs))
     flux, resistance = p.motor_flux * exp(x.log_flux), p.motor_resistance * exp(x.log_resistance)
@@ -206,5 +203,4 @@ class CommandedMotor:
 
     @staticmethod
     def output(x: State, u: StatorFrameMotor.Input, p: CommandedMotorParameters) -> StatorFrameMotor.Output:
-        """Currents and speed."""
         return StatorFrameMotor.Output(x.current_alpha, x.current_beta, x.speed)

@@ -99,7 +99,6 @@ class SteeringColumn:
 
     @staticmethod
     def output(x: State, u: ColumnInput, p: ColumnParameters) -> ColumnOutput:
-        """Both angles and the torque of the bar."""
         bar = torsion_bar_torque(x.steering_wheel_angle, x.gear_angle, p.torsion_bar_stiffness)
         return ColumnOutput(x.steering_wheel_angle, x.motor_angle, bar)
 
@@ -150,7 +149,6 @@ class ColumnWithFriction:
 
     @staticmethod
     def output(x: State, u: ColumnInput, p: ColumnWithFrictionParameters) -> ColumnOutput:
-        """Both angles and the torque of the bar."""
         return SteeringColumn.output(_column(x), u, p)
 
 

@@ -58,7 +58,6 @@ class SteeringWheel:
 
     @staticmethod
     def derivative(x: State, u: Input, p: SteeringWheelParameters) -> State:
-        """Rate of change of the state."""
         bar = u.driver_torque - p.torque_offset
         torque = x.hand_torque - bar - p.steering_wheel_damping * x.steering_wheel_rate
         torque = torque - p.inertia_error * u.steering_wheel_acceleration
@@ -68,7 +67,6 @@ class SteeringWheel:
 
     @staticmethod
     def output(x: State, u: Input, p: SteeringWheelParameters) -> Output:
-        """Angle of the steering wheel."""
         return SteeringWheel.Output(x.steering_wheel_angle)
 
 

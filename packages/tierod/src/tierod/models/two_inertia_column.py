@@ -65,7 +65,6 @@ class TwoInertiaColumn:
 
     @staticmethod
     def output(x: State, u: ColumnInput, p: TwoInertiaParameters) -> ColumnOutput:
-        """Both angles and the torque of the spring."""
         spring = torsion_bar_torque(x.steering_wheel_angle, x.motor_angle / p.motor_ratio, p.stiffness)
         return ColumnOutput(x.steering_wheel_angle, x.motor_angle, spring)
 
@@ -74,7 +73,6 @@ def without_gear(column: ColumnParameters, spring: str = "series") -> TwoInertia
     """The two-inertia column of a column: the gear turns with the motor, and its inertia is the motor's.
 
     Args:
-        column: with gear
         spring: "series" keeps the compliance of the gear, and the frequency of the column within 1 %; "torsion bar"
             follows strictly from (9); "printed" adds k*/tau to the bar as in (11), which has no mechanical meaning and
             is harmless only while the gear stiffness is that at the motor's shaft

@@ -93,10 +93,6 @@ def inverse_clarke(vector: StatorVector[Number]) -> PhaseValues[Number]:
 def park(vector: StatorVector[Number], rotor: Direction[Number]) -> RotorVector[Number]:
     """A vector in the rotor's axes.
 
-    Args:
-        vector: in the stator's axes
-        rotor: direction of the *electrical* rotor angle
-
     Source: Reinelt et al., eqs (8) and (9), where theta is the electrical angle.
     """
     return RotorVector(
@@ -107,10 +103,6 @@ def park(vector: StatorVector[Number], rotor: Direction[Number]) -> RotorVector[
 
 def inverse_park(vector: RotorVector[Number], rotor: Direction[Number]) -> StatorVector[Number]:
     """A vector in the stator's axes.
-
-    Args:
-        vector: in the rotor's axes
-        rotor: direction of the *electrical* rotor angle
 
     Source: Reinelt et al., eqs (10) and (11), where theta is the electrical angle.
     """

@@ -91,7 +91,6 @@ def current_of_flux(
 
     Args:
         linkage: of the stator [V*s]
-        rotor: direction of the electrical angle
         flux: linkage of the magnets [V*s]
         inductance_d, inductance_q: along and across the rotor flux [H]
     """
@@ -158,7 +157,6 @@ def stator_current_rate(
     Args:
         current: [A]
         voltage: [V]
-        rotor: direction of the electrical angle
         speed: mechanical [rad/s]
         resistance: of a phase [ohm]
         inductance: of both axes [H]
@@ -191,7 +189,6 @@ def salient_stator_current_rate(
     Args:
         current: [A]
         voltage: [V]
-        rotor: direction of the electrical angle
         speed: mechanical [rad/s]
         resistance: of a phase [ohm]
         inductance_d, inductance_q: along and across the rotor flux [H]
@@ -233,7 +230,6 @@ def cogging_torque(rotor: Direction, amplitude: Scalar) -> Scalar:
     """Cogging torque [N*m] of the slots: the sixth harmonic of the electrical angle.
 
     Args:
-        rotor: direction of the electrical angle
         amplitude: [N*m]
 
     Source: least common multiple of slots and poles; six per electrical turn for 3 slots per pole pair, the usual

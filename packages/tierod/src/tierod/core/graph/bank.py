@@ -16,13 +16,6 @@ KEEP = -1.0
 
 
 class JudgeSample(NamedTuple):
-    """Sample of a judge.
-
-    Args:
-        sample: sample of the bank
-        lanes: output of every lane for this sample
-    """
-
     sample: Tree
     lanes: tuple[Tree, ...]
 
@@ -31,7 +24,6 @@ class Verdict(NamedTuple):
     """Result of a judge for one sample.
 
     Args:
-        output: output of the bank
         adopt: per lane the number of the lane whose state it takes over after this sample; `KEEP` for its own
         feedback: feedback of the judge to every lane with the next sample, () for none
     """
@@ -44,14 +36,12 @@ class Verdict(NamedTuple):
 class Judge(Protocol):
     """Block that compares the lanes of a bank."""
 
-    def init(self) -> Tree:
-        """The state before the first sample."""
+    def init(self) -> Tree: ...
 
     def feedback(self) -> Tree:
         """Feedback to every lane with the first sample; () where the judge gives the lanes none."""
 
-    def step(self, state: Tree, sample: JudgeSample) -> tuple[Tree, Verdict]:
-        """Advance by one sample."""
+    def step(self, state: Tree, sample: JudgeSample) -> tuple[Tree, Verdict]: ...
 
 
 @dataclass(frozen=True)
@@ -65,7 +55,6 @@ class Bank:
     Args:
         lanes: blocks that differ in their floats only; `step(state, sample)`, or `step(state, sample, feedback)` where
             the judge gives feedback. No delay lines
-        judge: see `Judge`
 
     A bank is run by all drivers; it cannot stand inside another block.
     """
@@ -75,12 +64,10 @@ class Bank:
 
     @property
     def Sample(self) -> type:
-        """Sample of the lanes."""
         sample: type = self.lanes[0].Sample
         return sample
 
     def init(self) -> BankState:
-        """The states of all lanes and of the judge."""
         return BankState(tuple(lane.init() for lane in self.lanes), self.judge.init(), self.judge.feedback())
 
     def step(self, state: BankState, sample: Tree) -> tuple[BankState, Tree]:
@@ -104,5 +91,4 @@ class Bank:
         return BankState(taken, judged, verdict.feedback), verdict.output
 
     def traced(self) -> BankGraph:
-        """The graphs of one lane and of the judge, for `trace`."""
         return trace_bank(self, JudgeSample)

@@ -18,13 +18,9 @@ class BankGraph:
     """One step of a bank: the straight line of a lane, run for every lane, then that of the judge.
 
     Args:
-        name: name of the bank's class
-        lane: graph of a lane, which takes the sample of the bank and the feedback
         judge: graph of the judge, which takes the sample of the bank and the outputs of all lanes, and gives output,
             adopted lanes and feedback
-        count: number of lanes
         feedback: dotted names of the judge's feedback to the lanes
-        sample_tree, output_tree: trees of zeros in the shapes of the bank's sample and output
         entry: name under which later processes find names and kernel; None where they trace the bank themselves
     """
 
@@ -77,7 +73,6 @@ class BankGraph:
 
     @cached_property
     def output(self) -> tuple[str, ...]:
-        """Dotted names of the outputs."""
         return tuple(path for path, _ in leaves(self.output_tree))
 
     @property
@@ -88,10 +83,6 @@ class BankGraph:
 
 def trace_bank(bank: Any, judged: type) -> BankGraph:
     """The graph of a bank; where an earlier process has compiled it, its operations are traced only on demand.
-
-    Args:
-        bank: object with `lanes` and `judge`
-        judged: NamedTuple class of the judge's input
 
     Raises:
         TraceError: the lanes differ in structure or hold delay lines, the judge does not answer for every lane, or one
@@ -115,7 +106,6 @@ def trace_bank(bank: Any, judged: type) -> BankGraph:
 
 
 def _traced(bank: Any, judged: type) -> BankGraph:
-    """The graph of a bank, traced without the cache."""
     if not bank.lanes:
         raise TraceError("a bank has no lanes; give it one block at least")
     first, judge, count = bank.lanes[0], bank.judge, len(bank.lanes)

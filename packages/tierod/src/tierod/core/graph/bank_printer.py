@@ -139,7 +139,6 @@ class _BankPrinter:
         return f"x[{self.feedback_start + adopted - self.graph.count}]"
 
     def _adopt(self) -> str:
-        """C by which lanes take over the states that other lanes had after the step."""
         # The states are copied first: lanes may exchange theirs.
         count, block = self.graph.count, self.width * GROUP
         if not block:

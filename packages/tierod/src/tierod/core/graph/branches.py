@@ -26,7 +26,6 @@ class Branch:
 
     Args:
         condition: condition of their evaluation; None for those that are always needed
-        operations: their indices, in order
     """
 
     condition: Condition | None
@@ -63,7 +62,6 @@ def _conditions(program: Program) -> dict[int, frozenset[Condition]]:
 
 
 def _condition(program: Program, value: int, holds: bool) -> Condition:
-    """A condition with its negations resolved."""
     while program.operations[value].name == "not":
         value, holds = program.operations[value].arguments[0], not holds
     return Condition(value, holds)

@@ -15,8 +15,6 @@ class BranchingPrinter(LinePrinter):
     """Prints a step that runs alone and need not vectorise; its numbers equal those of `LinePrinter` to the last bit.
 
     Args:
-        graph: graph of the block
-        operations: its program
         gathered: gives C of one of several inputs from their positions in the sample and C of the number that picks;
             None where their positions do not allow that
     """
@@ -34,7 +32,6 @@ class BranchingPrinter(LinePrinter):
         self._left_out = self._gathered_alone()
 
     def _gathered(self, gathered: Callable[[Sequence[int], str], str | None]) -> dict[int, str]:
-        """C of every pick among inputs that can be addressed by a number."""
         found = {}
         for index, operation in enumerate(self.program.operations):
             if operation.name == "pick":
@@ -85,7 +82,6 @@ class BranchingPrinter(LinePrinter):
 
     @cached_property
     def _used_by(self) -> dict[int, set[int]]:
-        """Operations that use each value."""
         used_by: dict[int, set[int]] = {}
         for index, operation in enumerate(self.program.operations):
             for argument in operation.arguments:
@@ -115,7 +111,6 @@ class BranchingPrinter(LinePrinter):
         return f"{indent}const real w{index}[] = {{{table}}};\n{indent}const real v{index} = w{index}[{whole}];\n"
 
     def expression(self, operation: Operation, named: dict[int, str]) -> str:
-        """C expression of an operation."""
         name, arguments = operation.name, operation.arguments
         if name in COMPARE:
             return f"{self._real(arguments[0], named)} {COMPARE[name]} {self._real(arguments[1], named)}"
@@ -132,11 +127,9 @@ class BranchingPrinter(LinePrinter):
         return super().expression(operation, named | reals if reals else named)
 
     def _zero(self, logical: bool) -> str:
-        """C of the second value of a selection that has none."""
         return "0" if logical else "R(0.0)"
 
     def _real(self, index: int, named: dict[int, str]) -> str:
-        """C of a value as a real number."""
         name = self.constant(index) or named.get(index, f"v{index}")
         return f"(real){name}" if index in self._whole else name
 
@@ -150,11 +143,7 @@ class BranchingPrinter(LinePrinter):
 
 
 def truths_of(program: Program) -> frozenset[int]:
-    """Values that are 0 or 1 and are computed in every step.
-
-    Args:
-        program: program of a step
-    """
+    """Values that are 0 or 1 and are computed in every step."""
     known = {
         index
         for index, operation in enumerate(program.operations)

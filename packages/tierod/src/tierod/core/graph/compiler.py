@@ -101,11 +101,7 @@ def load(source: str, name: str) -> ctypes.PyDLL:
 
 
 def load_kept(kernel: str) -> ctypes.PyDLL | None:
-    """The library of a kernel from a cache; None where no cache holds it.
-
-    Args:
-        kernel: its name
-    """
+    """The library of a kernel from a cache; None where no cache holds it."""
     caches = _caches()
     for place in caches:
         code = place.kept(kernel)
@@ -137,8 +133,6 @@ def kernel_name(command: tuple[str, ...], source: str, name: str) -> str:
     """The name of a kernel in the cache, with a digest of all that its code depends on.
 
     Args:
-        command: command of the compiler
-        source: printed C
         name: name of the block, the first part of the name
     """
     parts = [*command, identity(command[0]), _machine(), *FLAGS, *NATIVE, *TUNED, *LEAN, *GATHERED, *_more(), source]
@@ -147,7 +141,6 @@ def kernel_name(command: tuple[str, ...], source: str, name: str) -> str:
 
 
 def _caches() -> tuple[KernelCache | NoCache, ...]:
-    """Caches in which kernels are searched and kept, in order, the user's own choice first."""
     found = []
     with contextlib.suppress(RuntimeError):  # a user without a home
         found.append(KernelCache(cache_folder()))
@@ -159,7 +152,6 @@ def _caches() -> tuple[KernelCache | NoCache, ...]:
 def _built(
     command: tuple[str, ...], source: str, kernel: str, caches: tuple[KernelCache | NoCache, ...]
 ) -> ctypes.PyDLL:
-    """Compile and load a kernel, and keep it in the first cache that accepts it."""
     library: ctypes.PyDLL | None = None
     code: bytes | None = None
     troubles: list[str] = []

@@ -42,7 +42,6 @@ def dependence(function: Callable[[T], Tree], shape: T) -> list[list[bool]]:
 
     Args:
         function: maps a tree of the shape of `shape` to a tree; pure, written with tierod.core.graph.maths
-        shape: a tree of any numbers
 
     Returns:
         rows by output leaf, columns by input leaf
@@ -57,11 +56,7 @@ def dependence(function: Callable[[T], Tree], shape: T) -> list[list[bool]]:
 
 
 def tuning_in_use(graph: Graph) -> tuple[str, ...]:
-    """Names of the tuning values that the next state or the output of a graph depends on, in order.
-
-    Args:
-        graph: graph of one step
-    """
+    """Names of the tuning values that the next state or the output of a graph depends on, in order."""
     patterns = [graph.function.jac_sparsity(group, 0) for group in range(graph.function.n_out())]
     columns = {column for pattern in patterns for column in pattern.get_triplet()[1]}
     return tuple(name for place, name in enumerate(graph.tuning) if place in columns)

@@ -16,9 +16,6 @@ def graph_digest(*blocks: Block) -> str:
 
     A change of a threshold or of an equation changes it; a renamed or moved file, class or comment does not.
 
-    Args:
-        blocks: blocks or banks of blocks
-
     Raises:
         TraceError: a block cannot be traced
     """

@@ -15,9 +15,6 @@ def initial_program(block: Block) -> Program:
     """Program of `init` over the floats of a block: next states, and the value that fills each delay line.
 
     Where `init` cannot be traced with symbols, or gives other numbers with them, it holds the numbers as constants.
-
-    Args:
-        block: a block whose graph is a straight line
     """
     if hasattr(block, "traced"):
         raise TypeError("lanes and judge of a bank begin each by itself")
@@ -49,7 +46,6 @@ def _with_signs(followed: Program, numbers: dict[int, list[float]]) -> Program:
 
 
 def _parted(state: Tree) -> tuple[list[Any], list[Any]]:
-    """Plain numbers of a state, and the initial values of its delay lines."""
     flat = values_of(state)
     return [each for each in flat if not isinstance(each, Ring)], [
         each.initial for each in flat if isinstance(each, Ring)
@@ -57,7 +53,6 @@ def _parted(state: Tree) -> tuple[list[Any], list[Any]]:
 
 
 def _constants(plain: list[float], rings: list[float]) -> Program:
-    """A program whose outputs are constants, independent of the tuning."""
     operations = tuple(Operation("constant", (), float(value)) for value in (*plain, *rings))
     outputs = {(NEXT_STATE, k): k for k in range(len(plain))}
     outputs |= {(PUSH, k): len(plain) + k for k in range(len(rings))}

@@ -33,8 +33,7 @@ class Kernel(Protocol):
     """Executor of one block: its step over many samples."""
 
     @property
-    def graph(self) -> Interface:
-        """Interface of the block's graph."""
+    def graph(self) -> Interface: ...
 
     def scan(self, memory: np.ndarray, samples: np.ndarray, outputs: np.ndarray, count: int) -> None:
         """Run over samples (n, inputs) into outputs (n, outputs); `memory` is updated, `count` steps came before."""
@@ -103,7 +102,6 @@ def kernel(block: Block, engine: Engine = "auto") -> Kernel:
     """Kernel that runs a block.
 
     Args:
-        block: block to run
         engine: "compiled", "virtual machine", or "auto": compiled where there is a compiler; the environment variable
             TIEROD_ENGINE decides for "auto"
 
@@ -227,7 +225,6 @@ def _loaded(graph: Any, kind: str, source: Callable[[], str], name: str) -> ctyp
 
 
 def _prepare(library: ctypes.PyDLL, name: str, block: Block) -> np.ndarray:
-    """Values that depend on the block's tuning alone, computed once."""
     values = np.array([value for _, value in tuning(block)], dtype=float)
     carried = np.zeros(ctypes.c_long.in_dll(library, f"{name}_carried").value)
     prepare = getattr(library, f"{name}_prepare")

@@ -60,7 +60,6 @@ class KernelCache:
 
     Args:
         folder: created where it is absent; it need not be usable
-        bounds: bounds on its content
     """
 
     folder: Path
@@ -79,11 +78,7 @@ class KernelCache:
         return ""
 
     def kept(self, name: str) -> bytes | None:
-        """The verified code of a kernel; None where there is none, or it must not be loaded.
-
-        Args:
-            name: name of the kernel
-        """
+        """The verified code of a kernel; None where there is none, or it must not be loaded."""
         try:
             place = os.open(self.folder, os.O_RDONLY | getattr(os, "O_DIRECTORY", 0))
         except OSError:
@@ -100,10 +95,6 @@ class KernelCache:
 
     def keep(self, name: str, code: bytes) -> None:
         """Write a kernel, completely or not at all, and remove kernels beyond the bounds.
-
-        Args:
-            name: name of the kernel
-            code: code of the shared library
 
         Raises:
             OutputError: it cannot be written
@@ -127,9 +118,6 @@ class KernelCache:
     @contextmanager
     def building(self, name: str) -> Iterator[Path]:
         """An empty folder to compile a kernel in, removed afterwards; one process at a time compiles a kernel.
-
-        Args:
-            name: name of the kernel
 
         Raises:
             OutputError: the cache cannot be used, or another process did not end; the message states cause and remedy
@@ -203,8 +191,7 @@ class NoCache:
         """Always ""; there is no folder to refuse."""
         return ""
 
-    def kept(self, name: str) -> bytes | None:
-        """Nothing is kept."""
+    def kept(self, name: str) -> bytes | None: ...
 
     def keep(self, name: str, code: bytes) -> None:
         """Nothing is kept."""

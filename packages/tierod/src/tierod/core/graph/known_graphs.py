@@ -32,8 +32,7 @@ SOURCES = (*BLOCKS, "io", "vehicles")
 """Packages whose sources determine what a block computes: these, and those that they import."""
 
 
-class _Foreign(Exception):
-    """A part of a structure has no text that identifies it."""
+class _Foreign(Exception): ...
 
 
 def entry_of(structure: object, name: str) -> str | None:
@@ -41,7 +40,6 @@ def entry_of(structure: object, name: str) -> str | None:
 
     Args:
         structure: structure of the block, see `tierod.core.block.structure`
-        name: name of its class
     """
     command = compiler.compiler()
     if command is None or os.environ.get("TIEROD_GRAPHS") != "known":
@@ -74,18 +72,11 @@ def keep_interface(entry: str, interface: Mapping[str, Any]) -> None:
 
 
 def kernel_entry(entry: str, kind: str) -> str:
-    """Name of the entry that holds the name of a kernel.
-
-    Args:
-        entry: name of the entry of the graph
-        kind: kind of kernel, as a part of a name
-    """
     name, _, digest = entry.rpartition("-")
     return f"{name}_{kind}-{digest}"
 
 
 def _text(part: object) -> str:
-    """A text that identifies a part of a structure."""
     if part is float:
         return "float"
     if not isinstance(part, tuple) or len(part) != 2 or not isinstance(part[0], type):
@@ -103,7 +94,6 @@ def _text(part: object) -> str:
 
 
 def _address(what: Any) -> str:
-    """Module and name under which a class or function of tierod is found."""
     package, _, rest = what.__module__.partition(".")
     found: Any = sys.modules.get(what.__module__)
     for name in what.__qualname__.split("."):
@@ -115,7 +105,6 @@ def _address(what: Any) -> str:
 
 @cache
 def _digest_of_sources() -> str:
-    """Digest of everything that a traced step depends on."""
     digest = hashlib.sha256(sys.version.encode())
     for name in ("casadi", "numpy"):
         spec = find_spec(name)

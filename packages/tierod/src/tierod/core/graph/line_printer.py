@@ -77,7 +77,6 @@ class LinePrinter:
         return f"{indent}const real v{index} = {self.expression(operation, named)};{note}\n"
 
     def store(self, target: tuple[int, int], value: int, named: dict[int, str], places: Places, indent: str) -> str:
-        """C line that stores a value in an output."""
         group, position = target
         reach = {NEXT_STATE: places.state, PUSH: places.ring, OUTPUT: places.output}
         return f"{indent}{reach[group](position)} = {self.constant(value) or named[value]};\n"
@@ -109,8 +108,6 @@ class LinePrinter:
         return operation.name in LOGICAL or (operation.name == "constant" and operation.constant in (0.0, 1.0))
 
     def expression(self, operation: Operation, named: dict[int, str]) -> str:
-        """C expression of an operation."""
-
         def text(index: int) -> str:
             return self.constant(index) or named.get(index, f"v{index}")
 

@@ -90,8 +90,6 @@ def _guarded(plain: Callable[..., float]) -> Callable[..., float]:
 
 
 def _quiet(function: Callable[..., Any]) -> Callable[..., float]:
-    """A function of NumPy for one number, without its warnings."""
-
     def quiet(*args: float) -> float:
         with np.errstate(all="ignore"):
             return float(function(*map(float, args)))
@@ -184,7 +182,6 @@ def select(condition: Truth, taken: T, otherwise: T) -> T:
     """One of two trees of the same shape, leaf by leaf: the first where the condition holds, else the second.
 
     Args:
-        condition: for all leaves
         taken, otherwise: scalars or (named) tuples of trees
     """
     pairs = zip(values_of(taken), values_of(otherwise), strict=True)
@@ -197,5 +194,4 @@ def present(value: Scalar) -> Truth:
 
 
 def limit(value: Number, lower: Number | Scalar, upper: Number | Scalar) -> Number:
-    """The value, limited to a range."""
     return minimum(maximum(value, lower), upper)

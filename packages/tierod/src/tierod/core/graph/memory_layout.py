@@ -16,8 +16,6 @@ class BankState(NamedTuple):
     """State of a bank of blocks.
 
     Args:
-        lanes: the state of every lane
-        judge: the state of the judge
         feedback: feedback of the judge at the previous sample, for all lanes
     """
 

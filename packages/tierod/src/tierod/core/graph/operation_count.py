@@ -24,7 +24,6 @@ class OperationCount:
 
     Args:
         multiplications, additions: subtractions are additions; a fused multiply-add counts once as each
-        divisions: divisions and reciprocals
         trigonometric: trigonometric functions and their inverses
         functions: roots, powers, exponentials, logarithms, hyperbolic functions
         decisions: comparisons, logic, selections, absolute values, signs and roundings

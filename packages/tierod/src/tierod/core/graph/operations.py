@@ -41,7 +41,6 @@ class Program:
     """Operations in order, and the value of each output.
 
     Args:
-        operations: each refers only to earlier ones
         outputs: (group, position) -> index of the operation
         invariant: indices of the operations that depend on tuning alone, computed once before the loop
     """

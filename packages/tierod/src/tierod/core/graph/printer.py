@@ -54,14 +54,12 @@ def print_lanes(graph: Graph, own_tuning: bool) -> str:
     """C99 for `LANES` vehicles at once, arrays laid out `[time][signal][lane]`.
 
     Args:
-        graph: graph of the block
         own_tuning: whether each lane has its own calibration; otherwise all share one
     """
     return _LanesPrinter(graph, program(graph.function)).text(own_tuning)
 
 
 def _prepare(printer: LinePrinter) -> str:
-    """C that computes the values that depend on the tuning alone, and their number."""
     name = prefix(printer.graph)
     signature = f"void {name}_prepare(const real *restrict p, real *restrict c)"
     size = f"extern const long {name}_carried;\nconst long {name}_carried = {len(printer.carried)};\n"
@@ -69,7 +67,6 @@ def _prepare(printer: LinePrinter) -> str:
 
 
 def _head(printer: LinePrinter, in_lanes: bool = False) -> str:
-    """Head of the C source, before the functions."""
     return prelude((operation.name for operation in printer.program.operations), in_lanes) + legend(printer.graph)
 
 
@@ -81,7 +78,6 @@ class _ScalarPrinter(BranchingPrinter):
         self.name = prefix(graph)
 
     def text(self) -> str:
-        """C of the whole file."""
         in_locals = len(self.graph.state) <= STATE_IN_LOCALS
         return "".join([_head(self), _prepare(self), self._scan(in_locals), push(self.name)])
 
@@ -120,7 +116,6 @@ class _LanesPrinter(LinePrinter):
         self.name = prefix(graph)
 
     def text(self, own_tuning: bool) -> str:
-        """C of the whole file."""
         places = Places(
             state=lambda i: f"x[{i * LANES} + l]",
             ring=lambda i: f"r{i}[l]",
@@ -153,7 +148,6 @@ class _LanesPrinter(LinePrinter):
         return "".join([_head(self, in_lanes=True), _prepare(self), declaration, loop, self._batch()])
 
     def _batch(self) -> str:
-        """C of a loop over separate arrays of the lanes, which are copied to tiles that stay in the cache, and back."""
         signature = (
             f"void {self.name}_batch(long n, real *restrict x, const real *const *u, real *const *y, "
             "const real *restrict c, long k0, real *restrict tile_u, real *restrict tile_y)"

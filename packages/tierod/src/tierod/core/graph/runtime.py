@@ -26,7 +26,6 @@ def scan(
     """Run a block over a recording.
 
     Args:
-        block: estimator, detector, monitor, plant
         samples: signals aligned to one time grid (columns are found by name), or an array (n, inputs) in the order of
             the leaves of `block.Sample`
         state: state to continue from: that of an earlier result, or a state tree; the block's initial state if None
@@ -43,7 +42,6 @@ class Scanner(Generic[State, Given, Output]):
     """A block prepared once to be run over consecutive pieces of a recording.
 
     Args:
-        block: estimator, detector, monitor, plant
         engine: "compiled", "virtual machine" or "auto"
 
     Raises:
@@ -73,7 +71,6 @@ class Stream(Generic[State, Given, Output]):
     """A block run live: one sample in, one output out. It changes with each sample, so one thread at a time may use it.
 
     Args:
-        block: estimator, detector, monitor
         state: state to continue from; the block's own initial state if None
 
     `push` takes and returns named values. Where every microsecond counts, write into `inputs`, call `advance()`, and

@@ -21,7 +21,6 @@ class Memory:
 
     Args:
         values: flat, delay lines at the end, shape (numbers,)
-        count: number of samples so far
     """
 
     values: np.ndarray
@@ -33,10 +32,7 @@ class Result(Generic[Output]):
     """Result of a block over many samples.
 
     Args:
-        names: dotted names of the outputs, in order
         values: shape (n, outputs)
-        state: state to continue from
-        tree: an output of zeros, in its shape
     """
 
     names: tuple[str, ...]
@@ -72,7 +68,6 @@ def memory_of(
     """Memory at the start of a run, of the size that the block's kernel reads and writes.
 
     Args:
-        block: block to run
         state: state to continue from; the block's own initial state if None
         traced: the block's graph, where it is known
 

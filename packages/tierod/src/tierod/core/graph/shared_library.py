@@ -15,10 +15,6 @@ _SERIAL = itertools.count(1)
 def loaded(code: bytes, name: str) -> ctypes.PyDLL:
     """The library of these bytes.
 
-    Args:
-        code: code of the shared library
-        name: name for debuggers
-
     Raises:
         OSError: it is no library, or one for another machine
     """

@@ -58,8 +58,7 @@ class Interface(Protocol):
         """Dotted names of the inputs."""
 
     @property
-    def output(self) -> tuple[str, ...]:
-        """Dotted names of the outputs."""
+    def output(self) -> tuple[str, ...]: ...
 
     @property
     def output_tree(self) -> Tree:
@@ -76,10 +75,7 @@ class Graph:
 
     Args:
         name: name of the block's class, as a C identifier
-        tuning, state, sample, output: dotted names of the leaves, in order
         rings: (name, size) of every delay line
-        sample_tree, output_tree: trees of zeros in their shapes
-        make: function that traces the step
         entry: name under which later processes find names and kernels; None where they trace the step themselves
     """
 
@@ -169,7 +165,6 @@ def _trace(structure_: _Structure) -> Graph:
 
 
 def _same(tree: Tree, other: Tree) -> bool:
-    """Whether two trees of zeros have the same classes in all branches."""
     if type(tree) is not type(other):
         return False
     return not isinstance(tree, tuple) or (len(tree) == len(other) and all(map(_same, tree, other)))
@@ -179,8 +174,6 @@ def straight_line(block: Any, sample_tree: Tree, step: Callable[[Any, Tree, Tree
     """The graph of `step(block, state, sample)`, with the block's floats as inputs.
 
     Args:
-        block: object with `init`
-        sample_tree: a tree in the shape of one sample
         step: function that calls the step of the block
     """
     import casadi

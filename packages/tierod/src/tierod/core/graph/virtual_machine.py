@@ -126,7 +126,6 @@ class BankMachine:
 
 
 def _sources(adopt: np.ndarray) -> np.ndarray:
-    """Number of the lane whose state each lane continues with."""
     valid = (adopt >= 0.0) & (adopt < len(adopt))
     return np.where(valid, np.where(valid, adopt, 0.0).astype(int), np.arange(len(adopt)))
 
@@ -145,5 +144,4 @@ class _Call:
             self._buffer.set_res(k, memoryview(array))  # type: ignore[arg-type]
 
     def rows(self, position: int, count: int) -> np.ndarray:
-        """One input as an array with a row per lane."""
         return self.inputs[position].reshape(count, -1)

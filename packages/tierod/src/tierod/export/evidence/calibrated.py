@@ -44,8 +44,6 @@ def write_calibrated(face: Interface, folder: Path, inputs: np.ndarray) -> str:
     """Write a program that runs over samples with each parameter changed in turn, and return its path.
 
     Args:
-        face: interface of the export
-        folder: of the export
         inputs: (n, inputs), samples of every run
     """
     members = elements(face.parameters)

@@ -53,8 +53,6 @@ class Checked(NamedTuple):
     """An export as input of the tools.
 
     Args:
-        code: source file whose coverage is measured
-        parts: all source files of the export
         runs: arguments of the comparison program, one pair of input and expected file per run
         sanitized: arguments of the runs with sanitizers, likewise
         counted: name of the function whose instructions are counted; "" for none
@@ -87,22 +85,12 @@ def of_monitor(face: Interface) -> Checked:
 
 
 def checks(export: Checked, folder: Path) -> list[Callable[[], tuple[str, str, str]]]:
-    """Deferred checks on this machine, each returning a table row; they are independent of each other.
-
-    Args:
-        export: to be checked
-        folder: of the export
-    """
+    """Deferred checks on this machine, each returning a table row; they are independent of each other."""
     rows = [partial(sanitized, export, folder, compiler) for compiler in ("clang", "gcc")]
     return [*rows, *([partial(instructions, export, folder)] if export.counted else [])]
 
 
 def checked(rows: Sequence[tuple[str, str, str]]) -> Table:
-    """Table of the checks on this machine.
-
-    Args:
-        rows: results of the checks
-    """
     return Table("Checks on this machine", ("check", "tool", "result"), tuple(rows))
 
 

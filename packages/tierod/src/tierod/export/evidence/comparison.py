@@ -25,14 +25,8 @@ class Difference:
     """Difference of a compiled export from `scan`.
 
     Args:
-        build: compiler and flags
-        samples: name of the compared samples
-        steps: number of steps
         worst: largest difference of an output as a share of its range; NaN where the build could not be run
-        output: with the largest difference
         equal: share of the numbers that are identical to the last bit
-        decisions: share of steps with a different status
-        warnings: number of compiler warnings
         trouble: why the build could not be run; "" where it could
     """
 
@@ -51,7 +45,6 @@ def differences(face: Interface, folder: Path, samples: Mapping[str, np.ndarray]
     """Compare every build over all samples.
 
     Args:
-        face: interface of the export
         folder: of the export; compiled files go to its subfolder `build`
         samples: (n, inputs) by name
     """
@@ -80,9 +73,7 @@ def built(face: Interface, folder: Path, compiler: str, level: tuple[str, ...]) 
     """Shared library of an export (None on failure), number of compiler warnings, and why the build failed.
 
     Args:
-        face: interface of the export
         folder: of the export; the library goes to its subfolder `build`
-        compiler: its name
         level: flags added to those common to all builds
     """
     (folder / "build").mkdir(exist_ok=True)
@@ -99,9 +90,7 @@ def run_over(library: ctypes.CDLL, values: np.ndarray, width: int, steps: int = 
     """Outputs (n, outputs) of an export that is restarted first.
 
     Args:
-        library: compiled export
         values: (n, inputs)
-        width: number of outputs
         steps: steps that its free-running clocks have counted at the restart
     """
     given = np.ascontiguousarray(values, dtype=float)
@@ -128,7 +117,6 @@ def _difference(
 
 
 def table(found: list[Difference], precision: str) -> Table:
-    """Table of the differences."""
     rows = tuple(
         (each.build, each.trouble, "", "", "", "", "")
         if each.trouble

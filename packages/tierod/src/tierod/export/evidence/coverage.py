@@ -44,8 +44,6 @@ class Stepped(NamedTuple):
 
     Args:
         program: of the printed step, with its chains of selections replaced by picks and members
-        state: dotted names of its states
-        functions: parts of the names of its C functions
     """
 
     program: Program
@@ -57,8 +55,6 @@ def covered(export: Checked, folder: Path, *stepped: Stepped) -> list[Table]:
     """Coverage of all runs together, and the remaining branches, counted by kind.
 
     Args:
-        export: to be measured
-        folder: of the export
         stepped: meaning of the numbered values in the C code; none if the export is no monitor
     """
     title, header = "Coverage by vectors, random samples and failed signals", ("what", "tool", "result")
@@ -150,7 +146,6 @@ def _kind(line: str, function: str, stepped: Stepped | None) -> str:
 
 
 def _is_limit(program: Program, index: int) -> bool:
-    """Whether a selection limits a value, to zero or to a constant or parameter with which it is compared."""
     operations = program.operations
     name, arguments = operations[index].name, operations[index].arguments
     if name == "if":

@@ -69,7 +69,6 @@ def _on_r5(folder: Path) -> tuple[str, str, str]:
 
 
 def _sized(folder: Path) -> tuple[tuple[str, str], ...]:
-    """Size of code and data, and largest stack of a function, as reported by compiler and size tool."""
     if not there(GCC):
         return (("sizes", version(GCC)),)
     made = ran([GCC, *M7, "-std=c99", "-O2", "-I.", "-fstack-usage", "-c", SOURCE, "-o", "build/memory.o"], folder)

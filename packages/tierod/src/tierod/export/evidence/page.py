@@ -42,9 +42,7 @@ def evidence(face: Interface, folder: Path, vectors: Vectors, samples: Mapping[s
     """Compare, check and measure an export; results of missing tools are marked as such.
 
     Args:
-        face: interface of the export
         folder: of the export; build results go to its subfolder `build`
-        vectors: test vectors of the export
         samples: (n, inputs) by name, for the back-to-back comparison; the last ones random
     """
     folder = folder.absolute()  # the compilers run inside it
@@ -91,7 +89,6 @@ def _short(face: Interface, parts: Sequence[np.ndarray]) -> np.ndarray:
 
 
 def _stepped(face: Interface) -> tuple[Stepped, ...]:
-    """Programs that define the numbered values in the C code of a step."""
     found = with_picks(face.program)
     if not isinstance(face, BankInterface):
         return (Stepped(found, face.graph.state),)
@@ -110,7 +107,6 @@ CALIBRATED = 10
 
 
 def _with_altered(face: Interface, folder: Path, drive: np.ndarray) -> Checked:
-    """Export with runs over every altered drive, each from the initial state, and runs with changed parameters."""
     export, subject = of_monitor(face), face.subject
     count = affordable(subject, ALTERED, COVERED_WORK) // (len(FACTORS) * max(len(subject.sample), 1))
     runs = list(export.runs)

@@ -23,9 +23,7 @@ class Aim(NamedTuple):
     """Permitted difference of an estimate in single precision from double.
 
     Args:
-        output: dotted name of the estimate
         limit: largest permitted difference, in the displayed unit
-        unit: displayed unit
         scale: factor from the unit of the output to the displayed unit
     """
 
@@ -54,9 +52,7 @@ class Apart:
     """Difference between single and double precision on one drive.
 
     Args:
-        samples: name of the drive
         hours: running time of the clocks at its beginning [h]
-        steps: of the drive
         largest: difference of the estimate in the unit of its aim; NaN where the monitor has no aim
         verdicts: changes of the status in double precision
         longest: longest stretch with different statuses [s]
@@ -86,7 +82,6 @@ def apart(face: Interface, folder: Path, samples: Mapping[str, np.ndarray]) -> l
 
     Args:
         face: interface of an export in single precision
-        folder: of the export
         samples: (n, inputs) by name
 
     Returns a sentence where the export cannot be compiled.
@@ -117,7 +112,6 @@ def _measured(face: Interface, name: str, hours: float, found: np.ndarray, value
 
 
 def _after(face: Interface, steps: int) -> Memory:
-    """Initial state of the block, with free-running clocks that have counted so many steps."""
     memory = initial_memory(face.subject.block)
     # The clocks of a bank are those of its judge, whose states lie behind those of the lanes.
     first = face.bank.lanes_memory if isinstance(face, BankInterface) else 0
@@ -141,7 +135,6 @@ def _longest(unlike: np.ndarray) -> int:
 
 
 def beside_double(face: Interface, found: list[Apart] | str) -> Table:
-    """Table of the differences."""
     aim = aim_of(face)
     title = "Single precision beside scan in double (gcc -O2)"
     if isinstance(found, str):

@@ -105,7 +105,6 @@ def measuring_program(face: Interface, vectors: Vectors) -> str:
     """C code that counts instructions and stack use of a step over the last test vectors.
 
     Args:
-        face: interface of the export
         vectors: test vectors; the last inputs are used
     """
     taken = vectors.inputs[-STEPS:]

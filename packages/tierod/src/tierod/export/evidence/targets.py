@@ -39,13 +39,7 @@ class Measured(NamedTuple):
 
 
 def targets(face: Interface, folder: Path, vectors: Vectors) -> Table:
-    """Agreement and cost on Cortex-M7 and Cortex-R5.
-
-    Args:
-        face: interface of the export
-        folder: of the export
-        vectors: test vectors of the comparison
-    """
+    """Agreement and cost on Cortex-M7 and Cortex-R5."""
     header = ("target", "what", "result")
     if not there(GCC):
         return Table("Targets", header, (("Cortex-M7, Cortex-R5", "all", version(GCC)),))
@@ -66,7 +60,6 @@ def _sources(face: Interface) -> list[str]:
 
 
 def _on_m7(face: Interface, folder: Path, program: str, words: tuple[str, ...]) -> Outcome:
-    """Build a program for the board and run it in the emulator."""
     script = ["-T", "build/m7.ld"]
     built = ran(
         [GCC, *M7, *COMMON, "build/start.c", *_sources(face), program, *script, "-o", "build/m7.elf", "-lm"], folder
@@ -118,7 +111,6 @@ def _measured(face: Interface, folder: Path) -> list[tuple[str, str, str]]:
 
 
 def _sized(face: Interface, folder: Path) -> list[tuple[str, str, str]]:
-    """Code size of monitor and parameters, and stack use as reported by the compiler."""
     flags = [*FLAGS, "-fstack-usage", "-c"]
     objects = [f"build/{name}.o" for name in ("monitor", "parameters")]
     for name, made in zip(_sources(face), objects, strict=True):

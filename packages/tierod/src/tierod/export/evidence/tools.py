@@ -25,7 +25,6 @@ class Outcome(NamedTuple):
 
     Args:
         code: exit status; None where the tool could not be started or was stopped by the time limit
-        text: standard output, then standard error
     """
 
     code: int | None
@@ -56,8 +55,6 @@ def ran(command: Sequence[str], folder: Path, limit: float = LONGEST) -> Outcome
     """Run a tool to its end.
 
     Args:
-        command: tool and arguments
-        folder: working directory
         limit: time limit [s]
     """
     try:

@@ -34,7 +34,6 @@ def fault_memory_files(codes: TroubleCodes, places: int = PLACES) -> Mapping[str
     """All files of an export, by path in its folder; equal tables give equal bytes.
 
     Args:
-        codes: table of trouble codes
         places: number of codes that the memory can hold
     """
     values = _values(codes, places)

@@ -23,7 +23,6 @@ def memory_vectors(codes: TroubleCodes, places: int) -> tuple[str, str]:
     """Two tables with the same rows: actions, and the resulting contents of the memory.
 
     Args:
-        codes: table of trouble codes
         places: number of codes that the memory can hold
 
     Returns:

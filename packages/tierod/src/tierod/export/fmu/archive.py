@@ -20,10 +20,6 @@ MOMENT = (1980, 1, 1, 0, 0, 0)
 def write_unit(model: Model, path: str | Path) -> Path:
     """Write a unit atomically.
 
-    Args:
-        model: variables and code of the unit
-        path: of the unit
-
     Raises:
         MissingExtra: fmpy is not installed
         CompileError: there is no compiler, or no name for this platform
@@ -53,7 +49,6 @@ def _entry(name: str) -> zipfile.ZipInfo:
 
 
 def _licence() -> str:
-    """Licence text of the FMI headers, quoted from the headers themselves."""
     text = standard_headers()[HEADERS[1]]
     stated = text[text.find("Copyright") : text.find("*/", text.find("Copyright"))]
     return f"The headers {', '.join(HEADERS)} are of the FMI standard:\n\n{stated.strip()}\n"

@@ -37,10 +37,6 @@ def place_of_binary() -> tuple[str, str]:
 def built(texts: Mapping[str, str], names: Sequence[str]) -> bytes:
     """Shared library compiled from sources.
 
-    Args:
-        texts: text of all files, by name
-        names: of the files to compile
-
     Raises:
         CompileError: no compiler is installed, or it rejects the sources
     """

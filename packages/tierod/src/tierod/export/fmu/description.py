@@ -32,12 +32,6 @@ def token(model: Model) -> str:
 
 
 def model_description(model: Model, sources: Iterable[str]) -> str:
-    """XML text of the model description.
-
-    Args:
-        model: variables of the unit
-        sources: names of the compiled source files
-    """
     subject = model.face.subject
     root = Element(
         "fmiModelDescription",
@@ -111,7 +105,6 @@ def _about(each: Variable, present: bool) -> dict[str, str]:
 
 
 def _number(each: Variable) -> dict[str, str]:
-    """Unit, range and start value of a numeric variable."""
     found = {"unit": each.unit} if each.unit else {}
     found |= {"min": repr(each.limits.low)} if math.isfinite(each.limits.low) else {}
     found |= {"max": repr(each.limits.high)} if math.isfinite(each.limits.high) else {}

@@ -23,16 +23,12 @@ _KINDS = {"time": "TIME", "input": "INPUT", "output": "OUTPUT", "status": "STATU
 
 
 def compiled_names(model: Model) -> tuple[str, ...]:
-    """Names of the source files to compile."""
     prefix = model.face.prefix
     return ("fmi2.c", "model.c", f"{prefix}.c", f"{prefix}_parameters.c")
 
 
 def sources(model: Model) -> dict[str, str]:
     """Name -> text of all sources, including the headers of the standard.
-
-    Args:
-        model: variables and code of the unit
 
     Raises:
         MissingExtra: fmpy, which provides the headers, is not installed
@@ -83,7 +79,6 @@ def _row(each: Variable) -> str:
 
 
 def _statuses(model: Model) -> str:
-    """C code that returns the value of an enumeration variable."""
     rows = "".join(
         f"    case {each.reference}U:\n        *value = (int64_t)instance->memory.{each.place};\n        break;\n"
         for each in model.of("status")

@@ -29,12 +29,9 @@ class Variable:
 
     Args:
         name: in structured notation, such as "filter.gain[1]"
-        reference: value reference
         kind: causality; "fixed" and "tunable" are parameters
         unit: in the notation of pint; "" for none
-        meaning: in words
         start: value before the first step; NaN for a missing input
-        limits: permitted range of a parameter
         place: C code of its number within an instance; "" for time
     """
 
@@ -53,7 +50,6 @@ class Model:
     """Contents of a unit.
 
     Args:
-        face: interface of the export
         starts: start values of inputs that count as present before they are set, by name
         present: whether outputs depend on the inputs at the same instant, as those of a plant do
     """
@@ -145,7 +141,6 @@ def _meaning(each: Described) -> str:
 
 
 def _unit(each: Described) -> str:
-    """Unit, or "" for a text that is no unit, such as "unit of the signal"."""
     try:
         dimensions(each.unit)
     except InputError:
@@ -154,12 +149,10 @@ def _unit(each: Described) -> str:
 
 
 def _taken(program: Program, group: int) -> set[int]:
-    """Positions of the inputs of a group that a program reads."""
     return {each.constant[1] for each in program.operations if each.name == "input" and each.constant[0] == group}
 
 
 def _reached(program: Program, position: int) -> set[int]:
-    """Positions of the inputs on which an output depends."""
     waiting, seen, found = [program.outputs[OUTPUT, position]], set[int](), set[int]()
     while waiting:
         index = waiting.pop()

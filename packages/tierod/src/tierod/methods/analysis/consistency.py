@@ -17,7 +17,6 @@ CONFIDENCE = 0.95  # of every band, as usual in textbooks
 
 @lru_cache(maxsize=1024)
 def chi_square_quantile(probability: float, degrees: float) -> float:
-    """Quantile of the chi-square distribution with a number of degrees of freedom."""
     if degrees == 1:
         from statistics import NormalDist
 
@@ -110,9 +109,6 @@ class Consistency:
 class ConsistencyAccumulator:
     """Consistency of a run that arrives in chunks, with constant memory.
 
-    Args:
-        lags: number of lags of the autocorrelation
-
     `add` takes arrays of consecutive samples, in order; `result` may be called at any time.
     """
 
@@ -201,7 +197,6 @@ class ConsistencyAccumulator:
 
 
 def _dot(a: np.ndarray, b: np.ndarray) -> float:
-    """Inner product without the threads of a BLAS, which block each other on a loaded machine."""
     return float(np.einsum("i,i->", a, b))
 
 
@@ -219,7 +214,6 @@ def consistency(result: Result, lags: int = 20) -> Consistency:
 
     Args:
         result: of `tierod.core.graph.scan` for a `KalmanFilter`, `UnscentedFilter` or `StationaryFilter`
-        lags: number of lags of the autocorrelation
     """
     accumulator = ConsistencyAccumulator(lags)
     names = [name for name in result.names if name.startswith("innovation.")]

@@ -43,11 +43,9 @@ def require_fit(
         what: name of the model in messages, such as "the column of 'eps.toml'"
         stable: True: every eigenvalue in the open left half plane; "marginal": none in the right half plane, so that
             angles without a spring and constant disturbances pass; False: not checked
-        observable: whether every state must be observable
         sample_time: step of the integration; None: not checked [s]
         method: of integration: "euler", "midpoint", "rk4", which must not make a decaying mode grow, or "exact", for
             which a vibration must stay below half the sample rate, to avoid aliasing
-        tolerance: of the observability
 
     Raises:
         ParameterError: a model that fails a check, with the eigenvalue or the unobservable direction, and what to do
@@ -67,7 +65,6 @@ def require_fit(
 
 
 def _eigen(system: LinearSystem) -> tuple[np.ndarray, np.ndarray]:
-    """Eigenvalues, and eigenvectors in balanced states, whose entries can be compared whatever their units."""
     scale = balance(system.A)
     return np.linalg.eig(system.A * scale / scale[:, None])
 
@@ -115,7 +112,6 @@ def _require_slow(
 
 
 def _growth(method: str, step: complex) -> float:
-    """Factor by which one step multiplies a mode, from its eigenvalue times the step."""
     return float(abs(METHODS[method](lambda x: step * x, 1.0 + 0.0j, 1.0)))
 
 
@@ -129,7 +125,6 @@ def _longest(method: str, value: complex) -> float:
 
 
 def _where(vector: np.ndarray, system: LinearSystem) -> str:
-    """The states with the largest entries of an eigenvector, largest first."""
     sizes = np.abs(vector)
     order = [int(k) for k in np.argsort(-sizes) if sizes[k] > 0.3 * sizes.max()]
     return ", ".join(system.states[k] for k in order)

@@ -15,7 +15,6 @@ def differences(values: np.ndarray, order: int = 3, taken: int = 0) -> np.ndarra
 
     Args:
         values: readings, (..., n)
-        order: of the differences
         taken: order of the differences that the values are already, such as the turns of an angle that wraps
     """
     # The squares of the binomial coefficients sum to 6 for the second differences, and to 20 for the third.

@@ -18,7 +18,6 @@ class Observability:
     """Observability of a state through the outputs.
 
     Args:
-        states: names
         rank: dimension of the observable subspace, to the tolerance
         tolerance: relative size below which a direction counts as unobservable
         singular_values: of the orthonormal observability staircase, largest first, scaled (n,); the gap at the
@@ -58,7 +57,6 @@ def observability(
     staircase of orthonormal bases, not from powers of A.
 
     Args:
-        system: continuous or discrete
         tolerance: relative size below which a direction counts as unobservable; 1e-9 leaves six digits for rounding.
             A model with parameters of three digits needs 1e-3: the rank that holds in spite of their errors
         state_scale: typical size of each state [its unit], (n,); balanced from A where None
@@ -89,7 +87,6 @@ def observability(
 
 
 def _readable(basis: np.ndarray, scale: np.ndarray) -> np.ndarray:
-    """Columns that span the same space in the states' own units, each with a state in which the others are zero."""
     from scipy.linalg import qr
 
     count = basis.shape[1]
@@ -102,7 +99,6 @@ def _readable(basis: np.ndarray, scale: np.ndarray) -> np.ndarray:
 
 
 def _staircase(A: np.ndarray, C: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray]:
-    """Orthonormal rows that span the observable subspace, and the singular values of all steps."""
     n = len(A)
     seen = np.zeros((0, n))
     values: list[float] = []
@@ -159,8 +155,6 @@ class Rank(NamedTuple):
 
     Args:
         rank: number of singular values above the tolerance
-        tolerance: absolute
-        singular_values: largest first
     """
 
     rank: int

@@ -20,8 +20,6 @@ class Designed:
     """A rule with its threshold.
 
     Args:
-        rule: with its constant
-        threshold: in standard deviations, or as evidence
         samples: wanted mean number of samples between false alarms
         delay: mean detection delay of the shift [samples]
     """
@@ -40,9 +38,7 @@ def designed(name: str, shift: float, samples: float, sides: str = "both") -> De
     """A rule with the constant that minimises the detection delay, and the threshold for a time between false alarms.
 
     Args:
-        name: one of `RULES`
         shift: to be detected, in standard deviations, greater than zero
-        samples: mean number between false alarms
         sides: "both", "upper" or "lower"
 
     Raises:

@@ -85,7 +85,6 @@ class Cusum:
             raise ParameterError(f"ceiling is {self.ceiling}; expected at least the threshold, {self.threshold}")
 
     def init(self) -> State:
-        """State before the first sample."""
         return self.State(0.0, 0.0)
 
     def step(self, state: State, sample: Value | Scalar, enabled: Truth = True) -> tuple[State, Output]:
@@ -154,7 +153,6 @@ class GeometricAverage:
             raise ParameterError(f"threshold is {self.threshold}; expected a number greater than zero")
 
     def init(self) -> State:
-        """State before the first sample."""
         return self.State(0.0)
 
     def step(self, state: State, sample: Value | Scalar, enabled: Truth = True) -> tuple[State, Output]:
@@ -172,7 +170,6 @@ class HeldThreshold:
 
     Args:
         threshold: [unit of the residual]
-        hold: number of consecutive samples
         sides: "both", "upper" or "lower"
         restart: whether an alarm resets the count, so that every alarm lasts one sample
 
@@ -206,7 +203,6 @@ class HeldThreshold:
             )
 
     def init(self) -> State:
-        """State before the first sample."""
         return self.State(0.0)
 
     def step(self, state: State, sample: Value | Scalar, enabled: Truth = True) -> tuple[State, Output]:

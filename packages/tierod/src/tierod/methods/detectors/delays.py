@@ -22,8 +22,6 @@ def delays_of(
         block: with an output `alarm`; it first runs over the residuals before the shift
         records: fault-free residuals, (n,) each; the longest one is used
         shift: added to the residual [its unit]
-        trials: number of shifts, at random instants
-        seed: of the random instants
 
     A start at which the block already is in alarm is left out: that alarm is a false one. A shift that is not detected
     within half of the record, or within 20 000 samples, counts as not detected.

@@ -32,7 +32,6 @@ class ExcessRule(StoppingRule):
 
     @property
     def name(self) -> str:
-        """Short name with the constant of the rule."""
         return f"level exceeded by {self.excess:.3g} deviations times values"
 
     def run_length(self, threshold: float, change: float = 0.0) -> float:
@@ -40,6 +39,5 @@ class ExcessRule(StoppingRule):
         return CusumRule(threshold, sides=self.sides).run_length(self.excess, change)
 
     def block(self, threshold: float, deviation: float, restart: bool = False) -> Cusum:
-        """The block, whose drift is the level and whose threshold is the excess."""
         height = self.excess * deviation
         return Cusum(threshold * deviation, height, 2.0 * height, sides=self.sides, restart=restart)

@@ -25,7 +25,6 @@ class LikelihoodRatio:
 
     Args:
         deviation: standard deviation of the residual [unit of the residual]
-        threshold: evidence at which the alarm is raised
         windows: lengths [samples]
 
     An alarm does not reset the windows: it lasts until the shift has left them. Missing values, and those not enabled,
@@ -58,7 +57,6 @@ class LikelihoodRatio:
         object.__setattr__(self, "moments", tuple(MovingMoments(size) for size in self.windows))
 
     def init(self) -> tuple[MovingMoments.State, ...]:
-        """State before the first value: empty windows."""
         return tuple(moments.init() for moments in self.moments)
 
     def step(

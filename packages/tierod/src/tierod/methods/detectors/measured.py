@@ -23,7 +23,6 @@ class MeasuredPoint:
 
     Args:
         threshold: in standard deviations of the residual, or as evidence
-        alarms: number of false alarms
         run_length: mean number of samples between two of them
     """
 
@@ -37,13 +36,10 @@ class MeasuredDesign:
     """A threshold from fault-free residuals.
 
     Args:
-        rule: that the threshold belongs to
         deviation: root mean square of the residual [unit of the residual]
-        threshold: in these deviations, or as evidence
         wanted: mean number of samples between false alarms
         low, high: 95 % interval of the run length at this threshold [samples]; beyond the observed time it assumes that
             the fitted line continues, which is not tested
-        observed: number of fault-free samples
         points: false alarms at the thresholds that were tried
     """
 
@@ -133,7 +129,6 @@ _STEPS, _TAIL = 14, 6
 def _ladder(
     rule: StoppingRule, records: Sequence[np.ndarray], deviation: float, count: int, samples: float
 ) -> list[MeasuredPoint]:
-    """Counts at rising thresholds, until alarms are too few or the run length is well above the wanted one."""
     points: list[MeasuredPoint] = []
     low, high = 0.05 * rule.unit, rule.unit
     while len(points) < _STEPS and _measured(rule, high, records, deviation, count).alarms >= FEWEST:

@@ -20,8 +20,6 @@ class Moments(NamedTuple):
 
 
 class _Sums(NamedTuple):
-    """Number, sum and sum of squares of values about a reference."""
-
     number: Scalar
     sum: Scalar
     squares: Scalar
@@ -66,7 +64,6 @@ class MovingMoments:
             raise ParameterError(f"size is {self.size}; a variance needs a window of at least 2 samples")
 
     def init(self) -> State:
-        """State before the first value: an empty window."""
         empty = _Sums(0.0, 0.0, 0.0)
         return self.State(Ring(self.size), Ring(self.size), 0.0, empty, empty, 0.0)
 
@@ -108,6 +105,5 @@ class MovingMoments:
 
 
 def _moved(sums: _Sums, shift: Scalar) -> _Sums:
-    """The sums about a reference that is moved by `shift`."""
     total = sums.sum - sums.number * shift
     return _Sums(sums.number, total, sums.squares - shift * (sums.sum + total))

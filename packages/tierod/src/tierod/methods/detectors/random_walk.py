@@ -32,7 +32,6 @@ class Walk:
         lower, upper: limits; reaching the upper one ends the walk
         restart: whether reaching the lower one resets the walk to zero; otherwise it ends the walk
         factor: 1 for a sum, below 1 for a geometric average
-        mean, deviation: of the step
     """
 
     lower: float
@@ -46,10 +45,6 @@ class Walk:
 @lru_cache(maxsize=4096)
 def run_length(walk: Walk, start: float = 0.0) -> float:
     """Expected number of steps until a walk ends; infinite where it is far beyond `LONGEST`.
-
-    Args:
-        walk: its limits and steps
-        start: initial value
 
     The walk is a Markov chain on the nodes of a composite Gauss quadrature. One step leads only to nearby nodes, so
     that the equations are banded. The probability of ending is summed directly, never as one minus the probability of
@@ -119,15 +114,12 @@ class _Chain:
         self.solve = self._solver()
 
     def steps(self, value: float) -> np.ndarray:
-        """Probability of a step from a value to each node."""
         return self._density(self.at - self._centre(value)) * self._weights
 
     def above(self, value: np.ndarray | float) -> np.ndarray | float:
-        """Probability of a step from a value beyond the upper limit."""
         return self._tail(self._centre(value) - self.walk.upper)
 
     def below(self, value: np.ndarray | float) -> np.ndarray | float:
-        """Probability of a step from a value beyond the lower limit."""
         return self._tail(self.walk.lower - self._centre(value))
 
     def _centre(self, value: np.ndarray | float) -> np.ndarray | float:

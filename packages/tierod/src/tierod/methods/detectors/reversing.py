@@ -69,7 +69,6 @@ class _Motion(NamedTuple):
         start: its begin [s]
         found: time at which it was recognised as reversing [s]; NaN while it is not
         fastest: largest speed [m/s]
-        sums: see `Reversing._contributions`
     """
 
     start: float
@@ -85,7 +84,6 @@ class Reversing:
         rate: sampling rate [Hz]
         steering_ratio: road wheel angle per steering wheel angle [-]
         wheelbase: distance of the axles [m]
-        limits: limits of the decision
     """
 
     def __init__(self, rate: float, steering_ratio: float, wheelbase: float, limits: ReversingLimits | None = None):
@@ -167,7 +165,6 @@ class Reversing:
         return np.column_stack((heading, *by_angle, *by_wheels))
 
     def _moved(self, time: np.ndarray, speed: np.ndarray, added: np.ndarray) -> np.ndarray:
-        """Whether the car is known to reverse, in samples of one motion between two standstills."""
         limits = self._limits
         before = self._motion or _Motion(float(time[0]), np.nan, 0.0, np.zeros(added.shape[1]))
         sums = before.sums + np.cumsum(added, axis=0)

@@ -19,7 +19,6 @@ class RunLengthLine:
 
     Args:
         start, slope: ln(values between false alarms) = start + slope * growth of the threshold
-        observed: number of fault-free values
     """
 
     start: float
@@ -90,7 +89,6 @@ class RuleDesign:
         return self.rule.run_length(threshold, -change if self.rule.sides == "lower" else change)
 
     def block(self, deviation: float = 1.0) -> Detector:
-        """The rule with its threshold as a block, for residuals of a standard deviation."""
         return self.rule.block(self.threshold, deviation)
 
 

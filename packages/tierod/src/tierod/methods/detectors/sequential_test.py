@@ -57,7 +57,6 @@ class SequentialTest:
             raise ParameterError(f"lower is {self.lower} and upper {self.upper}; expected lower below 0 below upper")
 
     def init(self) -> State:
-        """State before the first value."""
         return self.State(0.0)
 
     def step(self, state: State, sample: Value | Scalar, enabled: Truth = True) -> tuple[State, Output]:
@@ -73,11 +72,7 @@ class SequentialTest:
 
 @dataclass(frozen=True)
 class TwoSided:
-    """Alarm when one of two detectors alarms.
-
-    Args:
-        up, down: detectors with an output `alarm`
-    """
+    """Alarm when one of two detectors alarms."""
 
     up: Detector
     down: Detector
@@ -90,7 +85,6 @@ class TwoSided:
         alarm: Annotated[float, ""]
 
     def init(self) -> tuple[Tree, Tree]:
-        """States of both before the first value."""
         return self.up.init(), self.down.init()
 
     def step(

@@ -44,8 +44,7 @@ class StoppingRule(ABC):
 
     @property
     @abstractmethod
-    def name(self) -> str:
-        """Short name with the constant of the rule."""
+    def name(self) -> str: ...
 
     @abstractmethod
     def run_length(self, threshold: float, change: float = 0.0) -> float:
@@ -104,7 +103,6 @@ class StoppingRule(ABC):
         return found if samples <= self.longest else self._beyond(found, samples)
 
     def _bracket(self, off: Callable[[float], float]) -> tuple[float, float]:
-        """Thresholds just below and above the solution, by steps along the nearly linear logarithm over `growth`."""
         low, high = _LEAST, self.unit
         below, above = off(low), off(high)
         while above < 0.0:
@@ -141,7 +139,6 @@ class CusumRule(StoppingRule):
 
     @property
     def name(self) -> str:
-        """Short name with the constant of the rule."""
         return f"CUSUM, drift {self.drift:.3g}"
 
     def run_length(self, threshold: float, change: float = 0.0) -> float:
@@ -150,7 +147,6 @@ class CusumRule(StoppingRule):
         return together([walked(Walk(0.0, threshold, True, 1.0, mean, 1.0)) for mean in means])
 
     def block(self, threshold: float, deviation: float, restart: bool = False) -> Cusum:
-        """The block for residuals of a standard deviation."""
         height = threshold * deviation
         return Cusum(self.drift * deviation, height, 2.0 * height, sides=self.sides, restart=restart)
 
@@ -172,7 +168,6 @@ class AverageRule(StoppingRule):
 
     @property
     def name(self) -> str:
-        """Short name with the constant of the rule."""
         return f"geometric average, weight {self.weight:.3g}" if self.weight < 1.0 else "threshold on each sample"
 
     def run_length(self, threshold: float, change: float = 0.0) -> float:
@@ -203,7 +198,6 @@ class AverageRule(StoppingRule):
         return math.sqrt(self.weight / (2.0 - self.weight))
 
     def block(self, threshold: float, deviation: float, restart: bool = False) -> GeometricAverage:
-        """The block for residuals of a standard deviation."""
         return GeometricAverage(self.weight, threshold * deviation, self.sides, restart)
 
 
@@ -224,7 +218,6 @@ class HoldRule(StoppingRule):
 
     @property
     def name(self) -> str:
-        """Short name with the constant of the rule."""
         return f"threshold held for {self.hold} samples"
 
     def run_length(self, threshold: float, change: float = 0.0) -> float:
@@ -255,7 +248,6 @@ class HoldRule(StoppingRule):
         return 1e300
 
     def block(self, threshold: float, deviation: float, restart: bool = False) -> HeldThreshold:
-        """The block for residuals of a standard deviation."""
         return HeldThreshold(threshold * deviation, self.hold, self.sides, restart)
 
 
@@ -280,7 +272,6 @@ class SequentialRule(StoppingRule):
 
     @property
     def name(self) -> str:
-        """Short name with the constant of the rule."""
         return f"sequential test, shift {self.shift:.3g}"
 
     def scale(self, deviation: float) -> float:
@@ -320,7 +311,6 @@ class LikelihoodRatioRule(StoppingRule):
 
     @property
     def name(self) -> str:
-        """Short name with the constant of the rule."""
         return f"likelihood ratio over {self.windows[0]} to {self.windows[-1]} samples"
 
     def scale(self, deviation: float) -> float:

@@ -50,7 +50,6 @@ class Debounce:
         _require_sample_time(self.sample_time)
 
     def init(self) -> State:
-        """State before the first sample: off."""
         return self.State(0.0, 0.0)
 
     def step(self, state: State, sample: Condition | Scalar, enabled: Truth = True) -> tuple[State, Output]:

@@ -24,11 +24,9 @@ class Detector(Protocol):
     """A block of `Value` whose output has an `alarm`: 1.0 or 0.0."""
 
     @property
-    def Sample(self) -> type[Value]:
-        """Class of the sample, `Value`."""
+    def Sample(self) -> type[Value]: ...
 
-    def init(self) -> Tree:
-        """The state before the first value."""
+    def init(self) -> Tree: ...
 
     def step(self, state: Tree, sample: Value | Scalar, enabled: Truth = True, /) -> tuple[Tree, Tree]:
         """State and output after one value; `enabled` is whether the value counts."""

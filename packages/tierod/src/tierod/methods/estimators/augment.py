@@ -17,7 +17,6 @@ def augment(model: Model, *parameters: str) -> Model:
     """A model whose state holds the named parameters too, as constants that process noise turns into random walks.
 
     Args:
-        model: continuous or discrete
         parameters: names of fields of `model.Parameters`, dotted where they lie in a nested dataclass
             (`"tyre.stiffness"` becomes the state `tyre_stiffness`)
 

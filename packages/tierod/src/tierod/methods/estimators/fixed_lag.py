@@ -35,13 +35,10 @@ class FixedLag(Luenberger):
     N multiplications per output and smoothed state.
 
     Args:
-        model: discrete model
         parameters: of the model; its floats are tuning
         initial_mean: state before the first sample, one float per state
         gain: of the filter, rows by state, columns by output
-        states: names of the smoothed states
         weights: W_j of each smoothed state, by lag, then by output
-        variances: of each smoothed state, at the lag
 
     `design` computes gain, weights and variances. A sample is `input` and `measured`; a missing output corrects
     nothing, a missing input holds the state. The output is `mean` (now), `innovation` and `smoothed` (N samples ago).
@@ -75,10 +72,7 @@ class FixedLag(Luenberger):
         """The smoother of a discrete linear system and its model.
 
         Args:
-            system: discrete
             model, parameters: the same system as a model, from `as_model`
-            process_noise, measurement_noise: as for `stationary_gain`
-            states: names of the states to be smoothed
             lag: samples, at least 1
 
         Raises:
@@ -116,20 +110,14 @@ class FixedLag(Luenberger):
         return _estimate_class(self.model, self.states)
 
     def at(self, mean: Tree) -> LagState:
-        """The state of a smoother that starts at a mean, with the same value at all past samples.
-
-        Args:
-            mean: the model's State
-        """
+        """The state of a smoother that starts at a mean, with the same value at all past samples."""
         values = dict(zip(leaf_names(self.model.State), leaf_values(mean), strict=True))
         return LagState(mean, tuple((values[name],) * self.lag for name in self.states))
 
     def init(self) -> LagState:
-        """The state before the first sample."""
         return self.at(super().init())
 
     def step(self, state: LagState, sample: Tree) -> tuple[LagState, Tree]:
-        """State, and mean, innovation and smoothed states, after one sample."""
         done = observe(self.model, self.parameters, self.gain, state.mean, sample)
         used = [where(present(value), value, 0.0) for value in done.innovation]
         if done.whole is not True:

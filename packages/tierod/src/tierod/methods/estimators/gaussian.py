@@ -41,7 +41,6 @@ class Prediction(NamedTuple):
     """The predicted estimate of a sample, before its measurements.
 
     Args:
-        mean, covariance: predicted, flat and packed
         points: sigma points for the correction, if the filter uses them
     """
 
@@ -116,7 +115,6 @@ class GaussianFilter(ABC):
         return estimate_class(self.model, self.full_covariance)
 
     def init(self) -> Belief:
-        """Mean and covariance before the first sample."""
         mean = rebuild(skeleton(self.model.State), leaf_values(self.initial_mean))
         return Belief(mean, from_diagonal(leaf_values(self.initial_variance)))
 
@@ -158,21 +156,18 @@ class GaussianFilter(ABC):
         return belief, self._estimate(belief, innovation, spread, nis, count)
 
     @abstractmethod
-    def _predict(self, state: Belief, inputs: Tree, process: Noise, entering: Noise) -> Prediction:
-        """The estimate predicted by one sample."""
+    def _predict(self, state: Belief, inputs: Tree, process: Noise, entering: Noise) -> Prediction: ...
 
     @abstractmethod
     def _correct(
         self, predicted: Prediction, sample: Tree, noise: Vector, start: Vector
-    ) -> tuple[Correction, Vector, Vector]:
-        """The correction, the innovations, and the variances of the innovations."""
+    ) -> tuple[Correction, Vector, Vector]: ...
 
     def _mask(self, sample: Tree) -> tuple[Truth, ...]:
         given = dict(zip(self.maskable, leaf_values(sample.enabled), strict=True)) if self.maskable else {}
         return clean_mask([given.get(name, True) for name in leaf_names(self.model.State)])
 
     def _noise_gain(self, mean: Tree, inputs: Tree, entering: Noise) -> tuple[Matrix, Vector]:
-        """Columns of G and variances of the inputs that have noise."""
         if self.input_noise is None or all(variance is None for variance in entering):
             return (), ()
         noisy = {k: variance for k, variance in enumerate(entering) if variance is not None}

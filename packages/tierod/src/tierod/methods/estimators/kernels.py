@@ -60,7 +60,6 @@ def predict_covariance(
 
     Args:
         transition: F, Jacobian of the transition with respect to the state, n rows of n
-        covariance: P, packed
         process_noise: variance added to each state per sample, (n,); None or 0.0 for none
         noise_input: G, Jacobian of the transition with respect to the noisy inputs, n rows of m
         input_noise: variance of each input, (m,)
@@ -79,7 +78,6 @@ def correct(
     The result does not depend on the order of the measurements: it is the joint update with a diagonal R.
 
     Args:
-        covariance: P, packed
         rows: C, Jacobian of the outputs with respect to the state, m rows of n
         residuals: measured minus expected output, (m,); NaN where the measurement is missing
         noise: variance of each measurement, (m,), greater than zero
@@ -113,7 +111,6 @@ def correct_jointly(
     """Correction from the joint covariance of states and outputs, as sigma points give it; otherwise like `correct`.
 
     Args:
-        covariance: P, packed
         cross: covariance of each output with the states, m rows of n
         spread: covariance of the outputs, noise included, packed
         residuals: measured minus expected output, (m,); NaN where the measurement is missing
@@ -144,7 +141,6 @@ class InTurn(NamedTuple):
     """A sequential correction by one measurement after the other.
 
     Args:
-        correction: by all measurements
         residuals: innovation of each measurement given those before it, (m,)
         spreads: variance of each residual, (m,)
     """

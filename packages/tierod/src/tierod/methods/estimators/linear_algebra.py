@@ -79,7 +79,6 @@ def pack(rows: Matrix) -> tuple[Scalar, ...]:
 
 
 def diagonal(packed: Vector) -> tuple[Scalar, ...]:
-    """The diagonal of a packed symmetric matrix."""
     return tuple(value for value, (i, j) in zip(packed, upper(order(packed)), strict=True) if i == j)
 
 
@@ -94,7 +93,6 @@ def add(a: Vector, b: Vector) -> tuple[Scalar, ...]:
 
 
 def product(matrix: Matrix, vector: Vector) -> tuple[Scalar, ...]:
-    """Matrix times vector."""
     return tuple(dot(row, vector) for row in matrix)
 
 
@@ -107,7 +105,6 @@ def downdate(rows: list[list[Scalar]], cross: Vector, inverse: Scalar) -> None:
     """P - c c' / s in place: the covariance after one scalar measurement.
 
     Args:
-        rows: P, all rows
         cross: c, covariance of the state with the measurement
         inverse: 1 / s, of the variance of the innovation
     """
@@ -117,12 +114,7 @@ def downdate(rows: list[list[Scalar]], cross: Vector, inverse: Scalar) -> None:
 
 
 def congruence(matrix: Matrix, packed: Vector) -> tuple[Scalar, ...]:
-    """M P M', packed, by way of W = M P: symmetric by construction.
-
-    Args:
-        matrix: M, m rows of n
-        packed: P, n by n
-    """
+    """M P M', packed, by way of W = M P: symmetric by construction."""
     full = unpack(packed)
     left = [[dot(row, column) for column in full] for row in matrix]
     return tuple(dot(left[i], matrix[j]) for i, j in upper(len(matrix)))
@@ -132,7 +124,6 @@ def scaled_congruence(matrix: Matrix, weights: Vector) -> tuple[Scalar, ...]:
     """G diag(q) G', packed.
 
     Args:
-        matrix: G, n rows of m
         weights: q, m values; 0.0 leaves the column out
     """
     scaled = [[times(entry, weight) for entry, weight in zip(row, weights, strict=True)] for row in matrix]

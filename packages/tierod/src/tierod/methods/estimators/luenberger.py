@@ -57,7 +57,6 @@ class Luenberger:
     """Observer x- = f(x, u), x = x- + L (y - h(x-)) with a fixed gain, for any discrete model.
 
     Args:
-        model: discrete model
         parameters: of the model; its floats are tuning
         initial_mean: state before the first sample, one float per state
         gain: L, rows by state, columns by output, from `observer_gain`; faster poles follow changes sooner and pass
@@ -84,11 +83,9 @@ class Luenberger:
         return sample_class(self.model, ())
 
     def init(self) -> Tree:
-        """The state before the first sample."""
         return rebuild(skeleton(self.model.State), leaf_values(self.initial_mean))
 
     def step(self, state: Tree, sample: Tree) -> tuple[Tree, Tree]:
-        """State, and mean and innovation, after one sample."""
         done = observe(self.model, self.parameters, self.gain, state, sample)
         return rebuild(state, done.mean), filled(_estimate_class(self.model), done.mean, done.innovation)
 

@@ -50,7 +50,6 @@ def mixing(probabilities: Vector, switching: Switching) -> Mixing:
 
 
 def weighed(weights: Vector, vectors: Matrix) -> tuple[Scalar, ...]:
-    """Weighted sum of vectors."""
     return tuple(dot(weights, column) for column in zip(*vectors, strict=True))
 
 

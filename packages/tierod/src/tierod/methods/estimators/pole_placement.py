@@ -24,7 +24,6 @@ def observer_gain(system: LinearSystem, poles: Sequence[complex]) -> Gain:
     """Gain L of the full-order observer x <- x- + L (y - C x-), x- = A x + B u.
 
     Args:
-        system: discrete, with invertible A
         poles: wanted eigenvalues of the error, (I - L C) A, one per state, complex ones in pairs; equal ones allowed
 
     Returns:
@@ -120,7 +119,6 @@ def _require_observable(system: LinearSystem) -> None:
 
 
 def _reached(closed: np.ndarray, poles: np.ndarray) -> bool:
-    """Whether a matrix has these eigenvalues, by its characteristic polynomial, since repeated ones scatter."""
     have, want = np.poly(closed), np.poly(poles).real
     return bool(np.allclose(have, want, rtol=1e-6, atol=1e-6 * np.abs(want).max()))
 

@@ -42,7 +42,6 @@ def stationary_gain(
     """The stationary Kalman gain of a discrete system, by SciPy's Riccati solver.
 
     Args:
-        system: discrete
         process_noise: variance of each state per sample, (n,), None for none; or the full Q, (n, n)
         measurement_noise: variance of each output, (outputs,); or the full R
         input_noise: variance of each input, (inputs,), None for none; adds B diag(w) B'

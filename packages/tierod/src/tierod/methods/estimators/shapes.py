@@ -14,12 +14,7 @@ from tierod.core.model import Model
 
 
 class Belief(NamedTuple):
-    """State of a filter: mean and covariance of the estimate.
-
-    Args:
-        mean: the model's State
-        covariance: packed upper triangle, row by row
-    """
+    """State of a filter: mean and covariance of the estimate."""
 
     mean: Tree
     covariance: tuple[Scalar, ...]

@@ -28,12 +28,8 @@ class StationaryFilter(Luenberger):
     """Kalman filter with its stationary gain: a few multiplications per sample, and the outputs of `KalmanFilter`.
 
     Args:
-        model: discrete model
         parameters: of the model; its floats are tuning
         initial_mean: state before the first sample, one float per state
-        gain: `StationaryGain.filter`, rows by state, columns by output
-        covariance: packed stationary covariance, for the variances of the estimate
-        innovation_covariance: packed, for NIS
 
     `design` computes the last three. The gain is that of complete samples: a missing output (NaN) corrects nothing and
     changes neither the rest of the gain nor the variance of the estimate; a missing input holds the state.
@@ -66,8 +62,6 @@ class StationaryFilter(Luenberger):
         """The filter for a model linearised at a point.
 
         Args:
-            model, parameters: discrete model
-            process_noise, measurement_noise, input_noise: variances, as for `KalmanFilter`
             state, inputs: the point, which is also the initial mean
 
         Raises:
@@ -82,7 +76,6 @@ class StationaryFilter(Luenberger):
         return cls(model, parameters, state, gain, _packed(found.covariance), _packed(found.innovation_covariance))
 
     def step(self, state: Tree, sample: Tree) -> tuple[Tree, Tree]:
-        """State and estimate after one sample."""
         done = observe(self.model, self.parameters, self.gain, state, sample)
         count = order(self.innovation_covariance)
         # A joint correction of no states gives NIS and number of those outputs that are present.

@@ -40,10 +40,7 @@ class StationaryNoise(NamedTuple):
 
     Args:
         gain: of the filter, rows by state, columns by output
-        covariance: packed, of the estimate
-        innovation_covariance: packed
         information: inverse of the innovation covariance, packed
-        log_determinant: of the innovation covariance
     """
 
     gain: Gain
@@ -62,7 +59,6 @@ class StationaryBank:
     is a `StationaryFilter`.
 
     Args:
-        model: discrete model
         parameters: of the model; its floats are tuning
         initial_mean: state before the first sample, one float per state
         noises: gain and covariances of each filter; `design` computes them
@@ -100,11 +96,8 @@ class StationaryBank:
         """The bank of a discrete linear system and its model.
 
         Args:
-            system: discrete
             model, parameters: the same system as a model, from `as_model`
             process_noises: of each filter, as for `stationary_gain`
-            measurement_noise: variance of each output
-            switching: between the filters
 
         Raises:
             ParameterError: no process noises, or as `stationary_gain`
@@ -138,11 +131,9 @@ class StationaryBank:
         return rebuild(skeleton(self.model.State), weighed(state.probabilities, state.means))
 
     def init(self) -> BankState:
-        """The state before the first sample."""
         return self.at(self.initial_mean)
 
     def step(self, state: BankState, sample: Tree) -> tuple[BankState, Tree]:
-        """State and estimate after one sample."""
         origin = mixing(state.probabilities, self.switching)
         measured = leaf_values(sample.measured)
         complete = all_of(*(present(value) for value in measured))

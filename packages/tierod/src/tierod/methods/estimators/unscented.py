@@ -116,7 +116,6 @@ class UnscentedFilter(GaussianFilter):
         return tuple(plus(c, times(weight, _total(side))) for c, side in zip(images[0], sides, strict=True))
 
     def _product(self, left: Sequence[Vector], i: int, right: Sequence[Vector], j: int) -> Scalar:
-        """Weighted sum of the products of two deviations over all points."""
         n = len(leaf_values(self.initial_mean))
         side = self._side_weight()
         centre = 1.0 - 2.0 * n * side + 1.0 - self.alpha * self.alpha + self.beta

@@ -77,11 +77,9 @@ class EachSignal(ABC):
         return self.signals
 
     def init(self) -> tuple[Channel, ...]:
-        """State before the first sample."""
         return tuple(Channel(NEVER, self._settled(0.0)) for _ in leaves(skeleton(self.signals)))
 
     def step(self, state: tuple[Channel, ...], sample: Tree) -> tuple[tuple[Channel, ...], Tree]:
-        """State and output after one sample."""
         pairs = [self._channel(channel, value) for channel, (_, value) in zip(state, leaves(sample), strict=True)]
         outputs = rebuild(skeleton(self.Output), [output for _, output in pairs])
         return tuple(channel for channel, _ in pairs), outputs
@@ -99,12 +97,10 @@ class EachSignal(ABC):
         return Channel(held, memory), where(fresh, output, value)
 
     @abstractmethod
-    def _settled(self, value: Scalar) -> Tree:
-        """The memory in steady state at a constant value."""
+    def _settled(self, value: Scalar) -> Tree: ...
 
     @abstractmethod
-    def _advance(self, memory: Tree, value: Scalar) -> tuple[Tree, Scalar]:
-        """Memory and output after one value, present or bridged."""
+    def _advance(self, memory: Tree, value: Scalar) -> tuple[Tree, Scalar]: ...
 
 
 @dataclass(frozen=True)

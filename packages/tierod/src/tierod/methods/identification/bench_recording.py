@@ -39,10 +39,8 @@ class BenchRecording:
     """A recording prepared for identification.
 
     Args:
-        experiment: for the sampled column
         time: of the grid [s]
         deviation: standard deviation of the noise of every output, from neighbouring samples
-        remarks: sentences on defects of the recording
     """
 
     experiment: Experiment
@@ -76,9 +74,7 @@ def bench_recording(name: str, recording: Recording, parameters: BenchParameters
     """A recording of a column bench on a grid, with the state of its wheel (locked or free) and its noise.
 
     Args:
-        name: for messages
         recording: with motor torque, both angles and the torque of the bar
-        parameters: of the column, for the initial state
 
     Raises:
         InputError: channels are missing or constant, an implausible time base, a recording that is too short, or too
@@ -225,7 +221,6 @@ def _experiment(
     deviation: Sequence[float],
     p: BenchParameters,
 ) -> Experiment:
-    """Experiment with initial state and variance from straight lines through the first samples."""
     first = np.arange(_FIRST) - 0.5 * (_FIRST - 1)
     known = np.column_stack([bridged(values)[:_FIRST] for values in measured.T])
     slopes = first @ known / (first @ first) / step

@@ -37,7 +37,6 @@ class LeftOut:
     """Cross-validation by an experiment that is left out of the fit.
 
     Args:
-        name: of the experiment
         values: of the parameters from all other experiments, by name
         errors: of the simulated outputs of the experiment, over the standard deviations of the measured ones, by name
     """
@@ -52,8 +51,6 @@ class Shown:
     """An experiment with its simulation, for charts.
 
     Args:
-        name: of the experiment
-        locked: whether the wheel was locked
         time: [s]
         motor_torque: [N m]
         measured, simulated: outputs, (n, outputs)
@@ -81,8 +78,6 @@ class ColumnIdentification:
         found: identified parameters, in the order of the vehicle file
         estimate: maximum-likelihood estimate of the free parameters and the nuisance parameters of the bench
         left_out: cross-validation, one entry per experiment
-        shown: every experiment with its simulation
-        whiteness: of the innovations, by output
         remarks: sentences on defects of recordings and fit
         explained: whether the model explains the recordings
     """
@@ -123,10 +118,8 @@ def identify_column(
 
     Args:
         parameters: of the column, as the start of the search
-        recordings: by name
         free: parameters to be identified; damping and friction by default
         deviations: standard deviations in the vehicle file, by name, for the table
-        progress: called with the completed share
 
     Raises:
         ParameterError: an unknown free parameter

@@ -76,9 +76,6 @@ def search_of(
     """The maximum-likelihood search for parameters of a column.
 
     Args:
-        parameters: start of the search
-        names: of the free parameters
-        rows: recordings, for their noise
         known: relative standard deviations of parameters with a prior: they may vary, so that their uncertainty is
             included in that of the others
         widened: whether the noises are enlarged, for a rough start
@@ -168,7 +165,6 @@ class ColumnFit:
         return Fitted(self.parameters, self.wanted, wheel, estimate, tuple(remarks))
 
     def _wheel(self, rows: Sequence[BenchRecording]) -> tuple[dict[str, tuple[float, float]], list[str]]:
-        """Values and standard deviations of the wheel's parameters from the instruments, and remarks on them."""
         motions = [each for row in rows if not row.locked for each in _motions(row, self.parameters.motor_ratio)]
         if not motions:
             return {}, []
@@ -227,7 +223,6 @@ def _slow(estimate: Estimate, rows: Sequence[BenchRecording]) -> str:
 
 
 def _motions(row: BenchRecording, ratio: float) -> list[WheelMotion]:
-    """Motions of the wheel in a recording, separated by gaps that are too long to be bridged."""
     measured, step = row.experiment.measured, row.sample_time
     there = np.flatnonzero(np.isfinite(measured).all(axis=1))
     found = []

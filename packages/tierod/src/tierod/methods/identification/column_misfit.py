@@ -35,7 +35,6 @@ def refuse_slips(recording: BenchRecording, search: MaximumLikelihood) -> None:
     """Refuse a recording that is far more likely with a reversed sign or another time base.
 
     Args:
-        recording: to be checked
         search: with the start of the search; its noises should be enlarged
 
     Raises:
@@ -102,8 +101,6 @@ class Misfit(NamedTuple):
     """A fixed parameter that contradicts the recordings.
 
     Args:
-        name: of the parameter
-        held: value at which it was fixed
         likelier: value near which the recordings are more likely
         gain: increase of the log-likelihood per sample [nat]
     """
@@ -124,9 +121,6 @@ def misfit(
     parameters at the end and at the start of the search; the best ones are then fitted together with the others.
 
     Args:
-        search: that gave the estimate
-        estimate: result of the search
-        experiments: that were fitted
         held: names of fixed parameters that may be wrong, all positive
     """
     samples = sum(len(each.inputs) for each in experiments)

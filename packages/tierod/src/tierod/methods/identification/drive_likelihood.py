@@ -51,7 +51,6 @@ class DriveLikelihood:
     """The terms of the likelihood of a drive.
 
     Args:
-        filter: from `drive_filter`
         ratio: road-wheel angle over the measured angle
     """
 
@@ -62,7 +61,6 @@ class DriveLikelihood:
     Output = DriveScore
 
     def init(self) -> Belief:
-        """Mean and covariance before the drive."""
         return self.filter.init()
 
     def step(self, state: Belief, sample: DriveSample) -> tuple[Belief, DriveScore]:
@@ -93,7 +91,6 @@ class DriveLikelihood:
         return after, score
 
     def _filtered(self, state: Belief, sample: Tree) -> tuple[Belief, list[Scalar], list[Scalar]]:
-        """One step of the filter with sequential corrections, whose innovations are the factors of the likelihood."""
         predicted = self.filter._predict(state, sample.input, leaf_values(self.filter.process_noise), ())
         rows, residuals, known = self.filter.innovations(predicted, sample)
         noise = self.filter.bounded_noise(leaf_values(self.filter.measurement_noise), known, residuals)

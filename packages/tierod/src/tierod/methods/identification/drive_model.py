@@ -48,7 +48,6 @@ class DriveParameters:
     """Parameters of the model.
 
     Args:
-        sampled: of the lateral motion
         superelevation: share of the lateral acceleration in a bend that the bank of the road compensates
     """
 
@@ -88,7 +87,6 @@ class DriveNoises:
     """Noises of model and sensors in an ordinary drive, named as in a vehicle file where it has them.
 
     Args:
-        yaw_rate_noise, lateral_acceleration_noise: standard deviation of one measurement
         lateral_speed_drift, yaw_rate_drift: growth of the model error per square root of time
         bank_wander, bank_wander_time: standard deviation and correlation time of the bank beside the superelevation
         superelevation: share of the lateral acceleration in a bend that the bank of the road compensates
@@ -117,8 +115,6 @@ def drive_filter(car: LateralParameters, noises: DriveNoises, sample_time: float
     """The Kalman filter of a car in a drive.
 
     Args:
-        car: its parameters
-        noises: of sensors, model and road
         sample_time: sampling interval [s]
     """
     bank = noises.bank_wander, noises.bank_wander_time

@@ -29,7 +29,6 @@ class Drive(NamedTuple):
     """One drive, resampled for identification.
 
     Args:
-        name: of the recording
         samples: of `DriveSample`, (n, 5); inputs of the model are means since the sample before
         angle: name of the signal of the steering angle
         driven: time above the slowest speed with all signals [s]
@@ -45,7 +44,6 @@ def drive_of(name: str, recording: Recording) -> Drive:
     """Conversion of a recording to a drive.
 
     Args:
-        name: of the recording, for messages
         recording: with speed or rear wheel speeds, steering angle and yaw rate, preferably with lateral acceleration
 
     Raises:

@@ -28,11 +28,8 @@ class Experiment:
     """One recording of a plant, on a uniform grid.
 
     Args:
-        name: for messages and tables
         inputs: of the model, shape (n, inputs), without gaps
         measured: outputs of the model, shape (n, outputs); NaN where missing
-        initial_mean: state of the model at the first sample
-        initial_variance: its variance, one per state
         setting: parameters of the model that are specific to this experiment, by name
     """
 
@@ -54,7 +51,6 @@ class Free:
     """A parameter to be identified.
 
     Args:
-        name: of a field of the model's parameters
         positive: whether it must be positive: then its logarithm is the coordinate of the search, and `spread` relative
         spread: prior standard deviation about the start, in the coordinate of the search; None without a prior
     """
@@ -74,7 +70,6 @@ class Free:
         return math.log(value) if self.positive else value
 
     def value(self, coordinate: float) -> float:
-        """Value of the parameter at a coordinate of the search."""
         return math.exp(coordinate) if self.positive else coordinate
 
     def slope(self, value: float) -> float:
@@ -93,15 +88,12 @@ class Estimate:
     """Estimate of an identification.
 
     Args:
-        free: the identified parameters, in order
         start, values: before and after
         covariance: of the coordinates of the search, also valid for autocorrelated residuals
         information: second derivatives of the cost, with the prior
         cost: half the sum of squares, or the negative log-likelihood
         residuals: standardised, of every experiment, shape (n, outputs); NaN where missing
         input_deviation, output_deviation: estimated or assumed standard deviations of the noise; empty for none
-        steps: number of steps of the search
-        converged: whether the search has converged
     """
 
     free: tuple[Free, ...]
@@ -161,9 +153,7 @@ class Found:
     """A parameter before and after identification.
 
     Args:
-        name: as in a vehicle file
         before, before_deviation: value and standard deviation in the vehicle file; NaN and None where it has none
-        value, deviation: identified value and its standard deviation
         low, high: ends of the 95 % interval
         method: name of the method, such as "instruments", "likelihood" or "drives"
     """

@@ -55,9 +55,7 @@ class Blind(NamedTuple):
     """A direction of the free parameters that the experiments do not identify.
 
     Args:
-        deviation: relative standard deviation along it
         direction: as text: "0.71 motor_friction - 0.7 motor_damping"
-        names: parameters with large components in it
     """
 
     deviation: float
@@ -78,7 +76,6 @@ def blind_directions(estimate: Estimate, names: Sequence[str], unknown: float = 
     deviations are relative.
 
     Args:
-        estimate: with its information
         names: of the parameters of interest; all others are treated as unknown
         unknown: relative standard deviation above which a direction counts as unidentified
     """
@@ -99,8 +96,6 @@ def refusal(blind: Sequence[Blind], experiments: Sequence[str], cures: Mapping[s
     """Message on parameters that the experiments do not excite, and on what to record instead.
 
     Args:
-        blind: at least one direction
-        experiments: their names
         cures: test that excites each parameter, by name
     """
     worst = blind[0]

@@ -43,8 +43,6 @@ class NoisySignal(NamedTuple):
     """Noise of a signal, and its effect.
 
     Args:
-        name: of the signal
-        noise: of its readings
         friction_deviation: standard deviation of the friction that the noise causes [N m]
     """
 
@@ -66,7 +64,6 @@ class HysteresisFriction:
         noises: noise of the angle and of both torques, with its part in the deviation
         damping_deviation: standard deviation of the damping [N m s/rad]
         mean_rate: mean rate, at which the damping acted [rad/s]
-        loops: the work balance of each loop
         pre_sliding: angle over which friction builds up after a reversal, None where it is not observable
         angle, torque: the loops for plotting, of the column below the torsion bar [rad], [N m]; without inertial and
             viscous torque
@@ -89,7 +86,6 @@ class HysteresisFriction:
 
     @property
     def estimate(self) -> Estimate:
-        """The friction torque as an estimate of a finding."""
         return Estimate(f"{PLACE}, on {self.support}", self.friction_torque, self.standard_deviation, "N*m")
 
 
@@ -151,7 +147,6 @@ class HysteresisIdentification:
         """The identification with the parameters of a vehicle.
 
         Args:
-            vehicle: its parameters
             sampling_rate: of the resampled signals [Hz]
 
         Raises:
@@ -208,11 +203,7 @@ class HysteresisIdentification:
         return self._result(support, balances, loops, angle - twist, torque, noises)
 
     def angle_noise(self, recording: Recording) -> Noise:
-        """Noise of the steering wheel's angle; above `largest_angle_noise` the loop cannot be judged.
-
-        Args:
-            recording: with steering_wheel_angle
-        """
+        """Noise of the steering wheel's angle; above `largest_angle_noise` the loop cannot be judged."""
         aligned = recording.align(_SIGNALS[:1], self.sampling_rate, "linear", self.maximum_age)
         known = np.isfinite(aligned.values[:, 0])
         return noise_of(aligned.values[known, 0], aligned.time[known])
@@ -250,7 +241,6 @@ class HysteresisIdentification:
         )
 
     def _signals(self, recording: Recording) -> tuple[np.ndarray, ...]:
-        """Time, angle, rate, driver and motor torque on one grid, cut to the time in which the angle is present."""
         for name in ("steering_wheel_angle", "driver_torque", "motor_torque"):
             if name not in recording or not len(recording[name].time):
                 raise InputError(
@@ -353,7 +343,6 @@ def friction_increase(
     """Increase of friction from the fault-free to the faulted state of one vehicle.
 
     Args:
-        faulted: of the vehicle in its present state
         unfaulted: of the same vehicle on the same support before, one or several recordings (their mean is taken)
 
     Raises:

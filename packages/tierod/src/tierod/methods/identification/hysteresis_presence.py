@@ -79,7 +79,6 @@ class HysteresisPresenceTest:
             time: [s], uniform, shape (n,) like all others
             steering_wheel_angle: [rad]
             steering_wheel_rate: [rad/s]
-            driver_torque, motor_torque: in any unit
             lateral_acceleration: [m/s**2]
 
         Raises:
@@ -122,6 +121,5 @@ def _basis(columns: np.ndarray) -> np.ndarray:
 
 
 def _explained(build_up: np.ndarray, basis: np.ndarray) -> float:
-    """Share of the variance of the build-up that lies in the span of a basis."""
     power = float(build_up @ build_up)
     return float(np.sum((basis.T @ build_up) ** 2)) / power if power > 0.0 else 0.0

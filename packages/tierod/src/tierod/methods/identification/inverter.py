@@ -33,7 +33,6 @@ class InverterFit(NamedTuple):
         loss: voltage loss of a phase far above the knee [V]
         loss_deviation: standard deviation of the loss [V]
         knee: knee current [A]
-        knee_deviation: standard deviation of its logarithm
         resistance, inductance, flux: of the motor [ohm], [H], [V s]
         unexplained: root mean square residual over that of the command [-]
         without: the same ratio for a model without loss
@@ -52,8 +51,6 @@ class InverterFit(NamedTuple):
 
 @dataclass(frozen=True)
 class _Windows:
-    """Regressors of the balance except the loss, its right side, and currents, lengths and steps for the loss."""
-
     fixed: np.ndarray
     command: np.ndarray
     parts: tuple[tuple[np.ndarray, int, float], ...]
@@ -75,7 +72,6 @@ def identify_inverter(recordings: Sequence[MotorRecording], pole_pairs: float) -
 
     Args:
         recordings: with commands in place of voltages, of one motor
-        pole_pairs: electrical turns per turn of the shaft
 
     Raises:
         InputError: the recordings are too short
@@ -151,7 +147,6 @@ def _solved(windows: _Windows, knee: float) -> tuple[np.ndarray, float]:
 
 
 def _deviations(windows: _Windows, knee: float, values: np.ndarray) -> np.ndarray:
-    """Standard deviations of all coefficients and of the logarithm of the knee, from sums of residuals over blocks."""
     bend = (windows.signs(knee * np.exp(_STEP)) - windows.signs(knee * np.exp(-_STEP))) / (2.0 * _STEP)
     columns = np.column_stack([windows.fixed, windows.signs(knee), values[4] * bend])
     rows, side = _real(columns, windows.command)
@@ -178,13 +173,7 @@ UNEXPLAINED = 0.1
 
 @dataclass(frozen=True)
 class InverterIdentification:
-    """Result of the identification of an inverter.
-
-    Args:
-        found: identified parameters
-        fit: all coefficients of the fit
-        remarks: sentences on the fit
-    """
+    """Result of the identification of an inverter."""
 
     found: tuple[Found, ...]
     fit: InverterFit
@@ -214,7 +203,6 @@ def identified_inverter(
 
     Args:
         recordings: by name, with currents, commanded voltages and the motor's angle
-        pole_pairs: electrical turns per turn of the shaft
         free: those of `NAMES` to be identified; both by default
         before: value and standard deviation in the vehicle file, by name
         expected: resistance [ohm], inductance [H] and flux [V s] of the motor, to detect wrong signs, phases and pole

@@ -25,7 +25,6 @@ class Loop:
     """A stretch of samples over which the steering wheel returns to its initial angle.
 
     Args:
-        first: index of its first sample
         last: index of its last sample (inclusive)
         turning_points: indices where the direction changes, between first and last (both excluded)
         gap: angle at the last sample less angle at the first one [rad]
@@ -56,7 +55,6 @@ def path_deviation(course: np.ndarray, loops: Sequence[Loop], noise: float, sure
 
     Args:
         course: smoothed angle, shape (n,) [rad]
-        loops: on it
         noise: standard deviation of the noise that it still contains [rad]
         sure_reversal: return that is a reversal for certain [rad]
     """
@@ -132,7 +130,6 @@ def closed_loops(angle: np.ndarray, minimum_stroke: float, tolerance: float, lea
 
 
 def _motion_begins(angle: np.ndarray, least_return: float) -> int:
-    """Index of the last sample before the wheel has moved by half of the noise limit."""
     moved = np.flatnonzero(np.abs(angle - angle[0]) > 0.5 * least_return)
     return max(int(moved[0]) - 1, 0)
 
@@ -207,7 +204,6 @@ def work_balance(loop: Loop, motion: Motion, inertia: float, damping: float) -> 
     shares its noise, so the viscous work is taken over the smoothed angle.
 
     Args:
-        loop: the stretch of samples
         motion: signals, without NaN
         inertia: J_eq at the steering wheel axis, below the bar [kg m^2]
         damping: B_eq at the steering wheel axis, below the bar [N m s/rad]
@@ -268,7 +264,6 @@ def half_width(angle: np.ndarray, torque: np.ndarray, corners: list[int]) -> tup
 
 
 def integral(values: np.ndarray, over: np.ndarray) -> float:
-    """Trapezoidal integral of sampled values over a sampled variable."""
     return float(np.sum(0.5 * (values[1:] + values[:-1]) * np.diff(over)))
 
 
@@ -325,7 +320,6 @@ def noise_left(noise: Noise, time: np.ndarray) -> float:
 
 
 def _smoothing_samples(time: np.ndarray) -> int:
-    """Odd number of samples over which a parabola smooths."""
     return 2 * round(0.5 * SMOOTHING * (len(time) - 1) / max(float(time[-1] - time[0]), 1e-9)) + 1
 
 

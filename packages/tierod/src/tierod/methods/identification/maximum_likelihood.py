@@ -25,7 +25,6 @@ class Likelihood(NamedTuple):
 
     Args:
         cost: negative log-likelihood, without its constant
-        gradient: of the cost
         information: Fisher information, from the derivatives of innovations and of their standard deviations
         scores: gradient of every sample, per experiment
         residuals: standardised innovations, per experiment
@@ -43,9 +42,6 @@ class End(NamedTuple):
 
     Args:
         place: coordinates at which the search stopped
-        found: the likelihood at this place
-        steps: number of steps
-        converged: whether the search has converged
     """
 
     place: np.ndarray
@@ -66,9 +62,7 @@ class MaximumLikelihood:
     would be twenty times as large as the filter, which is compiled once and runs in 0.3 microseconds per sample.
 
     Args:
-        model: discrete model
         parameters: of the model: values of the fixed ones, and start of the free ones
-        free: parameters to be identified
         input_deviation: standard deviation of the noise of every input per sample, at the start
         output_deviation: standard deviation of the noise of every output, at the start
         tangent: model for the filter's Jacobians, see `Innovations`
@@ -120,7 +114,6 @@ class MaximumLikelihood:
         return np.log(np.multiply(self.LEAST_NOISE, [*self.input_deviation, *self.output_deviation]))
 
     def filter(self, place: np.ndarray, experiment: Experiment) -> Innovations:
-        """The filter of an experiment at a place of the search."""
         count, inputs = self._count, len(self.input_deviation)
         parameters = with_values(self.parameters, self.free, place[:count], experiment.setting)
         variances = tuple(np.exp(2.0 * place[count:]).tolist())
@@ -171,7 +164,6 @@ class MaximumLikelihood:
         """The maximum-likelihood estimate.
 
         Args:
-            experiments: at least one
             start: place near the maximum, from which the last part of the search starts; None for the whole search
             progress: called with the completed share, roughly
         """
@@ -223,7 +215,6 @@ class MaximumLikelihood:
         return min(self.places(), key=lambda at: self.cost(at + noise, experiments))
 
     def _nearest_start(self, experiments: Sequence[Experiment]) -> np.ndarray:
-        """The start with the largest likelihood at its own noise."""
         return min(self.places(), key=lambda at: self.cost(at, experiments))
 
     def _noise_at(self, factor: float) -> np.ndarray:
@@ -271,7 +262,6 @@ class MaximumLikelihood:
         return End(place, now, self.most_steps, False)
 
     def _is_near(self, place: np.ndarray, now: Likelihood, moving: Sequence[int]) -> bool:
-        """Whether the quadratic approximation has its minimum within `NEAR`."""
         return float(-0.5 * now.gradient @ self._step(place, now, moving, 0.0)) < self.NEAR
 
     def _step(self, place: np.ndarray, now: Likelihood, moving: Sequence[int], damping: float) -> np.ndarray:
@@ -290,7 +280,6 @@ class MaximumLikelihood:
         return scan(self.filter(place + step, experiment), experiment.samples).values
 
     def _known_before(self, place: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
-        """Cost, gradient and curvature of the prior."""
         weights = np.zeros(len(place))
         weights[: self._count] = [0.0 if each.spread is None else each.spread**-2 for each in self.free]
         away = place - self.start()

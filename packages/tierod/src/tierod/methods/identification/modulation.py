@@ -15,8 +15,6 @@ class Modulation:
     whose window contains a missing sample are NaN.
 
     Args:
-        length: of the window, in sampling intervals
-        stride: samples from one row to the next
         step: sampling interval [s]
 
     Source: M. Shinbrot, Trans. ASME 79 (1957) 547.
@@ -41,7 +39,6 @@ class Modulation:
         return float(np.sqrt(np.sum(self._steps**2))), float(np.sqrt(np.sum(edges**2))) / self.step
 
     def mean(self, values: np.ndarray) -> np.ndarray:
-        """Mean of a signal."""
         return self._rows(values, np.sin(self._places) ** 4 * self._scale)
 
     def rate(self, values: np.ndarray) -> np.ndarray:

@@ -24,13 +24,7 @@ UNEXPLAINED = 0.25
 
 
 class Unidentified(NamedTuple):
-    """A parameter that the recordings do not identify.
-
-    Args:
-        name: as in a vehicle file
-        why: reason
-        cure: test that would identify it
-    """
+    """A parameter that the recordings do not identify."""
 
     name: str
     why: str
@@ -105,8 +99,6 @@ Progress = Callable[[float], None]
 
 
 class _Estimate(NamedTuple):
-    """A candidate value for a vehicle file."""
-
     name: str
     value: float
     deviation: float
@@ -124,10 +116,8 @@ def identify_motor(
 
     Args:
         parameters: of the motor, as the scale on which a parameter counts as identified; the pole pairs are fixed
-        recordings: by name
         free: wanted parameters; by default all that the recordings identify
         before: value and standard deviation in the vehicle file, by name, for the table
-        progress: called with the completed share
 
     Raises:
         ParameterError: an unknown parameter
@@ -174,7 +164,6 @@ def _require_wanted(unidentified: Sequence[Unidentified], free: Sequence[str]) -
 def _in_time(
     recordings: Mapping[str, Recording], pole_pairs: float, expected: tuple[float, float, float]
 ) -> tuple[list[MotorRecording], list[str]]:
-    """The checked recordings with voltages shifted to the right steps, and remarks on the shifted ones."""
     seen = [motor_recording(name, each, pole_pairs) for name, each in recordings.items()]
     for each in seen:
         refuse_slips(each, pole_pairs, expected)

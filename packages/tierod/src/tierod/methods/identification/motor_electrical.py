@@ -48,8 +48,6 @@ def equation(seen: MotorRecording, pole_pairs: float, warm: bool) -> Equation:
     """The voltage equation of a recording.
 
     Args:
-        seen: the recording
-        pole_pairs: electrical turns per turn of the shaft
         warm: whether the resistance is referred to 20 degrees Celsius by the recorded temperature
     """
     angle = pole_pairs * seen.angle
@@ -115,7 +113,6 @@ def _likeness(values: np.ndarray, others: np.ndarray) -> float:
 def _quiet(
     columns: dict[str, np.ndarray], window: Modulation, seen: MotorRecording, pole_pairs: float
 ) -> dict[str, bool]:
-    """Whether the noise of each column is small enough for the column to be its own instrument."""
     current = max(white_noise(seen.current.real), white_noise(seen.current.imag))
     mean, growth = window.gain
     # A slowly sampled angle is interpolated, so that its noise has to be taken from the samples themselves.
@@ -183,8 +180,6 @@ def identify_electrical(
     instrument.
 
     Args:
-        recordings: of one motor
-        pole_pairs: electrical turns per turn of the shaft
         expected: resistance [ohm], inductance [H], flux [V s], as scales for large standard deviations
 
     Source: Reinelt et al., eqs (17), (18), integrated over a step, with inductances along and across the flux.
@@ -216,22 +211,14 @@ def identify_electrical(
 def electrical_fit(
     recordings: Sequence[MotorRecording], pole_pairs: float, expected: tuple[float, float, float]
 ) -> tuple[Fit, float]:
-    """Fit of resistance, inductance, and flux along and across the sensor's zero; unexplained share of the voltage.
-
-    Args:
-        recordings, pole_pairs, expected: as for `identify_electrical`
-    """
+    """Fit of resistance, inductance, and flux along and across the sensor's zero; unexplained share of the voltage."""
     return _fitted([equation(each, pole_pairs, False) for each in recordings], _PLAIN, expected)
 
 
 def held_fit(
     recordings: Sequence[MotorRecording], pole_pairs: float, expected: tuple[float, float, float]
 ) -> tuple[Fit, float]:
-    """Fit of resistance and flux, with the expected inductance and no correction of the sensor's zero.
-
-    Args:
-        recordings, pole_pairs, expected: as for `identify_electrical`
-    """
+    """Fit of resistance and flux, with the expected inductance and no correction of the sensor's zero."""
     parts = [equation(each, pole_pairs, False) for each in recordings]
     less = [
         part._replace(voltage=part.voltage - expected[1] * (part.columns["D"] + part.columns["Q"])) for part in parts
@@ -240,7 +227,6 @@ def held_fit(
 
 
 def _differ(apart: Fit) -> bool:
-    """Whether the inductances along and across the flux differ significantly."""
     spread = apart.covariance
     variance = spread[1, 1] + spread[2, 2] - 2.0 * spread[1, 2]
     difference = abs(apart.values[2] - apart.values[1])
@@ -248,7 +234,6 @@ def _differ(apart: Fit) -> bool:
 
 
 def _sizes(kinds: Sequence[str], expected: tuple[float, float, float]) -> np.ndarray:
-    """Scales on which the standard deviations of coefficients count as large."""
     of_kind = {"R": expected[0], "F": expected[2], "B": expected[2]}
     return np.array([of_kind.get(kind, expected[1]) for kind in kinds])
 

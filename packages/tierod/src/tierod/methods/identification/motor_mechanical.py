@@ -34,7 +34,6 @@ class Course(NamedTuple):
     """Measured and explained torque of a recording over time.
 
     Args:
-        name: of the recording
         time: [s], (n,)
         driving: torque of flux and current, less a measured load [N m], (n,)
         explained: torque of inertia, friction and a load as a function of the angle [N m], (n,)
@@ -57,7 +56,6 @@ class Mechanical:
         stiffness: initial stiffness of the build-up of dry friction [N m/rad]
         turned: total rotation of the shaft [rad]
         residual: root mean square of the unexplained torque [N m]
-        courses: torques of every recording
     """
 
     inertia: Value
@@ -78,9 +76,7 @@ def identify_mechanical(recordings: Sequence[MotorRecording], electrical: Electr
     and samples.
 
     Args:
-        recordings: of one motor
         electrical: parameters from its currents and voltages
-        pole_pairs: electrical turns per turn of the shaft
 
     Source: Reinelt et al., eq (14) with 3/2 c_M and dry friction; P. Dahl, Aerospace Corp. TOR-0158 (1968).
     """
@@ -188,7 +184,6 @@ class _Shaft:
 
 
 def _rows(shafts: Sequence[_Shaft], reach: float) -> list[Rows]:
-    """Regressors of inertia, damping and friction, and for each recording of cogging torque and load."""
     counts = [len(shaft.others) for shaft in shafts]
     rows = []
     for number, shaft in enumerate(shafts):
@@ -202,7 +197,6 @@ def _rows(shafts: Sequence[_Shaft], reach: float) -> list[Rows]:
 
 
 def _left(shafts: Sequence[_Shaft], reach: float) -> float:
-    """Residual sum of squares for a build-up angle."""
     rows = _rows(shafts, reach)
     columns = np.concatenate([each.regressors for each in rows])
     target = np.concatenate([each.target for each in rows])
@@ -214,9 +208,7 @@ def torque_ratio(seen: Sequence[MotorRecording], electrical: Electrical, pole_pa
     """Ratio of the measured torque of the motor to that of flux and current; None without one of them.
 
     Args:
-        seen: recordings of one motor
         electrical: parameters from its currents and voltages
-        pole_pairs: electrical turns per turn of the shaft
     """
     if "motor_flux" in electrical.blind:
         return None

@@ -34,7 +34,6 @@ class MotorRecording:
     """A recording prepared for identification; vectors in the stator's axes as complex numbers, missing samples NaN.
 
     Args:
-        name: for messages
         step: sampling interval [s]
         time: of the grid [s], (n,)
         current: at the samples [A], (n,)
@@ -66,9 +65,7 @@ def motor_recording(name: str, recording: Recording, pole_pairs: float, commande
     """A recording of a motor on the grid of its currents.
 
     Args:
-        name: for messages
         recording: with currents and voltages in the stator's axes or of the phases, and the motor's angle
-        pole_pairs: electrical turns per turn of the shaft
         commanded: whether the commands of the inverter are used as voltages
 
     Raises:

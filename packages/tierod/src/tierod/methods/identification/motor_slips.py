@@ -30,8 +30,6 @@ shift of half a sample must not count as an improvement."""
 
 
 class _Slip(NamedTuple):
-    """A recording with a mistake corrected, and the description of the mistake."""
-
     recording: MotorRecording
     words: str
 
@@ -40,8 +38,6 @@ def refuse_slips(seen: MotorRecording, pole_pairs: float, expected: tuple[float,
     """Check that currents, voltages and angle are consistent.
 
     Args:
-        seen: the recording
-        pole_pairs: as in the vehicle file
         expected: resistance [ohm], inductance [H] and flux [V s] of the vehicle file
 
     Raises:
@@ -74,8 +70,6 @@ def in_time(
     """The recording with its voltages shifted to the right steps, and a remark; empty if they are not shifted.
 
     Args:
-        seen: the recording
-        pole_pairs: as in the vehicle file
         expected: resistance [ohm], inductance [H] and flux [V s] of the vehicle file
     """
     part = _middle(seen)
@@ -94,7 +88,6 @@ def in_time(
 
 
 def _moved(seen: MotorRecording, samples: float) -> MotorRecording:
-    """The recording with the voltages of a number of samples later, interpolated for half samples."""
     whole = int(np.floor(samples))
     padded = np.concatenate([[np.nan], seen.voltage, [np.nan, np.nan]])
     first = 1 + np.arange(len(seen.voltage)) + whole

@@ -33,11 +33,8 @@ class Prior:
     """Prior of a parameter: normal, or lognormal if it is positive.
 
     Args:
-        name: of the parameter
-        value: most probable value
         deviation: one standard deviation, in the unit of the value
         positive: whether the logarithm is the coordinate
-        low, high: limits of the value
     """
 
     name: str
@@ -86,12 +83,8 @@ class Posterior(NamedTuple):
     """Result of a search.
 
     Args:
-        priors: of the identified parameters
         place: of the most probable parameters, in prior standard deviations
         covariance: of the place, from recordings and prior
-        at: cost and derivatives at the place
-        steps: number of steps of the search
-        converged: whether the search has converged
         unseen: additional covariance by fixed parameters and model errors, see `considering`
     """
 
@@ -126,9 +119,7 @@ class Search:
     """Gauss-Newton search for the most probable parameters.
 
     Args:
-        priors: of the parameters to be identified
         recordings: samples of the blocks, (n, inputs) each
-        built: block of a recording with parameters
         outputs: number of measurements per sample, the last inputs of the block
         trusted: upper limit of the effective number of measurements
     """
@@ -146,7 +137,6 @@ class Search:
         return 1.0 / (1.0 + readings / self.trusted)
 
     def values(self, place: np.ndarray) -> dict[str, float]:
-        """Values of the parameters at a place, by name."""
         return {prior.name: prior.at(float(x)) for prior, x in zip(self.priors, place, strict=True)}
 
     def scored(self, place: np.ndarray, recording: int) -> np.ndarray:
@@ -225,8 +215,6 @@ def considering(
     An error of a fixed parameter shifts the most probable place, and recordings do not reduce it (consider parameters).
 
     Args:
-        search: the completed search
-        found: its result
         held: priors of the parameters that were fixed at their values
         model_errors: standard deviations by name of a parameter, relative for positive parameters
 
@@ -243,12 +231,10 @@ def considering(
 
 
 def _ended(here: Place, enough: float) -> bool:
-    """Whether the quadratic approximation at a place predicts a negligible increase."""
     return float(0.5 * here.gradient @ np.linalg.solve(here.information, here.gradient)) < enough
 
 
 def _stalled(costs: Sequence[float], enough: float) -> bool:
-    """Whether the last accepted steps together have gained a negligible increase."""
     return len(costs) > STALLED and costs[-1 - STALLED] - costs[-1] < enough
 
 

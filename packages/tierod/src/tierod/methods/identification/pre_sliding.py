@@ -17,7 +17,6 @@ class PreSliding:
     Args:
         angle: motion after which the reversal of friction has reached 1 - 1/e [rad]
         standard_deviation: of the mean over the reversals [rad]
-        reversals: number of reversals that were used
     """
 
     angle: float
@@ -104,7 +103,6 @@ def _columns(motion: np.ndarray, angle: float) -> np.ndarray:
 
 
 def _at(motion: np.ndarray, torque: np.ndarray, angle: float) -> tuple[float, float]:
-    """Residual sum of squares, and height of the jump, for one Dahl angle."""
     columns = _columns(motion, angle)
     solution, *_ = np.linalg.lstsq(columns, torque, rcond=None)
     return float(np.sum((columns @ solution - torque) ** 2)), float(solution[2])

@@ -47,7 +47,6 @@ def sandwich(
 
     Args:
         information: second derivatives of the cost, or their expectation
-        scores: as for `long_run_covariance`
         known_before: part of `information` that is due to a prior and has no scores
 
     A coordinate without information (a noise that was estimated as zero) has zero variance.
@@ -65,9 +64,7 @@ class Regression(NamedTuple):
     """Result of an instrumental-variable regression.
 
     Args:
-        values: coefficients
         covariance: of the coefficients, for autocorrelated residuals
-        residual: root mean square residual
         inverse: of the products of instruments and regressors, (coefficients, coefficients)
         strength: smallest singular value of these products, with columns of norm one: 0 is no information
     """
@@ -128,9 +125,7 @@ class Fit(NamedTuple):
     """Result of a regression.
 
     Args:
-        values: coefficients
         covariance: of the coefficients, for autocorrelated residuals; infinite variance of unidentified ones
-        residual: root mean square residual
     """
 
     values: np.ndarray
@@ -152,7 +147,6 @@ def regress(rows: Sequence[Rows], correction: Sequence[np.ndarray] | None = None
     deviation, since the smallest model error would decide between them.
 
     Args:
-        rows: of every recording
         correction: added to the regressors, not to the instruments
 
     Source: T. Soderstrom, P. Stoica, Instrumental Variable Methods for System Identification (1983), chapter 4; H. R.
@@ -204,7 +198,6 @@ def _left_out(rows: Sequence[Rows], shown: Sequence[np.ndarray], values: np.ndar
 
 
 def _confused(shown: Sequence[np.ndarray]) -> np.ndarray:
-    """Mask of the coefficients with nearly collinear regressors."""
     if not shown[0].shape[1]:
         return np.zeros(0, bool)
     size = np.sqrt(_power(shown))
@@ -215,7 +208,6 @@ def _confused(shown: Sequence[np.ndarray]) -> np.ndarray:
 
 
 def _larger(covariance: np.ndarray, variances: np.ndarray) -> np.ndarray:
-    """A covariance with variances raised to at least the given ones, and unchanged correlations."""
     own = np.diag(covariance)
     factor = np.sqrt(np.maximum(variances / np.where(own > 0.0, own, np.inf), 1.0))
     return np.asarray(covariance * np.outer(factor, factor))
@@ -241,7 +233,6 @@ class Solution(NamedTuple):
     Args:
         values: in the order of the regressors, (n,)
         deviations: standard deviations for white residuals, (n,)
-        left: residual sum of squares
     """
 
     values: np.ndarray
@@ -255,8 +246,6 @@ def solved(normal: np.ndarray, right: np.ndarray, power: float, count: float, wo
     Args:
         normal: sums of the products of the regressors, (n, n)
         right: sums of the products of regressors and target, (n,)
-        power: sum of squares of the target
-        count: number of samples
         worst: largest condition number of the equations, with normalised regressors [-]
     """
     size = np.sqrt(np.diag(normal))

@@ -33,7 +33,6 @@ class Twice(NamedTuple):
     """Two recordings of one drive.
 
     Args:
-        first, second: names of the recordings
         factor: steering angle of the second over that of the first; NaN where they are not in proportion
     """
 
@@ -42,7 +41,6 @@ class Twice(NamedTuple):
     factor: float
 
     def __str__(self) -> str:
-        """One sentence for a message."""
         same = f"{self.first} and {self.second} hold the same drive"
         size = abs(self.factor)
         unlike = [] if self.factor > 0.0 or math.isnan(size) else ["have opposite signs"]
@@ -64,7 +62,6 @@ def refuse_unlike(drives: Sequence[Drive], vehicle: Vehicle) -> None:
     """Refuse recordings of the same drive, whose evidence must count once, and angles of other places than stated.
 
     Args:
-        drives: at least one
         vehicle: with wheelbase and steering ratio, from which an angle's size follows in slow turns
 
     Raises:

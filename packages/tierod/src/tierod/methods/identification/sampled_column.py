@@ -76,7 +76,6 @@ class SampledColumn:
 
     @staticmethod
     def transition(x: ColumnWithFriction.State, u: BenchInput, p: BenchParameters) -> ColumnWithFriction.State:
-        """State after one sample with constant torque of the motor."""
         angle = _dahl_angle(p)
         step = replace(p, sample_time=p.sample_time / _STROKES)
         for _ in range(_STROKES):
@@ -91,7 +90,6 @@ class SampledColumn:
 
     @staticmethod
     def output(x: ColumnWithFriction.State, u: BenchInput, p: BenchParameters) -> ColumnOutput:
-        """Both angles, and the torque of the bar with its offset."""
         none = ColumnInput(0.0, 0.0, 0.0)
         output = SteeringColumn.output(SteeringColumn.State(*x[:6]), none, p)
         return output._replace(driver_torque=output.driver_torque + p.driver_torque_offset)
@@ -107,7 +105,6 @@ class RoundedColumn(SampledColumn):
 
     @staticmethod
     def transition(x: ColumnWithFriction.State, u: BenchInput, p: BenchParameters) -> ColumnWithFriction.State:
-        """State after one sample, with the smoothed path of the friction."""
         share, angle = x.normalised_friction, _dahl_angle(p)
 
         def after(turned: Scalar) -> Scalar:
@@ -136,7 +133,6 @@ def _advanced(
 
 
 def _sampled(p: BenchParameters) -> tuple[list[list[Scalar]], list[Scalar]]:
-    """Transition matrix of rates and angles over one sample, and their gains per torque at the motor."""
     zero = SteeringColumn.State(*[0.0] * 6)
     units = [rebuild(zero, [float(i == j) for i in range(6)]) for j in range(6)]
     columns = [_slope(unit, 0.0, p) for unit in units] + [_slope(zero, 1.0, p)]

@@ -40,9 +40,7 @@ class Simulation:
     scan for all. A missing input holds the state.
 
     Args:
-        model: discrete model
         parameters: of the model; its floats are tuning
-        initial: initial state
         free: names of the parameters of the derivatives
         free_states: indices of the entries of the initial state whose derivatives follow those of the parameters
     """
@@ -60,14 +58,12 @@ class Simulation:
         return kind
 
     def init(self) -> Moving:
-        """The initial state and its derivatives."""
         values = values_of(self.initial)
         none = (0.0,) * len(self.free)
         rows = tuple((*none, *(float(k == entry) for entry in self.free_states)) for k in range(len(values)))
         return Moving(rebuild(skeleton(self.model.State), values), rows)
 
     def step(self, state: Moving, sample: Tree) -> tuple[Moving, Simulated]:
-        """State after one sample, and output at the instant of the sample."""
         output = self.model.output(state.mean, sample, self.parameters)
         ahead = self.model.transition(state.mean, sample, self.parameters)
         sensitivities = self._derived(self.model.output, state, sample)
@@ -78,7 +74,6 @@ class Simulation:
         return select(whole, Moving(ahead, moved), state), Simulated(output, sensitivities)
 
     def _derived(self, function: Callable[[Tree, Tree, Tree], Tree], state: Moving, sample: Tree) -> Rows:
-        """Total derivatives of a function of state and parameters by the free parameters and states."""
         at = (state.mean, tuple(getattr(self.parameters, name) for name in self.free))
 
         def of(point: Tree) -> Tree:
@@ -113,11 +108,9 @@ class Innovations:
     outputs, and a missing one (NaN) adds no factor. A missing input holds the state.
 
     Args:
-        model: discrete model
         parameters: of the model; its floats are tuning
         initial_mean, initial_variance: of the state before the first sample
         input_variance: of the unrecorded part of every input, per sample
-        measurement_variance: of every output
         tangent: model for the Jacobians of the covariance; the model itself by default. One with smoothed kinks makes
             the likelihood a smooth function of the parameters
 
@@ -138,12 +131,10 @@ class Innovations:
         return sample_class(self.model, ())
 
     def init(self) -> Belief:
-        """Mean and covariance before the correction with the first sample."""
         mean = rebuild(skeleton(self.model.State), leaf_values(self.initial_mean))
         return Belief(mean, from_diagonal(leaf_values(self.initial_variance)))
 
     def step(self, state: Belief, sample: Tree) -> tuple[Belief, Surprise]:
-        """State and innovations after one sample: correction with its measurements, then prediction with its inputs."""
         mean, covariance, surprise = self._corrected(state, sample)
         tangent = self.tangent or self.model
         rows = jacobian(lambda x: tangent.transition(x, sample.input, self.parameters), mean)

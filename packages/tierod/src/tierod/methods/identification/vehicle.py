@@ -80,15 +80,9 @@ class VehicleIdentification:
     """Result of the identification of a vehicle from drives.
 
     Args:
-        found: values for the vehicle file
-        judged: judgement of every parameter
         zeros: sensor zeros of every drive, in their order
         noises: of sensors, model and road, with their standard deviations
-        drives: that were used
-        posterior: result of the search
-        contradictory: contradictions between file and drives
         odd: drive of another car, or None
-        remarks: sentences on priors and contradictions
         doubt: reason why nothing should be written to the file; empty if it may be written
     """
 
@@ -113,11 +107,9 @@ def identify_vehicle(
     """The most probable parameters of a vehicle, given its file and drives.
 
     Args:
-        recordings: ordinary drives of one car, by name
         vehicle: its values and standard deviations are the prior; without a standard deviation, that of its class
         free: parameters that may change; by default all that drives may identify. The prior uncertainty of the others
             is considered all the same
-        progress: called with the completed share
 
     Raises:
         InputError: a recording without the required signals, see `drive_of`; two recordings of the same drive; an
@@ -162,7 +154,6 @@ def _searched(
 def _by_drives_alone(
     posterior: Posterior, names: Sequence[str], drives: Sequence[Drive], built: Built, held: Sequence[Prior]
 ) -> tuple[Contradiction, ...]:
-    """Contradictions between file and drives, from a search with enlarged priors of the parameters that are far off."""
     far = [name for name in contradictory(posterior, names) if name not in LIKE_ROADS]
     if not far:
         return ()

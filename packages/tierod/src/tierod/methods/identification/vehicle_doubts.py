@@ -31,13 +31,7 @@ UNBELIEVABLE = 6.0
 
 
 def remarks_of(vehicle: Vehicle, every: list[Judged], against: tuple[Contradiction, ...]) -> list[str]:
-    """Sentences on priors of the class, and on contradictions between file and drives that do not prevent a result.
-
-    Args:
-        vehicle: its file
-        every: judgement of every parameter
-        against: contradictions between file and drives
-    """
+    """Sentences on priors of the class, and on contradictions between file and drives that do not prevent a result."""
     remarks = []
     usual = [each.name for each in every if not spread_of(each.name, vehicle)[1]]
     if usual:
@@ -60,7 +54,6 @@ def remarks_of(vehicle: Vehicle, every: list[Judged], against: tuple[Contradicti
 
 
 def _refused(vehicle: Vehicle, against: tuple[Contradiction, ...]) -> list[Contradiction]:
-    """Contradictions of values with a standard deviation in the file, if any distance is too large, and of others."""
     far = any(max(each.distance, each.together) > CONTRADICTION for each in against)
     return [each for each in against if far and (spread_of(each.name, vehicle)[1] or each.distance > UNBELIEVABLE)]
 
@@ -111,12 +104,7 @@ def doubt_of(
     """Reason why nothing should be written to the vehicle file; empty if there is none.
 
     Args:
-        vehicle: its file
-        drives: that were used
-        learnt: parameters that the drives identify
-        against: contradictions between file and drives
         odd: drive of another car, or None
-        misfit: message of `unexplained`
     """
     if odd is not None:
         name = drives[odd.drive].name

@@ -45,10 +45,8 @@ class Judged(NamedTuple):
     """Judgement of a parameter by drives.
 
     Args:
-        name: of the parameter
         kind: `LEARNT` (identified), `BOUND` (only in combination with others) or `NOT_SEEN` (not identified)
         before, before_deviation: prior value and standard deviation, of file or class
-        value, deviation: most probable value and its standard deviation
         text: explanation and advice; empty for `LEARNT`
     """
 
@@ -62,12 +60,7 @@ class Judged(NamedTuple):
 
 
 def judged(posterior: Posterior, names: Sequence[str]) -> list[Judged]:
-    """Judgement of each named parameter.
-
-    Args:
-        posterior: of the drives
-        names: of parameters, without noises
-    """
+    """Judgement of each named parameter."""
     spread = np.sqrt(np.diag(posterior.covariance))
     correlation = posterior.covariance / np.outer(spread, spread)
     alone = 1.0 / np.sqrt(np.diag(posterior.at.information))
@@ -90,12 +83,7 @@ def judged(posterior: Posterior, names: Sequence[str]) -> list[Judged]:
 
 
 def kept(name: str, value: float, deviation: float) -> Judged:
-    """Judgement of a parameter whose prior is more accurate than an identification from drives.
-
-    Args:
-        name: of the parameter
-        value, deviation: of the file or class
-    """
+    """Judgement of a parameter whose prior is more accurate than an identification from drives."""
     text = (
         "known better than from drives, in which tyres and steering have the same effect; measure the wheelbase, "
         "weigh the axles"
@@ -112,8 +100,6 @@ class Contradiction(NamedTuple):
     """A parameter whose value in the file contradicts the drives.
 
     Args:
-        name: of the parameter
-        value, deviation: from the drives alone
         distance: from the value in the file, in standard deviations of both
         together: joint distance of all contradicting parameters, which drives may not separate, as a normal deviate
     """
@@ -141,13 +127,7 @@ def contradictory(posterior: Posterior, names: Sequence[str]) -> tuple[str, ...]
 
 
 def contradictions(posterior: Posterior, priors: Sequence[Prior], names: Sequence[str]) -> tuple[Contradiction, ...]:
-    """Contradictions between file and drives for some parameters, the largest first.
-
-    Args:
-        posterior: with wide priors of these parameters
-        priors: from the file
-        names: of the parameters
-    """
+    """Contradictions between file and drives for some parameters, the largest first."""
     values, deviations = posterior.values, posterior.deviations
     places = [k for k, each in enumerate(priors) if each.name in names]
     before = np.array([priors[k].deviation for k in places])
@@ -168,7 +148,6 @@ def contradictions(posterior: Posterior, priors: Sequence[Prior], names: Sequenc
 
 
 def _normal_deviate(square: float, count: int) -> float:
-    """Normal deviate with the same two-sided probability as a chi-square value with `count` degrees of freedom."""
     from scipy.special import chdtrc, ndtri
 
     # The probability underflows for large squares; the deviate is then close to the root of the square.
@@ -180,10 +159,7 @@ class Odd(NamedTuple):
     """A drive whose parameters differ from those of the others.
 
     Args:
-        drive: its index among the drives
-        name: of the parameter that differs most
         own, others: value of this parameter in this drive, and in the others
-        distance: of all parameters, as a normal deviate
         certain: whether it is certain which drive is the odd one; false for two drives
     """
 
@@ -196,12 +172,7 @@ class Odd(NamedTuple):
 
 
 def odd_drive(alone: Sequence[Posterior], names: Sequence[str]) -> Odd | None:
-    """The drive whose parameters are farthest from those of all others; None if all agree.
-
-    Args:
-        alone: posterior of each drive alone, with the same prior
-        names: of parameters, without noises
-    """
+    """The drive whose parameters are farthest from those of all others; None if all agree."""
     if len(alone) < 2:
         return None
     kept = [k for k, prior in enumerate(alone[0].priors) if prior.name in names]
@@ -215,7 +186,6 @@ def odd_drive(alone: Sequence[Posterior], names: Sequence[str]) -> Odd | None:
 
 
 def _against_others(alone: Sequence[Posterior], drive: int, kept: Sequence[int]) -> Odd:
-    """Distance of a drive from the weighted mean of the others, by the normal approximation of chi-square."""
     size = np.ix_(kept, kept)
     own, others = alone[drive], [each for k, each in enumerate(alone) if k != drive]
     precisions = [np.linalg.inv(each.covariance[size]) for each in others]

@@ -69,7 +69,6 @@ def spread_of(name: str, vehicle: Vehicle) -> tuple[float, bool]:
 
     Args:
         name: of a parameter of the lateral motion, or in `SHOWN`
-        vehicle: whose file may give it
     """
     given = vehicle.parameters.get(name)
     if given is not None and given.standard_deviation is not None:
@@ -81,7 +80,6 @@ def held_distances(vehicle: Vehicle, free: Sequence[str] = ()) -> tuple[str, ...
     """Names of the axle distances whose prior is more accurate than an identification from drives.
 
     Args:
-        vehicle: with the priors
         free: parameters that were explicitly requested
     """
     known = (name for name in DISTANCES if name not in free and not (name == BOUND and bound_distance(vehicle)))
@@ -95,7 +93,6 @@ def priors_of(
 
     Args:
         vehicle: with mass, yaw inertia, distances and cornering stiffnesses, and the steering ratio
-        usual: prior values of the noises
         with_ratio: whether the steering ratio is identified
         free: parameters that were explicitly requested
 
@@ -125,7 +122,6 @@ def considered(vehicle: Vehicle, priors: Sequence[Prior]) -> tuple[Prior, ...]:
 
     Args:
         vehicle: with their standard deviations in its file, or else in its class
-        priors: of the search
     """
     taken = {each.name for each in priors} | ({BOUND} if bound_distance(vehicle) else set())
     found = []

@@ -39,9 +39,7 @@ class WheelSide(NamedTuple):
     Args:
         inertia: J_sw [kg m^2]
         damping: beta_sw [N m s/rad]
-        inertia_deviation, damping_deviation: standard deviations
         residual: root mean square residual torque after smoothing [N m]
-        strength: of the instruments, see `Regression`
     """
 
     inertia: float
@@ -60,7 +58,6 @@ def wheel_side(recordings: Sequence[WheelMotion], inertia: float | None = None) 
     towards zero; the motor's angle follows the wheel, but has independent noise.
 
     Args:
-        recordings: with hands off the wheel
         inertia: known inertia [kg m^2]; None to estimate it
 
     Raises:
@@ -104,7 +101,6 @@ def wheel_side(recordings: Sequence[WheelMotion], inertia: float | None = None) 
 
 
 def _noise(motion: WheelMotion, instruments: np.ndarray, inertia: float, damping: float) -> np.ndarray:
-    """Covariance of instruments times residual by the white noise of angle and torque."""
     curve, first, second = (weight[::-1] for weight in _weights(motion.sample_time))
     torque = np.array([np.convolve(z, curve) for z in instruments.T]) * white_noise(motion.bar_torque)
     through = inertia * second + damping * first
@@ -113,7 +109,6 @@ def _noise(motion: WheelMotion, instruments: np.ndarray, inertia: float, damping
 
 
 def _weights(sample_time: float) -> list[np.ndarray]:
-    """The Gaussian curve and its first two derivatives in time, as weights of samples."""
     reach = math.ceil(6.0 * SMOOTHING / sample_time)
     time = np.arange(-reach, reach + 1) * sample_time
     curve = np.exp(-0.5 * (time / SMOOTHING) ** 2) * sample_time / (SMOOTHING * math.sqrt(2.0 * math.pi))

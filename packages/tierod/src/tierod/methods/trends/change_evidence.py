@@ -73,7 +73,6 @@ def right(normal: np.ndarray, wrong: float) -> Right:
 
     Args:
         normal: innovations over their standard deviations
-        wrong: share of wrong drives
 
     Innovations of wrong drives have a Cauchy distribution `WRONG` times as wide: its tail is so heavy that a single
     drive, however far off, never proves a change.
@@ -111,9 +110,7 @@ def evidence(drives: Drives, found: Filtered, changes: Changes) -> Evidence:
     """The statistic of every car after each drive, and the change that explains it best.
 
     Args:
-        drives: of all cars
         found: output of the filter that assumes no change
-        changes: prior of the changes to be detected
     """
     cars, count = drives.day.shape
     rows = observed(drives)
@@ -203,7 +200,6 @@ class _Search:
         return np.asarray(weight + self.ratio - np.tile(self.shifts.ratio, 2))
 
     def conclude(self, k: int, there: np.ndarray, result: Evidence) -> None:
-        """Write statistic, likeliest change and interval of its beginning after drive k into the result."""
         parts = self.logarithms()
         top = parts.max(axis=1)
         sane = np.isfinite(top)
@@ -226,12 +222,7 @@ class _Search:
 
 
 def half_normal_ratio(score: np.ndarray, information: np.ndarray, deviation: np.ndarray) -> np.ndarray:
-    """Logarithm of the mean of exp(a d - a^2 c / 2) over a positive, half-normal size a.
-
-    Args:
-        score, information: d and c
-        deviation: standard deviation of the normal distribution that is folded
-    """
+    """Logarithm of the mean of exp(a d - a^2 c / 2) over a positive, half-normal size a."""
     from scipy.special import log_ndtr
 
     precise = information + 1.0 / deviation**2

@@ -31,7 +31,6 @@ class Cohort:
 
     Args:
         kind, name: such as "rack batch" and "2026-03"
-        cars: number of its cars
         effect, deviation: of its cars against the rest, shrunk towards zero by the prior of effects [unit], and its
             standard deviation
         log_odds: natural logarithm of the odds that it differs
@@ -54,7 +53,6 @@ class Cohorts:
     Args:
         mean, deviation: mean of the cars with the effects of their cohorts removed, and its standard deviation [unit]
         between: standard deviation from car to car [unit]
-        all: cohorts, largest odds first
         usual: expected value of each car with its cohorts' effects, (cars,)
     """
 
@@ -78,7 +76,6 @@ def cohorts(
         value, deviation: estimate of each car and its standard deviation [unit], (cars,)
         labels: kind of cohort -> name of each car's cohort, "" where it is not known
         effect: standard deviation of the effects of cohorts that differ [unit]
-        prior_share: prior share of cohorts that differ
 
     Cohorts are selected one by one while their odds exceed 1, the likeliest first, each tested with the effects
     selected so far removed, so that an effect is not counted twice. Cars far from all others have a bounded weight.
@@ -137,7 +134,6 @@ def _between(value: np.ndarray, deviation: np.ndarray) -> tuple[float, np.ndarra
 def _judged(
     key: tuple[str, str], of: np.ndarray, value: np.ndarray, weight: np.ndarray, effect: float, prior: float
 ) -> Cohort:
-    """A cohort with effect and odds from its contrast to the rest."""
     # In a cohort that differs every car is far from the fleet's centre, so the weights are taken about its own centre.
     inside, within = _centre(value[of], weight[of].max())
     outside, without = float(weight[~of] @ value[~of] / weight[~of].sum()), 1.0 / float(weight[~of].sum())

@@ -106,7 +106,6 @@ def moved(mean: np.ndarray, covariance: np.ndarray, gap: np.ndarray, noise: Tren
     Args:
         mean, covariance: of the state, (cars, n) and (cars, n, n)
         gap: time [d], (cars,)
-        noise: of both walks
 
     Source: Y. Bar-Shalom et al., Estimation with Applications to Tracking and Navigation, 2001, (6.2.2-13).
     """
@@ -125,9 +124,6 @@ def filtered(drives: Drives, prior: Prior, noise: TrendNoise, steps: np.ndarray 
     """Level, slope and coefficients of every car after each of its drives.
 
     Args:
-        drives: of all cars
-        prior: of all, or of each
-        noise: of the walks and of the drives
         steps: drives with which a new level begins, about which the earlier drives say nothing, (cars, drives)
 
     An innovation beyond `noise.clip` standard deviations is limited to them, and the reduction of the covariance is

@@ -30,11 +30,8 @@ class DriveScatter:
     Args:
         scatter: standard deviation from drive to drive beside the stated ones [unit]
         scale: true error over the stated one [-]; where the stated deviations are too alike to separate both, 1 or less
-        wrong_share: share of drives with an error `WRONG` times as large
         effects: change of the estimate per unit of each regressor, (regressors,)
         differing: upper estimate of the standard deviation of each effect from car to car, (regressors,)
-        pairs: number of pairs of drives that were used
-        separated: whether scale and scatter could be separated
     """
 
     scatter: float
@@ -48,9 +45,6 @@ class DriveScatter:
 
 def drive_scatter(drives: Drives) -> DriveScatter:
     """Maximum-likelihood estimate of scatter and scale from the differences between neighbouring drives of each car.
-
-    Args:
-        drives: of all cars
 
     Differences do not depend on the level of the car, and hardly on its wear. Their likelihood is that of two Gaussian
     errors, each of which may be an outlier, so that a few wrong drives do not widen it. It is a composite likelihood,
@@ -101,7 +95,6 @@ def _rest_scatter(whole: float, stated: np.ndarray) -> float:
 
 
 def _mixture(square: np.ndarray, variance: np.ndarray, share: float) -> np.ndarray:
-    """Log-density of differences of two drives, of which none, one or both are wrong."""
     chances = ((1.0 - share) ** 2, 2.0 * share * (1.0 - share), share**2)
     wider = (1.0, 0.5 * (1.0 + WRONG**2), WRONG**2)
     parts = [
@@ -112,7 +105,6 @@ def _mixture(square: np.ndarray, variance: np.ndarray, share: float) -> np.ndarr
 
 
 def _pairs(drives: Drives) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Difference of neighbouring drives, both stated deviations, and the difference of the regressors."""
     both = drives.present[:, 1:] & drives.present[:, :-1]
     with np.errstate(invalid="ignore"):
         near = np.flatnonzero(both & (np.diff(drives.day, axis=1) <= NEAR))

@@ -11,7 +11,6 @@ def smoothed(found: Filtered, noise: TrendNoise) -> tuple[np.ndarray, np.ndarray
     """Mean and covariance of the state at each drive, given all drives of the car.
 
     Args:
-        found: output of the filter
         noise: of the walks, the same as in the filter
 
     Returns:

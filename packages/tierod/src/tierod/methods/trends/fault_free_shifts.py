@@ -19,7 +19,6 @@ class FaultFreeShifts:
     """Probability that the last shift was at each stored beginning, and the likelihood ratio of levels with shifts.
 
     Args:
-        cars, beginnings: numbers of cars and of stored beginnings
         deviation: standard deviation of the sizes [unit]
     """
 
@@ -65,11 +64,6 @@ class FaultFreeShifts:
 
 
 def normal_ratio(score: np.ndarray, information: np.ndarray, deviation: float) -> np.ndarray:
-    """Logarithm of the mean of exp(a d - a^2 c / 2) over a normal size a of mean zero.
-
-    Args:
-        score, information: d and c
-        deviation: standard deviation of the size
-    """
+    """Logarithm of the mean of exp(a d - a^2 c / 2) over a normal size a of mean zero."""
     more = 1.0 + information * deviation**2
     return np.asarray(0.5 * ((score * deviation) ** 2 / more - np.log(more)))

@@ -20,8 +20,6 @@ def with_right_first(drives: Drives, noise: TrendNoise, effects: np.ndarray) -> 
     The filter has no earlier drive to compare a first drive with: a wrong one makes all later ones appear changed.
 
     Args:
-        drives: of all cars
-        noise: of the drives
         effects: of the regressors on the estimate, (regressors,)
     """
     number = np.cumsum(drives.present, axis=1)

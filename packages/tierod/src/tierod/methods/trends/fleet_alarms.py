@@ -51,7 +51,6 @@ def stopped(logarithm: np.ndarray, level: float) -> np.ndarray:
 
     Args:
         logarithm: of the statistic in days after each drive, (cars, drives)
-        level: logarithm of the threshold in days
 
     A car that has reached the level once stays changed, although the search drops old beginnings and the filter follows
     the new level. The first passage is a stopping time, at which the statistic still is an e-value.

@@ -43,7 +43,6 @@ def level_steps(drives: Drives, variance: np.ndarray, effects: np.ndarray, least
     """Drives with which a new level begins, (cars, drives).
 
     Args:
-        drives: of all cars
         variance: of each drive about the level of its car [unit**2], (cars, drives)
         effects: of the regressors on the estimate, (regressors,)
         least: smallest step [unit]; smaller ones are followed as slow changes are

@@ -13,9 +13,5 @@ normal errors the median absolute deviation has 1.17, and its square twice that.
 
 
 def usual_deviation(errors: np.ndarray) -> float:
-    """Standard deviation of normal errors that have the same median absolute value as the given ones.
-
-    Args:
-        errors: about their centre, one or more
-    """
+    """Standard deviation of normal errors that have the same median absolute value as the given ones."""
     return float(np.median(np.abs(errors))) * DEVIATION_OF_MEDIAN

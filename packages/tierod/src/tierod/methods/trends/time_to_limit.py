@@ -30,7 +30,6 @@ def time_to_limit(level: np.ndarray, covariance: np.ndarray, limit: np.ndarray, 
     """Time from now at which the probability of being above the limit reaches a share [d]; infinite beyond `HORIZON`.
 
     Args:
-        level, covariance: of level and slope, see `chance_by`
         limit: upper limit in the unit of the level, (cars,)
         share: probability [-]; 0.05 for the earliest time, 0.5 for the median
 

@@ -35,7 +35,6 @@ def wandering(drives: Drives, effects: np.ndarray) -> Wandering:
     """Walk and slopes from a robust variogram: variance of the difference of two drives over the time between them.
 
     Args:
-        drives: of all cars
         effects: of the regressors on the estimate, (regressors,)
 
     The variance of the difference of two drives is 2 s^2 + w^2 T + v^2 T^2 over the time T between them, for drive

@@ -10,12 +10,7 @@ class Real(NamedTuple):
     """Properties of a floating-point type that the functions depend on.
 
     Args:
-        name: name of the type in C
-        suffix: suffix of its constants
-        word: unsigned integer of the same size
         fraction: number of stored bits of its significand
-        bias: bias of its exponent
-        least: its smallest normal number
     """
 
     name: str
@@ -123,10 +118,7 @@ def polynomial(real: Real, result: str, variable: str, coefficients: Sequence[fl
     """C that evaluates a polynomial in pairs (Estrin's scheme), which is a short chain of operations.
 
     Args:
-        real: the type
         result: name of the constant that receives the value
-        variable: name of the argument
-        coefficients: from the lowest power on
     """
     terms = [real.number(value) for value in coefficients]
     lines: list[str] = []

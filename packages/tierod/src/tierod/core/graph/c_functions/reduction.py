@@ -111,7 +111,6 @@ TIEROD_INLINE tierod_word tierod_far_reduced(real x, real *rest, real *tail) {{
 
 
 def _rounded(value: float) -> float:
-    """The nearest single-precision number."""
     return float(struct.unpack("f", struct.pack("f", value))[0])
 
 

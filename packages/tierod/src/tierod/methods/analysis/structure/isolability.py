@@ -18,7 +18,6 @@ class Isolability:
 
     Args:
         faults: names, in the order of rows and columns
-        detectable: whether each fault is detectable
         mistaken: whether the fault of the column explains everything that the fault of the row causes; true on the
             diagonal. A set of faults does not count as an explanation of a part of itself
     """
@@ -69,7 +68,6 @@ def isolability(model: StructuralModel, at_once: int = 1) -> Isolability:
     minimal explanations count: A and B together explain whatever A causes, but are no explanation of A.
 
     Args:
-        model: its equations
         at_once: largest number of simultaneous faults; with 2, rows and columns are single faults and pairs ("A + B")
 
     Source: Krysander, Frisk, Sensor placement for fault diagnosis, IEEE Trans. SMC A 38 (2008), section III.
@@ -97,7 +95,6 @@ class SensorGain:
     """Improvement by one more sensor.
 
     Args:
-        sensor: name of its equation
         detectable: faults of the present model that it makes detectable
         isolated_pairs: number of ordered pairs of the model's faults that it additionally isolates
         own_isolable: whether its own fault is isolable from all others
@@ -113,7 +110,6 @@ def gain_of_sensors(model: StructuralModel, sensors: Sequence[Equation], at_once
     """Improvement by each of several sensors alone, the largest first.
 
     Args:
-        model: without the sensors
         sensors: an equation for each, with its own fault
         at_once: largest number of simultaneous faults, see `isolability`
     """
@@ -159,7 +155,6 @@ def _matched(rows: list[list[int]], columns: int) -> np.ndarray:
 
 
 def _from_unmatched_rows(rows: list[list[int]], row_of: np.ndarray) -> set[int]:
-    """Rows on alternating paths that start at an unmatched row."""
     seen = set(range(len(rows))) - set(row_of.tolist())
     waiting = list(seen)
     while waiting:

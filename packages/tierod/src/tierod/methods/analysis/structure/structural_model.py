@@ -18,9 +18,6 @@ class Equation:
     """One equation, by the variables that it contains.
 
     Args:
-        name: of the equation
-        unknowns: unknown variables in it
-        knowns: measured signals and targets in it
         fault: that violates it; empty for none
     """
 
@@ -31,7 +28,6 @@ class Equation:
 
     @classmethod
     def of(cls, name: str, unknowns: Iterable[str], knowns: Iterable[str] = (), fault: str = "") -> Equation:
-        """An equation from any collections of names."""
         return cls(name, frozenset(unknowns), frozenset(knowns), fault)
 
 
@@ -41,9 +37,6 @@ class StructuralModel:
 
     A fault occurs in one equation only. A fault that acts on several is modelled as an unknown, with an equation that
     sets it to zero and contains the fault.
-
-    Args:
-        equations: with different names
 
     Raises:
         ParameterError: two equations of one name, or a fault in two equations
@@ -62,7 +55,6 @@ class StructuralModel:
 
     @cached_property
     def by_name(self) -> dict[str, Equation]:
-        """Equations by name."""
         return {each.name: each for each in self.equations}
 
     @cached_property
@@ -105,7 +97,6 @@ def structure_of(
     its derivative, or its next value). Every output is an equation of a sensor, with the name of the output.
 
     Args:
-        model: continuous or discrete
         parameters: of the model; terms that are structurally zero with them are left out
         faults: name of the fault of an equation, by the equation's name: "motion of <state>", output, "known <input>"
         known_inputs: known inputs, each with an equation "known <input>"; the others are unknown
@@ -143,7 +134,6 @@ def structure_of(
 def _inside(
     model: Model, parameters: Tree, shapes: Mapping[str, Tree], names: list[str]
 ) -> tuple[dict[str, set[str]], dict[str, set[str]]]:
-    """States and inputs in every equation of motion, and in every output, by name."""
     motion = model.transition if hasattr(model, "transition") else model.derivative
     split = len(list(leaves(shapes["State"])))
 
