@@ -16,26 +16,18 @@ from tierod.io.readers.streaming import SHARE_READ, Reading, loaded_map, planned
 from tierod.io.writers import WRITERS, require_writable, write
 from tierod.io.writers.spool import FromSpool, Spool
 
-SLICE = 60.0
-"""Length of the slice of a recording that is in memory at once [s]."""
+SLICE = 60.0  # Length of the slice of a recording that is in memory at once [s]
 
 
 @dataclass(frozen=True)
 class Converted:
-    """Facts about a written recording.
+    """Facts about a written recording."""
 
-    Args:
-        channels: number of channels
-        samples: number of samples of all channels
-        seconds: time from the first to the last sample [s]
-        lost: sentences on what the format cannot hold
-        warnings: warnings of the reader, notes on samples that were sorted, and on columns that were left out
-    """
-
-    channels: int
-    samples: int
-    seconds: float
-    lost: tuple[str, ...]
+    channels: int  # number of channels
+    samples: int  # number of samples of all channels
+    seconds: float  # time from the first to the last sample [s]
+    lost: tuple[str, ...]  # sentences on what the format cannot hold
+    # warnings of the reader, notes on samples that were sorted, and on columns that were left out
     warnings: tuple[str, ...]
 
 
@@ -93,8 +85,7 @@ def _written(pieces: Iterable[Recording], path: Path) -> tuple[str, ...]:
     return (f"{writer.title} is written by another package; what the file keeps depends on its writer",)
 
 
-NAMED = 5
-"""Number of columns that a sentence names; the others are counted."""
+NAMED = 5  # Number of columns that a sentence names; the others are counted
 
 
 def _left_out(names: Sequence[str], why: str) -> tuple[str, ...]:

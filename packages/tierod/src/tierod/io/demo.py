@@ -13,11 +13,7 @@ VEHICLE = "midsize-eps"
 
 
 def copied(folder: Path) -> Path:
-    """Copy the recording into a folder, and return its path.
-
-    Raises:
-        OutputError: the folder cannot be written
-    """
+    """Copy the recording into a folder, and return its path."""
     path = folder / NAME
     try:
         folder.mkdir(parents=True, exist_ok=True)

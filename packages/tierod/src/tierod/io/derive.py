@@ -14,21 +14,14 @@ from tierod.physics.clarke_park import PhaseValues, clarke
 
 @dataclass(frozen=True)
 class Recipe:
-    """Recipe of a derived signal.
+    """Recipe of a derived signal."""
 
-    Args:
-        name: name of the signal
-        needs: signals that it is derived from
-        memory: length of the past that it uses [s]
-        make: function of the channels needed, in order, then of the further ones, None where there is none
-        further: signals that are used as well where a recording has them
-    """
-
-    name: str
-    needs: tuple[str, ...]
-    memory: float
+    name: str  # name of the signal
+    needs: tuple[str, ...]  # signals that it is derived from
+    memory: float  # length of the past that it uses [s]
+    # function of the channels needed, in order, then of the further ones, None where there is none
     make: Callable[..., Channel]
-    further: tuple[str, ...] = ()
+    further: tuple[str, ...] = ()  # signals that are used as well where a recording has them
 
 
 def _along(axis: str, a: Channel, b: Channel, c: Channel | None) -> Channel:
@@ -59,21 +52,16 @@ def _beside(first: Channel, other: Channel) -> np.ndarray:
 def of_phases(quantity: str, axis: str) -> Recipe:
     """Recipe of a component in the axes of the stator from the phases of a quantity.
 
-    Args:
-        quantity: "motor_current" or "motor_voltage"
-        axis: "alpha" or "beta"
-
     Source: Reinelt et al., eqs (5) to (7).
     """
     a, b, c = (f"{quantity}_{phase}" for phase in "abc")
     return Recipe(f"{quantity}_{axis}", (a, b), 0.0, partial(_along, axis), (c,))
 
 
+# Span of the backward difference [s]: a wheel at 0.05 rad/s then turns by more than a resolution of 0.1 degree
 WINDOW = 0.05
-"""Span of the backward difference [s]: a wheel at 0.05 rad/s then turns by more than a resolution of 0.1 degree."""
 
-OLDEST = 0.1
-"""Largest age of a wheel speed [s]; chassis buses send it every 10 to 20 ms."""
+OLDEST = 0.1  # Largest age of a wheel speed [s]; chassis buses send it every 10 to 20 ms
 
 
 def backward_rate(angle: Channel) -> tuple[np.ndarray, np.ndarray]:
@@ -118,6 +106,7 @@ def _speed(left: Channel, right: Channel) -> Channel:
     )
 
 
+# Recipe of every signal that can be derived from others, by name
 RECIPES: dict[str, Recipe] = {
     recipe.name: recipe
     for recipe in (
@@ -126,7 +115,6 @@ RECIPES: dict[str, Recipe] = {
         *(of_phases(quantity, axis) for quantity in ("motor_current", "motor_voltage") for axis in ("alpha", "beta")),
     )
 }
-"""Recipe of every signal that can be derived from others, by name."""
 
 
 def ingredients(names: Iterable[str]) -> tuple[str, ...]:
@@ -142,7 +130,6 @@ def complete(recording: Recording, names: Iterable[str] | None = None) -> Record
     """The recording with those of the named signals added that it lacks and that can be derived from its channels.
 
     Args:
-        recording: recording, which is not changed
         names: the signals wanted; every one with a recipe where not given
     """
     made = []

@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 
+# Numbers of changes of a signal from which it is judged, and after which further ones are not kept
 FEWEST, MOST = 30, 2000
-"""Numbers of changes of a signal from which it is judged, and after which further ones are not kept."""
 
-LEAST_ROWS = 4
-"""Least rows per reading: below it an interpolated or resampled signal looks the same."""
+LEAST_ROWS = 4  # Least rows per reading: below it an interpolated or resampled signal looks the same
 
+# Least share of the changes that come whole periods apart, to one row: a signal that rests changes at any time
 REGULAR = 0.95
-"""Least share of the changes that come whole periods apart, to one row: a signal that rests changes at any time."""
 
+# Least share of changes larger than one and a half steps: a signal with coarse steps that moves slowly and evenly
+# changes regularly too, but by one step each
 LARGE = 0.5
-"""Least share of changes larger than one and a half steps: a signal with coarse steps that moves slowly and evenly
-changes regularly too, but by one step each."""
 
 
 class HeldReadings:
@@ -71,6 +70,5 @@ def held_remark(rate: float, rows: float) -> str:
 
     Args:
         rate: rate of the rows [Hz]
-        rows: rows that repeat one reading
     """
     return f"readings come at {rate / rows:.3g} Hz only: each is repeated in {rows:.0f} rows"

@@ -15,16 +15,12 @@ from tierod.core.user_files import json_document
 
 @dataclass(frozen=True)
 class Writer:
-    """A file format that can be written.
+    """A file format that can be written."""
 
-    Args:
-        title: name of the format for users
-        write: function of a recording and the path of the file, which appears completely or not at all
-        require: function that raises MissingExtra where a library is not installed; None where none is needed
-    """
-
-    title: str
+    title: str  # name of the format for users
+    # function of a recording and the path of the file, which appears completely or not at all
     write: Callable[[Recording, str | Path], None]
+    # function that raises MissingExtra where a library is not installed; None where none is needed
     require: Callable[[], None] | None = None
 
 
@@ -35,21 +31,14 @@ def plain(metadata: Mapping[str, object]) -> dict[str, Any]:
     return content
 
 
+# Warning on a description that cannot be read
 DAMAGED = "the units, sources and metadata that tierod wrote are damaged and were left out"
-"""Warning on a description that cannot be read."""
 
 _TEXTS = ("name", "unit", "source", "note")
 
 
 def description_in(text: str | bytes) -> dict[str, Any]:
-    """The description of a recording (see `tierod.io.layout`): origin, clocks, channels, metadata.
-
-    Args:
-        text: JSON
-
-    Raises:
-        ValueError: it is damaged
-    """
+    """The description of a recording (see `tierod.io.layout`): origin, clocks, channels, metadata."""
     document = json_document(text)
     channels = _table(_table(document).get("channels", {}))
     for each in channels.values():
@@ -66,11 +55,7 @@ def description_in(text: str | bytes) -> dict[str, Any]:
 
 
 def metadata_in(document: object) -> dict[str, Any]:
-    """Metadata of a recording, in which the warnings must be a list of texts.
-
-    Raises:
-        ValueError: it is something else
-    """
+    """Metadata of a recording, in which the warnings must be a list of texts."""
     warnings = _table(document).get("warnings", [])
     if not all(isinstance(each, str) for each in _list(warnings)):
         raise ValueError("the warnings are not texts")

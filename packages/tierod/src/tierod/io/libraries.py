@@ -22,12 +22,7 @@ def require_library(library: str, extra: str, purpose: str) -> None:
 
 @contextmanager
 def muted(library: str, level: int) -> Iterator[None]:
-    """Suppress what a library logs below a level.
-
-    Args:
-        library: name of its logger
-        level: lowest level that is logged, as in `logging`
-    """
+    """Suppress what a library logs below a level."""
     logger = logging.getLogger(library)
     before = logger.level
     logger.setLevel(level)

@@ -13,6 +13,8 @@ from tierod.io.quality import LIMITS, median_rate, too_slow
 from tierod.methods.analysis.noise import differences, fresh
 from tierod.methods.trends.robust import DEVIATION_OF_MEDIAN
 
+# Noise of the sensors of usual cars, resolution included [unit of the signal]: no less than that of the virtual cars;
+# real logs have 0.005 rad/s and 0.05 m/s. Accelerations vibrate with the car: their noise is none of the sensor.
 USUAL = {
     "steering_wheel_angle": 0.002,
     "steering_wheel_rate": 0.05,
@@ -21,20 +23,14 @@ USUAL = {
     "yaw_rate": 0.005,
     "vehicle_speed": 0.1,
 }
-"""Noise of the sensors of usual cars, resolution included [unit of the signal]: no less than that of the virtual cars;
-real logs have 0.005 rad/s and 0.05 m/s. Accelerations vibrate with the car: their noise is none of the sensor."""
 
-LOUD = 5.0
-"""Multiple of the usual noise that is named [-]; worn sensors of virtual cars have 2."""
+LOUD = 5.0  # Multiple of the usual noise that is named [-]; worn sensors of virtual cars have 2
+LEAST_READINGS = 500  # Least number of readings; the noise is then known to 5 %
 
-LEAST_READINGS = 500
-"""Least number of readings; the noise is then known to 5 %."""
-
+# Smallest size [unit of the signal], logarithm of the width of a bin, and number of bins of the counted sizes
 _SMALLEST, _GROWTH, _BINS = 1e-6, math.log(1.05), 450
-"""Smallest size [unit of the signal], logarithm of the width of a bin, and number of bins of the counted sizes."""
 
-STEP_SHARE = 0.01
-"""Share of the changes that may be smaller than a step of a sensor with coarse readings [-]."""
+STEP_SHARE = 0.01  # Share of the changes that may be smaller than a step of a sensor with coarse readings [-]
 
 
 class Noise:
@@ -75,7 +71,6 @@ class Noise:
         """Sentence on a noise that is far above that of usual sensors; "" for none.
 
         Args:
-            name: name of the signal
             rate: sampling rate [Hz]
         """
         usual, unit = USUAL[name], SIGNALS[name].unit
@@ -91,18 +86,13 @@ def scatter(name: str, deviation: float) -> str:
     """Noise of a signal in words.
 
     Args:
-        name: name of the signal
         deviation: standard deviation of a reading [unit of the signal]
     """
     return f"the readings of {name} scatter by {in_words(deviation, SIGNALS[name].unit)}"
 
 
 def noise_warnings(recording: Recording) -> tuple[str, ...]:
-    """Sentences on the noisy signals of a whole recording.
-
-    Args:
-        recording: whole recording
-    """
+    """Sentences on the noisy signals of a whole recording."""
     found = []
     for name in USUAL:
         if name in recording and recording[name].unit == SIGNALS[name].unit:
@@ -113,7 +103,6 @@ def noise_warnings(recording: Recording) -> tuple[str, ...]:
 
 
 def _counted(sizes: np.ndarray) -> np.ndarray:
-    """Number of sizes in each logarithmic bin."""
     places = np.log(np.maximum(np.abs(sizes), _SMALLEST) / _SMALLEST) / _GROWTH
     return np.bincount(np.minimum(places.astype(int), _BINS - 1), minlength=_BINS)
 

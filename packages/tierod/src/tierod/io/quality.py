@@ -20,35 +20,27 @@ from tierod.io.held_readings import held_remark, rows_per_reading
 
 @dataclass(frozen=True)
 class QualityLimits:
-    """Limits beyond which a channel deserves a remark.
+    """Limits beyond which a channel deserves a remark."""
 
-    Args:
-        slow: rate [Hz] below which steering monitors cannot follow a driver (movements reach 3 Hz, six samples each)
-        gap: pause [s] that counts as a gap; ten missed messages of a 10 ms bus
-        missing: share of missing samples that deserves a remark
-        saturation: time [s] at the extreme value that indicates a saturated sensor, not driving
-        saturation_samples: smallest number of equal samples in that time
-        steps: number of distinct values below which the quantisation deserves a remark
-    """
-
+    # rate [Hz] below which steering monitors cannot follow a driver (movements reach 3 Hz, six samples each)
     slow: Annotated[float, "Hz"] = 20.0
-    gap: Annotated[float, "s"] = 0.1
-    missing: Annotated[float, ""] = 0.01
+    gap: Annotated[float, "s"] = 0.1  # pause [s] that counts as a gap; ten missed messages of a 10 ms bus
+    missing: Annotated[float, ""] = 0.01  # share of missing samples that deserves a remark
+    # time [s] at the extreme value that indicates a saturated sensor, not driving
     saturation: Annotated[float, "s"] = 0.3
-    saturation_samples: int = 10
-    steps: int = 50
+    saturation_samples: int = 10  # smallest number of equal samples in that time
+    steps: int = 50  # number of distinct values below which the quantisation deserves a remark
 
 
 LIMITS = QualityLimits()
 
+# Multiple of the plausible range that not even a faulty sensor exceeds [-]; degrees taken for radians stay below
 IMPOSSIBLE = 10.0
-"""Multiple of the plausible range that not even a faulty sensor exceeds [-]; degrees taken for radians stay below."""
 
+# Time before and after a run at the extreme over which the change is taken [s]: a hand stops a wheel in 0.3 s
 APPROACH = 0.1
-"""Time before and after a run at the extreme over which the change is taken [s]: a hand stops a wheel in 0.3 s."""
 
-LEVELS = 4
-"""Number of levels whose samples are counted to detect clipping: an extreme one and the three next to it."""
+LEVELS = 4  # Number of levels whose samples are counted to detect clipping: an extreme one and the three next to it
 
 _MISSING, _GAP, _PLAUSIBLE = "% of the samples are missing", "the longest gap lasts", "leaves the plausible"
 
@@ -72,17 +64,11 @@ def mean_rate(time: np.ndarray) -> float:
 
 
 class Pace(NamedTuple):
-    """Sampling pace of a set of time stamps.
+    """Sampling pace of a set of time stamps."""
 
-    Args:
-        rate: rate from the median sampling interval [Hz]
-        mean: mean rate over the whole span [Hz]
-        gap: longest interval [s]; NaN with fewer than two stamps
-    """
-
-    rate: Annotated[float, "Hz"]
-    mean: Annotated[float, "Hz"]
-    gap: Annotated[float, "s"]
+    rate: Annotated[float, "Hz"]  # rate from the median sampling interval [Hz]
+    mean: Annotated[float, "Hz"]  # mean rate over the whole span [Hz]
+    gap: Annotated[float, "s"]  # longest interval [s]; NaN with fewer than two stamps
 
     @classmethod
     def of(cls, time: np.ndarray) -> Pace:
@@ -92,13 +78,7 @@ class Pace(NamedTuple):
 
 
 def channel_quality(channel: Channel, limits: QualityLimits = LIMITS, pace: Pace | None = None) -> ChannelQuality:
-    """Rate, gaps, missing share, range and remarks of one channel.
-
-    Args:
-        channel: channel to examine
-        limits: limits beyond which a figure deserves a remark
-        pace: pace of its time stamps, where known from another channel with the same stamps
-    """
+    """Rate, gaps, missing share, range and remarks of one channel."""
     time, values = channel.time, channel.values
     pace = pace or Pace.of(time)
     good = np.isfinite(values)
@@ -144,13 +124,9 @@ def figure_remarks(
     """The remarks that follow from summary figures alone, so that they can be made for several pieces together.
 
     Args:
-        name, unit: name and unit of the channel
-        missing: share of its samples that are missing
         gap: its longest gap [s]
         mean: its mean rate [Hz]
         extremes: its smallest and largest value [unit]
-        assumed: whether the file gives no unit, so that the signal's unit was assumed
-        limits: limits beyond which a figure deserves a remark
     """
     if missing == 1.0 or not np.isfinite(extremes).all():
         return []
@@ -178,12 +154,7 @@ def is_about_implausible_values(remark: str) -> bool:
 
 
 def impossible(name: str, values: np.ndarray) -> np.ndarray:
-    """Whether each value is infinite, or so far beyond the plausible range that no sensor, faulty or not, gives it.
-
-    Args:
-        name: name of a signal of the catalogue
-        values: values in its unit
-    """
+    """Whether each value is infinite, or so far beyond the plausible range that no sensor, faulty or not, gives it."""
     size = np.abs(values)
     return np.asarray(np.isinf(values) | (size > IMPOSSIBLE * max(map(abs, SIGNALS[name].plausible))))
 
@@ -293,7 +264,6 @@ def piles_up(count: int, nearby: Iterable[int]) -> bool:
     """Whether a signal has so many samples on its extreme level that it is clipped there.
 
     Args:
-        count: number of samples on the extreme level
         nearby: number of samples on each of the next levels; of a free signal no level has four times as many
     """
     return count > 4 * max(nearby, default=1)

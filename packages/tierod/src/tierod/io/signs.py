@@ -12,30 +12,24 @@ from tierod.core.recording import Recording
 from tierod.io.quality import impossible
 from tierod.methods.detectors.reversing import MIRRORED, TURN_FORWARD, ReversingLimits, reversing_of_any_car
 
+# Length from the beginning that is compared [s]: a sign does not change, and memory must stay bounded
 COMPARED = 3600.0
-"""Length from the beginning that is compared [s]: a sign does not change, and memory must stay bounded."""
 
 
 @dataclass(frozen=True)
 class SignLimits:
-    """Limits beyond which a sign counts as wrong.
+    """Limits beyond which a sign counts as wrong."""
 
-    Args:
-        rate: rate of the comparison [Hz]
-        smoothing: window of the moving average [s]: below 1 Hz a car follows its steering wheel without delay, above
-            there are vibrations
-        slowest: speed [m/s] below which lateral acceleration and steering hold little information on the turn
-        correlation: magnitude of the correlation coefficient from which a pair agrees or contradicts
-        seconds: shortest driving time that a pair must have in common [s]
-        yaw_rate: standard deviation of the smoothed yaw rate [rad/s] below which there were no turns; five times its
-            noise
-    """
-
-    rate: Annotated[float, "Hz"] = 20.0
+    rate: Annotated[float, "Hz"] = 20.0  # rate of the comparison [Hz]
+    # window of the moving average [s]: below 1 Hz a car follows its steering wheel without delay, above there are
+    # vibrations
     smoothing: Annotated[float, "s"] = 1.0
+    # speed [m/s] below which lateral acceleration and steering hold little information on the turn
     slowest: Annotated[float, "m/s"] = 2.0
+    # magnitude of the correlation coefficient from which a pair agrees or contradicts
     correlation: Annotated[float, ""] = 0.6
-    seconds: Annotated[float, "s"] = 5.0
+    seconds: Annotated[float, "s"] = 5.0  # shortest driving time that a pair must have in common [s]
+    # standard deviation of the smoothed yaw rate [rad/s] below which there were no turns; five times its noise
     yaw_rate: Annotated[float, "rad/s"] = 0.002
 
 
@@ -148,22 +142,17 @@ KMH = 3.6
 
 @dataclass(frozen=True)
 class TurnLimits:
-    """Limits beyond which the units count as contradicting each other.
+    """Limits beyond which the units count as contradicting each other."""
 
-    Args:
-        rate: rate of the comparison [Hz]
-        smoothing: window of the moving average [s]: shorter motion is not that of a steady turn
-        acceleration: smallest root mean square of speed times yaw rate [m/s^2]; three times an offset by bank
-        seconds: shortest driving time [s]
-        correlation: smallest correlation coefficient of the two; below it a signal is wrong in another way
-        deviation: largest factor between the two that bank, roll and gains explain; the square root of that of km/h
-    """
-
-    rate: Annotated[float, "Hz"] = 10.0
+    rate: Annotated[float, "Hz"] = 10.0  # rate of the comparison [Hz]
+    # window of the moving average [s]: shorter motion is not that of a steady turn
     smoothing: Annotated[float, "s"] = 1.0
+    # smallest root mean square of speed times yaw rate [m/s^2]; three times an offset by bank
     acceleration: Annotated[float, "m/s**2"] = 0.5
-    seconds: Annotated[float, "s"] = 10.0
+    seconds: Annotated[float, "s"] = 10.0  # shortest driving time [s]
+    # smallest correlation coefficient of the two; below it a signal is wrong in another way
     correlation: Annotated[float, ""] = 0.8
+    # largest factor between the two that bank, roll and gains explain; the square root of that of km/h
     deviation: Annotated[float, ""] = 1.9
 
 

@@ -14,19 +14,19 @@ from tierod.core.units import COUNT
 from tierod.io.proposal.motion import RATE, SECONDS, STRONG, Motion, Relation
 from tierod.io.proposal.units import RADIUS, Unit
 
+# Smallest difference of the squared deviations at which a unit counts as decided: two standard deviations [-]
 DECISIVE = 4.0
-"""Smallest difference of the squared deviations at which a unit counts as decided: two standard deviations [-]."""
 
+# Bound on the squared deviation of one relation [-], so that a signal with another fault does not decide all units
 MOST = 25.0
-"""Bound on the squared deviation of one relation [-], so that a signal with another fault does not decide all units."""
 
+# Cost of a unit per place in the list of candidates [-], so that the usual unit is chosen where nothing decides
 WORSE = 0.3
-"""Cost of a unit per place in the list of candidates [-], so that the usual unit is chosen where nothing decides."""
 
+# Signals that are related to the speed, directly or through another signal
 TIED = (
     "yaw_rate", "lateral_acceleration", "steering_wheel_angle", "steering_wheel_rate", "longitudinal_acceleration",
 )  # fmt: skip
-"""Signals that are related to the speed, directly or through another signal."""
 
 
 class Chosen(NamedTuple):
@@ -38,12 +38,7 @@ class Chosen(NamedTuple):
 
 
 def chosen_units(motion: Motion, possible: Mapping[str, tuple[Unit, ...]]) -> dict[str, Chosen]:
-    """The unit of every signal.
-
-    Args:
-        motion: the columns as recorded
-        possible: candidates by signal: the units that its values and the file leave open, the usual one first
-    """
+    """The unit of every signal."""
     basis = motion.basis
     names = [name for name in (basis, *TIED) if name is not None and name in possible]
     # All combinations are compared: every relation depends on the units of several signals.
@@ -74,7 +69,6 @@ def _cost(
 
 
 def _with(relation: Relation, units: Mapping[str, Unit]) -> float:
-    """The ratio of a relation in SI units."""
     return relation.ratio * math.prod(units[name].factor ** power for name, power in relation.powers.items())
 
 

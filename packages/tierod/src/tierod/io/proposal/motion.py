@@ -12,46 +12,31 @@ import numpy as np
 from tierod.core.recording import Aligned, Recording
 from tierod.methods.detectors.reversing import STEERING_RATIO, WHEELBASE, reversing_of_any_signs
 
+# Rate of the comparison [Hz], samples of the moving average before it, and length that is compared [s]
 RATE, SMOOTHING, LONGEST = 20.0, 20, 3600.0
-"""Rate of the comparison [Hz], samples of the moving average before it, and length that is compared [s]."""
 
-SECONDS = 5.0
-"""Shortest driving time that two signals must have in common [s]."""
+SECONDS = 5.0  # Shortest driving time that two signals must have in common [s]
+STRONG = 0.6  # Smallest magnitude of the correlation coefficient at which two signals count as related [-]
 
-STRONG = 0.6
-"""Smallest magnitude of the correlation coefficient at which two signals count as related [-]."""
-
+# Further parameters of a usual car, good enough to separate degrees from radians: [rad s^2/m], [m]
 UNDERSTEER, TRACK = 0.0025, 1.5
-"""Further parameters of a usual car, good enough to separate degrees from radians: [rad s^2/m], [m]."""
 
 
 class Relation(NamedTuple):
-    """Physical relation between two signals of a car.
+    """Physical relation between two signals of a car."""
 
-    Args:
-        words: what is compared
-        correlation: correlation coefficient of both, from -1 to 1
-        ratio: magnitude of the first over that of the second, as recorded; 1 with the right units
-        powers: by signal, exponent with which its unit enters the ratio
-        spread: standard deviation of the ratio's logarithm between cars
-    """
-
-    words: str
-    correlation: float
-    ratio: float
-    powers: Mapping[str, int]
-    spread: float
+    words: str  # what is compared
+    correlation: float  # correlation coefficient of both, from -1 to 1
+    ratio: float  # magnitude of the first over that of the second, as recorded; 1 with the right units
+    powers: Mapping[str, int]  # by signal, exponent with which its unit enters the ratio
+    spread: float  # standard deviation of the ratio's logarithm between cars
 
 
 @dataclass
 class Motion:
-    """The matched columns of a recording as recorded, on one grid and smoothed.
+    """The matched columns of a recording as recorded, on one grid and smoothed."""
 
-    Args:
-        columns: values by signal, (n,) each
-    """
-
-    columns: dict[str, np.ndarray]
+    columns: dict[str, np.ndarray]  # values by signal, (n,) each
     cache: dict[float, list[Relation]] = field(default_factory=dict)
 
     @classmethod
@@ -61,12 +46,7 @@ class Motion:
 
     @classmethod
     def forward(cls, raw: Recording, factors: Mapping[str, float]) -> Motion:
-        """The same in SI units, without the samples at which the car reverses, which mirrors turns.
-
-        Args:
-            raw: as in `of`
-            factors: factor of each signal from the value of the file to SI
-        """
+        """The same in SI units, without the samples at which the car reverses, which mirrors turns."""
         aligned = _aligned(raw)
         columns = {name: factors.get(name, 1.0) * column for name, column in aligned.columns.items()}
         reverses = reversing_of_any_signs(aligned.time, columns, RATE)
@@ -108,11 +88,7 @@ class Motion:
         return None if pair is None else np.asarray(pair[1] - pair[0])
 
     def relations(self, factor: float) -> list[Relation]:
-        """Every relation whose signals are recorded.
-
-        Args:
-            factor: metres per second of one unit of the basis, which the understeer term needs
-        """
+        """Every relation whose signals are recorded."""
         if factor not in self.cache:
             self.cache[factor] = list(self._relations(factor))
         return self.cache[factor]

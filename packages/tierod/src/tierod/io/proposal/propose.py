@@ -24,31 +24,20 @@ from tierod.io.readers.opening import Paths, open_source
 from tierod.io.readers.source import Column
 from tierod.io.readers.streaming import SHARE_READ, Reading
 
-SLICE = 600.0
-"""Length of a recording that is read at once [s]."""
+SLICE = 600.0  # Length of a recording that is read at once [s]
 
 
 @dataclass(frozen=True)
 class Proposed:
-    """One entry of a map.
+    """One entry of a map."""
 
-    Args:
-        signal: canonical name
-        column: column of the file
-        meant: reason why the title stands for the signal
-        unit: unit with its reason
-        sign: sign with its reason
-        factor: factor of the entry beside the unit; 1 where the unit suffices
-        others: other columns that could be the signal
-    """
-
-    signal: str
-    column: Column
-    meant: Meant
-    unit: Chosen
-    sign: Sign
-    factor: float = 1.0
-    others: tuple[str, ...] = ()
+    signal: str  # canonical name
+    column: Column  # column of the file
+    meant: Meant  # reason why the title stands for the signal
+    unit: Chosen  # unit with its reason
+    sign: Sign  # sign with its reason
+    factor: float = 1.0  # factor of the entry beside the unit; 1 where the unit suffices
+    others: tuple[str, ...] = ()  # other columns that could be the signal
 
     @property
     def doubtful(self) -> bool:
@@ -56,26 +45,19 @@ class Proposed:
         return not self.unit.decided or "check" in self.sign.reason
 
 
+# Largest relative difference of the tyre radii of an axle by wear and pressure [-]: a wheel that deviates more has a
+# fault, which a factor of its own would hide
 LIKE_OTHERS = 0.03
-"""Largest relative difference of the tyre radii of an axle by wear and pressure [-]: a wheel that deviates more has a
-fault, which a factor of its own would hide."""
 
 
 @dataclass(frozen=True)
 class Proposal:
-    """A channel map for a recording.
+    """A channel map for a recording."""
 
-    Args:
-        path: path of the recording
-        entries: entries in the order of the file
-        unmatched: columns that match no known signal
-        texts: names of columns that hold text, which is not read
-    """
-
-    path: Path
-    entries: tuple[Proposed, ...]
-    unmatched: tuple[Column, ...]
-    texts: tuple[str, ...] = ()
+    path: Path  # path of the recording
+    entries: tuple[Proposed, ...]  # entries in the order of the file
+    unmatched: tuple[Column, ...]  # columns that match no known signal
+    texts: tuple[str, ...] = ()  # names of columns that hold text, which is not read
 
 
 def propose(path: str | Path, dbc: Paths = None, progress: Callable[[float], None] = lambda share: None) -> Proposal:

@@ -17,6 +17,7 @@ WORDS = {
     "steering_wheel_angle": "steering angle",
 }
 
+# Signals that are also positive in a left turn, with those that may decide their sign: the first related one does
 FOLLOWERS = {
     "driver_torque": TURNING[1:],
     "motor_torque": (*TURNING[1:], "driver_torque"),
@@ -26,7 +27,6 @@ FOLLOWERS = {
     "road_wheel_angle": ("steering_wheel_angle", "yaw_rate"),
     "pinion_angle": ("steering_wheel_angle", "yaw_rate"),
 }
-"""Signals that are also positive in a left turn, with those that may decide their sign: the first related one does."""
 
 
 class Sign(NamedTuple):
@@ -37,11 +37,7 @@ class Sign(NamedTuple):
 
 
 def chosen_signs(motion: Motion) -> dict[str, Sign]:
-    """The sign of every signal whose direction other signals show.
-
-    Args:
-        motion: the columns in SI units, without reversing
-    """
+    """The sign of every signal whose direction other signals show."""
     found = {**_of_speeds(motion), **_of_turns(motion)}
     for name, others in FOLLOWERS.items():
         if name in motion.columns:

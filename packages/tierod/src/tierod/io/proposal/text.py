@@ -9,11 +9,7 @@ from tierod.io.proposal.propose import Proposal, Proposed
 
 
 def text_of(proposal: Proposal) -> str:
-    """A channel map in TOML, to be read, edited and used.
-
-    Args:
-        proposal: proposal for a recording
-    """
+    """A channel map in TOML, to be read, edited and used."""
     doubtful = [entry.signal for entry in proposal.entries if entry.doubtful]
     head = [
         f"# Channel map proposed from {printable(proposal.path.name)}: edit it, and keep what is right.",

@@ -11,28 +11,20 @@ from tierod.core.errors import InputError
 from tierod.core.signals import SIGNALS
 from tierod.core.units import COUNT, scale
 
-RADIUS = 0.31
-"""Effective radius of a passenger car's wheel [m], for recordings of wheel turns without a speed."""
+RADIUS = 0.31  # Effective radius of a passenger car's wheel [m], for recordings of wheel turns without a speed
 
 
 class Unit(NamedTuple):
-    """A unit that a column may have.
+    """A unit that a column may have."""
 
-    Args:
-        name: notation in a channel map
-        factor: factor from the value of the column to SI
-        offset: offset that is added after the factor
-        turns: whether it counts turns of a wheel, so that the factor holds a radius
-        stated: whether the file states it
-    """
-
-    name: str
-    factor: float
-    offset: float = 0.0
-    turns: bool = False
-    stated: bool = False
+    name: str  # notation in a channel map
+    factor: float  # factor from the value of the column to SI
+    offset: float = 0.0  # offset that is added after the factor
+    turns: bool = False  # whether it counts turns of a wheel, so that the factor holds a radius
+    stated: bool = False  # whether the file states it
 
 
+# Candidates by SI unit; of those that the values leave open and no other signal decides, the first one is chosen
 _CANDIDATES: dict[str, tuple[str, ...]] = {
     "rad": ("rad", "deg"),
     "rad/s": ("rad/s", "deg/s"),
@@ -44,7 +36,6 @@ _CANDIDATES: dict[str, tuple[str, ...]] = {
     "m": ("m", "mm"),
     "": ("", "percent"),
 }
-"""Candidates by SI unit; of those that the values leave open and no other signal decides, the first one is chosen."""
 
 _TURNS = ("rpm", "rad/s")
 
@@ -53,10 +44,8 @@ def candidates(name: str, stated: str, values: np.ndarray, turns: bool = False) 
     """The units that a column may have: the stated one, else those in which its values are plausible, else raw counts.
 
     Args:
-        name: name of the signal
         stated: unit in the file; "" where it has none
         values: values of the column; NaN is missing
-        turns: whether the title of a wheel speed indicates turns of the wheel
     """
     wanted, wheel = SIGNALS[name].unit, name.startswith("wheel_speed_")
     if stated and (found := _stated(stated, wanted, wheel)) is not None:

@@ -48,6 +48,7 @@ _CORNERS = {
 }
 _NO_WHEEL = r"press|druck|temp|torque|moment|brems|brake|slip|schlupf"
 
+# Rules in order: the first one that fits decides, so that special rules precede general ones
 _RULES: tuple[_Rule, ...] = (
     *(
         _Rule(f"wheel_speed_{corner}", (pattern, f"{_SPEED}|{_WHEEL}"), _NO_WHEEL)
@@ -83,7 +84,6 @@ _RULES: tuple[_Rule, ...] = (
     _Rule("vehicle_speed", (_CAR, _SPEED), f"{_WHEEL}|lateral|quer|_wind|engine|motor"),
     _Rule("vehicle_speed", (r"^_(geschwindigkeit|speed|velocity|vitesse|velocita|velocidad|v)_$",)),
 )
-"""Rules in order: the first one that fits decides, so that special rules precede general ones."""
 
 _UMLAUTS = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue", "ß": "ss", "Ä": "Ae", "Ö": "Oe", "Ü": "Ue"})
 
@@ -96,11 +96,7 @@ def words_of(title: str) -> str:
 
 
 def meant_by(column: Column) -> Meant | None:
-    """The signal that a column's title stands for; None where none is known.
-
-    Args:
-        column: column of a file, with its unit where the file has one
-    """
+    """The signal that a column's title stands for; None where none is known."""
     title, found = column.title or column.name, meant(column)
     if found is not None:
         return Meant(found.name, f"'{title}' is a known name", True)

@@ -18,22 +18,13 @@ from tierod.io.readers.limits import Allowance
 from tierod.io.readers.parquet import _columns, _stamps, find_clocks_of, texts_of
 from tierod.io.readers.source import Column, Format, Lane, Piece, Source
 
-ROWS = 1 << 17
-"""Number of rows of a piece."""
+ROWS = 1 << 17  # Number of rows of a piece
 
 Result = TypeVar("Result")
 
 
 def open_arrow(path: Path, time: TimeEntry = GUESSED) -> Source:
-    """An Arrow IPC file (Feather 2) or stream; a stream that is cut off is read up to its last batch.
-
-    Args:
-        path: path of the file
-        time: time column as given by a user
-
-    Raises:
-        InputError: the file is damaged, holds no row or no time column
-    """
+    """An Arrow IPC file (Feather 2) or stream; a stream that is cut off is read up to its last batch."""
     schema, first = _guarded(path, lambda: _opened(path))
     file = SimpleNamespace(schema_arrow=schema)
     columns = {column.name: column for column in _guarded(path, lambda: _columns(file, {}))}

@@ -20,26 +20,25 @@ _BASE = re.compile(rb"base\s+(hex|dec)\b(?:\s+timestamps\s+(absolute|relative))?
 _DATE = re.compile(rb"(?:date|begin\s+triggerblock)\s+(?:\w+\.?\s+)?(.+)", re.IGNORECASE)
 _TEXT = re.compile(rb"//|date\b|base\b|(?:no\s+)?internal\s+events|begin\b|end\b", re.IGNORECASE)
 _STAMP = re.compile(rb"[+-]?\d{1,15}(?:\.\d{1,15})?")
+# Beginning of the events that hold no data of a frame
 _EVENT = re.compile(
     rb"(?:can\s+)?(?:\d+\s+)?(?:errorframe|overloadframe|statistic|status|j1939tp)|canfd\s+\d+\s+\w+\s+errorframe|"
     rb"canfd\s+\d+\s+(?:errorframe|statistic)|start\s+of\s+measurement|end\s+of\s+measurement|log\b|sv:|comment\b",
     re.IGNORECASE,
 )
-"""Beginning of the events that hold no data of a frame."""
 
+# Beginnings of the names of the months in English and German
 _MONTHS = (
     ("jan",), ("feb",), ("mar", "mär", "mrz"), ("apr",), ("may", "mai"), ("jun",), ("jul",), ("aug",), ("sep",),
     ("oct", "okt"), ("nov",), ("dec", "dez"),
 )  # fmt: skip
-"""Beginnings of the names of the months in English and German."""
 
 _WRITTEN = re.compile(r"(\w+)\s+(\d{1,2})\s+(\d{1,2}):(\d\d):(\d\d)(\.\d+)?\s*([ap]m)?\s+(\d{4})", re.IGNORECASE)
 
-_SIZES = (*range(9), 12, 16, 20, 24, 32, 48, 64)
-"""Number of bytes by the data length code of CAN FD (ISO 11898-1)."""
+_SIZES = (*range(9), 12, 16, 20, 24, 32, 48, 64)  # Number of bytes by the data length code of CAN FD (ISO 11898-1)
 
+# What is left out and counted
 WIDE, UNREAD = "frames with an identifier of more than 29 bits", "lines that hold no CAN frame"
-"""What is left out and counted."""
 
 
 @dataclass
@@ -68,7 +67,6 @@ class _Lines:
         self._events = 0
 
     def block(self, lines: Iterable[bytes]) -> _Block:
-        """The frames of the next lines."""
         made = _Block()
         for line in lines:
             words = line.split()
@@ -120,11 +118,7 @@ class _Lines:
         self._trigger, self._events = None, self._events + 1
 
     def _frame(self, words: list[bytes]) -> tuple[str, int, bytes] | None:
-        """(channel, identifier, data) of a frame; None for a remote frame, or an identifier that cannot be.
-
-        Raises:
-            ValueError, IndexError: the line is not a frame
-        """
+        """(channel, identifier, data) of a frame; None for a remote frame, or an identifier that cannot be."""
         if words[1].upper() == b"CANFD":
             channel, direction, name = words[2:5]
             # A name from a database may stand before the bits for the bit rate and the error state.
@@ -157,9 +151,6 @@ def calendar(text: str) -> float | None:
     """Seconds since 1970 of a date such as "Sep 30 03:06:13.191 pm 2017"; None where it is written otherwise.
 
     A date has no zone: it counts as UTC, so that every machine gives the same result.
-
-    Args:
-        text: the date without the day of the week
     """
     found = _WRITTEN.match(text.strip())
     if not found:
@@ -176,14 +167,7 @@ def calendar(text: str) -> float | None:
 
 
 def frames_of(blocks: Iterable[bytes]) -> Iterator[Frames]:
-    """The frames of a log, block by block, their time counted from the first; the last has the notes on losses.
-
-    Args:
-        blocks: blocks of whole lines
-
-    Raises:
-        InputError: no line holds a frame with data
-    """
+    """The frames of a log, block by block, their time counted from the first; the last has the notes on losses."""
     lines, first = _Lines(), None
     for block in blocks:
         found = lines.block(block.splitlines())

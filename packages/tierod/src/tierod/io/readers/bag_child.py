@@ -12,46 +12,34 @@ from collections.abc import Iterator
 from dataclasses import fields
 from typing import Any, NamedTuple
 
-SECONDS, MESSAGES = 0.05, 4000
-"""Computing time [s] and number of messages after which a piece is delivered."""
+SECONDS, MESSAGES = 0.05, 4000  # Computing time [s] and number of messages after which a piece is delivered
+LONGEST = 32  # Length up to which an array in a message becomes columns; longer ones are images, scans and point clouds
 
-LONGEST = 32
-"""Length up to which an array in a message becomes columns; longer ones are images, scans and point clouds."""
-
+# Number of messages of a topic, and computing time [s], for the search of fields where messages may differ
 LOOKED, LOOK = 300, 0.5
-"""Number of messages of a topic, and computing time [s], for the search of fields where messages may differ."""
 
-SCANNED = 200_000
-"""Number of messages of an MCAP file without an index in which its topics are searched."""
+SCANNED = 200_000  # Number of messages of an MCAP file without an index in which its topics are searched
 
+# Pattern of an array without a fixed length in the definition of a message
 _GROWS = re.compile(r"\[(<=\d+)?\]|sequence<")
-"""Pattern of an array without a fixed length in the definition of a message."""
 
+# Units of vectors in the usual messages of ROS (REP 103)
 _UNITS = {
     "angular_velocity": "rad/s",
     "linear_acceleration": "m/s**2",
     "angular": "rad/s",
     "linear": "m/s",
 }
-"""Units of vectors in the usual messages of ROS (REP 103)."""
 
 
 class Topic(NamedTuple):
-    """One topic of a bag.
+    """One topic of a bag."""
 
-    Args:
-        name: name in the bag
-        kind: type of its messages
-        encoding: "ros1", "cdr" or "json"
-        definition: definition of the messages, where the bag holds it
-        form: form of the definition: "msg", "idl" or ""
-    """
-
-    name: str
-    kind: str
-    encoding: str
-    definition: str
-    form: str
+    name: str  # name in the bag
+    kind: str  # type of its messages
+    encoding: str  # "ros1", "cdr" or "json"
+    definition: str  # definition of the messages, where the bag holds it
+    form: str  # form of the definition: "msg", "idl" or ""
 
 
 class Message(NamedTuple):
@@ -64,11 +52,7 @@ class Message(NamedTuple):
 
 
 class Reader:
-    """Reads one bag: a file, or the folder of a ROS 2 bag.
-
-    Args:
-        path: path of the bag
-    """
+    """Reads one bag: a file, or the folder of a ROS 2 bag."""
 
     def __init__(self, path: str):
         self._path = path

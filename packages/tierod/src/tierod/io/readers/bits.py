@@ -8,19 +8,13 @@ import numpy as np
 
 _REALS = {16: (np.uint16, np.float16), 32: (np.uint32, np.float32), 64: (np.uint64, np.float64)}
 
-LONGEST = 64
-"""Largest number of bits of a number; longer signals hold texts, keys or checksums."""
+LONGEST = 64  # Largest number of bits of a number; longer signals hold texts, keys or checksums
 
 
 def span(start: int, length: int, big_endian: bool) -> tuple[int, int]:
     """(first bit, bit after the last) of a signal, in the order of its bits.
 
     Bits count from the highest bit of the first byte where the signal is big endian, else from its lowest bit.
-
-    Args:
-        start: position of the signal's lowest bit, where big endian of its highest one, as a DBC counts bits
-        length: number of bits
-        big_endian: Motorola byte order
     """
     begin = 8 * (start // 8) + 7 - start % 8 if big_endian else start
     return begin, begin + length
@@ -28,14 +22,10 @@ def span(start: int, length: int, big_endian: bool) -> tuple[int, int]:
 
 @dataclass(frozen=True)
 class Payloads:
-    """The payloads of the frames of one message, with their bytes as 64-bit words, which are made once.
+    """The payloads of the frames of one message, with their bytes as 64-bit words, which are made once."""
 
-    Args:
-        data: bytes, shape (n, width); zero beyond the end of a short frame
-        words: 64-bit words made so far, by (byte they begin at, byte order)
-    """
-
-    data: np.ndarray
+    data: np.ndarray  # bytes, shape (n, width); zero beyond the end of a short frame
+    # 64-bit words made so far, by (byte they begin at, byte order)
     words: dict[tuple[int, bool], np.ndarray] = field(default_factory=dict)
 
     def word(self, first: int, big_endian: bool) -> np.ndarray:
@@ -51,13 +41,9 @@ class Payloads:
     def raw(self, start: int, length: int, big_endian: bool, signed: bool = False, real: bool = False) -> np.ndarray:
         """The raw values of one signal, before factor and offset.
 
-        Args:
-            start, length, big_endian: as for `span`
-            signed: two's complement
-            real: IEEE 754 of 16, 32 or 64 bits
-
         Returns:
-            unsigned or signed 64-bit integers, or floats, shape (n,); NaN where the description is invalid: more than
+            unsigned or signed 64-bit integers, or floats, shape (n,); NaN where the description is invalid: more
+                than
             64 bits, a begin before the first bit, a real number of another length
         """
         if not 1 <= length <= LONGEST or start < 0 or (real and length not in _REALS):

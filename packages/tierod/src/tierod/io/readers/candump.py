@@ -19,15 +19,14 @@ from tierod.io.readers.frames import EXTENDED, Frames, bus_number, taken
 from tierod.io.readers.log import Log
 from tierod.io.readers.source import Format, text_begin
 
+# Pattern of the beginning of a line of `candump -L`
 LINE = re.compile(rb"^\(\d+\.\d+\) +\S+ +[0-9A-Fa-f]{3,8}#", re.MULTILINE)
-"""Pattern of the beginning of a line of `candump -L`."""
 
 _HEX = np.full(256, 255, dtype=np.uint8)
 for _digits, _least in ((b"0123456789", 0), (b"ABCDEF", 10), (b"abcdef", 10)):
     _HEX[list(_digits)] = np.arange(_least, _least + len(_digits))
 
-_DIGITS = 20
-"""Largest number of digits of the seconds and of their fraction; more are no time."""
+_DIGITS = 20  # Largest number of digits of the seconds and of their fraction; more are no time
 
 _MARK, _DOT, _CLOSE, _SPACE, _OPEN = b"#.) ("
 _ERROR_FRAME, _ID = 0x20000000, 0x1FFFFFFF
@@ -74,9 +73,6 @@ def frames_of(blocks: Iterable[bytes]) -> Iterator[Frames]:
 
     Args:
         blocks: blocks of whole lines; the tables of a block take about ten times as much memory
-
-    Raises:
-        InputError: no line holds a frame
     """
     names: dict[bytes, int] = {}
     first: tuple[float, float] | None = None
@@ -222,7 +218,6 @@ def _joined(parts: list[Part]) -> Part:
 
 
 def _ordered(parts: list[Part]) -> Part:
-    """The frames of all makes in the order of the lines."""
     together = _joined(parts)
     put = np.argsort(together.lines, kind="stable")
     return Part(*(column[put] for column in together))

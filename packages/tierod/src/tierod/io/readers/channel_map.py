@@ -30,42 +30,27 @@ from tierod.core.user_files import read_text, toml
 
 @dataclass(frozen=True)
 class Entry:
-    """Recipe of one canonical signal from columns of a file.
+    """Recipe of one canonical signal from columns of a file."""
 
-    Args:
-        source: names of the columns, which are summed
-        unit: unit of sign * factor * source + offset; None where it is that of the columns, and the file states it
-        sign: 1 or -1
-        factor: factor of the source
-        offset: offset that is added after sign and factor, in `unit`
-        optional: whether the file may lack the source
-        note: reason for the entry
-    """
-
-    source: tuple[str, ...]
+    source: tuple[str, ...]  # names of the columns, which are summed
+    # unit of sign * factor * source + offset; None where it is that of the columns, and the file states it
     unit: str | None = None
-    sign: float = 1.0
-    factor: float = 1.0
-    offset: float = 0.0
-    optional: bool = False
-    note: str = ""
+    sign: float = 1.0  # 1 or -1
+    factor: float = 1.0  # factor of the source
+    offset: float = 0.0  # offset that is added after sign and factor, in `unit`
+    optional: bool = False  # whether the file may lack the source
+    note: str = ""  # reason for the entry
 
 
 @dataclass(frozen=True)
 class TimeEntry:
-    """Time column of a table.
+    """Time column of a table."""
 
-    Args:
-        column: its name; the first column with such a title where None
-        unit: unit of the time columns; that of their titles where None
-    """
-
-    column: str | None = None
-    unit: str | None = None
+    column: str | None = None  # its name; the first column with such a title where None
+    unit: str | None = None  # unit of the time columns; that of their titles where None
 
 
-GUESSED = TimeEntry()
-"""No time column is given: column and unit follow from the titles."""
+GUESSED = TimeEntry()  # No time column is given: column and unit follow from the titles
 
 
 @dataclass(frozen=True)
@@ -91,11 +76,7 @@ _KEYS: dict[str, tuple[type, ...]] = {
 
 
 def load_channel_map(path: str | Path) -> ChannelMap:
-    """The channel map of a TOML file.
-
-    Raises:
-        InputError: the file cannot be read, or a key or signal is not known; the nearest names are given
-    """
+    """The channel map of a TOML file."""
     path = Path(path)
     text = read_text(path, "the channel map")
     return parse_channel_map(toml(text, f"the channel map {path}"), str(path))
@@ -108,11 +89,7 @@ def maps_beside(databases: Iterable[Path]) -> tuple[Path, ...]:
 
 
 def load_maps_beside(paths: Sequence[Path]) -> ChannelMap:
-    """The maps beside several databases as one; all entries are optional, since a log may lack some of the messages.
-
-    Raises:
-        InputError: as for `load_channel_map`
-    """
+    """The maps beside several databases as one; all entries are optional, since a log may lack some of the messages."""
     entries: dict[str, Entry] = {}
     for path in paths:
         for name, entry in load_channel_map(path).entries.items():
@@ -121,11 +98,7 @@ def load_maps_beside(paths: Sequence[Path]) -> ChannelMap:
 
 
 def parse_channel_map(document: Mapping[str, object], path: str = "the channel map") -> ChannelMap:
-    """The channel map of a parsed TOML document.
-
-    Raises:
-        InputError: a key or signal is not known, or a value is of the wrong kind
-    """
+    """The channel map of a parsed TOML document."""
     for key in document:
         if key not in _TABLES:
             raise InputError(f"{path}: the key '{key}' is not known{nearest(key, _TABLES)}")

@@ -22,8 +22,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 if TYPE_CHECKING:
     import numpy as np
 
-REQUEST = 1 << 16
-"""Size of the buffer for a request for a reader [bytes]: a path and some numbers."""
+REQUEST = 1 << 16  # Size of the buffer for a request for a reader [bytes]: a path and some numbers
 
 
 def main() -> None:

@@ -14,12 +14,11 @@ from tierod.core.timestamps import LATE, Repairs, finite_or_missing, infinite_no
 from tierod.io.readers.limits import Allowance
 from tierod.io.readers.source import Lane
 
+# Time stamps in order [s], shape (n,), and the values of the channels that they belong to, (n,) each
 Stretch = tuple[np.ndarray, dict[str, np.ndarray]]
-"""Time stamps in order [s], shape (n,), and the values of the channels that they belong to, (n,) each."""
 
 
-FEWEST = 0.1
-"""Smallest mean sampling rate within a slice [Hz]; a slice costs some milliseconds, even with few samples."""
+FEWEST = 0.1  # Smallest mean sampling rate within a slice [Hz]; a slice costs some milliseconds, even with few samples
 
 
 class Slice(NamedTuple):
@@ -27,22 +26,14 @@ class Slice(NamedTuple):
 
     A slice with a lower mean sampling rate than `FEWEST` is extended until it has enough samples, so that the effort
     depends on the number of samples, whatever their stamps are.
-
-    Args:
-        channels: usable channels; notes on repairs count from the beginning of the recording
-        share: share of the file that has been read, 0 to 1
     """
 
-    channels: list[Channel]
-    share: float
+    channels: list[Channel]  # usable channels; notes on repairs count from the beginning of the recording
+    share: float  # share of the file that has been read, 0 to 1
 
 
 class _Clock:
-    """Channels with common time stamps, whose sorted samples wait until a slice is full.
-
-    Args:
-        channels: the first channels, of which only the descriptions are kept
-    """
+    """Channels with common time stamps, whose sorted samples wait until a slice is full."""
 
     def __init__(self, channels: list[Channel]):
         self.about = {channel.name: channel for channel in channels}
@@ -136,12 +127,7 @@ def _joined(stretches: list[Stretch], names: list[str]) -> Stretch:
 
 
 class _Lane:
-    """One lane of a file: the time up to which its channels are complete, and their waiting samples.
-
-    Args:
-        pieces: pieces of the file
-        allowance: limit on the size of the samples
-    """
+    """One lane of a file: the time up to which its channels are complete, and their waiting samples."""
 
     def __init__(self, pieces: Lane, allowance: Allowance):
         self._pieces, self._allowance = pieces, allowance
@@ -149,7 +135,6 @@ class _Lane:
         self.reach, self.share = -math.inf, 0.0
 
     def advance(self) -> None:
-        """Read the next piece."""
         piece = next(self._pieces, None)
         if piece is None:
             self.reach, self.share = math.inf, 1.0
@@ -181,10 +166,6 @@ def slices(lanes: Iterable[Lane], seconds: float, allowance: Allowance) -> Itera
     Args:
         lanes: lanes of a file; one lags behind another by no more than the length of a piece
         seconds: length of the slices [s], counted from the first stamp of all; infinity gives a single slice
-        allowance: limit on the size of the samples
-
-    Raises:
-        InputError: a clock jumps back by more than LATE or stands still throughout, or the unpacked file is too large
     """
     running = [_Lane(lane, allowance) for lane in lanes]
     start = math.nan

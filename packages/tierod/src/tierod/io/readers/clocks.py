@@ -14,36 +14,27 @@ from tierod.core.units import known, scale, split_name, split_suffix
 from tierod.io.readers.channel_map import GUESSED, TimeEntry
 from tierod.io.readers.source import Column
 
+# The only notation of dates that is read: in all others day and month may be confused
 DATES = "YYYY-MM-DD hh:mm:ss.fff"
-"""The only notation of dates that is read: in all others day and month may be confused."""
 
-OF_DAY = "hh:mm:ss.fff"
-"""The only notation of times of a day that is read."""
+OF_DAY = "hh:mm:ss.fff"  # The only notation of times of a day that is read
 
 _NAMES = ("time", "t", "timestamp", "timestamps", "zeit", "time_s", "times", "seconds", "sec", "ts", "date", "datetime")
 
 
+# Rate [Hz] below which seconds are doubtful where no unit is given: no recording of a steering system is so slow
 SLOWEST = 1.0
-"""Rate [Hz] below which seconds are doubtful where no unit is given: no recording of a steering system is so slow."""
 
-USUAL = (5.0, 20e3)
-"""Range of usual sampling rates [Hz], from coarse telemetry of vehicles to phase currents of motors."""
-
-FEWEST = 8
-"""Smallest number of stamps from which a rate is estimated."""
+USUAL = (5.0, 20e3)  # Range of usual sampling rates [Hz], from coarse telemetry of vehicles to phase currents of motors
+FEWEST = 8  # Smallest number of stamps from which a rate is estimated
 
 
 @dataclass(frozen=True)
 class Clock:
-    """A time column and the columns that belong to it.
+    """A time column and the columns that belong to it."""
 
-    Args:
-        column: name of the time column
-        columns: names of the columns whose time it is
-    """
-
-    column: str
-    columns: tuple[str, ...]
+    column: str  # name of the time column
+    columns: tuple[str, ...]  # names of the columns whose time it is
 
 
 def is_time(name: str) -> bool:
@@ -60,10 +51,6 @@ def unread_clock(others: Sequence[Column], usable: Sequence[Column]) -> Column |
     """The column whose title indicates the time but that cannot be read, where no usable one is as certain.
 
     Otherwise another column ("lap_time", a counter) would take its place unnoticed. A date beside a time is no clock.
-
-    Args:
-        others: columns that cannot be read
-        usable: columns that can be read
     """
     titles = [column.title or column.name for column in usable]
     clocks = [column for column in others if is_time(column.title or column.name)]
@@ -78,16 +65,7 @@ def unread_clock(others: Sequence[Column], usable: Sequence[Column]) -> Column |
 def find_clocks(
     columns: Sequence[Column], increasing: Sequence[str] = (), given: TimeEntry = GUESSED
 ) -> tuple[Clock, ...]:
-    """The clocks of a table: its first time column and every repetition ("time.2"), each for the columns after it.
-
-    Args:
-        columns: columns in the order of the file
-        increasing: names of columns that increase throughout, used where no title indicates a time
-        given: time column as given by the user
-
-    Raises:
-        InputError: no column can be the time, or there is none with the given name
-    """
+    """The clocks of a table: its first time column and every repetition ("time.2"), each for the columns after it."""
     first = _named(given.column, columns) or next(
         (column for column in columns if is_time(column.title or column.name)), None
     )
@@ -133,10 +111,6 @@ def _named(name: str | None, columns: Sequence[Column]) -> Column | None:
 def unit_of(column: Column, given: TimeEntry = GUESSED) -> str:
     """The unit of a time column: as given by the user, as stated by the file, or by the ending of its name.
 
-    Args:
-        column: the time column
-        given: time column as given by the user
-
     Returns:
         the unit as written; "" where none is given
     """
@@ -148,11 +122,8 @@ def require_plausible_rate(clocks: Iterable[tuple[str, str, np.ndarray]]) -> Non
     """Refuse time stamps without a unit whose rate is too low in seconds and usual in another unit.
 
     Args:
-        clocks: (column, its unit by `unit_of`, its first stamps as recorded) of all clocks of a table; if one of them
-            is fast enough, none is doubtful: the others may belong to slow signals
-
-    Raises:
-        InputError: a unit has to be given; the message names the one that fits
+        clocks: (column, its unit by `unit_of`, its first stamps as recorded) of all clocks of a table; if one of
+            them is fast enough, none is doubtful: the others may belong to slow signals
     """
     doubtful: list[tuple[float, float, str, str]] = []
     for column, unit, stamps in clocks:
@@ -190,10 +161,6 @@ def seconds(stamps: np.ndarray, unit: str, column: str) -> tuple[np.ndarray, str
     Args:
         stamps: as recorded, shape (n,)
         unit: unit by `unit_of`; where it is "", seconds, or the unit that makes large numbers a calendar date
-        column: its name, for the message
-
-    Raises:
-        InputError: the unit is not one of time
     """
     guess = "" if unit else _calendar_unit(stamps)
     note = f"time stamps taken as {guess} since 1970" if guess else ""

@@ -16,34 +16,21 @@ from typing import IO, Any
 from tierod.core.errors import InputError
 from tierod.io.readers.limits import Allowance, limits
 
-BLOCK = 1 << 20
-"""Number of bytes of text that are read at a time."""
+BLOCK = 1 << 20  # Number of bytes of text that are read at a time
 
 
 @dataclass(frozen=True)
 class Content:
-    """The bytes of a file.
+    """The bytes of a file."""
 
-    Args:
-        path: path for messages
-        size: size of the stored file [bytes]
-        packed: whether it is packed with gzip
-        piped: whether it came through a pipe
-        opened: opens the stored bytes, from the beginning
-    """
-
-    path: Path
-    size: int
-    packed: bool
-    piped: bool
-    opened: Callable[[], IO[bytes]]
+    path: Path  # path for messages
+    size: int  # size of the stored file [bytes]
+    packed: bool  # whether it is packed with gzip
+    piped: bool  # whether it came through a pipe
+    opened: Callable[[], IO[bytes]]  # opens the stored bytes, from the beginning
 
     def stream(self) -> IO[bytes]:
-        """The unpacked bytes from the beginning.
-
-        Raises:
-            InputError: while it is read: the packed file is damaged, or unfolds to more than is allowed
-        """
+        """The unpacked bytes from the beginning."""
         return io.BufferedReader(_Unpacked(self)) if self.packed else self.opened()
 
     def blocks(self) -> Iterator[bytes]:
@@ -59,25 +46,12 @@ class Content:
 
 
 def content_of(path: Path, packed: bool) -> Content:
-    """The content of a file on a disk.
-
-    Args:
-        path: path of the file
-        packed: whether it is compressed with gzip
-    """
+    """The content of a file on a disk."""
     return Content(path, path.stat().st_size, packed, False, lambda: path.open("rb"))
 
 
 def spooled(path: Path, pipe: IO[bytes]) -> Content:
-    """Content from a pipe, kept in a temporary file so that it can be read again.
-
-    Args:
-        path: path of the pipe, for messages
-        pipe: pipe that is open for reading
-
-    Raises:
-        InputError: the content is larger than is allowed, or the disk is full
-    """
+    """Content from a pipe, kept in a temporary file so that it can be read again."""
     allowance = Allowance(path, 0)
     kept, head = Kept(), b""
     try:
@@ -91,11 +65,7 @@ def spooled(path: Path, pipe: IO[bytes]) -> Content:
 
 
 class Kept:
-    """A temporary file without a name, which is removed with this object.
-
-    Raises:
-        OSError: there is no room for it
-    """
+    """A temporary file without a name, which is removed with this object."""
 
     def __init__(self) -> None:
         # A bare descriptor for `pread`: several streams may read at once, since they share no position.
@@ -122,11 +92,7 @@ class _Raw(io.RawIOBase):
 
 
 class Stream(_Raw):
-    """Blocks of bytes as a stream, for libraries that read one.
-
-    Args:
-        blocks: blocks of any length
-    """
+    """Blocks of bytes as a stream, for libraries that read one."""
 
     def __init__(self, blocks: Iterable[bytes]):
         self._blocks, self._rest = iter(blocks), memoryview(b"")
@@ -177,24 +143,13 @@ class _Unpacked(_Raw):
         return len(data)
 
     def close(self) -> None:
-        """Close the stream and the packed file."""
         self._packed.close()
         self._file.close()
         super().close()
 
 
 def whole_lines(blocks: Iterable[bytes], path: Path | str, quotes: bool = False, end: bytes = b"\n") -> Iterator[bytes]:
-    """Blocks of bytes cut again at the ends of lines, so that no line is in two of them.
-
-    Args:
-        blocks: blocks of any length
-        path: path of the file, for the message
-        quotes: whether an end of line between quotation marks is part of a cell
-        end: bytes that end a line
-
-    Raises:
-        InputError: a line is longer than is allowed
-    """
+    """Blocks of bytes cut again at the ends of lines, so that no line is in two of them."""
     most, rest = limits().line, b""
     for block in blocks:
         cut = _last_end(rest, block, quotes, end)

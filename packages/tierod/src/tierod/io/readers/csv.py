@@ -26,19 +26,14 @@ from tierod.io.readers.csv_cells import Rows, Table, calendar, counted, head_of,
 from tierod.io.readers.csv_layout import Layout, find_layout
 from tierod.io.readers.source import Column, Format, Lane, Piece, Source
 
-DAY = 86400.0
-"""Length of a day [s]."""
+DAY = 86400.0  # Length of a day [s]
 
 
 def open_csv(content: Content, time: TimeEntry = GUESSED) -> Source:
     """A text table.
 
     Args:
-        content: the bytes of the file
         time: time column as given by a user; ignored in a file that tierod wrote
-
-    Raises:
-        InputError: it holds no table of numbers with a time column
     """
     path = content.path
     head = head_of(content)
@@ -112,23 +107,14 @@ def _refuse_text_as_clock(path: Path, layout: Layout, usable: Sequence[Column]) 
 
 @dataclass
 class Lines:
-    """Reads the columns with one clock, block by block.
+    """Reads the columns with one clock, block by block."""
 
-    Args:
-        table: the text table
-        clock: clock of the columns
-        unit: unit of the clock; "" where none is given
-        names: names of the columns
-        padded: whether rows without a stamp are only padding beside longer columns
-        broken: list that receives the note on broken lines; None where another reader gives it
-    """
-
-    table: Table
-    clock: Clock
-    unit: str
-    names: tuple[str, ...]
-    padded: bool
-    broken: list[str] | None
+    table: Table  # the text table
+    clock: Clock  # clock of the columns
+    unit: str  # unit of the clock; "" where none is given
+    names: tuple[str, ...]  # names of the columns
+    padded: bool  # whether rows without a stamp are only padding beside longer columns
+    broken: list[str] | None  # list that receives the note on broken lines; None where another reader gives it
     bad: dict[str, int] = field(default_factory=dict)
 
     def pieces(self) -> Lane:
@@ -192,13 +178,13 @@ def _past_midnight(time: np.ndarray, last: float) -> np.ndarray:
 
 
 def _beginning(head: bytes, table: Table) -> dict[str, np.ndarray]:
-    """The first samples of the columns of numbers."""
     part = head[: table.layout.begin + (1 << 16)]
     part = part[: part.rfind(table.end) + 1] if len(part) < len(head) else part
     part = part[table.layout.begin :]
     return numbers(part, table, table.layout.numeric)[1] if part else {}
 
 
+# It recognises no beginning: any text that is of no other format is read as a text table
 FORMAT = Format(
     "csv",
     "CSV (.csv, .txt, .tsv)",
@@ -207,4 +193,3 @@ FORMAT = Format(
     lambda head, ending: False,
     text=True,
 )
-"""It recognises no beginning: any text that is of no other format is read as a text table."""

@@ -25,23 +25,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Table:
-    """A text table.
+    """A text table."""
 
-    Args:
-        content: the bytes of the file
-        layout: layout of the text
-        end: bytes that end a line
-        size: size of the data as unpacked text [bytes]
-        lines: number of lines of data
-        quotes: number of quotation marks in the data
-    """
-
-    content: Content
-    layout: Layout
-    end: bytes
-    size: int
-    lines: int
-    quotes: int
+    content: Content  # the bytes of the file
+    layout: Layout  # layout of the text
+    end: bytes  # bytes that end a line
+    size: int  # size of the data as unpacked text [bytes]
+    lines: int  # number of lines of data
+    quotes: int  # number of quotation marks in the data
 
     def blocks(self) -> Iterator[bytes]:
         """The lines of data, some megabytes at a time."""
@@ -54,11 +45,7 @@ class Table:
 
 
 def head_of(content: Content) -> bytes:
-    """The beginning of the text, longer than the sample for the layout, in UTF-8.
-
-    Args:
-        content: the bytes of the file
-    """
+    """The beginning of the text, longer than the sample for the layout, in UTF-8."""
     head = b""
     for block in _in_utf8(content):
         head += block
@@ -68,13 +55,7 @@ def head_of(content: Content) -> bytes:
 
 
 def counted(content: Content, layout: Layout, end: bytes) -> Table:
-    """A table whose text was read once from beginning to end, to count its bytes, lines and quotation marks.
-
-    Args:
-        content: the bytes of the file
-        layout: layout of the text
-        end: bytes that end a line
-    """
+    """A table whose text was read once from beginning to end, to count its bytes, lines and quotation marks."""
     size = lines = quotes = 0
     last = b""
     for block in _below(_in_utf8(content), layout.begin):
@@ -85,7 +66,6 @@ def counted(content: Content, layout: Layout, end: bytes) -> Table:
 
 
 def _below(blocks: Iterable[bytes], begin: int) -> Iterator[bytes]:
-    """The blocks without the first `begin` bytes."""
     for block in blocks:
         if begin < len(block):
             yield block[begin:]
@@ -117,16 +97,8 @@ class Rows(NamedTuple):
 def numbers(block: bytes, table: Table, names: Sequence[str]) -> tuple[Rows, dict[str, np.ndarray], dict[str, int]]:
     """Columns of a block of lines.
 
-    Args:
-        block: whole lines, in UTF-8
-        table: table that they belong to
-        names: names of the columns
-
     Returns:
         rows, columns of numbers as floats by name, and number of cells that are no number by name of the column
-
-    Raises:
-        InputError: the lines cannot be split into cells
     """
     import pyarrow as pa
 
@@ -240,13 +212,9 @@ def calendar(column: pa.ChunkedArray, name: str) -> tuple[np.ndarray, list[str]]
 
     Args:
         column: Arrow column of texts; dates without a zone are in UTC
-        name: name of the column, for the message
 
     Returns:
         seconds, and the cells that are written as a date that does not exist, such as one of the 13th month
-
-    Raises:
-        InputError: a cell is not written as a date
     """
     import pyarrow as pa
     import pyarrow.compute as compute

@@ -15,11 +15,10 @@ from tierod.io.layout import DAMAGED, description_in
 from tierod.io.readers.clocks import is_time
 from tierod.io.readers.source import Column
 
-SAMPLE = 1 << 17
-"""Number of bytes at the beginning from which the layout is found."""
+SAMPLE = 1 << 17  # Number of bytes at the beginning from which the layout is found
 
+# Beginning of the first line that the CSV writer writes
 COMMENT = "# tierod "
-"""Beginning of the first line that the CSV writer writes."""
 
 _NUMBER = re.compile(r"^\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*$|^\s*[-+]?(inf|infinity)\s*$", re.IGNORECASE)
 _DECIMAL_COMMA = re.compile(r"^\s*[-+]?\d*,\d+([eE][-+]?\d+)?\s*$")
@@ -31,26 +30,17 @@ _UNIT_LABELS = ("unit", "units")
 
 @dataclass(frozen=True)
 class Layout:
-    """The layout of a text table.
+    """The layout of a text table."""
 
-    Args:
-        delimiter: sign between cells
-        decimal: decimal sign, "." or ","
-        begin: number of bytes before the first line of data
-        columns: columns in the order of the file
-        numeric: names of the columns that hold numbers
-        dates: names of the columns that hold calendar times, or times of a day
-        texts: an example of a cell of every column that holds neither, by name
-        about: description of the channels by the CSV writer of tierod; empty in any other file
-    """
-
-    delimiter: str
-    decimal: str
-    begin: int
-    columns: tuple[Column, ...]
-    numeric: tuple[str, ...]
-    dates: tuple[str, ...]
+    delimiter: str  # sign between cells
+    decimal: str  # decimal sign, "." or ","
+    begin: int  # number of bytes before the first line of data
+    columns: tuple[Column, ...]  # columns in the order of the file
+    numeric: tuple[str, ...]  # names of the columns that hold numbers
+    dates: tuple[str, ...]  # names of the columns that hold calendar times, or times of a day
+    # an example of a cell of every column that holds neither, by name
     texts: dict[str, str] = field(default_factory=dict)
+    # description of the channels by the CSV writer of tierod; empty in any other file
     about: dict[str, Any] = field(default_factory=dict)
 
 
@@ -59,9 +49,6 @@ def find_layout(data: bytes) -> Layout:
 
     Args:
         data: the file, or enough from its beginning; UTF-8 or Latin-1
-
-    Raises:
-        InputError: it holds no table of numbers
     """
     lines = _lines(data)
     best: tuple[float, str, str] = (0.0, "", "")

@@ -32,26 +32,15 @@ _ENTRY = re.compile(r"""\b(VAL_|SIG_VALTYPE_)\s+(\d+)\s+(\w+)\b(?:"(?:[^"\\]|\\.
 
 @dataclass(frozen=True)
 class Found:
-    """A message of the database that a log holds.
+    """A message of the database that a log holds."""
 
-    Args:
-        message: description of the message by cantools
-        prefix: prefix of the names of its signals
-        where: identifier and bus, for the source of a channel
-    """
-
-    message: Message
-    prefix: str
-    where: str
+    message: Message  # description of the message by cantools
+    prefix: str  # prefix of the names of its signals
+    where: str  # identifier and bus, for the source of a channel
 
 
 def load_databases(paths: Sequence[str | Path]) -> list[Message]:
-    """The messages of one or several databases.
-
-    Raises:
-        MissingExtra: cantools is not installed
-        InputError: a file cannot be read or is no database
-    """
+    """The messages of one or several databases."""
     try:
         import cantools  # noqa: F401
     except ImportError:
@@ -96,15 +85,7 @@ def _database(path: Path, content: bytes) -> CanDatabase | DiagnosticsDatabase:
 
 
 def match_messages(log: Heard, database: Sequence[Message]) -> dict[tuple[int, int], Found]:
-    """The messages of a database that a log holds, one per message, bus and sender, by bus and identifier.
-
-    Args:
-        log: content of the log
-        database: descriptions of messages by cantools
-
-    Raises:
-        InputError: the log holds none of them; identifiers of both sides are named
-    """
+    """The messages of a database that a log holds, one per message, bus and sender, by bus and identifier."""
     exact = {message.frame_id | (EXTENDED if message.is_extended_frame else 0): message for message in database}
     groups = {parameter_group(message.frame_id): message for message in database if message.protocol == "j1939"}
     found: dict[tuple[int, int], Found] = {}
@@ -143,19 +124,13 @@ def _no_match(log: dict[int, int], database: Collection[int]) -> str:
 
 @dataclass(frozen=True)
 class Described:
-    """Description of the frames of a bus by databases.
+    """Description of the frames of a bus by databases."""
 
-    Args:
-        found: messages in the log, by bus and identifier
-        places: (bus and identifier of its message, signal) of every signal in the log, by the name of its column
-        columns: columns "Message.Signal"
-        silent: names of the columns of messages that are not in the log
-    """
-
-    found: dict[tuple[int, int], Found]
+    found: dict[tuple[int, int], Found]  # messages in the log, by bus and identifier
+    # (bus and identifier of its message, signal) of every signal in the log, by the name of its column
     places: dict[str, tuple[tuple[int, int], Signal]]
-    columns: tuple[Column, ...]
-    silent: tuple[str, ...]
+    columns: tuple[Column, ...]  # columns "Message.Signal"
+    silent: tuple[str, ...]  # names of the columns of messages that are not in the log
 
     def wanted(self, names: Sequence[str]) -> dict[tuple[int, int], list[tuple[str, Signal]]]:
         """(name of the column, signal) of the named columns, by bus and identifier."""
@@ -170,9 +145,6 @@ def described(content: Heard, database: Sequence[Message]) -> Described:
     """Description of the received frames by databases.
 
     A message on several buses or from several senders keeps its plain name for the first, the others get a prefix.
-
-    Raises:
-        InputError: none of the frames is in the databases
     """
     found = match_messages(content, database)
     places = {
@@ -185,14 +157,7 @@ def described(content: Heard, database: Sequence[Message]) -> Described:
 
 
 def bus_source(log: Log, content: Heard, database: Sequence[Message], metadata: Mapping[str, object]) -> Source:
-    """A CAN log with its database as a source of columns named "Message.Signal".
-
-    Args:
-        log: log, which is read again for every reading
-        content: content of the log
-        database: descriptions of messages
-        metadata: further metadata of the log
-    """
+    """A CAN log with its database as a source of columns named "Message.Signal"."""
     known = described(content, database)
 
     def lanes(names: Sequence[str]) -> list[Lane]:
@@ -224,19 +189,12 @@ def _decoded(
 
 @dataclass(frozen=True)
 class Rows:
-    """The frames of one message.
+    """The frames of one message."""
 
-    Args:
-        time: [s], shape (n,)
-        payloads: bytes of the frames
-        length: number of bytes of each payload, shape (n,)
-        shortest: smallest of these numbers
-    """
-
-    time: np.ndarray
-    payloads: Payloads
-    length: np.ndarray
-    shortest: int
+    time: np.ndarray  # [s], shape (n,)
+    payloads: Payloads  # bytes of the frames
+    length: np.ndarray  # number of bytes of each payload, shape (n,)
+    shortest: int  # smallest of these numbers
 
     @staticmethod
     def of(frames: Frames, index: np.ndarray) -> Rows:
@@ -253,14 +211,7 @@ def silent_channels(entry: Found, items: Sequence[tuple[str, Signal]]) -> list[C
 
 
 def channel_of(name: str, entry: Found, item: Signal, rows: Rows) -> Channel:
-    """A signal of some frames of its message, in the unit of the database.
-
-    Args:
-        name: name of the column
-        entry: the message
-        item: the signal
-        rows: the frames
-    """
+    """A signal of some frames of its message, in the unit of the database."""
     time, values = rows.time, physical(entry.message, item, rows)
     chosen = selected(entry.message, item, rows)
     if chosen is not None:

@@ -19,8 +19,7 @@ _TYPES = {
     "Float": "f4", "Double": "f8", "LongLong": "i8", "ULongLong": "u8", "Long": "i4", "ULong": "u4", "Int": "i4",
     "UInt": "u4", "Short": "i2", "UShort": "u2", "Char": "i1", "UChar": "u1",
 }  # fmt: skip
-ROWS = 1 << 15
-"""Number of rows that are read at a time."""
+ROWS = 1 << 15  # Number of rows that are read at a time
 
 
 class Quantity(NamedTuple):
@@ -34,11 +33,7 @@ class Quantity(NamedTuple):
 
 
 def open_erg(path: Path) -> Source:
-    """A result file of CarMaker with its ".info" beside it.
-
-    Raises:
-        InputError: the description is missing or damaged, does not fit the rows, or there is no time
-    """
+    """A result file of CarMaker with its ".info" beside it."""
     info = path.with_name(path.name + ".info")
     if not info.is_file():
         raise InputError(f"{path} is described in {info}, which is missing; copy both files from the simulation output")

@@ -21,12 +21,7 @@ def bag_files(folder: Path) -> list[Path]:
 
 
 def beside_bag(folder: Path, endings: Iterable[str]) -> str:
-    """A sentence on recordings in the folder of a bag that are no part of it; "" where there are none.
-
-    Args:
-        folder: folder of a ROS 2 bag
-        endings: endings of recordings that can be read
-    """
+    """A sentence on recordings in the folder of a bag that are no part of it; "" where there are none."""
     known = set(endings)
     own = set(bag_files(folder))
     others = [each.name for each in sorted(folder.iterdir()) if each.suffix.lower() in known and each not in own]

@@ -15,42 +15,24 @@ from tierod.io.readers.bits import LONGEST
 if TYPE_CHECKING:
     from cantools.database.can import Signal
 
-EXTENDED = 1 << 31
-"""Flag of a 29-bit identifier in `Frames.identifier`."""
-
-MOST_BUSES = 64
-"""Largest number of buses of a log: with more names in their place, the log is damaged, or is none."""
-
-IDENTIFIERS = 1 << 29
-"""Number of possible identifiers: those of extended frames have 29 bits."""
-
-_STANDARD = 0x7FF
-"""The largest identifier of 11 bits; a damaged log may hold larger ones of three digits."""
+EXTENDED = 1 << 31  # Flag of a 29-bit identifier in `Frames.identifier`
+MOST_BUSES = 64  # Largest number of buses of a log: with more names in their place, the log is damaged, or is none
+IDENTIFIERS = 1 << 29  # Number of possible identifiers: those of extended frames have 29 bits
+_STANDARD = 0x7FF  # The largest identifier of 11 bits; a damaged log may hold larger ones of three digits
 
 
 @dataclass(frozen=True)
 class Frames:
-    """CAN frames of a log.
+    """CAN frames of a log."""
 
-    Args:
-        time: [s] since origin, shape (n,)
-        identifier: shape (n,), uint32, EXTENDED added for 29-bit identifiers
-        bus: number of the bus in `buses`, shape (n,)
-        payload: bytes, shape (n, width), zero beyond the length
-        length: number of bytes of the payload, shape (n,)
-        buses: names of the buses
-        origin: calendar time of the stamp zero [s]
-        notes: notes on losses and repairs while reading
-    """
-
-    time: np.ndarray
-    identifier: np.ndarray
-    bus: np.ndarray
-    payload: np.ndarray
-    length: np.ndarray
-    buses: tuple[str, ...]
-    origin: float = 0.0
-    notes: tuple[str, ...] = field(default=())
+    time: np.ndarray  # [s] since origin, shape (n,)
+    identifier: np.ndarray  # shape (n,), uint32, EXTENDED added for 29-bit identifiers
+    bus: np.ndarray  # number of the bus in `buses`, shape (n,)
+    payload: np.ndarray  # bytes, shape (n, width), zero beyond the length
+    length: np.ndarray  # number of bytes of the payload, shape (n,)
+    buses: tuple[str, ...]  # names of the buses
+    origin: float = 0.0  # calendar time of the stamp zero [s]
+    notes: tuple[str, ...] = field(default=())  # notes on losses and repairs while reading
 
     def __len__(self) -> int:
         return len(self.time)
@@ -127,11 +109,7 @@ Name = TypeVar("Name", int, str)
 
 
 def bus_number(buses: dict[Name, int], name: Name) -> int:
-    """The number of a bus; a new name gets the next number.
-
-    Raises:
-        InputError: the log names more buses than there can be
-    """
+    """The number of a bus; a new name gets the next number."""
     number = buses.setdefault(name, len(buses))
     if number >= MOST_BUSES:
         raise InputError(f"the log names more than {MOST_BUSES} buses, so it is damaged; record or export it again")
@@ -143,15 +121,15 @@ def identifier_text(identifier: int) -> str:
     return f"0x{identifier & ~EXTENDED:08X}" if identifier & EXTENDED else f"0x{identifier:03X}"
 
 
+# J1939-21: below this PDU format the next byte is the address of the receiver, not part of the parameter group
 _PGN_WITH_ADDRESS = 240
-"""J1939-21: below this PDU format the next byte is the address of the receiver, not part of the parameter group."""
 
+# Pattern of the names that databases give to states without a value
 _SAYS_NOTHING = re.compile(
     r"not[ _-]*(avail|defin|install|support|used)|n/?a\b|sna\b|error|fault|invalid|reserved|undefined"
     r"|do ?n.?o?t[ _-]*care|no[ _-]*action",
     re.IGNORECASE,
 )
-"""Pattern of the names that databases give to states without a value."""
 
 
 def parameter_group(identifier: int) -> int:
@@ -171,7 +149,6 @@ def without_value(item: Signal, raw: np.ndarray) -> np.ndarray | None:
     database names otherwise than error or not available is kept.
 
     Args:
-        item: description of the signal by cantools
         raw: its raw values, shape (n,); unsigned for a signal that has such codes
     """
     if item.is_signed or item.is_float or not 2 <= item.length <= LONGEST:

@@ -20,8 +20,7 @@ from tierod.io.readers.mat import PERIODS
 from tierod.io.readers.reader_process import ReaderProcess
 from tierod.io.readers.source import Column, Format, Lane, Piece, Source
 
-SAMPLES = 1 << 16
-"""Number of samples of a vector that are read at a time."""
+SAMPLES = 1 << 16  # Number of samples of a vector that are read at a time
 
 
 class Data(NamedTuple):
@@ -49,14 +48,6 @@ def open_hdf5(path: Path, given: TimeEntry = GUESSED) -> Source:
     """A MATLAB 7.3 or HDF5 file: every group (structure) with vectors beside a time vector or a sampling interval.
 
     A vector without a time in its own group takes that of a group around it, where the lengths agree.
-
-    Args:
-        path: path of the file
-        given: time vector as given by a user
-
-    Raises:
-        MissingExtra: h5py is not installed
-        InputError: the file is damaged, or holds no vectors beside a time vector
     """
     require_library("h5py", "hdf5", "reading a MATLAB 7.3 or HDF5 file")
     process = ReaderProcess(path, hdf_child, "the HDF5 library", "HDF5")

@@ -4,16 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-MOST = 20_000
-"""Largest number of data sets in a file."""
+MOST = 20_000  # Largest number of data sets in a file
 
 
 class Reader:
-    """Reads one file.
-
-    Args:
-        path: path of the file
-    """
+    """Reads one file."""
 
     def __init__(self, path: str):
         self._path = path

@@ -10,36 +10,29 @@ from typing import Annotated
 
 from tierod.core.errors import InputError, ParameterError
 
+# Environment variable that raises (or lowers) `Limits.largest`: a number of bytes, or one with kB, MB or GB
 VARIABLE = "TIEROD_LARGEST"
-"""Environment variable that raises (or lowers) `Limits.largest`: a number of bytes, or one with kB, MB or GB."""
 
 _UNITS = {"": 1, "b": 1, "kb": 10**3, "mb": 10**6, "gb": 10**9, "kib": 2**10, "mib": 2**20, "gib": 2**30}
 
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits of the unpacked size of a recording, as text as well as in samples of eight bytes.
+    """Limits of the unpacked size of a recording, as text as well as in samples of eight bytes."""
 
-    Args:
-        largest: unpacked size that any recording may have [byte]: ten hours at 100 Hz of 37 channels, as samples
-        ratio: largest ratio of unpacked to packed size beyond that; packed recordings of cars stay below 30, zeros
-            reach 1000
-        line: size of one line of text [byte]: 10 000 columns of numbers with 16 digits take 0.2 MB
-        block: size of one packed block that must be unpacked as a whole [byte]; recorders write 0.1 to 4 MB
-    """
-
+    # unpacked size that any recording may have [byte]: ten hours at 100 Hz of 37 channels, as samples
     largest: Annotated[int, "byte"] = 10**9 + 10**8
+    # largest ratio of unpacked to packed size beyond that; packed recordings of cars stay below 30, zeros reach
+    # 1000
     ratio: Annotated[float, ""] = 100.0
+    # size of one line of text [byte]: 10 000 columns of numbers with 16 digits take 0.2 MB
     line: Annotated[int, "byte"] = 1 << 22
+    # size of one packed block that must be unpacked as a whole [byte]; recorders write 0.1 to 4 MB
     block: Annotated[int, "byte"] = 1 << 27
 
 
 def limits() -> Limits:
-    """The limits in effect.
-
-    Raises:
-        ParameterError: the environment variable holds no size
-    """
+    """The limits in effect."""
     text = os.environ.get(VARIABLE, "").strip()
     if not text:
         return Limits()
@@ -54,7 +47,6 @@ class Allowance:
     """Counts the unpacked size of a file, and stops where it exceeds the limits.
 
     Args:
-        path: path of the file, for the message
         size: size of the stored file [bytes]
     """
 
@@ -65,21 +57,13 @@ class Allowance:
         self.taken = 0
 
     def take(self, count: int) -> None:
-        """Count further bytes.
-
-        Raises:
-            InputError: the total is more than is allowed
-        """
+        """Count further bytes."""
         self.taken += count
         if self.taken > self.most:
             raise self.refused(f"more than {self.most / 1e9:.3g} GB")
 
     def take_block(self, count: int) -> None:
-        """Check the size of one packed block before it is unpacked.
-
-        Raises:
-            InputError: it is more than fits into memory beside the rest
-        """
+        """Check the size of one packed block before it is unpacked."""
         if count > self.limits.block:
             raise self.refused(f"a block of {count / 1e9:.3g} GB, where {self.limits.block / 1e9:.3g} GB are the limit")
 

@@ -27,10 +27,6 @@ def open_bag(path: Path, time: TimeEntry = GUESSED) -> Source:
 
     Every number in a message becomes a column "topic.field"; the time is that at which the message was logged,
     or the field that the user names, such as header.stamp, in messages that have it.
-
-    Raises:
-        MissingExtra: rosbags or mcap is not installed
-        InputError: the file is damaged, or no message in it holds numbers that can be decoded
     """
     for library in ("rosbags", "mcap"):
         require_library(library, "ros", "reading a bag or MCAP file")

@@ -12,29 +12,21 @@ from tierod.core.timestamps import LATE, Repairs
 from tierod.io.readers.content import Kept
 from tierod.io.readers.frames import Frames, joined, messages, taken
 
+# Delay of frames from which there is a remark, though they can be sorted [s]: drivers of buses are faster
 LATE_ENOUGH = 0.005
-"""Delay of frames from which there is a remark, though they can be sorted [s]: drivers of buses are faster."""
 
 
 @dataclass(frozen=True)
 class Log:
-    """A CAN log.
+    """A CAN log."""
 
-    Args:
-        name: name of its file, for messages
-        lanes: gives the frames from the beginning, in blocks; several lanes where the log keeps its buses apart
-    """
-
-    name: str
+    name: str  # name of its file, for messages
+    # gives the frames from the beginning, in blocks; several lanes where the log keeps its buses apart
     lanes: Callable[[], list[Iterator[Frames]]]
 
 
 class Remembered:
-    """The frames of a log that is slow to read, kept in a temporary file after they were read to the end.
-
-    Args:
-        read: gives the frames from the beginning
-    """
+    """The frames of a log that is slow to read, kept in a temporary file after they were read to the end."""
 
     def __init__(self, read: Callable[[], Iterator[Frames]]):
         self._read = read
@@ -42,7 +34,6 @@ class Remembered:
         self._blocks: list[tuple[int, Frames]] = []
 
     def __call__(self) -> list[Iterator[Frames]]:
-        """The frames in the only lane of the log."""
         return [self._first() if self._kept is None else self._again(self._kept)]
 
     def _first(self) -> Iterator[Frames]:
@@ -69,37 +60,24 @@ class Remembered:
             yield replace(empty, time=time, identifier=identifier, bus=bus, length=length.astype(int), payload=payload)
 
 
-_KINDS = ("f8", "u4", "u2", "u2", "u1")
-"""Types in which time, identifier, bus, length and payload of a frame are kept."""
+_KINDS = ("f8", "u4", "u2", "u2", "u1")  # Types in which time, identifier, bus, length and payload of a frame are kept
 
 
 @dataclass
 class Heard:
-    """Content of a log.
+    """Content of a log."""
 
-    Args:
-        counts: number of frames by (number of the bus, identifier), in the order of both
-        buses: names of the buses, in the order of their first frames
-        frames: number of all frames
-        origin: calendar time of the stamp zero [s]
-        newest: time of the last frame [s]
-        notes: notes on losses and repairs
-    """
-
+    # number of frames by (number of the bus, identifier), in the order of both
     counts: dict[tuple[int, int], int] = field(default_factory=dict)
-    buses: tuple[str, ...] = ()
-    frames: int = 0
-    origin: float = 0.0
-    newest: float = 0.0
-    notes: tuple[str, ...] = ()
+    buses: tuple[str, ...] = ()  # names of the buses, in the order of their first frames
+    frames: int = 0  # number of all frames
+    origin: float = 0.0  # calendar time of the stamp zero [s]
+    newest: float = 0.0  # time of the last frame [s]
+    notes: tuple[str, ...] = ()  # notes on losses and repairs
 
 
 class InOrder:
-    """The frames of all lanes of a log together, in the order of time.
-
-    Args:
-        log: log to read
-    """
+    """The frames of all lanes of a log together, in the order of time."""
 
     def __init__(self, log: Log):
         self.buses: dict[str, int] = {}
@@ -109,11 +87,7 @@ class InOrder:
         self._repairs = [Repairs(f"the log {log.name}") for _ in self._lanes]
 
     def __iter__(self) -> Iterator[Frames]:
-        """The frames, block by block.
-
-        Raises:
-            InputError: the log cannot be read, or its clock was set back
-        """
+        """The frames, block by block."""
         waiting: list[Frames | None] = [None] * len(self._lanes)
         reach = np.full(len(self._lanes), -np.inf)
         while (until := reach.min()) < np.inf:
@@ -145,7 +119,6 @@ class InOrder:
         return taken(frames, slice(0, last))
 
     def _numbered(self, frames: Frames) -> Frames:
-        """The frames with the buses of all lanes numbered in the order of their first frames."""
         numbers, first = np.unique(frames.bus, return_index=True)
         for number in numbers[np.argsort(first)].tolist():
             self.buses.setdefault(frames.buses[number], len(self.buses))
@@ -154,11 +127,7 @@ class InOrder:
 
 
 def heard(log: Log) -> Heard:
-    """Content of a log, read once from its beginning to its end.
-
-    Raises:
-        InputError: it holds no frame, cannot be read, or its clock was set back
-    """
+    """Content of a log, read once from its beginning to its end."""
     found = Heard()
     counts: dict[tuple[int, int], int] = {}
     blocks = InOrder(log)

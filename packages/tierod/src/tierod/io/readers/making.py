@@ -15,21 +15,12 @@ from tierod.core.signals import SIGNALS
 from tierod.core.timestamps import finite_or_missing
 from tierod.io.readers.mapping import Pick, Plan
 
+# Speed [m/s] that hardly any road vehicle reaches (216 km/h), but the numbers of any motorway drive in km/h do
 FASTEST = 60.0
-"""Speed [m/s] that hardly any road vehicle reaches (216 km/h), but the numbers of any motorway drive in km/h do."""
 
 
 def made_from(plan: Plan, loaded: Sequence[Channel], doubts: Doubts) -> list[Channel]:
-    """The channels of a plan from the columns loaded; a channel of which a column is missing is not made.
-
-    Args:
-        plan: plan of the channels
-        loaded: the columns
-        doubts: records the magnitude of signals whose unit was assumed
-
-    Raises:
-        InputError: columns that are to be summed have different time stamps
-    """
+    """The channels of a plan from the columns loaded; a channel of which a column is missing is not made."""
     by_name = {channel.name: channel for channel in loaded}
     channels = []
     for pick in plan.picks:
@@ -43,9 +34,9 @@ def made_from(plan: Plan, loaded: Sequence[Channel], doubts: Doubts) -> list[Cha
     return channels
 
 
+# Multiple of the plausible range of a signal from which a number is no measurement, whatever the fault of its sensor
+# and its unit: a code for a missing value, such as 3.4e38, or damage. Its powers would exceed the range of a float.
 BEYOND: Annotated[float, ""] = 1e6
-"""Multiple of the plausible range of a signal from which a number is no measurement, whatever the fault of its sensor
-and its unit: a code for a missing value, such as 3.4e38, or damage. Its powers would exceed the range of a float."""
 
 
 class Doubts:

@@ -12,47 +12,30 @@ from tierod.io.derive import ingredients
 from tierod.io.readers.channel_map import ChannelMap, Entry
 from tierod.io.readers.source import Column
 
-TRUTH = "truth_"
-"""Prefix of the true value of a signal in a simulation; a file may hold such columns, but need not."""
+TRUTH = "truth_"  # Prefix of the true value of a signal in a simulation; a file may hold such columns, but need not
 
 
 @dataclass(frozen=True)
 class Pick:
-    """One channel to be made.
+    """One channel to be made."""
 
-    Args:
-        name: canonical name, or that of the column
-        columns: columns of the file, which are summed
-        unit: unit of the channel
-        entry: sign, factor and offset
-        scale: conversion from the unit of the columns
-        notes: notes on guesses and changes
-        assumed: whether the file has no unit, so that the canonical one was assumed
-    """
-
-    name: str
-    columns: tuple[str, ...]
-    unit: str
-    entry: Entry
-    scale: Scale
-    notes: tuple[str, ...] = ()
-    assumed: bool = False
+    name: str  # canonical name, or that of the column
+    columns: tuple[str, ...]  # columns of the file, which are summed
+    unit: str  # unit of the channel
+    entry: Entry  # sign, factor and offset
+    scale: Scale  # conversion from the unit of the columns
+    notes: tuple[str, ...] = ()  # notes on guesses and changes
+    assumed: bool = False  # whether the file has no unit, so that the canonical one was assumed
 
 
 @dataclass(frozen=True)
 class Plan:
-    """Plan of the channels to load from a file.
+    """Plan of the channels to load from a file."""
 
-    Args:
-        picks: the channels to be made
-        warnings: warnings about guesses and absent columns
-        channel_map: path of the map that was used; "" where none was
-        lacking: by signal, a sentence on the column that the map names for it and the file lacks
-    """
-
-    picks: tuple[Pick, ...]
-    warnings: tuple[str, ...] = ()
-    channel_map: str = ""
+    picks: tuple[Pick, ...]  # the channels to be made
+    warnings: tuple[str, ...] = ()  # warnings about guesses and absent columns
+    channel_map: str = ""  # path of the map that was used; "" where none was
+    # by signal, a sentence on the column that the map names for it and the file lacks
     lacking: Mapping[str, str] = field(default_factory=dict)
 
     @property
@@ -70,13 +53,8 @@ def plan(
     """Plan of the columns that become channels.
 
     Args:
-        columns: columns of the file
         channel_map: map that decides for the signals it names; the others are guessed by name
         names: the signals or columns wanted; all where not given
-        silent: known columns of which the file has no value
-
-    Raises:
-        InputError: a wanted name or unit is not known, or the file has no column of the map
     """
     by_name = {column.name: column for column in columns}
     wanted = None if names is None else _wanted(tuple(names), by_name)
@@ -122,11 +100,7 @@ def plan(
 def _lacking(
     channel_map: ChannelMap, columns: dict[str, Column], silent: Sequence[str], wanted: set[str] | None
 ) -> dict[str, str]:
-    """By signal, a sentence on the column that a map requires for it and the file lacks.
-
-    Raises:
-        InputError: the file has no column that the map names, and one of its signals is wanted
-    """
+    """By signal, a sentence on the column that a map requires for it and the file lacks."""
     there = {source: _find(source, columns) for entry in channel_map.entries.values() for source in entry.source}
     found = {column.name for column in there.values() if column is not None}
     fits = bool(found) or any(source in silent for source in there)
@@ -145,7 +119,6 @@ def _lacking(
 
 
 def _left_out(name: str, why: str) -> str:
-    """Warning about a signal whose column is absent."""
     return (
         f"{name} is left out: {why} Correct the map, or write optional = true below [signals.{name}] where recordings "
         "may lack it"

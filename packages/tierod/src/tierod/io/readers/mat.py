@@ -21,26 +21,15 @@ from tierod.io.readers.limits import Allowance
 from tierod.io.readers.reader_process import MatProcess
 from tierod.io.readers.source import Column, Format, Lane, Piece, Source, begins_with
 
+# Names of a sampling interval beside vectors without a time
 PERIODS = ("Ts", "ts", "dt", "Dt", "SampleTime", "sample_time")
-"""Names of a sampling interval beside vectors without a time."""
 
-SAMPLES = 1 << 17
-"""Number of samples of a vector that are read at a time."""
-
-_HEADER, _PACKED = 128, 15
-"""Number of bytes before the first variable, and the type of a packed variable."""
+SAMPLES = 1 << 17  # Number of samples of a vector that are read at a time
+_HEADER, _PACKED = 128, 15  # Number of bytes before the first variable, and the type of a packed variable
 
 
 def open_mat(path: Path, given: TimeEntry = GUESSED) -> Source:
-    """A MATLAB file of version 5 to 7.2.
-
-    Args:
-        path: path of the file
-        given: time vector as given by a user
-
-    Raises:
-        InputError: the file is damaged, of version 7.3, or holds no vectors beside a time vector
-    """
+    """A MATLAB file of version 5 to 7.2."""
     kept = Kept()
     content = _content(path, kept)
     signals: dict[str, Signal] = {}
@@ -75,17 +64,11 @@ def open_mat(path: Path, given: TimeEntry = GUESSED) -> Source:
 
 @dataclass(frozen=True)
 class Vector:
-    """A vector of the file, kept in a temporary file.
+    """A vector of the file, kept in a temporary file."""
 
-    Args:
-        kept: the temporary file
-        at: position of its first byte there
-        count: number of its numbers
-    """
-
-    kept: Kept
-    at: int
-    count: int
+    kept: Kept  # the temporary file
+    at: int  # position of its first byte there
+    count: int  # number of its numbers
 
     def part(self, begin: int, end: int) -> np.ndarray:
         """Its numbers from `begin` up to `end`."""
@@ -95,29 +78,17 @@ class Vector:
 
 @dataclass(frozen=True)
 class Signal:
-    """A vector that has as many samples as its time.
+    """A vector that has as many samples as its time."""
 
-    Args:
-        prefix: name of the structure that holds it
-        name: its name with that prefix
-        values: values as stored
-        clock: its time, or its sampling interval [s]
-        unit: unit of the time
-    """
-
-    prefix: str
-    name: str
-    values: Vector
-    clock: Vector | float
-    unit: str = ""
+    prefix: str  # name of the structure that holds it
+    name: str  # its name with that prefix
+    values: Vector  # values as stored
+    clock: Vector | float  # its time, or its sampling interval [s]
+    unit: str = ""  # unit of the time
 
 
 def _content(path: Path, kept: Kept) -> dict[str, Any]:
-    """The variables of a file, loaded some at a time, with their vectors in a temporary file.
-
-    Raises:
-        InputError: the file is damaged, of version 7.3, or too large when unpacked
-    """
+    """The variables of a file, loaded some at a time, with their vectors in a temporary file."""
     _refuse_large(path)
     process = MatProcess(path)
     found: dict[str, Any] = {}
@@ -131,11 +102,7 @@ def _content(path: Path, kept: Kept) -> dict[str, Any]:
 
 
 def _refuse_large(path: Path) -> None:
-    """Unpack every packed variable without keeping it, to check the unpacked size.
-
-    Raises:
-        InputError: it is too large
-    """
+    """Unpack every packed variable without keeping it, to check the unpacked size."""
     allowance = Allowance(path, path.stat().st_size)
     with path.open("rb") as file:
         file.seek(_HEADER)
@@ -154,7 +121,6 @@ def _refuse_large(path: Path) -> None:
 
 
 def _kept(value: object, vectors: Mapping[str, np.ndarray], kept: Kept) -> object:
-    """A value whose vectors are moved to the temporary file."""
     if isinstance(value, list):
         return [_kept(entry, vectors, kept) for entry in value]
     if not isinstance(value, dict):

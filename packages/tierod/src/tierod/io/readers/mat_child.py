@@ -8,19 +8,14 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     import numpy as np
 
+# Size of the variables that are loaded at a time, and allowance for each, since structures have no size [bytes]
 _AT_ONCE, _STRUCTURE = 1 << 25, 1 << 16
-"""Size of the variables that are loaded at a time, and allowance for each, since structures have no size [bytes]."""
 
-_LONGEST_TEXT = 80
-"""Largest number of characters of a text that is kept: units are short."""
+_LONGEST_TEXT = 80  # Largest number of characters of a text that is kept: units are short
 
 
 class Reader:
-    """Reads one file.
-
-    Args:
-        path: path of the file
-    """
+    """Reads one file."""
 
     def __init__(self, path: str):
         self._path = path
@@ -33,9 +28,6 @@ class Reader:
 
     def answer(self, request: dict[str, object]) -> tuple[dict[str, Any], dict[str, Any]]:
         """(vectors by number, where they belong) of the next variables.
-
-        Args:
-            request: has no further content
 
         Returns:
             the vectors as floats, and "variables" as nested dictionaries and lists, with {"vector": number} for a
@@ -58,7 +50,6 @@ class Reader:
 
 
 def _together(variables: list[tuple[str, tuple[int, ...], str]]) -> list[list[str]]:
-    """The names of the variables in portions that fit into memory."""
     parts: list[list[str]] = [[]]
     size = 0
     for name, shape, _ in variables:

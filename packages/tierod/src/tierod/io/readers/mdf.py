@@ -22,12 +22,7 @@ from tierod.io.readers.source import Column, Format, Lane, Piece, Source, begins
 
 
 def open_mdf(path: Path) -> Source | Log:
-    """An MDF file: its channels, or its frames where it is a bus log without channels.
-
-    Raises:
-        MissingExtra: asammdf is not installed
-        InputError: the file is damaged, or holds neither channels nor CAN frames
-    """
+    """An MDF file: its channels, or its frames where it is a bus log without channels."""
     process = MdfProcess(path)
     content, _ = process.ask({})
     frames = sum(content["records"][group] for group in content["frames"])

@@ -11,11 +11,8 @@ from collections.abc import Iterator
 from typing import Any
 
 FRAME = "CAN_DataFrame"
-BUS_GROUP = 2
-"""Flag of a channel group that holds bus events (ASAM MDF 4.1)."""
-
-FRAGMENT = 1 << 22
-"""Size of the records that are read at a time [bytes]."""
+BUS_GROUP = 2  # Flag of a channel group that holds bus events (ASAM MDF 4.1)
+FRAGMENT = 1 << 22  # Size of the records that are read at a time [bytes]
 
 
 def import_asammdf() -> None:
@@ -33,11 +30,11 @@ def import_asammdf() -> None:
         import asammdf  # noqa: F401
 
 
+# Frames of other buses by their name in the bus logging standard of ASAM
 OTHERS = {
     "ETH_Frame": "Ethernet (SOME/IP and PDUs within)", "LIN_Frame": "LIN", "FLX_Frame": "FlexRay",
     "FLX_Pdu": "FlexRay PDU", "MOST_Message": "MOST",
 }  # fmt: skip
-"""Frames of other buses by their name in the bus logging standard of ASAM."""
 
 _NOT_NEEDED = ("sympy", "pandas", "canmatrix", "canmatrix.canmatrix", "canmatrix.formats")
 
@@ -75,11 +72,7 @@ def _stream(path: str) -> Any:
 
 
 class Reader:
-    """Reads one file.
-
-    Args:
-        path: path of the file
-    """
+    """Reads one file."""
 
     def __init__(self, path: str):
         self._path = path

@@ -28,6 +28,7 @@ _REFUSED = (
     (b"\x7fELF", "is a program; give the recording itself"),
 )
 
+# tierod's own formats, in the order in which they examine the beginning of a file; the last takes any other text
 _OWN = {
     "mdf": "tierod.io.readers.mdf:FORMAT",
     "parquet": "tierod.io.readers.parquet:FORMAT",
@@ -44,7 +45,6 @@ _OWN = {
     "candump": "tierod.io.readers.candump:FORMAT",
     "csv": "tierod.io.readers.csv:FORMAT",
 }
-"""tierod's own formats, in the order in which they examine the beginning of a file; the last takes any other text."""
 
 _FALLBACK = "csv"
 
@@ -56,23 +56,17 @@ def _obstacle(name: str, given: object) -> str:
     return "" if given.name == name else f"calls itself '{given.name}'; register it under that name"
 
 
+# Every file format by its name, tierod's own and those of installed packages
 READERS: Registry[Format] = Registry("tierod.readers", "reader", _OWN, _obstacle)
-"""Every file format by its name, tierod's own and those of installed packages."""
 
 
 @dataclass(frozen=True)
 class Kind:
-    """Kind of a file.
+    """Kind of a file."""
 
-    Args:
-        format: format of the file, whose reader opens it
-        content: its bytes
-        warning: warning where the ending is that of another format; else ""
-    """
-
-    format: Format
-    content: Content
-    warning: str = ""
+    format: Format  # format of the file, whose reader opens it
+    content: Content  # its bytes
+    warning: str = ""  # warning where the ending is that of another format; else ""
 
     @property
     def name(self) -> str:
@@ -81,11 +75,7 @@ class Kind:
 
 
 def detect(path: Path) -> Kind:
-    """The kind of a file, from its content first and its ending second.
-
-    Raises:
-        InputError: the file is absent, empty, not readable, or of a kind that is not read
-    """
+    """The kind of a file, from its content first and its ending second."""
     if os.path.isdir(path) and holds_bag(path):
         endings = {ending for each in READERS.values() for ending in each.endings} - {".csv", ".txt", ".log"}
         return Kind(READERS["ros2"], folder_content(path), beside_bag(path, endings))
@@ -123,11 +113,7 @@ def _content(path: Path) -> Content:
 
 
 def require_there(path: Path) -> None:
-    """Refuse the path of an absent file without opening one.
-
-    Raises:
-        InputError: there is no such file
-    """
+    """Refuse the path of an absent file without opening one."""
     if not os.path.exists(path):
         raise _absent(path)
 
@@ -190,13 +176,7 @@ def open_source(path: str | Path, dbc: Paths = None, time: TimeEntry | None = No
     """The columns of a file, and its kind; nothing is loaded that the listing does not need.
 
     Args:
-        path: path of the file, or of a folder with parts of one drive
-        dbc: databases of a CAN log
         time: time column of a table, with its unit; MDF files and CAN logs define their time
-
-    Raises:
-        InputError: the file or the database cannot be used
-        MissingExtra: the library for this format is not installed
     """
     path = Path(path)
     if os.path.isdir(path) and not holds_bag(path):
@@ -216,12 +196,7 @@ def open_source(path: str | Path, dbc: Paths = None, time: TimeEntry | None = No
 
 
 def frames_in(path: Path) -> Log | None:
-    """The frames of a file that is a bus log; None where it holds channels.
-
-    Raises:
-        InputError: the file cannot be used
-        MissingExtra: the library for this format is not installed
-    """
+    """The frames of a file that is a bus log; None where it holds channels."""
     if os.path.isdir(path):
         return None
     kind = detect(path)

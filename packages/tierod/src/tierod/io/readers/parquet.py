@@ -22,33 +22,25 @@ if TYPE_CHECKING:
     import pyarrow as pa
     import pyarrow.parquet as pq
 
-Layout = Mapping[str, Any]
-"""Description of `tierod.io.layout`; empty in a file of another program."""
+Layout = Mapping[str, Any]  # Description of `tierod.io.layout`; empty in a file of another program
 
 Result = TypeVar("Result")
 
+# Key of the schema metadata that holds clocks, units, sources and notes of tierod's own layout, as JSON
 LAYOUT = b"tierod"
-"""Key of the schema metadata that holds clocks, units, sources and notes of tierod's own layout, as JSON."""
 
-_HEAD = 4096
-"""Number of rows from which the rate of a clock is estimated."""
+_HEAD = 4096  # Number of rows from which the rate of a clock is estimated
+BATCH = 1 << 17  # Number of rows that are read at a time, of all lanes together
 
-BATCH = 1 << 17
-"""Number of rows that are read at a time, of all lanes together."""
-
+# Size of the read buffers of all lanes together [bytes]: a mapped file or a read-ahead would all count as memory
 _BUFFER = 1 << 20
-"""Size of the read buffers of all lanes together [bytes]: a mapped file or a read-ahead would all count as memory."""
 
 
 def open_parquet(path: Path, time: TimeEntry = GUESSED) -> Source:
     """A Parquet file.
 
     Args:
-        path: path of the file
         time: time column as given by a user; ignored in a file that tierod wrote
-
-    Raises:
-        InputError: the file is damaged, or holds no time column
     """
     file = _opened(path)
     if not file.metadata.num_rows:
@@ -123,9 +115,7 @@ def find_clocks_of(file: pq.ParquetFile, layout: Layout, time: TimeEntry = GUESS
     """The clocks that the layout names, that the user gives, or that the names of the columns indicate.
 
     Args:
-        file: open file of pyarrow
         layout: description that tierod wrote; empty where another program wrote the file
-        time: column and unit as given by the user
     """
     columns = [column for column in _columns(file, layout) if not column.name.startswith("__index")]
     if not layout:
@@ -136,7 +126,6 @@ def find_clocks_of(file: pq.ParquetFile, layout: Layout, time: TimeEntry = GUESS
 
 
 def _added(columns: Sequence[Column], clocks: Sequence[Clock]) -> tuple[str, ...]:
-    """Columns that another program added to a file that tierod wrote."""
     known = {name for clock in clocks for name in (clock.column, *clock.columns)}
     return tuple(column.name for column in columns if column.name not in known)
 
@@ -154,11 +143,7 @@ def _columns(file: pq.ParquetFile, layout: Layout) -> list[Column]:
 
 
 def texts_of(schema: pa.Schema) -> tuple[str, ...]:
-    """Names of columns that hold neither numbers nor time stamps.
-
-    Args:
-        schema: schema of pyarrow
-    """
+    """Names of columns that hold neither numbers nor time stamps."""
     import pyarrow.types as types
 
     return tuple(item.name for item in schema if not (is_number(item.type) or types.is_timestamp(item.type)))

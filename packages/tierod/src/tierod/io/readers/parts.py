@@ -14,8 +14,7 @@ from tierod.io.readers.limits import Allowance
 from tierod.io.readers.making import shifted
 from tierod.io.readers.source import Column, Lane, Piece, Source
 
-STRETCH = 10.0
-"""Length of a stretch of a part that is read at once [s]."""
+STRETCH = 10.0  # Length of a stretch of a part that is read at once [s]
 
 
 @dataclass(frozen=True)
@@ -32,9 +31,6 @@ def joined_source(opened: Sequence[tuple[Path, Source]]) -> Source:
 
     Args:
         opened: path and source of every file; a column may be missing in some of them
-
-    Raises:
-        InputError: a file holds no sample, or a column has different units in two files
     """
     parts = sorted((Part(path, source, _begin(path, source)) for path, source in opened), key=lambda part: part.begin)
     columns: dict[str, Column] = {}
@@ -99,15 +95,7 @@ def _lane(parts: Sequence[Part], names: Sequence[str]) -> Lane:
 
 
 def parts_in(folder: Path, endings: Sequence[str]) -> list[Path]:
-    """The recordings in a folder with the most frequent ending.
-
-    Args:
-        folder: folder to read
-        endings: endings of the known formats
-
-    Raises:
-        InputError: there is no recording
-    """
+    """The recordings in a folder with the most frequent ending."""
     files = sorted(each for each in folder.iterdir() if each.is_file() and each.suffix.lower() in endings)
     often = {ending: sum(each.suffix.lower() == ending for each in files) for ending in endings}
     chosen = [each for each in files if each.suffix.lower() == max(often, key=lambda ending: often[ending])]

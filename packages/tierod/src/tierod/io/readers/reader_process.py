@@ -29,41 +29,28 @@ from tierod.io.readers.reader_template import Started, TemplateEnded, started
 
 @dataclass(frozen=True)
 class Budget:
-    """Limits of the process.
+    """Limits of the process."""
 
-    Args:
-        memory: memory beyond that at its start and the size of the file [bytes]; recordings of cars take a tenth
-        seconds: computing time for all answers together [s], to which the next two are added
-        per_answer: additional computing time per answer [s]; a small file takes half of it
-        per_byte: additional computing time per answer and byte of the file [s]; reading a disk once takes a tenth
-        patience: ratio of the longest wait for an answer to the computing time, for a machine with other work
-    """
-
+    # memory beyond that at its start and the size of the file [bytes]; recordings of cars take a tenth
     memory: Annotated[int, "byte"] = 10**9
-    seconds: Annotated[float, "s"] = 5.0
-    per_answer: Annotated[float, "s"] = 0.1
+    seconds: Annotated[float, "s"] = 5.0  # computing time for all answers together [s], to which the next two are added
+    per_answer: Annotated[float, "s"] = 0.1  # additional computing time per answer [s]; a small file takes half of it
+    # additional computing time per answer and byte of the file [s]; reading a disk once takes a tenth
     per_byte: Annotated[float, "s/byte"] = 5e-8
+    # ratio of the longest wait for an answer to the computing time, for a machine with other work
     patience: Annotated[float, ""] = 8.0
 
 
 BUDGET = Budget()
 
+# Beginning of the name of a temporary folder; the identifier of the process that removes it follows
 PREFIX = "tierod-reading-"
-"""Beginning of the name of a temporary folder; the identifier of the process that removes it follows."""
 
-_KINDS = {kind: kind for kind in ("<f8", "<i8", "<u4", "|u1")}
-"""Types of numbers that an answer may hold."""
+_KINDS = {kind: kind for kind in ("<f8", "<i8", "<u4", "|u1")}  # Types of numbers that an answer may hold
 
 
 class ReaderProcess:
-    """A process that reads one file; it ends with this object, and with the process that made it.
-
-    Args:
-        path: path of the file
-        script: module whose class `Reader` reads the file in that process
-        library: name of the library that may crash, for messages
-        kind: kind of the file, for messages
-    """
+    """A process that reads one file; it ends with this object, and with the process that made it."""
 
     def __init__(self, path: Path, script: ModuleType, library: str, kind: str):
         self.path, self._library, self._kind = path, library, kind
@@ -80,11 +67,7 @@ class ReaderProcess:
         self.close = weakref.finalize(self, _end, self._reader, folder)
 
     def ask(self, request: Mapping[str, object]) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
-        """(answer, the arrays that come with it) to a request.
-
-        Raises:
-            DamagedFile: the file cannot be read, or the process crashed on it
-        """
+        """(answer, the arrays that come with it) to a request."""
         self._seconds += self._more
         try:
             about, arrays = self._answer(json.dumps({**request, "seconds": self._seconds}).encode() + b"\n")
@@ -125,7 +108,6 @@ class ReaderProcess:
         )
 
     def _died(self) -> DamagedFile:
-        """The error that states how the process ended."""
         code = self._reader.code(BUDGET.patience)
         if code is None:
             return self._refused(f"the answer of {self._library} makes no sense")
@@ -140,14 +122,7 @@ class ReaderProcess:
 
 
 class MdfProcess(ReaderProcess):
-    """A process that reads one MDF file.
-
-    Args:
-        path: path of the file
-
-    Raises:
-        MissingExtra: asammdf is not installed
-    """
+    """A process that reads one MDF file."""
 
     def __init__(self, path: Path):
         require_library("asammdf", "mdf", "reading an MDF file")
@@ -158,11 +133,7 @@ class MdfProcess(ReaderProcess):
         """Arrays of some channels of a group, or of its frames, from the beginning.
 
         Args:
-            group: number of the group in the file
             channels: their numbers; None for the frames of a bus
-
-        Raises:
-            DamagedFile: as for `ask`
         """
         self._lanes += 1
         request = {"lane": self._lanes, "group": group, "channels": channels}
@@ -170,11 +141,7 @@ class MdfProcess(ReaderProcess):
 
 
 class MatProcess(ReaderProcess):
-    """A process that reads one MATLAB file.
-
-    Args:
-        path: path of the file
-    """
+    """A process that reads one MATLAB file."""
 
     def __init__(self, path: Path):
         super().__init__(path, mat_child, "SciPy", "MATLAB file")

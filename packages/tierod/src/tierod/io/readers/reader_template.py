@@ -19,22 +19,13 @@ from tierod.core.processes import interpreter
 from tierod.core.threads import THREADS
 from tierod.io.readers import child
 
-REPLY = 256
-"""Size of the buffer for a reply of a template [bytes]."""
-
-PAUSE: Annotated[float, "s"] = 0.01
-"""Polling interval for the end of a reader [s]."""
-
-GRACE: Annotated[float, "s"] = 5.0
-"""Time that a template has to end after its socket is closed [s]."""
+REPLY = 256  # Size of the buffer for a reply of a template [bytes]
+PAUSE: Annotated[float, "s"] = 0.01  # Polling interval for the end of a reader [s]
+GRACE: Annotated[float, "s"] = 5.0  # Time that a template has to end after its socket is closed [s]
 
 
 class TemplateEnded(Exception):
-    """A template ended before it could start a reader.
-
-    Args:
-        code: exit status, or a negative signal
-    """
+    """A template ended before it could start a reader."""
 
     def __init__(self, code: int):
         super().__init__(f"the process ended with {code}")
@@ -46,9 +37,6 @@ class Template:
 
     The import takes half a second, a fork a hundredth of that, so that many small files of a fleet are read in the time
     of one.
-
-    Args:
-        script: path of the module whose class `Reader` reads a file
     """
 
     def __init__(self, script: str):
@@ -68,25 +56,13 @@ class Template:
         """Start a reader and return its process identifier.
 
         Args:
-            path: absolute path of the file
             memory: memory that it may take beyond that of the template [bytes]
             folder: folder for its temporary files; None for the usual one
-            ends: ends of the pipes for requests, for answers, and of the one whose closing ends the reader
-
-        Raises:
-            TemplateEnded: the template has ended
         """
         return int(self._ask({"path": path, "memory": memory, "folder": folder and str(folder)}, list(ends))["pid"])
 
     def code(self, pid: int) -> int | None:
-        """Exit code of a reader: its exit status, a negative signal, or None while it runs.
-
-        Args:
-            pid: process identifier of the reader
-
-        Raises:
-            TemplateEnded: the template has ended
-        """
+        """Exit code of a reader: its exit status, a negative signal, or None while it runs."""
         code = self._ask({"ended": pid}, [])["code"]
         return None if code is None else int(code)
 
@@ -115,21 +91,13 @@ _starting = threading.Lock()
 
 @dataclass(frozen=True)
 class Started:
-    """A reader and the pipes to it.
+    """A reader and the pipes to it."""
 
-    Args:
-        template: template that it was forked from
-        pid: its process identifier
-        requests: pipe to it
-        answers: pipe from it
-        life: end of the pipe whose closing ends it
-    """
-
-    template: Template
-    pid: int
-    requests: BinaryIO
-    answers: BinaryIO
-    life: int
+    template: Template  # template that it was forked from
+    pid: int  # its process identifier
+    requests: BinaryIO  # pipe to it
+    answers: BinaryIO  # pipe from it
+    life: int  # end of the pipe whose closing ends it
 
     def code(self, patience: float) -> int | None:
         """Exit code; None where the reader still runs or the code is unknown.
@@ -163,13 +131,8 @@ def started(script: str, path: str, memory: int, folder: Path | None) -> Started
     """A reader of one file, forked from the template of its library.
 
     Args:
-        script: path of the module whose class `Reader` reads the file
-        path: absolute path of the file
         memory: memory that it may take [bytes]
         folder: folder for its temporary files; None for the usual one
-
-    Raises:
-        TemplateEnded: importing the library ends the process
     """
     requests, to_reader = os.pipe()
     from_reader, answers = os.pipe()

@@ -15,64 +15,42 @@ from tierod.io.readers.log import Log
 
 @dataclass(frozen=True)
 class Column:
-    """One column of a file.
+    """One column of a file."""
 
-    Args:
-        name: name in the file; unique
-        unit: as the file writes it; "" where it has none
-        title: the name without a unit in it, by which a canonical signal is guessed; the name itself where not given
-        qualified: whether the title is the last part of a name that begins with a message, group or structure
-    """
-
-    name: str
-    unit: str = ""
+    name: str  # name in the file; unique
+    unit: str = ""  # as the file writes it; "" where it has none
+    # the name without a unit in it, by which a canonical signal is guessed; the name itself where not given
     title: str = ""
+    # whether the title is the last part of a name that begins with a message, group or structure
     qualified: bool = False
 
 
 class Piece(NamedTuple):
-    """Some channels over a stretch of the file.
+    """Some channels over a stretch of the file."""
 
-    Args:
-        channels: as recorded, under their names in the file; those with common time stamps share the array
-        share: share of the file that has been read so far, 0 to 1
-    """
-
-    channels: list[Channel]
-    share: float = 0.0
+    channels: list[Channel]  # as recorded, under their names in the file; those with common time stamps share the array
+    share: float = 0.0  # share of the file that has been read so far, 0 to 1
 
 
+# Channels that a file holds side by side, piece by piece; the lanes of a file are read independently
 Lane = Iterator[Piece]
-"""Channels that a file holds side by side, piece by piece; the lanes of a file are read independently."""
 
 
 @dataclass(frozen=True)
 class Source:
-    """An opened file.
+    """An opened file."""
 
-    Args:
-        columns: its columns
-        lanes: gives the named columns, in the file's units, from beginning to end; called again for every reading
-        metadata: format, start time, bus, comments
-        origin: calendar time [s] of the stamp zero, where the loaded stamps count from there
-        warnings: notices about the file for a reader of results
-        found: gives warnings that arose while the lanes were read
-        size: size of the stored file [bytes]
-        maps: channel maps beside the databases of a bus log
-        silent: columns that the databases of a bus log describe, and of which it has no message
-        texts: names of columns without numbers, such as text, which cannot be read
-    """
-
-    columns: tuple[Column, ...]
+    columns: tuple[Column, ...]  # its columns
+    # gives the named columns, in the file's units, from beginning to end; called again for every reading
     lanes: Callable[[Sequence[str]], list[Lane]]
-    metadata: dict[str, Any] = field(default_factory=dict)
-    origin: float = 0.0
-    warnings: tuple[str, ...] = ()
-    found: Callable[[], tuple[str, ...]] = tuple
-    size: int = 0
-    maps: tuple[Path, ...] = ()
-    silent: tuple[str, ...] = ()
-    texts: tuple[str, ...] = ()
+    metadata: dict[str, Any] = field(default_factory=dict)  # format, start time, bus, comments
+    origin: float = 0.0  # calendar time [s] of the stamp zero, where the loaded stamps count from there
+    warnings: tuple[str, ...] = ()  # notices about the file for a reader of results
+    found: Callable[[], tuple[str, ...]] = tuple  # gives warnings that arose while the lanes were read
+    size: int = 0  # size of the stored file [bytes]
+    maps: tuple[Path, ...] = ()  # channel maps beside the databases of a bus log
+    silent: tuple[str, ...] = ()  # columns that the databases of a bus log describe, and of which it has no message
+    texts: tuple[str, ...] = ()  # names of columns without numbers, such as text, which cannot be read
 
 
 def source_of(channels: Sequence[Channel], metadata: Mapping[str, object] | None = None) -> Source:
@@ -80,7 +58,6 @@ def source_of(channels: Sequence[Channel], metadata: Mapping[str, object] | None
 
     Args:
         channels: as recorded, under their names and with the units of the file; "" where it gives none
-        metadata: metadata of the recording
     """
     by_name = {channel.name: channel for channel in channels}
 
@@ -92,25 +69,17 @@ def source_of(channels: Sequence[Channel], metadata: Mapping[str, object] | None
 
 @dataclass(frozen=True)
 class Format:
-    """A file format that can be read.
+    """A file format that can be read."""
 
-    Args:
-        name: short name, for messages and metadata
-        title: name for users, with the usual endings
-        endings: endings of file names, in lower case, with their point
-        open: gives the columns of a file, or the frames of a CAN log; takes its content and its time column
-        recognises: whether a file with this beginning (64 kB) is of this format; takes its ending too, "" without one
-        text: whether a text is of this format by its ending alone, where no format recognises its beginning
-        whole: whether a file must lie on the disk unpacked: neither gzip nor a pipe
-    """
-
-    name: str
-    title: str
-    endings: tuple[str, ...]
+    name: str  # short name, for messages and metadata
+    title: str  # name for users, with the usual endings
+    endings: tuple[str, ...]  # endings of file names, in lower case, with their point
+    # gives the columns of a file, or the frames of a CAN log; takes its content and its time column
     open: Callable[[Content, TimeEntry], Source | Log]
+    # whether a file with this beginning (64 kB) is of this format; takes its ending too, "" without one
     recognises: Callable[[bytes, str], bool]
-    text: bool = False
-    whole: bool = False
+    text: bool = False  # whether a text is of this format by its ending alone, where no format recognises its beginning
+    whole: bool = False  # whether a file must lie on the disk unpacked: neither gzip nor a pipe
 
 
 def text_begin(head: bytes) -> bytes:
@@ -119,9 +88,5 @@ def text_begin(head: bytes) -> bytes:
 
 
 def begins_with(*beginnings: bytes) -> Callable[[bytes, str], bool]:
-    """A test of a format by the first bytes of its files.
-
-    Args:
-        beginnings: possible first bytes
-    """
+    """A test of a format by the first bytes of its files."""
     return lambda head, ending: head.startswith(beginnings)

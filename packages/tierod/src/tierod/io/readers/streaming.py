@@ -22,12 +22,11 @@ from tierod.io.readers.mapping import Plan, plan
 from tierod.io.readers.opening import Kind, Paths, open_source, shipped
 from tierod.io.readers.source import Source
 
-SHARE_READ = "share_read"
-"""Metadata key of a slice: share of the file that had been read when it was delivered, 0 to 1."""
+SHARE_READ = "share_read"  # Metadata key of a slice: share of the file that had been read when it was delivered, 0 to 1
 
 
+# Metadata key of a recording: by signal, a sentence on the column that its channel map names and the file lacks
 LACKING = "lacking_columns"
-"""Metadata key of a recording: by signal, a sentence on the column that its channel map names and the file lacks."""
 
 
 def open_chunks(
@@ -62,11 +61,7 @@ def open_chunks(
 
 
 def loaded_map(channel_map: str | Path | ChannelMap | None) -> ChannelMap | None:
-    """The channel map at a path, or the shipped one with a name; any other argument unchanged.
-
-    Raises:
-        InputError: it cannot be read
-    """
+    """The channel map at a path, or the shipped one with a name; any other argument unchanged."""
     if isinstance(channel_map, str | Path):
         return load_channel_map(shipped(channel_map, ".channels.toml"))
     return channel_map
@@ -76,13 +71,8 @@ def planned(path: str | Path, source: Source, channel_map: ChannelMap | None, na
     """Plan of the columns of an opened file that become channels.
 
     Args:
-        path: path of the file, for messages
-        source: the opened file
         channel_map: the channel map; where None, the one beside the database is used, if there is one
         names: names of the wanted signals; None for all
-
-    Raises:
-        InputError: the channel map does not fit, or the file holds none of the named signals
     """
     if channel_map is None and source.maps:
         channel_map = load_maps_beside(source.maps)
@@ -110,17 +100,13 @@ def planned(path: str | Path, source: Source, channel_map: ChannelMap | None, na
 
 @dataclass
 class Reading:
-    """One pass through an opened file, from its beginning to its end.
+    """One pass through an opened file, from its beginning to its end."""
 
-    Args:
-        path, source, kind: the opened file
-        plan: plan of the channels
-    """
-
+    # the opened file
     path: str | Path
     source: Source
     kind: Kind
-    plan: Plan
+    plan: Plan  # plan of the channels
     _origin: float | None = None
     _doubts: Doubts = field(default_factory=Doubts)
 
@@ -129,9 +115,6 @@ class Reading:
 
         Args:
             seconds: length of the slices [s]; infinity gives the whole
-
-        Raises:
-            InputError: the file cannot be read to its end, or holds no sample
         """
         lanes = self.source.lanes(self.plan.columns)
         empty = True
@@ -171,9 +154,7 @@ def completed(recording: Recording, past: Recording | None, names: tuple[str, ..
     """A slice with its derived signals, which also use the end of the slice before it.
 
     Args:
-        recording: the slice
         past: the slice before it; None for the first
-        names: names of the signals wanted
     """
     if past is None:
         return complete(recording, names)

@@ -27,24 +27,15 @@ from tierod.io.readers.source import Format, begins_with, text_begin
 if TYPE_CHECKING:
     import can
 
-_SIZE_OF_FILE = 16
-"""Offset of the size of the whole file [bytes] in the header."""
-
-_HEADER = struct.Struct("<4sHHII")
-"""Signature, size and version of the header, size of the object with header, type."""
-
-_CONTAINER = struct.Struct("<HxxxxxxIxxxx")
-"""Compression method and unpacked size, before the content."""
+_SIZE_OF_FILE = 16  # Offset of the size of the whole file [bytes] in the header
+_HEADER = struct.Struct("<4sHHII")  # Signature, size and version of the header, size of the object with header, type
+_CONTAINER = struct.Struct("<HxxxxxxIxxxx")  # Compression method and unpacked size, before the content
 
 _CONTAINER_TYPE, _PLAIN, _ZLIB = 10, 0, 2
 
 
 def unpacked(content: Content) -> Iterator[bytes]:
-    """The bytes of a BLF file with every packed container replaced by one that is not packed.
-
-    Raises:
-        InputError: a container or the whole file is larger than is allowed when unpacked
-    """
+    """The bytes of a BLF file with every packed container replaced by one that is not packed."""
     allowance = Allowance(content.path, content.size)
     objects = _Objects(allowance)
     with content.stream() as stream:
@@ -78,21 +69,12 @@ class _Objects:
     """Checks the objects in consecutive containers; an object may begin in one container and end in the next.
 
     python-can finds the next object by the size of the one before, and never ends where that size is invalid.
-
-    Args:
-        allowance: limits of the file
     """
 
     def __init__(self, allowance: Allowance):
         self._allowance, self._rest = allowance, b""
 
     def add(self, plain: bytes) -> None:
-        """Check the content of the next container.
-
-        Raises:
-            ValueError: an object is shorter than its header
-            InputError: an object is longer than is allowed
-        """
         data, place = self._rest + plain, 0
         while (place := data.find(b"LOBJ", place)) >= 0 and place + _HEADER.size <= len(data):
             size = _HEADER.unpack_from(data, place)[3]
@@ -128,21 +110,11 @@ def cut_off(content: Content) -> str:
 
 _TRC = re.compile(rb"^;(\$FILEVERSION|#{10})|^;.*PCAN", re.IGNORECASE)
 
-BLOCK = 10_000
-"""Number of frames that are Python objects at a time: each takes 0.5 to 1 kB, but in arrays 30 bytes."""
+BLOCK = 10_000  # Number of frames that are Python objects at a time: each takes 0.5 to 1 kB, but in arrays 30 bytes
 
 
 def frames_of(content: Content, kind: str) -> Iterator[Frames]:
-    """The frames of a log, block by block; the last block has the notes on losses by damage.
-
-    Args:
-        content: the bytes of the file
-        kind: "blf" or "trc"
-
-    Raises:
-        MissingExtra: python-can is not installed
-        InputError: the log holds no frame, is damaged from the start, or is too large when unpacked
-    """
+    """The frames of a log, block by block; the last block has the notes on losses by damage."""
     try:
         import can  # noqa: F401
     except ImportError:

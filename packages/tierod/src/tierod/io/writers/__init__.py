@@ -27,8 +27,8 @@ def _obstacle(ending: str, given: object) -> str:
     return "" if isinstance(given, Writer) else f"is of the type '{type(given).__name__}'; expected a tierod.io.Writer"
 
 
+# Every format that can be written by the ending of its files, tierod's own and those of installed packages
 WRITERS: Registry[Writer] = Registry("tierod.writers", "writer", _OWN, _obstacle)
-"""Every format that can be written by the ending of its files, tierod's own and those of installed packages."""
 
 
 def write(recording: Recording, path: str | Path) -> None:

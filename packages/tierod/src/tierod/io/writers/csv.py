@@ -19,14 +19,10 @@ def write_csv(spool: Spool, path: str | Path) -> tuple[str, ...]:
     """Write a recording to a CSV file.
 
     Args:
-        spool: the recording
         path: the file; replaced as a whole
 
     Returns:
         what the format cannot hold: nothing
-
-    Raises:
-        OutputError: nothing to write, or the file cannot be written
     """
     import pyarrow as pa
     import pyarrow.csv as text

@@ -13,28 +13,19 @@ from tierod.core.files import replacing
 from tierod.io.layout import Writer
 from tierod.io.writers.spool import FromSpool, Spool, SpooledGroup
 
-_LONGEST = 63
-"""Largest number of characters of a name in MATLAB."""
-
-_LARGEST = 2**31 - 1024
-"""Largest size of a vector in a MATLAB 5 file [bytes]."""
-
-UNITS = "units"
-"""Name of the structure of texts with the unit of every vector."""
+_LONGEST = 63  # Largest number of characters of a name in MATLAB
+_LARGEST = 2**31 - 1024  # Largest size of a vector in a MATLAB 5 file [bytes]
+UNITS = "units"  # Name of the structure of texts with the unit of every vector
 
 
 def write_mat(spool: Spool, path: str | Path) -> tuple[str, ...]:
     """Write a recording to a file for MATLAB's `load`, not packed.
 
     Args:
-        spool: the recording
         path: the file; replaced as a whole
 
     Returns:
         what the format cannot hold
-
-    Raises:
-        OutputError: nothing to write, a variable is too long for the format, or the file cannot be written
     """
     from scipy.io import savemat
     from scipy.io.matlab import MatWriteError

@@ -31,15 +31,10 @@ def write_mcap(spool: Spool, path: str | Path) -> tuple[str, ...]:
     """Write a recording as messages in the order of time; its description becomes metadata of the file.
 
     Args:
-        spool: the recording
         path: the file; replaced as a whole
 
     Returns:
         what the format cannot hold: fractions of a nanosecond
-
-    Raises:
-        MissingExtra: mcap is not installed
-        OutputError: nothing to write, or the file cannot be written
     """
     require_mcap()
     from mcap.writer import CompressionType

@@ -20,15 +20,10 @@ def write_mf4(spool: Spool, path: str | Path) -> tuple[str, ...]:
     """Write a recording to an MF4 file; sources and notes become comments of channels, metadata that of the file.
 
     Args:
-        spool: the recording
         path: the file; replaced as a whole
 
     Returns:
         what the format cannot hold: nothing
-
-    Raises:
-        MissingExtra: asammdf is not installed
-        OutputError: nothing to write, or the file cannot be written
     """
     require_asammdf()
     from asammdf import MDF, Signal

@@ -19,25 +19,20 @@ from tierod.core.files import replacing
 from tierod.io.layout import Writer
 from tierod.io.writers.spool import ROWS, FromSpool, Spool, SpooledGroup
 
+# Time that one row group covers [s]: short enough for the memory, long enough to read the file at full speed
 SLICE = 60.0
-"""Time that one row group covers [s]: short enough for the memory, long enough to read the file at full speed."""
 
-_MOST = 100_000
-"""Largest number of row groups: a recording of days gets longer ones."""
+_MOST = 100_000  # Largest number of row groups: a recording of days gets longer ones
 
 
 def write_parquet(spool: Spool, path: str | Path) -> tuple[str, ...]:
     """Write a recording to a Parquet file.
 
     Args:
-        spool: the recording
         path: the file; replaced as a whole
 
     Returns:
         what the format cannot hold: nothing
-
-    Raises:
-        OutputError: nothing to write, or the file cannot be written
     """
     import pyarrow as pa
     import pyarrow.parquet as pq

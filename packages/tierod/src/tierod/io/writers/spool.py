@@ -16,11 +16,10 @@ from tierod.io.layout import plain
 from tierod.io.readers.content import Kept
 from tierod.io.readers.streaming import LACKING, SHARE_READ
 
+# Metadata of a recording that are not written, since the next reader determines them
 _OF_READING = ("origin", "format", SHARE_READ, LACKING)
-"""Metadata of a recording that are not written, since the next reader determines them."""
 
-ROWS = 1 << 15
-"""Number of rows that a writer takes at a time."""
+ROWS = 1 << 15  # Number of rows that a writer takes at a time
 
 
 class _InMemory:
@@ -60,17 +59,11 @@ _Column = _InMemory | _InFile
 
 @dataclass(frozen=True)
 class SpooledGroup:
-    """Channels that share their time stamps.
+    """Channels that share their time stamps."""
 
-    Args:
-        clock: name of the time column
-        channels: the channels, without samples
-        count: number of samples of each
-    """
-
-    clock: str
-    channels: tuple[Channel, ...]
-    count: int
+    clock: str  # name of the time column
+    channels: tuple[Channel, ...]  # the channels, without samples
+    count: int  # number of samples of each
     _time: _Column
     _values: tuple[_Column, ...]
 
@@ -113,11 +106,7 @@ class Spool:
         return spool
 
     def add(self, piece: Recording) -> None:
-        """Add the next piece.
-
-        Raises:
-            OutputError: the temporary folder is full
-        """
+        """Add the next piece."""
         self.metadata |= piece.metadata
         try:
             for channel in piece.channels.values():
@@ -137,11 +126,7 @@ class Spool:
             ) from None
 
     def groups(self) -> tuple[SpooledGroup, ...]:
-        """The channels grouped by their time stamps.
-
-        Raises:
-            OutputError: there are no channels
-        """
+        """The channels grouped by their time stamps."""
         if not self._channels:
             raise OutputError(
                 "the recording has no channels, so there is nothing to write; choose channels that it has"
