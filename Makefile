@@ -39,8 +39,8 @@ attack: COUNT ?= 2000
 attack: SECONDS ?= 3600
 attack: SEED ?= 20261123
 attack: SHARE ?= 1
-attack: $(ENVIRONMENT)  ## open thousands of damaged files, kill what writes, write docs/explanation/reliability.md (an hour)
-	.venv/bin/python -m tests.attack all --count $(COUNT) --seconds $(SECONDS) --seed $(SEED) --share $(SHARE)
+attack: $(ENVIRONMENT)  ## open thousands of damaged files, kill what writes; figures in attack.json (an hour)
+	PYTHONPATH=tests .venv/bin/python -m attack all --count $(COUNT) --seconds $(SECONDS) --seed $(SEED) --share $(SHARE)
 
 lint: $(ENVIRONMENT)  ## check style and types
 	.venv/bin/ruff check .

@@ -1,61 +1,101 @@
-"""Attacks tierod: python -m tests.attack VERB.
+"""Attacks tierod: PYTHONPATH=tests python -m attack VERB.
 
-all                                 everything for an hour, and the table of docs/explanation/reliability.md:
-                                    `make attack`
+all                                 everything for an hour, with its figures in attack.json: `make attack`
 fuzz [TARGET ...]                   mutated files of some targets
 replay TARGET SEED NUMBER           one case again, with what it printed
 show TARGET SEED NUMBER FOLDER      the file of a case, and the command that opens it
-keep TARGET SEED NUMBER             the file of a failing case made small, as an entry of the corpus
 """
 
 from __future__ import annotations
 
 import argparse
+import importlib
+import json
 import sys
+import tempfile
 import time
+from collections import Counter
 from pathlib import Path
+from typing import Any
 
+from . import corpus
 from .fuzz import SEED, Tally, attempt, class_of, run_all
-from .minimise import entry, minimised
 from .pool import Pool
-from .reliability import attack, passed, table, write
 from .targets import TARGETS, case
+
+ROOT = Path(__file__).resolve().parents[2]
+
+OTHERS = (("semantic", 2500, True), ("crowds", 2, False), ("crowds", 20, False), ("kills", 500, True))
+"""Attacks of other modules here: module, its `count`, and whether a share of it will do."""
+
+BAD = {"failed", "defects", "wrong", "wrong_words", "broken", "lost", "hindered", "strays"}
+"""Figures of theirs that have to be zero, or empty."""
 
 
 def main() -> int:
-    """Run what the arguments ask for."""
-    parser = argparse.ArgumentParser(prog="python -m tests.attack")
+    parser = argparse.ArgumentParser(prog="python -m attack")
     verbs = parser.add_subparsers(dest="verb", required=True)
-    every = verbs.add_parser("all", help="run every attack and write the table of docs/explanation/reliability.md")
-    every.add_argument("--share", type=float, default=1.0, help="of the changed signals and kills")
+    whole = verbs.add_parser("all", help="run every attack")
+    whole.add_argument("--share", type=float, default=1.0, help="of the changed signals and kills")
     fuzz = verbs.add_parser("fuzz", help="mutate files of all targets and open them")
     fuzz.add_argument("targets", nargs="*", default=list(TARGETS))
-    for verb in (every, fuzz):
+    for verb in (whole, fuzz):
         verb.add_argument("--count", type=int, default=2000, help="cases of each target")
         verb.add_argument("--seed", type=int, default=SEED)
         verb.add_argument("--workers", type=int, default=2)
         verb.add_argument("--seconds", type=float, default=3600.0, help="after which no further case begins")
     replay = verbs.add_parser("replay", help="run one case again and print what became of it")
     show = verbs.add_parser("show", help="write the file of a case")
-    keep = verbs.add_parser("keep", help="make the file of a failing case small and print it for the corpus")
-    for verb in (replay, show, keep):
+    for verb in (replay, show):
         verb.add_argument("target")
         verb.add_argument("seed", type=int)
         verb.add_argument("number", type=int)
     show.add_argument("folder", type=Path)
     given = parser.parse_args()
-    return {"all": _all, "fuzz": _fuzz, "replay": _replay, "show": _show, "keep": _keep}[given.verb](given)
+    return {"all": _all, "fuzz": _fuzz, "replay": _replay, "show": _show}[given.verb](given)
 
 
 def _all(given: argparse.Namespace) -> int:
-    sizes = (given.count, given.seed, given.seconds, given.workers)
-    figures = attack(*sizes, lambda line: print(line, flush=True), given.share)
-    write(figures)
-    print(table(figures))
-    for name, target in figures["targets"].items():
-        for what, keys in target["classes"].items():
-            print(f"{name}: {what}   [{', '.join(keys)}]")
-    return int(not passed(figures))
+    until = time.monotonic() + given.seconds
+    figures: dict[str, Any] = {"seed": given.seed, "corpus": _corpus()}
+    for name, count, divisible in OTHERS:
+        count = max(round(given.share * count), 1) if divisible else count
+        with tempfile.TemporaryDirectory(prefix="tierod-attack-") as folder:
+            module = importlib.import_module(f"{__package__}.{name}")
+            figures[f"{name} {count}"] = module.run(count, given.seed, Path(folder))
+        _keep(figures)
+    tallies = run_all(list(TARGETS), given.count, given.seed, given.workers, until, _print_tally)
+    figures["files"] = {name: _figures(tally) for name, tally in tallies.items()}
+    _keep(figures)
+    return int(_any_bad(figures))
+
+
+def _corpus() -> dict[str, Any]:
+    kept = corpus.load()
+    with Pool() as pool:
+        failed = {each.name: fault for each in kept if (fault := each.fault(each.run(pool)))}
+    return {"cases": len(kept), "failed": failed}
+
+
+def _figures(tally: Tally) -> dict[str, Any]:
+    return {
+        "cases": tally.cases,
+        "codes": dict(Counter(map(str, tally.codes.elements()))),
+        "failed": {each.key: class_of(result) for each, result in tally.failed},
+        "slowest": round(tally.slowest, 2),
+        "largest": tally.largest,
+    }
+
+
+def _keep(figures: dict[str, Any]) -> None:
+    """Write the figures that there are after each part: what ends a run of hours does not take them along."""
+    (ROOT / "attack.json").write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
+
+
+def _any_bad(figures: dict[str, Any]) -> bool:
+    return any(
+        bool(value) if name in BAD else isinstance(value, dict) and _any_bad(value) for name, value in figures.items()
+    )
 
 
 def _fuzz(given: argparse.Namespace) -> int:
@@ -93,11 +133,6 @@ def _show(given: argparse.Namespace) -> int:
     each = case(given.target, given.seed, given.number)
     given.folder.mkdir(parents=True, exist_ok=True)
     print(" ".join(each.placed(given.folder)))
-    return 0
-
-
-def _keep(given: argparse.Namespace) -> int:
-    print(entry(*minimised(case(given.target, given.seed, given.number))))
     return 0
 
 

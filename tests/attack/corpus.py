@@ -110,12 +110,3 @@ def load() -> list[Kept]:
             lists = {key: tuple(entry[key]) for key in ("command", "expected")}
             found.append(Kept(**{**entry, **lists}))
     return found
-
-
-def pack(content: bytes) -> str:
-    """The content as `packed` wants it.
-
-    Args:
-        content: of a file
-    """
-    return base64.b64encode(zlib.compress(content, 9)).decode()
