@@ -24,7 +24,6 @@ from tierod.models.lateral_parameters import LateralParameters
 from tierod.monitors.sideslip.combined_estimate import CombinedEstimate, CombinedSample, derived_fields
 from tierod.monitors.sideslip.combined_filter import GATE, bounded, combined_filter, held_growth
 from tierod.monitors.sideslip.combined_tuning import CombinedTuning, per_sample, tuning_of
-from tierod.monitors.sideslip.decisions import limit_rule
 from tierod.monitors.sideslip.grip_limit import GripLimit
 from tierod.monitors.sideslip.noise_scale import NoiseScale, ScaleState
 from tierod.physics.gravity import GRAVITY
@@ -190,7 +189,7 @@ class CombinedSideslip:
             free_rate=per_sample(tuning.noises.free_road_wheel_rate, sample_time),
             slowest=tuning.slowest,
             limit_share=tuning.limit_share,
-            limit_rule=limit_rule(tuning.limit_certainty),
+            limit_rule=HeldThreshold(tuning.limit_certainty, 1, "upper"),
             limit=tuning.limit,
             most_misfit=tuning.most_misfit,
         )

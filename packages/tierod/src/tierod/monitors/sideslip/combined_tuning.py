@@ -9,10 +9,12 @@ from typing import Annotated
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.models.lateral_parameters import OF_STEERING, UNKNOWNS
 from tierod.monitors.sideslip.grip_limit import GripLimit
-from tierod.monitors.sideslip.monitor import BY_WIRE
 from tierod.physics.lag import gauss_markov_noise
 from tierod.vehicles.uncertain import held_deviation
 from tierod.vehicles.vehicle import Vehicle
+
+BY_WIRE = "gearhead_ratio"
+"""A vehicle file that gives this parameter describes a car steered by wire."""
 
 
 @dataclass(frozen=True)

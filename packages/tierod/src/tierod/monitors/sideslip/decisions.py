@@ -6,24 +6,20 @@ import math
 from dataclasses import replace
 from typing import Annotated
 
-from tierod.methods.detectors import Detector
 from tierod.methods.detectors.control_charts import HeldThreshold
 from tierod.methods.detectors.rule_design import RuleDesign
 from tierod.methods.detectors.stopping_rules import HoldRule
 from tierod.monitors.harness.decision import Decision, Demonstrated, OwnRule
 from tierod.monitors.sideslip.combined_tuning import CombinedTuning
 from tierod.monitors.sideslip.expected import Tolerances
-
-USUAL_OFFSET: Annotated[float, "rad/s"] = math.radians(0.12)
-"""Standard deviation of a production yaw rate sensor's offset after calibration [rad/s]; 0.12 degrees per second."""
+from tierod.monitors.sideslip.sensors_over_drive import OFFSET_DESIGN
 
 USUAL_MISFIT = 0.48
 """Standard deviation of the logarithm of the mean NIS [-]; a consistent filter has a NIS of 1, parameters that are
 wrong by half give 0.4 to 2.7 (simulated), taken as two standard deviations either way."""
 
-OFFSET_DESIGN = RuleDesign(HoldRule(1), values=1e6, shift=8.0, spacing=math.inf)
 MISFIT_DESIGN = RuleDesign(HoldRule(1, sides="upper"), values=500.0, shift=4.0, spacing=math.inf)
-"""One decision at the end of a recording; the second is designed for cars whose parameters are wrong by half."""
+"""One decision at the end of a recording, designed for cars whose parameters are wrong by half."""
 
 MOST_RESTARTS: Annotated[float, "1/min"] = 2.0
 """Restarts of the filter per minute above which its parameters do not fit; one difficult minute may cost one."""
@@ -33,31 +29,12 @@ LEAST_COVERAGE = 0.8
 that is too narrow."""
 
 
-def offset_rule() -> Detector:
-    """Decision on the yaw rate's offset over the usual one."""
-    return OFFSET_DESIGN.block()
-
-
-def misfit_rule() -> Detector:
-    """Decision on the logarithm of the mean NIS over its usual standard deviation."""
-    return MISFIT_DESIGN.block()
-
-
-def limit_rule(certainty: float) -> HeldThreshold:
-    """Decision on the excess over the limit of the front force, in standard deviations.
-
-    Args:
-        certainty: threshold in standard deviations [-]
-    """
-    return HeldThreshold(certainty, 1, "upper")
-
-
 OFFSET_DECISION = Decision(
     name="offset of the yaw rate",
     distance="mean yaw rate of the standing car, or its mean difference from steering and lateral acceleration, or "
     "from steering and rear wheel speeds, in standard deviations of a calibrated sensor's offset (0.12 degrees per "
     "second)",
-    rule=offset_rule(),
+    rule=OFFSET_DESIGN.block(),
     place="drive.sensors.offset_rule",
     mean_time_between_false_alarms=1e6,
     demonstrated=Demonstrated(24.0),
@@ -69,7 +46,7 @@ OFFSET_DECISION = Decision(
 MISFIT_DECISION = Decision(
     name="parameters do not fit",
     distance="log of the mean NIS per reading, in standard deviations over cars whose parameters are wrong by half",
-    rule=misfit_rule(),
+    rule=MISFIT_DESIGN.block(),
     place="misfit_rule",
     mean_time_between_false_alarms=500.0,
     demonstrated=Demonstrated(24.0),
@@ -125,7 +102,7 @@ COMBINED_DECISIONS = (
     Decision(
         name="limit of the front axle ahead",
         distance="front slip less the slip at 0.7 of the greatest front force, in standard deviations of the estimate",
-        rule=limit_rule(CombinedTuning().limit_certainty),
+        rule=HeldThreshold(CombinedTuning().limit_certainty, 1, "upper"),
         place="_estimator.limit_rule",
         mean_time_between_false_alarms=None,
         demonstrated=Demonstrated(0.91),

@@ -9,10 +9,10 @@ from tierod.monitors.harness.baseline import Baseline
 from tierod.monitors.harness.session import Monitor, Session, Variant
 from tierod.monitors.registry import variants_with_plugins
 from tierod.monitors.sideslip.combined import CombinedSideslip
+from tierod.monitors.sideslip.combined_tuning import BY_WIRE
 from tierod.monitors.sideslip.decisions import COMBINED_DECISIONS
 from tierod.monitors.sideslip.drive import TRUTHS
 from tierod.monitors.sideslip.finding import LEAST_ENABLED
-from tierod.monitors.sideslip.monitor import BY_WIRE
 from tierod.monitors.sideslip.session import JUDGED, CombinedSession
 from tierod.vehicles import Vehicle
 

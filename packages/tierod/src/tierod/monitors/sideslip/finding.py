@@ -21,10 +21,10 @@ from tierod.monitors.sideslip.decisions import (
     OFFSET_DECISION,
     SIGNALS_DECISION,
     USUAL_MISFIT,
-    USUAL_OFFSET,
 )
 from tierod.monitors.sideslip.drive import WALKING, SideslipDrive
 from tierod.monitors.sideslip.motions import Largest
+from tierod.monitors.sideslip.sensors_over_drive import USUAL_OFFSET
 
 LEAST_ENABLED = 5.0
 """Least estimated time for a statement [s]; a few time constants of the slowest observer."""

@@ -22,6 +22,7 @@ from tierod.core.graph.maths import present, where
 from tierod.core.signals import SIGNALS
 from tierod.core.statement import Statement, code_of
 from tierod.models.steer_by_wire import Actuator
+from tierod.monitors.sideslip.combined_tuning import BY_WIRE
 from tierod.vehicles.vehicle import Vehicle
 
 MADE = {
@@ -29,10 +30,6 @@ MADE = {
     "road_wheel_torque": ("motor_torque", "motor_current"),
 }
 """Input of an estimator -> signals of the car that it is computed from."""
-
-BY_WIRE = "gearhead_ratio"
-"""A vehicle file that gives this parameter describes a car steered by wire."""
-
 
 class SideslipEstimate(NamedTuple):
     """Output of every sideslip block after a sample.

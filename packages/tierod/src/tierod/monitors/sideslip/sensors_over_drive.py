@@ -9,9 +9,15 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from tierod.io.signs import TurnLimits
-from tierod.methods.detectors.rule_design import alarms_at
+from tierod.methods.detectors.rule_design import RuleDesign, alarms_at
+from tierod.methods.detectors.stopping_rules import HoldRule
 from tierod.models.single_track import SingleTrack
-from tierod.monitors.sideslip.decisions import USUAL_OFFSET, offset_rule
+
+USUAL_OFFSET: Annotated[float, "rad/s"] = math.radians(0.12)
+"""Standard deviation of a production yaw rate sensor's offset after calibration [rad/s]; 0.12 degrees per second."""
+
+OFFSET_DESIGN = RuleDesign(HoldRule(1), values=1e6, shift=8.0, spacing=math.inf)
+"""One decision at the end of a recording."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +71,7 @@ class SensorsOverDrive:
     """
 
     def __init__(self, p: SingleTrack.Parameters, rate: float, limits: SensorLimits | None = None):
-        self.limits, self._rate, self.offset_rule = limits or SensorLimits(), rate, offset_rule()
+        self.limits, self._rate, self.offset_rule = limits or SensorLimits(), rate, OFFSET_DESIGN.block()
         self._car = p
         self._standing, self._rolling, self._turning = np.zeros(3), np.zeros(4), np.zeros(6)
         self._steered = np.zeros(2)

@@ -20,7 +20,7 @@ from tierod.monitors.harness.verdict import nis_figures, withheld
 from tierod.monitors.sideslip.combined import CombinedSideslip
 from tierod.monitors.sideslip.combined_identifiability import WORDS, identifiability
 from tierod.monitors.sideslip.consistency import Consistency, Wrong, consistency_of
-from tierod.monitors.sideslip.decisions import LEAST_COVERAGE, MOST_RESTARTS, misfit_rule
+from tierod.monitors.sideslip.decisions import LEAST_COVERAGE, MISFIT_DESIGN, MOST_RESTARTS
 from tierod.monitors.sideslip.drive import TRUTHS, WALKING, SideslipDrive, truth_in
 from tierod.monitors.sideslip.expected import Tolerances
 from tierod.monitors.sideslip.finding import OFFSET, confirmed, distances, judge, obstacle
@@ -83,7 +83,7 @@ class SideslipSession(BlockSession):
         self._reversing = Reversing(rate, self._ratio, vehicle["front_distance"] + self._rear_distance)
         self._reverses = np.zeros(0, bool)
         self._piece: tuple[np.ndarray, Mapping[str, np.ndarray], np.ndarray] | None = None
-        self.misfit_rule, self.least_coverage, self.tolerances = misfit_rule(), LEAST_COVERAGE, Tolerances()
+        self.misfit_rule, self.least_coverage, self.tolerances = MISFIT_DESIGN.block(), LEAST_COVERAGE, Tolerances()
 
     def prepared(self, aligned: Aligned) -> Aligned:
         """Next piece, with a negative speed where the car is known to reverse, by the sign of its speeds or without."""
