@@ -14,7 +14,7 @@ import numpy as np
 from tierod.core.block import Block, rebuild, skeleton
 from tierod.core.graph.trace import trace
 from tierod.methods.estimators.kalman import KalmanFilter
-from tierod.monitors.sideslip.combined import CombinedSideslip
+from tierod.monitors.sideslip.estimator import CombinedSideslip
 from tierod.vehicles import load
 
 STEPS = 20_000

@@ -62,8 +62,8 @@ from tierod.monitors.motor_angle.monitor import MotorAngleMonitor
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
 from tierod.monitors.motor_angle.plausibility import AnglePlausibility, Superposition, WhichAngle
 from tierod.monitors.motor_angle.signals import MotorVoltages
-from tierod.monitors.sideslip.combined import CombinedSideslip
-from tierod.monitors.sideslip.monitor import SideslipMonitor
+from tierod.monitors.sideslip.definition import SideslipMonitor
+from tierod.monitors.sideslip.estimator import CombinedSideslip
 from tierod.vehicles import load
 from tierod_lab.papers.column.column_friction import ColumnFrictionObserver
 from tierod_lab.papers.column.control.position_control import PositionControl

@@ -14,12 +14,15 @@ from tierod.core.graph import scan
 from tierod.methods.detectors.control_charts import HeldThreshold
 from tierod.methods.estimators.linear_algebra import diagonal, from_diagonal
 from tierod.models.lateral_parameters import LateralParameters
-from tierod.monitors.sideslip.combined import FARTHEST_SHOWN, SMOOTHING, USUAL_SLIP, CombinedSideslip
-from tierod.monitors.sideslip.combined_estimate import CombinedSample
-from tierod.monitors.sideslip.combined_filter import bounded
-from tierod.monitors.sideslip.combined_identifiability import identifiability
-from tierod.monitors.sideslip.combined_tuning import CombinedTuning, Wandering
-from tierod.monitors.sideslip.grip_limit import GripLimit
+from tierod.monitors.sideslip.estimator import (
+    FARTHEST_SHOWN,
+    SMOOTHING,
+    USUAL_SLIP,
+    CombinedSample,
+    CombinedSideslip,
+    identifiability,
+)
+from tierod.monitors.sideslip.tuning import CombinedTuning, GripLimit, Wandering, bounded
 from tierod.vehicles import load
 from tierod_lab.ground import Sensor, SensorSet, run
 from tierod_lab.ground.cars import catalogue
@@ -132,7 +135,9 @@ def test_after_reversing_the_estimate_begins_anew(drive, steering):
 def test_nothing_is_announced_while_held(drive):
     samples, _ = drive
     nothing = GripLimit(slowest=1e-9, acceleration=1e-9, force=-10.0, tight=1e9)
-    easily = dataclasses.replace(estimator(), limit_share=1e-6, limit_rule=HeldThreshold(1e-9, 1, "upper"), limit=nothing)
+    easily = dataclasses.replace(
+        estimator(), limit_share=1e-6, limit_rule=HeldThreshold(1e-9, 1, "upper"), limit=nothing
+    )
     result = scan(easily, gone(samples, 1500, 1600, vehicle_speed=0.0))
     assert (result["limit_ahead"][1400:1500] == 1.0).all()
     assert not result["limit_ahead"][1500:1600].any()

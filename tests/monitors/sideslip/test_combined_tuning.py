@@ -8,8 +8,7 @@ import math
 import pytest
 
 from tierod.models.lateral_parameters import OF_STEERING
-from tierod.monitors.sideslip.calibration import with_parameters
-from tierod.monitors.sideslip.combined_tuning import (
+from tierod.monitors.sideslip.tuning import (
     LATERAL_ACCELERATION,
     RATIO_ERROR,
     SLIP_ERROR,
@@ -21,6 +20,7 @@ from tierod.monitors.sideslip.combined_tuning import (
     tuning_of,
 )
 from tierod.vehicles import load
+from tierod_lab.papers.sideslip.calibration import with_parameters
 
 
 def test_its_noise_keeps_the_deviation_of_the_long_run():

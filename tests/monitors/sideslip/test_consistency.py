@@ -8,10 +8,8 @@ from functools import cache
 import numpy as np
 import pytest
 
-from tierod.monitors.sideslip.consistency import consistency_of
-from tierod.monitors.sideslip.expected import Tolerances
-from tierod.monitors.sideslip.observables import WHEELS, ObservablesOverDrive
-from tierod.monitors.sideslip.own_motion import OwnMotionLimits, OwnMotionOverDrive
+from tierod.monitors.sideslip.consistency import Tolerances, consistency_of
+from tierod.monitors.sideslip.observables import WHEELS, ObservablesOverDrive, OwnMotionLimits, OwnMotionOverDrive
 from tierod.vehicles import load
 from tierod_lab.papers.own_car.brochure import brochure_car
 

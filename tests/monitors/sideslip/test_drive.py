@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tierod.monitors.sideslip.drive import TOGETHER, SignsOverDrive
+from tierod.monitors.sideslip.evidence import TOGETHER, SignsOverDrive
 
 
 def found(turned=(), missing=(), speed=15.0):

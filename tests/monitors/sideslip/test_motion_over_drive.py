@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tierod.models.single_track import SingleTrack
-from tierod.monitors.sideslip.motion_over_drive import MotionOverDrive
+from tierod.monitors.sideslip.sensors import MotionOverDrive
 from tierod.physics.single_track import steady_yaw_gain, understeer_gradient
 from tierod.vehicles import load
 

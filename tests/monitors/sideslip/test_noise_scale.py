@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from tierod.monitors.sideslip.noise_scale import NoiseScale, ScaleState
+from tierod.monitors.sideslip.tuning import NoiseScale, ScaleState
 
 STEP = 0.01
 

@@ -13,10 +13,9 @@ from tierod.core.graph import Stream
 from tierod.core.recording import Recording
 from tierod.io.derive import complete
 from tierod.io.readers import load_channel_map, read
-from tierod.monitors.sideslip.beside_truth import beside_truth
-from tierod.monitors.sideslip.calibration import TYRES, calibrated, with_parameters
-from tierod.monitors.sideslip.combined import CombinedSideslip
+from tierod.monitors.sideslip.estimator import CombinedSideslip
 from tierod.vehicles import load
+from tierod_lab.papers.sideslip.calibration import TYRES, beside_truth, calibrated, with_parameters
 
 RACE = ("ferrari_250lm_race", "laps.parquet")
 PARK = ("revsted_slip_angle", "obd.csv")

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tierod.models.single_track import SingleTrack
-from tierod.monitors.sideslip.sensors_over_drive import SensorsOverDrive
+from tierod.monitors.sideslip.sensors import SensorsOverDrive
 from tierod.vehicles import load
 
 RATE = 100.0

@@ -12,8 +12,7 @@ from exact_vehicle import diagnose
 from tierod.core.errors import ParameterError
 from tierod.core.findings import Status
 from tierod.core.recording import Recording
-from tierod.monitors.sideslip.monitor import SideslipEstimate, SideslipMonitor
-from tierod.monitors.sideslip.session import TRACES
+from tierod.monitors.sideslip.definition import TRACES, SideslipEstimate, SideslipMonitor
 from tierod.vehicles import load
 from tierod_lab.ground import SensorSet, run
 from tierod_lab.ground.cars.catalogue import load as load_car

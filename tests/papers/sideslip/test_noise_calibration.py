@@ -8,10 +8,10 @@ import pytest
 
 from tierod.core.errors import ParameterError
 from tierod.core.recording import Channel, Recording
-from tierod.monitors.sideslip.beside_truth import beside_truth
-from tierod.monitors.sideslip.combined_tuning import tuning_of
+from tierod.monitors.sideslip.tuning import tuning_of
 from tierod.vehicles import load
 from tierod_lab.papers.sideslip import noise_calibration
+from tierod_lab.papers.sideslip.calibration import beside_truth
 from tierod_lab.papers.sideslip.noise_calibration import HELD, START, calibrated_with_noises, with_noises
 
 pytestmark = pytest.mark.usefixtures("kernels_in_a_moment")

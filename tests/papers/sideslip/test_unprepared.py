@@ -11,11 +11,11 @@ import pytest
 from shared_data import shared_data
 from tierod.core.claims import Claim
 from tierod.core.recording import Channel, Recording
-from tierod.monitors.sideslip.beside_truth import BesideTruth
-from tierod.monitors.sideslip.combined_tuning import YAW_ADAPTATION, tuning_of
+from tierod.monitors.sideslip.tuning import YAW_ADAPTATION, tuning_of
 from tierod.vehicles import load
 from tierod_lab.papers.real_data import NO_DATA
 from tierod_lab.papers.sideslip import race_blocks, slow_cars, unprepared
+from tierod_lab.papers.sideslip.calibration import BesideTruth
 from tierod_lab.papers.sideslip.typical_cars import PASSENGER, SPORTS, kinematic, measured_wrong, steady, typical
 from tierod_lab.studies.effort import Effort
 

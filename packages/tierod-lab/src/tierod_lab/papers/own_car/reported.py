@@ -16,7 +16,7 @@ def _judged() -> Sequence[Block]:
     from tierod.monitors.driver_torque.observer import ColumnObserver
     from tierod.monitors.friction.monitor import FrictionMonitor
     from tierod.monitors.motor_angle.monitor import MotorAngleMonitor
-    from tierod.monitors.sideslip.combined import CombinedSideslip
+    from tierod.monitors.sideslip.estimator import CombinedSideslip
 
     car, step = load("midsize-eps"), 0.01
     column = ColumnObserver.of_vehicle(car, step), HandsMonitor.of_vehicle(car, step)

@@ -12,7 +12,7 @@ import numpy as np
 from tierod.core.claims import Claim, Goal, at_most, between, exactly
 from tierod.core.content import Heading, Item, Table
 from tierod.core.errors import InputError
-from tierod.monitors.sideslip.combined_tuning import CONSTANT_ERROR
+from tierod.monitors.sideslip.tuning import CONSTANT_ERROR
 from tierod.work.executor import Failure
 from tierod_lab.papers.own_car.judging import (
     BROCHURE,

@@ -12,10 +12,9 @@ import numpy as np
 from tierod.core.claims import Claim
 from tierod.core.content import Item, Table
 from tierod.core.recording import Recording
-from tierod.monitors.sideslip.beside_truth import beside_truth
-from tierod.monitors.sideslip.calibration import with_parameters
 from tierod.vehicles import Vehicle, load
 from tierod_lab.papers.sideslip import race_laps, rivals
+from tierod_lab.papers.sideslip.calibration import beside_truth, with_parameters
 from tierod_lab.papers.sideslip.real_recordings import GOAL, absent, claims, share_in_band
 
 FILE, VEHICLE = ("revsted_slip_angle", "obd.csv"), "revsted-car"

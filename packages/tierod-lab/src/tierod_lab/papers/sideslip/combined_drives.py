@@ -14,9 +14,8 @@ import numpy as np
 from tierod.core.graph import Result, scan
 from tierod.core.recording import Recording
 from tierod.models.lateral_parameters import LateralParameters
-from tierod.monitors.sideslip.combined import CombinedSideslip
-from tierod.monitors.sideslip.combined_estimate import CombinedSample
-from tierod.monitors.sideslip.combined_tuning import CombinedTuning
+from tierod.monitors.sideslip.estimator import CombinedSample, CombinedSideslip
+from tierod.monitors.sideslip.tuning import CombinedTuning
 from tierod.vehicles import load
 from tierod_lab.ground import Sensor, SensorSet, run
 from tierod_lab.ground.courses.conditions import Adhesion, AnyCondition, Breeze, During, Gusts, Restlessness, Slope

@@ -8,7 +8,7 @@ import numpy as np
 
 from tierod.core.claims import Claim
 from tierod.core.content import Band, Chart, Heading, Item, Lines, Panel, Table
-from tierod.monitors.sideslip.combined_identifiability import WORDS, Identifiability, identifiability
+from tierod.monitors.sideslip.estimator import WORDS, Identifiability, identifiability
 from tierod_lab.papers.sideslip.combined_drives import (
     WITH,
     WITHOUT_TORQUE,

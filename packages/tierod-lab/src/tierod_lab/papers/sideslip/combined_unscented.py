@@ -12,8 +12,8 @@ from tierod.core.claims import Claim
 from tierod.core.content import Item, Table
 from tierod.core.graph import scan
 from tierod.methods.estimators.unscented import UnscentedFilter
-from tierod.monitors.sideslip.combined import CombinedSideslip
-from tierod.monitors.sideslip.combined_tuning import CombinedTuning
+from tierod.monitors.sideslip.estimator import CombinedSideslip
+from tierod.monitors.sideslip.tuning import CombinedTuning
 from tierod_lab.papers.sideslip.combined_drives import WITHOUT_TORQUE, both_stiff, errors, estimator, on, rms
 from tierod_lab.papers.sideslip.combined_table import GOAL
 from tierod_lab.papers.sideslip.reported import COMBINED, SEEDS

@@ -9,12 +9,11 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 
 from tierod.core.recording import Recording
-from tierod.monitors.sideslip.beside_truth import beside_truth
-from tierod.monitors.sideslip.calibration import FARTHEST, TYRES, judged, prior, weighted
-from tierod.monitors.sideslip.grip_limit import BAND
+from tierod.monitors.sideslip.tuning import BAND
 from tierod.vehicles import Vehicle
 from tierod.vehicles.catalogue import QUANTITIES
 from tierod.vehicles.vehicle import Parameter
+from tierod_lab.papers.sideslip.calibration import FARTHEST, TYRES, beside_truth, judged, prior, weighted
 
 START: dict[str, float] = {
     "yaw_rate_drift": 0.1,

@@ -14,12 +14,11 @@ import numpy as np
 from tierod.core.claims import Claim, at_least, at_most, between
 from tierod.core.content import Heading, Item, Table
 from tierod.core.recording import Recording
-from tierod.monitors.sideslip.beside_truth import BesideTruth, ErrorFigures, beside_truth
-from tierod.monitors.sideslip.calibration import TYRES
-from tierod.monitors.sideslip.grip_limit import BAND
+from tierod.monitors.sideslip.tuning import BAND
 from tierod.vehicles import Vehicle, load
 from tierod_lab.papers.real_data import NO_DATA
 from tierod_lab.papers.sideslip import race_laps
+from tierod_lab.papers.sideslip.calibration import TYRES, BesideTruth, ErrorFigures, beside_truth
 from tierod_lab.papers.sideslip.noise_calibration import calibrated_with_noises, with_noises
 from tierod_lab.papers.sideslip.real_recordings import GOAL, recorded
 from tierod_lab.papers.sideslip.typical_cars import SPORTS, typical

@@ -10,10 +10,16 @@ import numpy as np
 from tierod.core.claims import Claim, at_most
 from tierod.core.content import Band, Chart, Item, Lines, Panel, Table
 from tierod.core.recording import Recording
-from tierod.monitors.sideslip.beside_truth import BesideTruth, ErrorFigures, beside_truth
-from tierod.monitors.sideslip.calibration import TYRES, calibrated, with_parameters
 from tierod.vehicles import Vehicle, load
 from tierod_lab.papers.sideslip import rivals
+from tierod_lab.papers.sideslip.calibration import (
+    TYRES,
+    BesideTruth,
+    ErrorFigures,
+    beside_truth,
+    calibrated,
+    with_parameters,
+)
 from tierod_lab.papers.sideslip.real_recordings import GOAL, absent, claims, share_in_band
 from tierod_lab.studies.effort import Effort
 

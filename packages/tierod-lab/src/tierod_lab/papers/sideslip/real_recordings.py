@@ -7,9 +7,9 @@ from collections.abc import Iterator
 
 from tierod.core.claims import Claim, Goal, at_least, at_most
 from tierod.core.recording import Recording
-from tierod.monitors.sideslip.beside_truth import BesideTruth, ErrorFigures
 from tierod.vehicles import load
 from tierod_lab.papers import real_data
+from tierod_lab.papers.sideslip.calibration import BesideTruth, ErrorFigures
 
 GOAL = "goal of tierod"
 

@@ -11,7 +11,7 @@ from tierod_lab.papers.seeds import ReportedSeeds
 
 def _judged() -> Sequence[Block]:
     """The combined estimator with and without the steering torque, and all observers of the paper."""
-    from tierod.monitors.sideslip.combined import CombinedSideslip
+    from tierod.monitors.sideslip.estimator import CombinedSideslip
     from tierod_lab.papers.sideslip.estimators import OBSERVERS, built
     from tierod_lab.papers.sideslip.matching import from_file
 

@@ -13,8 +13,8 @@ from tierod.core.recording import Recording
 from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.models.discretise import discretise
 from tierod.models.single_track import SingleTrack
-from tierod.monitors.sideslip.beside_truth import BesideTruth, truth_of
 from tierod.vehicles import Vehicle
+from tierod_lab.papers.sideslip.calibration import BesideTruth, truth_of
 
 LINEAR: Any = discretise(SingleTrack, "midpoint")
 RATE = 100.0

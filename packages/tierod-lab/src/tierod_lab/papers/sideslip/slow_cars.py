@@ -14,9 +14,8 @@ from tierod.core.claims import Claim, at_most, exactly
 from tierod.core.content import Heading, Item, Table
 from tierod.core.graph import scan, trace
 from tierod.core.recording import Channel, Recording
-from tierod.monitors.sideslip.beside_truth import BesideTruth
-from tierod.monitors.sideslip.combined import CombinedSideslip
-from tierod.monitors.sideslip.monitor import SideslipMonitor
+from tierod.monitors.sideslip.definition import SideslipMonitor
+from tierod.monitors.sideslip.estimator import CombinedSideslip
 from tierod.vehicles import load
 from tierod.vehicles.vehicle import Parameter, Vehicle
 from tierod_lab.ground import run
@@ -26,6 +25,7 @@ from tierod_lab.ground.chassis.suspension import Axle, Kingpins
 from tierod_lab.ground.chassis.two_track import demonstrator
 from tierod_lab.ground.courses.conditions import Unevenness
 from tierod_lab.ground.courses.open_loop import RandomSteer
+from tierod_lab.papers.sideslip.calibration import BesideTruth
 from tierod_lab.papers.sideslip.real_recordings import GOAL
 from tierod_lab.papers.sideslip.reported import SEEDS, SLOW
 from tierod_lab.papers.sideslip.typical_cars import LIGHT, PASSENGER, SIMPLE, Class, typical

@@ -8,10 +8,10 @@ import numpy as np
 
 from tierod.core.graph import scan
 from tierod.core.recording import Recording
-from tierod.monitors.sideslip.beside_truth import BesideTruth
 from tierod.physics.single_track import front_axle_load
 from tierod.vehicles.vehicle import Parameter, Vehicle
 from tierod_lab.papers.sideslip import rivals
+from tierod_lab.papers.sideslip.calibration import BesideTruth
 
 SLOWEST = 1.0
 """Lower bound of the speed by which the simple estimates divide [m/s]."""

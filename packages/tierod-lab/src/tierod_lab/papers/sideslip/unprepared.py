@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from tierod.core.claims import Claim, at_least, at_most
 from tierod.core.content import Heading, Item, Table
 from tierod.core.recording import Recording
-from tierod.monitors.sideslip.beside_truth import BesideTruth, beside_truth
 from tierod.vehicles import load
 from tierod_lab.papers.real_data import NO_DATA
 from tierod_lab.papers.sideslip import car_park, race_laps
+from tierod_lab.papers.sideslip.calibration import BesideTruth, beside_truth
 from tierod_lab.papers.sideslip.real_recordings import GOAL, recorded
 from tierod_lab.papers.sideslip.typical_cars import PASSENGER, SIMPLE, SPORTS, Class, measured_wrong
 from tierod_lab.studies.effort import Effort

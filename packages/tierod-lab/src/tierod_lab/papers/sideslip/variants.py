@@ -11,9 +11,8 @@ from typing import Any
 
 from tierod.monitors.harness.baseline import Baseline
 from tierod.monitors.harness.session import Session, Variant
-from tierod.monitors.sideslip.decisions import DECISIONS
-from tierod.monitors.sideslip.definition import PAPER, Opener, refuse_slow
-from tierod.monitors.sideslip.session import SideslipSession
+from tierod.monitors.sideslip.definition import PAPER, Opener, SideslipSession, refuse_slow
+from tierod.monitors.sideslip.facts import DECISIONS
 from tierod.vehicles import Vehicle
 from tierod_lab.papers.sideslip.conventional import conventional_kalman, conventional_poles
 from tierod_lab.papers.sideslip.steered_vehicle import SteeredVehicle

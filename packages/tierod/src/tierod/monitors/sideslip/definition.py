@@ -1,20 +1,414 @@
-"""The sideslip monitor and its variants."""
+"""The sideslip monitor: its block, its session over one recording, and its variants."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Annotated, NamedTuple, Self
 
+import numpy as np
+
+from tierod.core.block import Block, Scalar, Tree, named_tuple
 from tierod.core.errors import ParameterError
+from tierod.core.findings import Defect, Finding, Status
+from tierod.core.graph import Result
+from tierod.core.graph.maths import present, where
+from tierod.core.recording import Aligned
+from tierod.core.signals import SIGNALS
+from tierod.core.statement import Statement, code_of
+from tierod.methods.analysis.consistency import ConsistencyAccumulator
+from tierod.methods.detectors.reversing import Reversing
+from tierod.models.single_track import SingleTrack
+from tierod.models.steer_by_wire import Actuator
 from tierod.monitors.harness.baseline import Baseline
-from tierod.monitors.harness.session import Monitor, Session, Variant
+from tierod.monitors.harness.session import BlockSession, Conclusion, Monitor, Session, Variant
+from tierod.monitors.harness.verdict import nis_figures, withheld
 from tierod.monitors.registry import variants_with_plugins
-from tierod.monitors.sideslip.combined import CombinedSideslip
-from tierod.monitors.sideslip.combined_tuning import BY_WIRE
-from tierod.monitors.sideslip.decisions import COMBINED_DECISIONS
-from tierod.monitors.sideslip.drive import TRUTHS
-from tierod.monitors.sideslip.finding import LEAST_ENABLED
-from tierod.monitors.sideslip.session import JUDGED, CombinedSession
+from tierod.monitors.sideslip.consistency import Consistency, Tolerances, Wrong, consistency_of
+from tierod.monitors.sideslip.estimator import WORDS, CombinedSideslip, identifiability
+from tierod.monitors.sideslip.evidence import TRUTHS, WALKING, Samples, SideslipDrive, truth_in
+from tierod.monitors.sideslip.facts import (
+    COMBINED_DECISIONS,
+    LEAST_COVERAGE,
+    LEAST_ENABLED,
+    MISFIT_DESIGN,
+    MOST_RESTARTS,
+    OFFSET,
+    confirmed,
+    distances,
+    judge,
+    obstacle,
+)
+from tierod.monitors.sideslip.observables import WHEELS
+from tierod.monitors.sideslip.tuning import BY_WIRE
 from tierod.vehicles import Vehicle
+
+MADE = {
+    "road_wheel_angle": ("road_wheel_angle", "steering_wheel_angle"),
+    "road_wheel_torque": ("motor_torque", "motor_current"),
+}
+"""Input of an estimator -> signals of the car that it is computed from."""
+
+
+class SideslipEstimate(NamedTuple):
+    """Output of every sideslip block after a sample.
+
+    Args:
+        sideslip_angle, sideslip_angle_deviation: sideslip at the centre of gravity, and its standard deviation
+        self_aligning_torque, self_aligning_torque_deviation: torque of the front tyres, opposing positive steer
+        nis, readings: normalised innovation squared of the sample, and its number of readings
+        held: 1 where nothing could be estimated and the last estimate is held
+    """
+
+    sideslip_angle: Annotated[float, "rad"]
+    sideslip_angle_deviation: Annotated[float, "rad"]
+    self_aligning_torque: Annotated[float, "N*m"]
+    self_aligning_torque_deviation: Annotated[float, "N*m"]
+    nis: Annotated[float, ""]
+    readings: Annotated[float, ""]
+    held: Annotated[float, ""]
+
+
+@dataclass(frozen=True)
+class Ratio:
+    """Angle of the road wheels over that of the steering wheel.
+
+    Args:
+        steering_ratio: road wheels over steering wheel
+    """
+
+    steering_ratio: Annotated[float, ""]
+
+
+@dataclass(frozen=True)
+class SideslipMonitor:
+    """A sideslip estimator with the signals of a car as input, and the statement on its estimate.
+
+    The angle of the road wheels is the measured one, or else the steering wheel's times the ratio; their torque comes
+    from the motor's torque, or else from its current. A missing signal is NaN; inputs computed from it are missing too.
+
+    Args:
+        estimator: the estimator, see the module
+        ratio: steering ratio
+        actuator: actuator of a car steered by wire; None where the torque at the road wheels is unknown
+    """
+
+    estimator: Block
+    ratio: Ratio
+    actuator: Actuator | None
+
+    @classmethod
+    def of_vehicle(cls, estimator: Block, vehicle: Vehicle) -> Self:
+        """The estimator with ratio and actuator of a vehicle file.
+
+        Raises:
+            ParameterError: the file lacks one of them
+        """
+        actuator = vehicle.parameters_for(Actuator) if BY_WIRE in vehicle else None
+        return cls(estimator, vehicle.parameters_for(Ratio), actuator)
+
+    class Output(NamedTuple):
+        """Sideslip angle at the centre of gravity [rad] as a statement, and the output of the estimator.
+
+        It is estimated where the sideslip was estimated, not enabled where the last estimate is held; its kind
+        is 1 where the front axle nears its limit, its evidence the distance from that limit.
+        """
+
+        statement: Statement
+        estimate: Tree
+
+    @property
+    def Sample(self) -> type:
+        """NamedTuple class of the car's signals that the estimator needs."""
+        return _sample_class(_fields(self.estimator.Sample))
+
+    def init(self) -> Tree:
+        """State of the estimator before the first sample."""
+        return self.estimator.init()
+
+    def step(self, state: Tree, sample: Tree) -> tuple[Tree, Output]:
+        """Process one sample."""
+        kind = self.estimator.Sample
+        after, estimate = self.estimator.step(state, kind(*(self._read(name, sample) for name in _fields(kind))))
+        statement = Statement(
+            status=where(estimate.held > 0.5, code_of(Status.NOT_ENABLED), code_of(Status.ESTIMATED)),
+            since=-1.0,
+            kind=getattr(estimate, "limit_ahead", 0.0),
+            magnitude=estimate.sideslip_angle,
+            deviation=estimate.sideslip_angle_deviation,
+            evidence=getattr(estimate, "limit_distance", 0.0),
+        )
+        return after, self.Output(statement, estimate)
+
+    def _read(self, name: str, sample: Tree) -> Scalar:
+        if name == "road_wheel_angle":
+            of_wheel = self.ratio.steering_ratio * sample.steering_wheel_angle
+            angle: Scalar = where(present(sample.road_wheel_angle), sample.road_wheel_angle, of_wheel)
+            return angle
+        if name == "road_wheel_torque":
+            if self.actuator is None:
+                return math.inf
+            of_current = self.actuator.motor_torque(sample.motor_current)
+            of_motor = where(present(sample.motor_torque), sample.motor_torque, of_current)
+            torque: Scalar = self.actuator.road_wheel_torque(of_motor)
+            return torque
+        value: Scalar = getattr(sample, name)
+        return value
+
+
+def _fields(kind: type) -> tuple[str, ...]:
+    """Names of the fields of a NamedTuple class."""
+    names: tuple[str, ...] = getattr(kind, "_fields", ())
+    return names
+
+
+@lru_cache(maxsize=64)
+def _sample_class(fields: tuple[str, ...]) -> type:
+    names = dict.fromkeys(signal for name in fields for signal in MADE.get(name, (name,)))
+    if strange := [name for name in names if name not in SIGNALS]:
+        raise ParameterError(f"a sideslip estimator reads '{strange[0]}', which is no canonical signal")
+    return named_tuple("CarSample", [(name, Annotated[float, SIGNALS[name].unit]) for name in names])
+
+
+JUDGED = (
+    "road_wheel_angle",
+    "steering_wheel_angle",
+    "lateral_acceleration",
+    "longitudinal_acceleration",
+    "motor_torque",
+    "motor_current",
+    *WHEELS,
+)
+"""Signals that the session evaluates beside the estimator."""
+
+TRACES = {
+    "sideslip_angle": ("sideslip_angle", "rad"),
+    "sideslip_angle_deviation": ("sideslip_angle_standard_deviation", "rad"),
+    "self_aligning_torque": ("self_aligning_torque", "N*m"),
+    "self_aligning_torque_deviation": ("self_aligning_torque_standard_deviation", "N*m"),
+    "nis": ("nis", ""),
+    "held": ("held", ""),
+}
+"""Outputs of every sideslip block over time: output -> (name in the report, unit)."""
+
+
+class SideslipSession(BlockSession):
+    """Run a sideslip estimator over a recording, and test whether signals and parameters fit.
+
+    Args:
+        estimator: a block, see `tierod.monitors.sideslip.definition`
+        vehicle: vehicle with the estimator's parameters
+        rate: sampling rate [Hz]
+        name: name of monitor and variant
+        more: further outputs shown over time: output -> (name in the report, unit)
+        needs_torque: whether the estimator cannot run without the torque of the steering
+    """
+
+    def __init__(
+        self,
+        estimator: Block,
+        vehicle: Vehicle,
+        rate: float,
+        name: str,
+        more: Mapping[str, tuple[str, str]] | None = None,
+        needs_torque: bool = False,
+    ):
+        block = SideslipMonitor.of_vehicle(estimator, vehicle)
+        super().__init__(block, {f"estimate.{output}": shown for output, shown in (TRACES | dict(more or {})).items()})
+        self.traces = {**self.traces, "true_sideslip_angle": "rad"}
+        self.signals = tuple(dict.fromkeys((*self.signals, *JUDGED, *TRUTHS)))
+        self.name, self._needs_torque, self._torque_known = name, needs_torque, block.actuator is not None
+        self.drive = SideslipDrive(vehicle.parameters_for(SingleTrack.Parameters), block.ratio.steering_ratio, rate)
+        self._consistency, self._vehicle = ConsistencyAccumulator(), vehicle
+        self._rear_distance, self._ratio = vehicle["rear_distance"], block.ratio.steering_ratio
+        self._reversing = Reversing(rate, self._ratio, vehicle["front_distance"] + self._rear_distance)
+        self._reverses = np.zeros(0, bool)
+        self._piece: tuple[np.ndarray, Mapping[str, np.ndarray], np.ndarray] | None = None
+        self.misfit_rule, self.least_coverage, self.tolerances = MISFIT_DESIGN.block(), LEAST_COVERAGE, Tolerances()
+
+    def prepared(self, aligned: Aligned) -> Aligned:
+        """Next piece, with a negative speed where the car is known to reverse, by the sign of its speeds or without."""
+        seen = aligned.columns
+        wheel = seen["road_wheel_angle"] / self._ratio
+        angle = np.where(np.isfinite(wheel), wheel, seen["steering_wheel_angle"])
+        left, right = (seen[f"wheel_speed_rear_{side}"] for side in ("left", "right"))
+        reverses = self._reversing.add(aligned.time, seen["yaw_rate"], angle, seen["vehicle_speed"], right - left)
+        self._reverses = reverses
+        if not reverses.any():
+            return aligned
+        values = aligned.values.copy()
+        place = aligned.names.index("vehicle_speed")
+        values[reverses, place] = -np.abs(values[reverses, place])
+        return Aligned(aligned.time, values, aligned.names)
+
+    def taken(self, aligned: Aligned, result: Result) -> Mapping[str, np.ndarray]:
+        """Collect the estimator's outputs of a piece, and return the traces over it, (n,) each."""
+        shown = dict(super().taken(aligned, result))
+        shown["true_sideslip_angle"] = truth_in(aligned.columns)
+        self._piece = aligned.time, aligned.columns, shown["sideslip_angle_standard_deviation"]
+        held = shown["held"] > 0.5
+        spreads = [name for name in shown if name.endswith("_standard_deviation")]
+        return shown | {name: np.where(held, np.nan, shown[name]) for name in spreads}
+
+    def collect(self, time: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
+        """Collect estimates, innovations and signals of one piece."""
+        running = result["statement.status"] == code_of(Status.ESTIMATED)
+        self._consistency.add(result["estimate.nis"][running], result["estimate.readings"][running])
+        self.drive.add(running, self._reverses, signals, result, contradictions=not self.moved)
+
+    def conclude(self) -> Conclusion:
+        """The finding, with the consistency of the innovations."""
+        reversed_ = (self._reversing.words,) if self._reversing.words else ()
+        if reason := obstacle(self.drive, self._needs_torque, self._torque_known, self._reversing.mirrored):
+            finding = withheld(self.name, "Sideslip angle", [reason], self.drive.evidence(), reversed_)
+            return Conclusion(finding, withheld=tuple(self.traces))
+        found = self._consistency.result()
+        finding = judge(self.drive, self.name, self.misfit_rule, found.nis)
+        finding = replace(finding, warnings=(*reversed_, *finding.warnings))
+        if self.moved:
+            return Conclusion(finding)
+        peak = self.drive.motions.largest
+        offset = finding.evidence.get(OFFSET, 0.0)
+        consistency = consistency_of(self.drive.observables, self._vehicle, self.tolerances, offset)
+        finding = replace(finding, evidence={**finding.evidence, **consistency.evidence(), **self._share()})
+        defects, hidden = self._contradicting(consistency, finding)
+        return Conclusion(
+            finding,
+            consistency=nis_figures(found),
+            withheld=(*TRUTHS[1:], *hidden),
+            distances=distances(finding),
+            defects=defects,
+            parameter_variance=max(peak.deviation**2 - peak.own**2, 0.0),
+        )
+
+    def _contradicting(self, consistency: Consistency, finding: Finding) -> tuple[tuple[Defect, ...], tuple[str, ...]]:
+        """The contradiction, and the traces withheld because of it; a recorded truth within the band lifts that."""
+        wrong, motion = consistency.wrong(), self.drive.own_motion.wrong()
+        if motion is not None and wrong is None:
+            wrong = Wrong((), motion)
+        if wrong is None:
+            return (), ()
+        # A cause that is known says more than that several signals contradict each other.
+        vague = wrong.several and not finding.status.quiet
+        withholds = wrong.decisive and not vague and not confirmed(finding, self.drive)
+        return (Defect(wrong.names, wrong.sentence, withholds),), tuple(self.traces) if withholds else ()
+
+    def _share(self) -> dict[str, float]:
+        found = self.drive.own_motion.share()
+        if found is None:
+            return {}
+        return {"estimated_motion_share": found.value, "estimated_motion_share_deviation": found.deviation}
+
+    def observe(self, traces: Mapping[str, np.ndarray]) -> None:
+        """Collect what the headline shows of the last piece, with bands that include the spread of the parameters."""
+        value, deviation = traces["sideslip_angle"], traces["sideslip_angle_standard_deviation"]
+        self.drive.own_motion.deviations(deviation)
+        assert self._piece is not None
+        (time, signals, own), self._piece = self._piece, None
+        speed, yaw_rate = signals["vehicle_speed"], signals["yaw_rate"]
+        none = np.zeros(len(time))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            geometry = np.arctan(self._rear_distance * yaw_rate / speed)
+        self.drive.motions.add(
+            Samples(
+                time,
+                speed,
+                self._reverses,
+                (traces["held"] < 0.5) & (speed > WALKING) & np.isfinite(yaw_rate),
+                value,
+                deviation,
+                own,
+                geometry,
+                self._ahead(traces),
+                traces.get("front_friction_used", none),
+            )
+        )
+
+    def _ahead(self, traces: Mapping[str, np.ndarray]) -> np.ndarray:
+        """Whether the limit of grip is announced in each sample of a piece, (n,); never by the paper's observers."""
+        return np.zeros(len(traces["held"]), bool)
+
+
+class CombinedSession(SideslipSession):
+    """A `SideslipSession` that also collects stiffness, bank, wind and the limit of grip over the drive.
+
+    Args:
+        estimator: the combined estimator
+        vehicle: vehicle with the estimator's parameters
+        rate: sampling rate [Hz]
+        name: name of monitor and variant
+        more: further outputs shown over time: output -> (name in the report, unit)
+    """
+
+    def __init__(
+        self,
+        estimator: CombinedSideslip,
+        vehicle: Vehicle,
+        rate: float,
+        name: str,
+        more: Mapping[str, tuple[str, str]] | None = None,
+    ):
+        super().__init__(estimator, vehicle, rate, name, more)
+        self._estimator, self.most_restarts = estimator, MOST_RESTARTS
+        self._restarts = 0
+
+    def collect(self, time: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
+        """Collect also restarts of the filter."""
+        super().collect(time, signals, result)
+        self._restarts += int(np.sum(result["estimate.restarted"] > 0.5))
+
+    def _ahead(self, traces: Mapping[str, np.ndarray]) -> np.ndarray:
+        """Whether the limit of grip is announced, by bands with the parameters' spread, in each sample, (n,)."""
+        forced = self._estimator.limit.forced(
+            traces["front_friction_used"], traces["front_friction_used_standard_deviation"]
+        )
+        return np.asarray((traces["limit_ahead"] > 0.5) & forced)
+
+    def conclude(self) -> Conclusion:
+        """The finding, with shares of identified unknowns, the limit of grip, and restarts."""
+        conclusion = super().conclude()
+        finding = conclusion.finding
+        if not (finding.status.judged or finding.status is Status.NOT_IDENTIFIABLE) or self.memory is None:
+            return conclusion
+        shown = identifiability(self._estimator, self.memory)
+        evidence = dict(finding.evidence) | {
+            f"{WORDS[name]}, identified share": share for name, share in shown.shares.items()
+        }
+        announced = self.drive.motions.announced
+        evidence |= {
+            "largest_front_friction_used": announced.used,
+            "limit_announced_s": announced.samples / self.drive.rate,
+            "restarts": float(self._restarts),
+        }
+        limit = ""
+        if announced.samples:
+            evidence["limit_first_announced_at_s"] = announced.first
+            limit = f"The front axle came close to its largest force, announced from {announced.first:.1f} s on."
+        finding = self._judged(replace(finding, evidence=evidence))
+        return replace(conclusion, finding=finding, remarks={"estimate": str(shown)}, further=limit)
+
+    def _judged(self, finding: Finding) -> Finding:
+        """The finding; not identifiable where the filter restarted too often."""
+        minutes = finding.evidence["enabled_s"] / 60.0
+        if finding.status is not Status.NOT_IDENTIFIABLE and self._restarts > max(self.most_restarts * minutes, 1.0):
+            cause = f"the filter diverged and restarted {self._restarts} times"
+            if OFFSET in finding.evidence:
+                return replace(
+                    finding, status=Status.NOT_IDENTIFIABLE, headline=f"{finding.headline} With this offset, {cause}."
+                )
+            return replace(
+                finding,
+                status=Status.NOT_IDENTIFIABLE,
+                headline=f"{finding.headline} But signals or parameters do not fit this car: {cause}.",
+                cause=f"{finding.cause}; {cause}" if finding.cause else cause,
+                action="check scale and unit of yaw rate, lateral acceleration and speed in the channel map, and "
+                "their time stamps; if they are right, give a vehicle file that fits this car: mass, stiffness, "
+                "friction and noise of the sensors",
+            )
+        return finding
+
 
 PAPER = "Yih, Ryu, Gerdes, Vehicle state estimation using steering torque (2004)"
 

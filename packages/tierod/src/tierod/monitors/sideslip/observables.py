@@ -1,15 +1,148 @@
-"""Observables of a drive that need no tyre model: scales of signals, distances of the car, zeros."""
+"""Regressions between the signals of a drive without a tyre model, and a test of the estimate by them."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from tierod.monitors.sideslip.relations import BlocksOverDrive, Relation, RelationOverDrive
+BLOCK: Annotated[float, "s"] = 0.5
+"""Averaging time of a block; long against the delays of sensors, short against a turn."""
+
+STRETCH = 4
+"""Blocks per stretch at the start, 2 s; doubled whenever `MOST` stretches are full."""
+
+MOST = 64
+"""Largest number of stretches; a covariance needs some twenty, and memory must stay bounded on a long drive."""
+
+FEWEST_BLOCKS, FEWEST_STRETCHES = 15, 6
+"""Least numbers for a regression: 7.5 s, in six stretches that count as independent."""
+
+CONDITION = 1e4
+"""Largest condition number of the normal equations; beyond it the coefficients are not separable."""
+
+
+class Relation(NamedTuple):
+    """Result of a regression.
+
+    Args:
+        values: coefficients, (coefficients,)
+        covariance: covariance of the coefficients
+        tolerance: share of each regressor's mean square that the others do not explain, 1/VIF, (coefficients,)
+    """
+
+    values: np.ndarray
+    covariance: np.ndarray
+    tolerance: np.ndarray
+
+
+class BlocksOverDrive:
+    """Fixed blocks of a drive, independent of how it is cut.
+
+    Args:
+        rate: sampling rate [Hz]
+        signals: number of signals
+        seconds: averaging time of a block [s]
+        fewest: least number of samples of a block
+    """
+
+    def __init__(self, rate: float, signals: int, seconds: float = BLOCK, fewest: int = 2):
+        self._size = max(round(seconds * rate), fewest)
+        self.seconds = self._size / rate
+        self._rest = np.empty((0, signals))
+
+    def add(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Blocks that the next samples complete (m, samples, signals), and the changes over them, (m, signals).
+
+        Args:
+            rows: the next samples (n, signals)
+        """
+        rows, size = np.vstack([self._rest, rows]), self._size
+        # The change over a block needs the sample after it, so a block waits for the next piece.
+        count = max(len(rows) - 1, 0) // size
+        self._rest = rows[count * size :]
+        changes = rows[size::size][:count] - rows[: count * size : size]
+        return rows[: count * size].reshape(count, size, rows.shape[1]), changes
+
+
+class RelationOverDrive:
+    """One regression over a drive: products of regressors and target, accumulated stretch by stretch.
+
+    The result does not depend on how the recording is cut.
+
+    Args:
+        coefficients: number of coefficients
+    """
+
+    def __init__(self, coefficients: int):
+        self._sums = np.zeros((MOST, coefficients + 1, coefficients + 1))
+        self._counts = np.zeros(MOST)
+        self._blocks, self._length = 0, STRETCH
+
+    def add(self, regressors: Sequence[np.ndarray], target: np.ndarray, counted: np.ndarray) -> None:
+        """Add the next blocks, (n,) each.
+
+        Args:
+            regressors: one array per coefficient; NaN where missing
+            target: NaN where missing
+            counted: blocks that may count
+        """
+        rows = np.column_stack([*regressors, target])
+        used = counted & np.isfinite(rows).all(axis=1)
+        rows = np.where(used[:, None], rows, 0.0)
+        # Excluded rows stay as zeros, so that stretches keep their length in time.
+        while len(rows):
+            room = MOST * self._length - self._blocks
+            at = (self._blocks + np.arange(min(len(rows), room))) // self._length
+            part = rows[: len(at)]
+            np.add.at(self._sums, at, part[:, :, None] * part[:, None, :])
+            np.add.at(self._counts, at, used[: len(at)])
+            self._blocks += len(at)
+            rows, used = rows[len(at) :], used[len(at) :]
+            if self._blocks == MOST * self._length:
+                self._join()
+
+    def _join(self) -> None:
+        """Merge pairs of stretches, which frees half of them and doubles their length."""
+        for kept in (self._sums, self._counts):
+            half = kept[0::2] + kept[1::2]
+            kept[:] = 0.0
+            kept[: MOST // 2] = half
+        self._length *= 2
+
+    def found(self, least: float = 0.0) -> Relation | None:
+        """The regression; None with too little driving, or with too little motion to separate the coefficients.
+
+        Args:
+            least: least standard deviation of the first regressor beside a last one of ones [its unit]; noise in a
+                smaller regressor makes its coefficient too small (W. A. Fuller, Measurement Error Models (1987),
+                section 1.1)
+
+        Covariance of a sum of scores that are independent from stretch to stretch only: P. J. Huber, Fifth Berkeley
+        Symposium 1 (1967) 221; K.-Y. Liang, S. L. Zeger, Biometrika 73 (1986) 13.
+        """
+        used = self._counts > 0.0
+        total = self._sums.sum(axis=0)
+        normal, right = total[:-1, :-1], total[:-1, -1]
+        size = np.sqrt(np.diag(normal))
+        stretches = int(used.sum())
+        if self._counts.sum() < FEWEST_BLOCKS or stretches < FEWEST_STRETCHES or not np.all(size > 0.0):
+            return None
+        if least and normal[0, 0] - normal[0, -1] ** 2 / normal[-1, -1] < least**2 * normal[-1, -1]:
+            return None
+        if np.linalg.cond(normal / np.outer(size, size)) > CONDITION:
+            return None
+        inverse = np.linalg.inv(normal)
+        values = inverse @ right
+        scores = self._sums[used][:, :-1, -1] - self._sums[used][:, :-1, :-1] @ values
+        # Clustered (sandwich) covariance, with the usual correction for few clusters.
+        few = stretches / max(stretches - len(values), 1)
+        tolerance = 1.0 / (np.diag(inverse) * np.diag(normal))
+        return Relation(values, few * inverse @ (scores.T @ scores) @ inverse, tolerance)
+
 
 WHEELS = tuple(f"wheel_speed_{end}_{side}" for end in ("rear", "front") for side in ("left", "right"))
 """Wheel speed signals, rear wheels first, since they roll along the car."""
@@ -176,3 +309,108 @@ class ObservablesOverDrive:
                 at = names.index("gain")
                 covariance[at, at] = 0.5 * (gain.covariance[0, 0] / one**2 + gained.covariance[0, 0] / other**2)
         return Observables(**values), covariance
+
+
+@dataclass(frozen=True)
+class OwnMotionLimits:
+    """Limits from which the estimate contradicts the motion.
+
+    Args:
+        slowest: speed below which lateral acceleration is uninformative
+        share: tolerated difference of the share from 1; roll, place and delay of the accelerometer make 0.37
+        certain: standard deviations of the share beyond that
+        bands: standard deviations of the estimate that the resulting error must exceed: a 95 % band must contain it
+        least: resulting error below which nothing is reported
+        separable: least share of the squared estimated changes that turning does not explain; errors of 5 % of the
+            estimated changes make a quarter of it, and below it the share would be that of the errors
+    """
+
+    slowest: Annotated[float, "m/s"] = 3.0
+    share: Annotated[float, ""] = 0.4
+    certain: Annotated[float, ""] = 3.0
+    bands: Annotated[float, ""] = 1.96
+    least: Annotated[float, "rad"] = math.radians(0.2)
+    separable: Annotated[float, ""] = 0.01
+
+
+class Share(NamedTuple):
+    """Share of the estimated changes that the car really makes.
+
+    Args:
+        value: 1 where the estimate is right [-]
+        deviation: standard deviation of the value [-]
+        tolerance: share of the squared estimated changes that turning does not explain [-]
+    """
+
+    value: float
+    deviation: float
+    tolerance: float
+
+
+class OwnMotionOverDrive:
+    """Share of the estimated changes of the lateral speed in a - v r, independent of how the drive is cut.
+
+    In a = v r + vy' the measured a, v and r give vy', which does not depend on stiffness, mass or distances. A place of
+    the accelerometer ahead of the centre of gravity enters the term of the yaw acceleration, bank and zeros the
+    constant. A share of one half means that the estimate changes twice as much as the car does.
+
+    Args:
+        rate: sampling rate [Hz]
+        limits: limits of a contradiction
+    """
+
+    def __init__(self, rate: float, limits: OwnMotionLimits | None = None):
+        self.limits = limits or OwnMotionLimits()
+        self._blocks = BlocksOverDrive(rate, 4)
+        self._relation = RelationOverDrive(4)
+        self._angles, self._variance = np.zeros(3), np.zeros(2)
+
+    def add(self, speed: np.ndarray, yaw_rate: np.ndarray, lateral: np.ndarray, sideslip: np.ndarray) -> None:
+        """Add the next piece, (n,) each; NaN where missing.
+
+        Args:
+            speed: vehicle speed [m/s]
+            yaw_rate: yaw rate [rad/s]
+            lateral: lateral acceleration [m/s**2]
+            sideslip: estimated sideslip angle [rad]
+        """
+        known = np.isfinite(sideslip) & (speed > self.limits.slowest)
+        self._angles += (known.sum(), sideslip[known].sum(), sideslip[known] @ sideslip[known])
+        blocks, changes = self._blocks.add(np.column_stack([speed, yaw_rate, lateral, speed * np.tan(sideslip)]))
+        if not len(blocks):
+            return
+        _, turning, _, across = (changes / self._blocks.seconds).T
+        turn = (blocks[:, :, 0] * blocks[:, :, 1]).mean(axis=1)
+        mean = blocks.mean(axis=1)
+        self._relation.add((across, turn, turning, np.ones(len(blocks))), mean[:, 2], mean[:, 0] > self.limits.slowest)
+
+    def deviations(self, deviation: np.ndarray) -> None:
+        """Add standard deviations of the estimate [rad], (n,), with the spread of the parameters; NaN where held."""
+        known = deviation[np.isfinite(deviation)]
+        self._variance += (len(known), known @ known)
+
+    def share(self) -> Share | None:
+        """The share; None where the drive does not determine it."""
+        relation = self._relation.found()
+        if relation is None:
+            return None
+        return Share(float(relation.values[0]), math.sqrt(relation.covariance[0, 0]), float(relation.tolerance[0]))
+
+    def wrong(self) -> str | None:
+        """Sentence on a wrong estimate; None where it changes as the car does, or within its band."""
+        limits, found = self.limits, self.share()
+        count, total, squares = self._angles
+        if found is None or not (count and self._variance[0]):
+            return None
+        if found.tolerance < limits.separable:
+            return None
+        band = math.sqrt(self._variance[1] / self._variance[0])
+        off = abs(found.value - 1.0)
+        error = off * math.sqrt(max(squares / count - (total / count) ** 2, 0.0))
+        if off < limits.share + limits.certain * found.deviation or error < max(limits.least, limits.bands * band):
+            return None
+        return (
+            f"by lateral_acceleration, yaw_rate and vehicle_speed, the lateral speed changes by {found.value:.2f} ± "
+            f"{found.deviation:.2f} times the estimate: stiffness, mass or distances of the vehicle file do not fit, "
+            "or one of these signals, the steering angle or the steering torque is wrong"
+        )

@@ -8,10 +8,9 @@ import pytest
 
 from tierod.core.errors import InputError, ParameterError
 from tierod.core.recording import Channel, Recording
-from tierod.monitors.sideslip.beside_truth import BesideTruth, beside_truth
-from tierod.monitors.sideslip.calibration import calibrated, with_parameters
-from tierod.monitors.sideslip.combined_tuning import THROUGH_A_COLUMN, CombinedTuning, tuning_of
+from tierod.monitors.sideslip.tuning import THROUGH_A_COLUMN, CombinedTuning, tuning_of
 from tierod.vehicles import load
+from tierod_lab.papers.sideslip.calibration import BesideTruth, beside_truth, calibrated, with_parameters
 
 pytestmark = pytest.mark.usefixtures("kernels_in_a_moment")
 

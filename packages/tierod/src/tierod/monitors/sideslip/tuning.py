@@ -1,17 +1,154 @@
-"""Tuning of the combined sideslip estimator: its unknowns as Gauss-Markov processes, its noises, and both per car."""
+"""Tuning of the combined sideslip estimator for a car: unknowns, noises, limit of grip, and the filter."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
-from typing import Annotated
+from typing import Annotated, Any, NamedTuple, TypeVar
 
+import numpy as np
+
+from tierod.core.block import Scalar, Tree
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE
-from tierod.models.lateral_parameters import OF_STEERING, UNKNOWNS
-from tierod.monitors.sideslip.grip_limit import GripLimit
+from tierod.core.graph.maths import absolute, all_of, both, exp, limit, log, maximum, present, sqrt, where
+from tierod.methods.estimators.kalman import KalmanFilter
+from tierod.models.lateral_motion import lateral_motion
+from tierod.models.lateral_parameters import OF_STEERING, UNKNOWNS, LateralParameters, Sampled
+from tierod.physics.gravity import GRAVITY
 from tierod.physics.lag import gauss_markov_noise
 from tierod.vehicles.uncertain import held_deviation
 from tierod.vehicles.vehicle import Vehicle
+
+LEAST_VARIANCE = 1e-18
+"""Floor of the expected variance, which keeps the ratio finite for a filter without noise, in the squared unit of the
+reading."""
+
+
+class ScaleState(NamedTuple):
+    """Low-passed innovation, and the natural logarithm of the scale."""
+
+    innovation: Annotated[Scalar, ""]
+    logarithm: Annotated[Scalar, ""]
+
+
+@dataclass(frozen=True)
+class NoiseScale:
+    """Adaptive factor of a noise variance, from the innovations of one reading.
+
+    Innovations of a consistent filter are white: their low-pass has the expected variance times share / (2 - share).
+    Model errors last longer than a sample, so that the low-pass has more. The scale rises while it has more and falls
+    while it has less, until the larger noise makes the innovations white. It rises faster than it falls, so that it
+    settles on the cautious side: with the default times where the filter expects 2.6 times the observed variance. It
+    never falls below one: the given noise is the minimum.
+
+    Args:
+        sample_time: sampling interval
+        memory: time constant of the low-pass; shorter errors count as noise
+        rise, fall: times in which the logarithm rises and falls by one
+        most: largest relative excess that counts in one sample
+        greatest: upper bound of the logarithm
+
+    Valid for a reading with white noise; errors slower than the filter's own unknowns are left to those.
+    Source: whiteness of innovations, R. K. Mehra, IEEE Trans. Automatic Control 15 (1970) 175, as a stochastic
+    approximation instead of from autocorrelations over a record.
+    """
+
+    sample_time: Annotated[float, "s", POSITIVE]
+    memory: Annotated[float, "s", POSITIVE] = 0.2
+    rise: Annotated[float, "s", POSITIVE] = 1.0
+    fall: Annotated[float, "s", POSITIVE] = 10.0
+    most: Annotated[float, "", POSITIVE] = 4.0
+    greatest: Annotated[float, "", NOT_NEGATIVE] = 9.0
+
+    def init(self) -> ScaleState:
+        """State before the first sample: the noise as given."""
+        return ScaleState(0.0, 0.0)
+
+    def scale(self, state: ScaleState) -> Scalar:
+        """Factor of the variance."""
+        return exp(state.logarithm)
+
+    def after(self, state: ScaleState, innovation: Scalar, variance: Scalar, running: Scalar) -> ScaleState:
+        """State after one sample; held where the reading is missing or the filter does not run.
+
+        Args:
+            state: state of the previous sample
+            innovation: measured less predicted [unit of the reading]
+            variance: its variance as predicted by the filter [its square]
+            running: whether the filter ran
+        """
+        share = self.sample_time / (self.memory + self.sample_time)
+        usable = both(running, present(innovation))
+        smoothed = state.innovation + share * (where(usable, innovation, 0.0) - state.innovation)
+        expected = maximum(variance * share / (2.0 - share), LEAST_VARIANCE)
+        excess = limit(smoothed * smoothed / expected - 1.0, -1.0, self.most)
+        moved = state.logarithm + self.sample_time * excess / where(excess > 0.0, self.rise, self.fall)
+        return ScaleState(
+            where(usable, smoothed, state.innovation),
+            where(usable, limit(moved, 0.0, self.greatest), state.logarithm),
+        )
+
+
+BAND = 1.96
+"""Standard deviations that contain 95 % of a Gaussian error."""
+
+Share = TypeVar("Share", Scalar, np.ndarray)
+
+
+@dataclass(frozen=True)
+class GripLimit:
+    """Least speed, turn and force of a car whose front axle nears its largest force.
+
+    Slip alone shows no limit. Over a rolling speed near zero it says nothing of the force, and in a tight turn it is
+    the small difference of two large angles. Beside a wrong steering angle, whatever its fault, it is wrong as well.
+
+    Args:
+        slowest: speed from which the slip of a tyre says something of its force; at 3 m/s it builds up within 0.1 s
+        acceleration: least lateral acceleration by speed and yaw rate; polished ice has a friction of 0.1
+        force: share of its largest force that the axle uses at the lower end of the 95 % band; with less an
+            announcement counts as false
+        agreeing: largest factor of the yaw rate's noise by which its innovations are explained; with more the steering
+            angle predicts another yaw rate than the measured one. Virtual cars that slide reach 150, also where they
+            are known by class only; an angle held at 10 Hz, or wrong by a third or by 15 degrees, makes more than 1000
+        tight: road-wheel angle from which that share must show in the lateral acceleration, on a road as in the vehicle
+            file; steering ratio and Ackermann's difference are wrong by some % of the angle, a degree and more there
+    """
+
+    slowest: Annotated[float, "m/s", POSITIVE] = 3.0
+    acceleration: Annotated[float, "m/s**2", POSITIVE] = 1.0
+    force: Annotated[float, "", POSITIVE] = 0.6
+    agreeing: Annotated[float, "", POSITIVE] = 200.0
+    tight: Annotated[float, "rad", POSITIVE] = 0.35
+
+    def shown(
+        self, estimate: Mapping[str, Scalar], speed: Scalar, road_wheel_angle: Scalar, usual: Scalar, yaw_noise: Scalar
+    ) -> Scalar:
+        """Whether force and turn of the car are near the limit, and the steering angle fits the yaw rate.
+
+        Args:
+            estimate: fields of the combined estimator's output
+            speed: vehicle speed [m/s]
+            road_wheel_angle: steering angle [rad]
+            usual: lateral acceleration at the limit on a dry road [m/s**2]
+            yaw_noise: factor by which the noise of the yaw rate is raised [-]
+        """
+        across = absolute(speed * estimate["corrected_yaw_rate"])
+        tight = limit(absolute(road_wheel_angle) / self.tight, 0.0, 1.0)
+        needed = self.acceleration + tight * maximum(self.force * usual - self.acceleration, 0.0)
+        forced = self.forced(estimate["front_friction_used"], estimate["front_friction_used_deviation"])
+        shown: Scalar = all_of(speed > self.slowest, across > needed, forced, yaw_noise < self.agreeing)
+        return shown
+
+    def forced(self, used: Share, deviation: Share) -> Share:
+        """Whether the axle uses enough of its largest force; never where the deviation is NaN.
+
+        Args:
+            used: share of the largest force that is in use [-]
+            deviation: its standard deviation [-]
+        """
+        return used - BAND * deviation > self.force
+
 
 BY_WIRE = "gearhead_ratio"
 """A vehicle file that gives this parameter describes a car steered by wire."""
@@ -289,3 +426,100 @@ def _wandering(usual: Wandering | None, deviation: float | None, time: float | N
     return replace(
         start, deviation=start.deviation if deviation is None else deviation, time=start.time if time is None else time
     )
+
+
+START = {
+    "lateral_speed": 0.5,
+    "yaw_rate": 0.2,
+    "front_deflection": 0.02,
+    "rear_deflection": 0.02,
+    "roll_angle": 0.02,
+    "roll_rate": 0.05,
+    "road_wheel_angle": 0.3,
+    "road_wheel_rate": 0.5,
+    "friction_share": 0.7,
+}
+"""Standard deviation of the motion before the first sample, in the units of the states."""
+
+GATE = 10.83
+"""Bound on the squared normalised innovation of a reading, and of a jump of the steering angle; the 99.9 % quantile of
+the chi-square distribution with one degree of freedom."""
+
+DEFLECTED = 0.03
+"""Growth of the tyres' deflection over that of the lateral speed while the estimate is held [s]."""
+
+FARTHEST = 3.5
+"""Bound on the logarithm of a factor, in standard deviations of its prior about its usual value; it stops divergence
+where the linearised filter is overconfident. Never less than one, a factor of e."""
+
+NARROWEST = 1.0
+"""Smallest such bound [-, natural logarithm]; no factor of a tyre is known better than to a factor of e."""
+
+
+def combined_filter(car: LateralParameters, sample_time: float, tuning: CombinedTuning, steering: bool) -> KalmanFilter:
+    """The Kalman filter over the states that the tuning selects.
+
+    Args:
+        car: parameters of the car
+        sample_time: sampling interval [s]
+        tuning: estimated unknowns, and noises
+        steering: whether the road wheels' motion is among the states
+    """
+    followed = tuning.followed(steering)
+    model = lateral_motion(tuple(followed), roll=tuning.roll, steering=steering)
+    noises, names = tuning.noises, model.State._fields
+    moving = ("lateral_speed", "yaw_rate", "roll_rate", "road_wheel_rate")
+    process = {name: per_sample(getattr(noises, name), sample_time) for name in moving}
+    process |= {name: each.noise(sample_time) for name, each in followed.items()}
+    first = START | {name: each.deviation for name, each in followed.items()}
+    return KalmanFilter(
+        model,
+        Sampled(
+            car,
+            sample_time,
+            usual=tuple(each.usual for each in followed.values()),
+            fading=tuple(each.fading(sample_time) for each in followed.values()),
+        ),
+        initial_mean=tuple(followed[name].usual if name in followed else 0.0 for name in names),
+        initial_variance=tuple(first[name] ** 2 for name in names),
+        process_noise=tuple(process.get(name, 0.0) for name in names),
+        measurement_noise=tuple(getattr(noises, f"{name}_reading") ** 2 for name in model.Output._fields),
+        gate=GATE,
+    )
+
+
+def held_growth(model: Any, noises: Noises, sample_time: float) -> tuple[float, ...]:
+    """Variance that every state gains per sample while the estimate is held, in the order of the states.
+
+    Args:
+        model: model of the filter
+        noises: noises of the tuning
+        sample_time: sampling interval [s]
+    """
+    moving = ("lateral_speed", "yaw_rate", "road_wheel_angle")
+    held = {name: per_sample(getattr(noises, f"held_{name}"), sample_time) for name in moving}
+    held |= dict.fromkeys(("front_deflection", "rear_deflection"), held["lateral_speed"] * DEFLECTED * DEFLECTED)
+    return tuple(held.get(name, 0.0) for name in model.State._fields)
+
+
+def bounded(filter: KalmanFilter, mean: Tree, lateral: Scalar) -> Tree:
+    """The mean of a belief with every factor held within the bounds of its prior.
+
+    Friction is at least what the lateral acceleration proves, as far as that is below the usual friction.
+
+    Args:
+        filter: filter of the belief
+        mean: mean after a sample
+        lateral: smoothed lateral acceleration [m/s**2]
+    """
+    car = filter.parameters.car
+    shown = absolute(lateral) / ((1.0 + car.roll_share) * GRAVITY * car.tyre_friction)
+    least = log(limit(shown, 1e-3, 1.0))
+    kept = []
+    for name, value, usual, variance in zip(
+        mean._fields, mean, filter.initial_mean, filter.initial_variance, strict=True
+    ):
+        width = maximum(FARTHEST * sqrt(variance), NARROWEST)
+        value = limit(value, usual - width, usual + width) if name.startswith("log_") else value
+        kept.append(maximum(value, least) if name == "log_friction" else value)
+    return type(mean)(*kept)
