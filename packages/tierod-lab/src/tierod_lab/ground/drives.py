@@ -59,7 +59,6 @@ class FrictionCourse:
 
     @classmethod
     def step(cls, before: float, after: float, at: float) -> FrictionCourse:
-        """Course with a step from one level [N*m] to another at an instant [s]."""
         return cls((at, at), (before, after))
 
     def behaviour(self) -> LevelCourse:
@@ -104,10 +103,7 @@ def drive(
         friction: level of dry friction at the column [N*m], constant or over time; that of the car if None
         seed: seed of all random numbers; route, sensors, scatter and faults use separate streams, so that the route of
             a seed does not depend on friction, car or sensors
-        scatter: whether car and sensors are drawn at random around their nominal values, and how widely
         sensors: sensors of the car; those of a production car if None
-        roads: kinds of road, in order
-        conditions: further influences, see `tierod_lab.ground.courses.conditions`
 
     Returns:
         canonical channels at the rates of their sensors, and true values at 100 Hz in channels prefixed `truth_`;
@@ -144,7 +140,6 @@ def lock_to_lock(
         vehicle: the car; a mid-size one if None
         rate: maximum rate of the steering wheel [rad/s]; each stroke is half a cosine
         lock_angle: steering wheel angle at the locks [rad]
-        seed: seed of the sensors' noise
         sensors: sensors of the car; those of a production car if None
 
     Returns:

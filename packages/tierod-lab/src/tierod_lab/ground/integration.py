@@ -16,8 +16,6 @@ def runge_kutta(derivative: Callable[[State], State], state: State, step: Scalar
     """State after one step of the classical Runge-Kutta method of fourth order.
 
     Args:
-        derivative: rate of change of a state, in the state's own shape
-        state: tree of numbers
         step: integration step [s]; stable while step times the fastest rate stays below about 2.7
     """
     first = derivative(state)
@@ -37,7 +35,6 @@ def implicit_inverse(derivative: Callable[[State], State], at: State, step: Scal
     """Inverse of I - gamma step A for `rosenbrock`, where A is the Jacobian of the stiff part.
 
     Args:
-        derivative: rate of change of the stiff part, all other states held
         at: linearisation point; made of parameters only, so that the inverse is computed once per run
         step: integration step [s]
 
@@ -65,8 +62,6 @@ def with_entry(inverse: list[list[Scalar]], row: int, column: int, entry: Scalar
     """Inverse of `implicit_inverse` after one more entry has been added to the Jacobian.
 
     Args:
-        inverse: inverse without the entry
-        row, column: place of the entry in the Jacobian
         entry: value that is added, such that a stable system stays stable [1/s]
         step: integration step [s]
 
@@ -92,11 +87,7 @@ def rosenbrock(
     The stiff field of the state is treated implicitly, all others explicitly (Heun); the order is two for any Jacobian.
 
     Args:
-        derivative: rate of change of a state, in the state's own shape
-        state: named tuple of trees
         step: integration step [s]; for the explicit fields, step times the fastest rate must stay below about 2
-        stiff: name of the field that is treated implicitly
-        inverse: from `implicit_inverse`
 
     Source: Verwer, Spee, Blom, Hundsdorfer, SIAM J. Sci. Comput. 20 (1999) 1456, eq (1.4), with gamma = 1 - 1/sqrt(2).
     """
@@ -137,8 +128,6 @@ def steering_inverse(steering: Steering, motion: Motion, memory: Memory, step: S
     stiff throughout, it would brake sliding parts; left out, light parts would chatter.
 
     Args:
-        steering: steering of the car
-        motion, memory: state at the start of the step
         step: integration step [s]
     """
     rest, relaxed = steering.stiff(), steering.remembered()

@@ -141,7 +141,6 @@ class Reaction(NamedTuple):
         wheel_speeds: angular speed times effective radius of every wheel [m/s]
         self_aligning_torque: torque of the tyres alone about the kingpins (with mechanical trail), both sides [N*m]
         scrub_torque: torque of the contact patches turning at almost no speed, both sides [N*m]
-        private: further quantities that the derivative needs
     """
 
     speed: Scalar
@@ -190,8 +189,6 @@ class Chassis(Protocol):
         """Rate of change of the motion.
 
         Args:
-            motion: state of motion
-            reaction: reaction in the same state
             torques: drive torque of every wheel, of either sign [N*m]
             brakes: maximum brake torque of every wheel, not negative [N*m]
         """
@@ -247,7 +244,6 @@ class Seen(NamedTuple):
         lateral_offset: offset of the car from its path, positive to the left [m]
         heading_error: heading of the car relative to its path [rad]
         curvature: curvature of the path at the car [1/m]
-        hand: motion of the steering wheel
     """
 
     speed: Scalar
@@ -307,12 +303,6 @@ def ports_type(names: tuple[str, ...]) -> type:
 
 
 def pass_through(port: Port, held: Scalar, value: Scalar) -> tuple[Scalar, Scalar]:
-    """Apply the fault of a port, and return (value to hold from now on, output).
-
-    Args:
-        port: fault of the port, `NO_FAULT` if fault-free
-        held: held value of the step before
-        value: input of the port
-    """
+    """Apply the fault of a port, and return (value to hold from now on, output)."""
     kept = where(port.held > 0.5, held, value)
     return kept, port.gain * kept + port.offset

@@ -24,12 +24,6 @@ class Powertrain:
 
     Args:
         front_share: share of the drive force at the front axle; 1 is front-wheel, 0 rear-wheel drive
-        front_brake_share: share of the brake force at the front axle
-        wheel_radius: rolling radius
-        greatest_drive_force: maximum drive force, limited by engine torque in the lowest gear or by traction
-        greatest_power: maximum power at the wheels, computed from their rotation: a spinning wheel reduces the force
-        greatest_speed: speed of the driven wheels at which the engine's limiter leaves no torque
-        greatest_brake_force: maximum force of all four brakes
     """
 
     front_share: Annotated[float, "", SHARE] = 1.0
@@ -45,7 +39,6 @@ class Powertrain:
 
         Args:
             force: requested force along the road, negative to brake [N]
-            reaction: reaction of the chassis
         """
         wheels = reaction.wheel_speeds
         of_front, of_rear = 0.5 * self.front_share, 0.5 * (1.0 - self.front_share)
@@ -64,14 +57,6 @@ class WheelMotors:
     """One electric motor in each front wheel, which drives and brakes, and friction brakes for the remaining force.
 
     The defaults are assumed for the light demonstrator: a few kilowatts per wheel.
-
-    Args:
-        wheel_radius: rolling radius
-        greatest_torque: maximum torque of one motor at its wheel
-        greatest_power: maximum power of one motor
-        front_brake_share: share of the friction brakes' force at the front axle
-        greatest_brake_force: maximum force of all four friction brakes
-        left_lag, right_lag: time constants of the motors' torques
     """
 
     wheel_radius: Annotated[float, "m", POSITIVE] = 0.243
@@ -88,7 +73,6 @@ class WheelMotors:
         Args:
             force: requested force along the road, negative to brake [N]
             difference: torque of the right motor minus that of the left one, positive steers to the left [N*m]
-            reaction: reaction of the chassis
         """
         mean = 0.5 * self.wheel_radius * force
         turning = maximum(absolute(reaction.speed), CRAWL) / self.wheel_radius
@@ -128,7 +112,6 @@ class WheelMotors:
 
         Args:
             force: requested force along the road, negative to brake [N]
-            reaction: reaction of the chassis
         """
         left, right = self.requests(force, 0.0, reaction)
         return self.wheels(left, right, force)

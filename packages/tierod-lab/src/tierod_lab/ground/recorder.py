@@ -42,7 +42,6 @@ class Recorder:
     """Collects the outputs of a run piece by piece and samples every channel at its own instants.
 
     Args:
-        columns: from `channel_names`
         instants: sampling instants of every measured channel, at which the true value is taken [s]
         step_time: step of the plant [s]
         seconds: duration of the run [s]
@@ -101,7 +100,6 @@ class Recorder:
 
 
 def _interpolated(series: np.ndarray, place: np.ndarray) -> np.ndarray:
-    """Values interpolated at places counted in samples; at a sample, exactly that sample."""
     place = np.clip(place, 0.0, len(series) - 1)
     at = np.rint(place).astype(int)
     exact = np.abs(place - at) < SAME_INSTANT
@@ -160,7 +158,6 @@ class Readings:
     """Sensors of a run: sampling instants, time stamps, and readings of the true signals.
 
     Args:
-        sensors: by channel
         seconds: duration of the run [s]
         seed: seed of the run; every sensor has its own random stream
 
@@ -178,13 +175,7 @@ class Readings:
     def channels(
         self, truths: Mapping[str, np.ndarray], faulty: Faulty, described: Mapping[str, str]
     ) -> dict[str, Channel]:
-        """Measured channels, including the faults of recorded signals.
-
-        Args:
-            truths: true signal of every sensor at its instants
-            faulty: function from channel, time stamps and readings to time stamps and readings with the faults
-            described: units that the plant declares
-        """
+        """Measured channels, including the faults of recorded signals."""
         result = {}
         for name, sensor in self.sensors.items():
             values = sensor.read(truths[name], self._chance[name])
@@ -200,8 +191,6 @@ def true_channels(
 
     Args:
         truths: true values by channel; those of measured channels are ignored
-        measured: names of the measured channels
-        described: units that the plant declares
     """
     grids: dict[int, np.ndarray] = {}
     return {

@@ -90,11 +90,9 @@ class Outcome:
     """Outcome of a run.
 
     Args:
-        recording: measured channels, and true values in channels prefixed `truth_`
         diverged_at: last valid time of a diverged run [s], zero if no instant was valid; None for a run that did not
             diverge
         windows: name, element, behaviour, start and end [s] of every effect of a fault
-        reason: why the run ended early, where more is known than that it diverged
     """
 
     recording: Recording
@@ -117,15 +115,9 @@ def run(
     """Drive a car over a course.
 
     Args:
-        car: a plant block of `tierod_lab.ground.cars`
-        course: inputs of car and driver over time or distance
         seconds: duration [s]; that of the course if None
         seed: seed of all random numbers; sensors, scatter and faults use separate streams and do not affect each other
         sensors: sensors of the car; those of a production car if None; sensors of channels the car lacks are dropped
-        faults: faults that are injected, see `tierod_lab.ground.faults`
-        scatter: distribution of car and sensors around their nominal values
-        metadata: further entries of the recording's metadata
-        progress: called with the completed share of the run
 
     Raises:
         ParameterError: a duration that is not finite or shorter than a step; a step that is too long, or parts of the
@@ -157,12 +149,7 @@ def run(
 
 
 def started(car: Plant, course: Course) -> Plant:
-    """Car with the initial state of a course.
-
-    Args:
-        car: a plant block
-        course: course that defines the start
-    """
+    """Car with the initial state of a course."""
     begun: Plant = replaced(car, {"start": course.start}) if hasattr(car, "start") else car
     return begun
 
@@ -192,8 +179,6 @@ def _require_fault_free(car: Plant, seconds: float) -> None:
 
 
 class _Run:
-    """Run in progress: compiled kernel, memory, and the inputs of the next piece."""
-
     def __init__(self, car: Plant, course: Course, schedule: Schedule):
         self.block = Varied(car, schedule.parameters) if schedule.parameters else car
         self.kernel, self.memory = kernel(self.block), initial_memory(self.block)
@@ -282,7 +267,6 @@ class _Run:
         return self.index[name]
 
     def _good(self, outputs: np.ndarray) -> int:
-        """Number of leading rows that are finite and within the limits."""
         good = np.ones(len(outputs), bool)
         for column, limit in self.limits:
             good &= np.abs(outputs[:, column]) < limit
@@ -293,17 +277,12 @@ class _Run:
 
 
 def usual_inputs(car: Plant) -> dict[str, float]:
-    """Value of every input of a car that neither course nor fault sets.
-
-    Args:
-        car: a plant block of `tierod_lab.ground.cars`
-    """
+    """Value of every input of a car that neither course nor fault sets."""
     own = dict(tuning(car))
     return {name: _usual(name, own) for name in trace(car).sample}
 
 
 def _usual(name: str, own: Mapping[str, float]) -> float:
-    """Default value of one input of a car."""
     if name.startswith("parameters."):
         return own[name.removeprefix("parameters.")]
     one = name in FACTORS or (name.startswith("ports.") and name.endswith(".gain"))

@@ -41,18 +41,6 @@ class UsualScatter:
 
     The defaults are those of the scatter study behind the friction monitor. `mass`, `tyre_stiffness` and `torque_delay`
     belong to its second, harder form and are off by default. Parameters that a car lacks are ignored.
-
-    Args:
-        torque_gain: gains of the driver and motor torque sensors, drawn separately
-        damping: damping of the steering below the steering wheel, one common factor
-        inertia: inertias of the steering, one common factor
-        trail: mechanical and pneumatic trail, one common factor
-        driver_torque_offset: bias of the driver torque sensor, which replaces the nominal one
-        lateral_acceleration_bias: bias of the lateral acceleration sensor, which replaces the nominal one
-        steering_wheel_rate_noise: noise of the steering wheel rate sensor, not drawn
-        tyre_stiffness: cornering stiffness of each axle, drawn separately
-        mass: mass of the body and its yaw inertia, one common factor
-        torque_delay: delay of the driver and motor torque sensors, not drawn
     """
 
     torque_gain: Annotated[float, "", NOT_NEGATIVE] = 0.10
@@ -73,10 +61,6 @@ class UsualScatter:
         """(path, value) of all parameters that the fields name.
 
         The number of draws is always the same, so that no parameter affects the draw of another.
-
-        Args:
-            known: parameters that can be drawn, by path
-            generator: random generator
         """
 
         def factor(deviation: float) -> float:
@@ -117,13 +101,7 @@ _TRIES = 1000
 
 @dataclass(frozen=True)
 class Spread:
-    """Spread of one parameter, or of several together, from drive to drive.
-
-    Args:
-        deviation: standard deviation: of the logarithm if log-normal, else in the unit of the parameter
-        kind: "log-normal" multiplies the nominal value, "normal" adds to it
-        also: paths of further parameters that receive the same draw
-    """
+    """Spread of one parameter, or of several together, from drive to drive."""
 
     deviation: Annotated[float | str, "{signal}", NOT_NEGATIVE]
     kind: Literal["log-normal", "normal"] = "log-normal"
@@ -140,7 +118,6 @@ class Scatter(UsualScatter):
     Args:
         parameters: spread by dotted path of any float field of the car ("chassis.mass") or of its sensors
             ("sensors.yaw_rate.bias"); drawn after the usual scatter, each from its own random stream
-        origin: place in a file, for error messages
     """
 
     parameters: Mapping[str, Spread] = field(default_factory=dict)
@@ -154,7 +131,6 @@ class Scatter(UsualScatter):
 
         Args:
             table: fields of this class; in `parameters` a number is a log-normal deviation, a table is a `Spread`
-            document, location: place of the table
             base: scatter whose values are kept where the table has none; the defaults if None
 
         Raises:
@@ -177,11 +153,6 @@ class Scatter(UsualScatter):
     def draw(self, car: Drawn, sensors: SensorSet, generator: np.random.Generator) -> tuple[Drawn, SensorSet]:
         """A car and its sensors, drawn around the given ones.
 
-        Args:
-            car: nominal car
-            sensors: nominal sensors
-            generator: random generator
-
         Raises:
             ParameterError: a path that neither car nor sensors have, or a unit that does not fit
         """
@@ -201,7 +172,6 @@ class Scatter(UsualScatter):
         return replaced(car, of_car), replaced(sensors, of_sensors)
 
     def _fitted(self, known: Mapping[str, Number]) -> dict[str, Spread]:
-        """The spreads of `parameters`, in the units of their parameters."""
         spreads = {}
         for path, spread in self.parameters.items():
             for each in (path, *spread.also):
@@ -226,7 +196,6 @@ class Scatter(UsualScatter):
     def _drawn(
         self, paths: tuple[str, ...], spread: Spread, known: Mapping[str, Number], chance: np.random.Generator
     ) -> dict[str, float]:
-        """Values of paths from one common draw, repeated until all lie in their ranges."""
         for _ in range(_TRIES):
             draw = float(spread.deviation) * float(chance.standard_normal())
             if spread.kind == "normal":
@@ -240,7 +209,6 @@ class Scatter(UsualScatter):
 
 
 def _known(car: Plant, sensors: SensorSet) -> dict[str, Number]:
-    """Every float field of a car and its sensors, by path."""
     of_sensors = (
         (f"{SENSORS}{name}.{field}", number)
         for name, sensor in sensors.items()
@@ -251,6 +219,5 @@ def _known(car: Plant, sensors: SensorSet) -> dict[str, Number]:
 
 @lru_cache(maxsize=1024)
 def _of_sensor(sensor: Sensor, unit: str) -> dict[str, Number]:
-    """Every float field of a sensor; fields in the unit of the signal get that unit."""
     known = numbers(sensor)
     return {field: number._replace(unit=number.unit.format(signal=unit or "1")) for field, number in known.items()}

@@ -18,7 +18,6 @@ class Varied:
     """A block with some of its float fields as inputs, in a branch `parameters` of its sample.
 
     Args:
-        block: any block whose Sample is a NamedTuple
         paths: dotted names of float fields ("steering.friction.level"); the inputs replace their values in the block
 
     Raises:
@@ -41,11 +40,9 @@ class Varied:
         return _sample(own, tuple(sorted(self.paths)))
 
     def init(self) -> Tree:
-        """State of the block before the first sample."""
         return self.block.init()
 
     def step(self, state: Tree, sample: Tree) -> tuple[Tree, Tree]:
-        """Step of the block with the parameters of this sample."""
         *own, parameters = sample
         changed: Plant = _changed(self.block, parameters)
         return changed.step(state, self.block.Sample(*own))

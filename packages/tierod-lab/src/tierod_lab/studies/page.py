@@ -72,14 +72,12 @@ def render_study(page: StudyPage) -> str:
 
 
 def _picture(parts: Sequence[Section]) -> tuple[Figure | None, list[Section]]:
-    """The first chart, which is shown before the claims, and the sections without it."""
     part = next((part for section in parts for part in section.parts if part[0] == "chart"), None)
     rest = [replace(section, parts=[each for each in section.parts if each is not part]) for section in parts]
     return (part[1] if part else None), [section for section in rest if section.text or section.parts]
 
 
 def _groups(titles: Mapping[str, str], claims: Sequence[Claim]) -> list[tuple[str, list[Claim]]]:
-    """(title, claims) of every group; groups without a title come last, under their name."""
     names = [*titles, *dict.fromkeys(claim.group for claim in claims if claim.group not in titles)]
     return [(titles.get(name, name), [claim for claim in claims if claim.group == name]) for name in names]
 

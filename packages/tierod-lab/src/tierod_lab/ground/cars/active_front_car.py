@@ -33,14 +33,7 @@ class Units(NamedTuple):
 
 @dataclass(frozen=True)
 class ActiveFrontCar(Car):
-    """Chassis, active front steering, driver, and the control units of superposition and assist.
-
-    Args:
-        motor: motor of the superposition
-        ratio: gain over the speed: target pinion angle divided by that without the motor
-        angle_control: control of the motor's shaft angle
-        assist: control unit of the assist below the gear
-    """
+    """Chassis, active front steering, driver, and the control units of superposition and assist."""
 
     steering: ActiveFront = field(default_factory=ActiveFront)
     motor: PmMotor = field(default_factory=lambda: AFS_MOTOR)

@@ -14,11 +14,7 @@ from tierod_lab.ground.parts import Reaction, Road
 
 @dataclass(frozen=True)
 class InertialUnit:
-    """Mounting position of the inertial unit on the body; typically on the tunnel, below the centre of gravity.
-
-    Args:
-        forward, left, up: distances from the centre of gravity of the car, about which its body rolls
-    """
+    """Mounting position of the inertial unit on the body; typically on the tunnel, below the centre of gravity."""
 
     forward: Annotated[float, "m"] = 0.2
     left: Annotated[float, "m"] = 0.0
@@ -64,8 +60,6 @@ def path_rate(path: Path, reaction: Reaction, curvature: Scalar) -> Path:
     """Rate of change of the motion along a path.
 
     Args:
-        path: present motion along the path
-        reaction: reaction of the chassis
         curvature: curvature of the path [1/m]
 
     Source: Frenet frame; Rajamani, Vehicle Dynamics and Control (2012), section 2.5, without its small angles.
@@ -82,7 +76,6 @@ def moved(position: tuple[Scalar, Scalar], reaction: Reaction, heading: Scalar, 
 
     Args:
         position: coordinates before the step, x ahead and y to the left of the initial heading [m]
-        reaction: reaction of the chassis at the start of the step
         heading: heading at the start of the step [rad]
         step: sampling interval [s]
 
@@ -159,11 +152,7 @@ def body_signals(
     """Signals of the body at one instant.
 
     Args:
-        reaction: reaction of the chassis
-        unit: inertial sensors
-        path: motion along the path
         position: coordinates over ground [m]
-        road: road under the car
         hand_torque: torque of the driver's hands [N*m]
         drive_force: requested force along the road [N]
     """

@@ -85,21 +85,12 @@ class Surroundings(NamedTuple):
 
 
 class State(NamedTuple):
-    """State of a car between two steps."""
-
     motion: Motion
     held: Held
 
 
 class Observed(NamedTuple):
-    """Signals that the control units of a car can read at one instant, before sensors and ports.
-
-    Args:
-        reaction: reaction of the chassis
-        steering: signals of the steering
-        view: inputs of the driver
-        demand: demand of the course
-    """
+    """Signals that the control units of a car can read at one instant, before sensors and ports."""
 
     reaction: Reaction
     steering: Tree
@@ -118,8 +109,6 @@ class Observed(NamedTuple):
 
 
 class Output(NamedTuple):
-    """Signals of a car at the instant of a sample; the last part of a leaf's dotted name is the channel."""
-
     body: Body
     steering: Tree
     control: Tree
@@ -130,12 +119,6 @@ class Car:
     """Base class of the virtual cars; a car adds its control units by `ports`, `reset` and `control`.
 
     Args:
-        chassis: body, wheels, tyres
-        steering: steering from the steering wheel to the road wheels
-        driver: driver who steers and requests drive and brake forces
-        powertrain: powertrain and brakes
-        inertial_unit: mounting position of the inertial sensors
-        start: initial state of a run
         step_time: step of integration and control units; tyres and brakes are integrated explicitly and allow at most 2
             ms
     """
@@ -169,18 +152,12 @@ class Car:
     def control(self, memory: Memory, seen: Observed, read: Read) -> Controlled:
         """One step of the control units.
 
-        Args:
-            memory: memory of the control units
-            seen: readable signals
-            read: function that passes a signal through the port of its name
-
         Returns:
             memory, requested torque of every actuator [N*m], signals (NamedTuple of canonical names)
         """
         return memory, (0.0,) * len(self.steering.actuators), ()
 
     def init(self) -> State:
-        """State straight ahead at the initial speed."""
         motion = Motion(
             self.chassis.init(self.start.speed),
             self.steering.init(),
@@ -198,7 +175,6 @@ class Car:
         return State(motion, held)
 
     def step(self, state: State, sample: Surroundings) -> tuple[State, Output]:
-        """Advance by one step; the output belongs to the instant of the sample, before the step."""
         motion, held = state
         steer, hand = self.steering.steer(motion.steering), self.steering.hand(motion.steering)
         reaction = self.chassis.reaction(motion.chassis, steer, sample.road, sample.wind)

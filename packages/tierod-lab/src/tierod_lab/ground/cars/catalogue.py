@@ -31,13 +31,8 @@ class CarFile:
     """Content of a virtual car's file.
 
     Args:
-        name, description: texts for lists
-        source: source of the parameter set as a whole
-        kind: kind of car
-        good_for, not_good_for: conclusions that the car does and does not permit
         vehicle: vehicle file with which monitors judge the car; the one of the same name, if it exists, where empty
         tyres: kind of the tyres; those of the kind of car where empty
-        parts: parts of other kinds than the default, by dotted path
         parameters: nested tables; each entry is a value, or a table of `value` and `source`
     """
 
@@ -59,8 +54,6 @@ class Choice:
 
     Args:
         tyres: kind of the tyres; those of the car where empty
-        parts: nested tables of names
-        parameters: nested tables, or values by dotted path
     """
 
     tyres: str = ""
@@ -70,13 +63,7 @@ class Choice:
 
 @dataclass(frozen=True)
 class VirtualCar:
-    """A car of the virtual proving ground.
-
-    Args:
-        file: content of its file
-        document: the file
-        block: the car as a block
-    """
+    """A car of the virtual proving ground."""
 
     file: CarFile
     document: Document
@@ -103,11 +90,6 @@ class VirtualCar:
         Values in the car's file for a part that is replaced also apply to the new part, as far as it has the same
         parameters.
 
-        Args:
-            choice: changes
-            document: document with the changes
-            location: place of their table in the document
-
         Raises:
             ParameterError: unknown tyres, parts or parameters, a wrong unit or value
         """
@@ -131,7 +113,6 @@ def find(given: str, beside: Path | None = None) -> Path:
     """Path of a virtual car's file.
 
     Args:
-        given: a name that `shipped` lists, or a path
         beside: folder of relative paths; the working directory if None
 
     Raises:
@@ -151,7 +132,6 @@ def load(name_or_path: str | Path, beside: Path | None = None) -> VirtualCar:
     """The virtual car of a shipped name or of a file.
 
     Args:
-        name_or_path: a name that `shipped` lists, or the path of a file (.toml)
         beside: folder of relative paths; the working directory if None
 
     Raises:
@@ -177,7 +157,6 @@ def _sourced(parameters: Mapping[str, Any]) -> dict[str, Sourced]:
 
 
 def _block(file: CarFile, document: Document) -> Plant:
-    """The car of a file as a block."""
     block = with_parts(car_of(file.kind, document), by_path(file.parts), document)
     if file.tyres:
         block = on_tyres(block, file.tyres, document, ("tyres",))

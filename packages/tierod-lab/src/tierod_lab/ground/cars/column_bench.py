@@ -43,18 +43,7 @@ class BenchPorts(NamedTuple):
 
 
 class Acting(NamedTuple):
-    """External inputs of the bench.
-
-    Args:
-        motor_torque: requested shaft torque of the motor
-        motor_disturbance: disturbance torque at the motor's shaft, unknown to the control
-        gear_torque: torque on the output of the gear, as from a road
-        hand_torque: torque on the wheel, in addition to that of the arms
-        grip: 1 is hands that hold the wheel with their inertia, damping and stiffness, 0 hands off
-        held_angle: neutral angle of the arms' stiffness
-        locked: 1 locks the wheel where it is, 0 releases it
-        ports: faults of the motor
-    """
+    """External inputs of the bench."""
 
     motor_torque: Annotated[float, "N*m"]
     motor_disturbance: Annotated[float, "N*m"]
@@ -100,18 +89,7 @@ class ColumnBench:
     divided into several steps of the Runge-Kutta method of fourth order. Source: Raffone, eqs (1) to (4), corrected.
 
     Args:
-        wheel_inertia, wheel_damping: J_sw, beta_sw
-        bar_stiffness: stiffness of the torsion bar, k_shaft
-        gear_ratio: turns of the motor per turn of the shaft, tau
-        gear_stiffness: stiffness between motor and gear, at the motor, k*
-        gear_inertia: inertia of wheel and worm at the shaft, J_shaft + tau^2 J_worm
-        motor_inertia, motor_damping: J_M2, beta_M2
-        friction: dry friction at the motor
         ripple: None for a smooth motor
-        arms: arms of the person who holds the wheel
-        locking_time: time constant with which a locked wheel comes to rest
-        parts: number of integration steps per step
-        step_time: sampling interval
     """
 
     wheel_inertia: Annotated[float, "kg*m**2", POSITIVE] = 0.035
@@ -137,11 +115,9 @@ class ColumnBench:
         return ("motor_torque",)
 
     def init(self) -> BenchState:
-        """State at rest, straight ahead."""
         return BenchState(ColumnMotion(*[0.0] * 6), self.friction.remembered(), 0.0)
 
     def step(self, state: BenchState, sample: Acting) -> tuple[BenchState, BenchSignals]:
-        """Advance by one step; the output belongs to the instant of the sample, before the step."""
         held, given = pass_through(sample.ports.motor_torque, state.held, sample.motor_torque)
         motion, friction = state.motion, state.friction
         for _ in range(self.parts):
@@ -160,11 +136,7 @@ class ColumnBench:
         """Rate of change of the motion; dry friction is evaluated along the path from the `start`.
 
         Args:
-            motion: present motion
-            start: motion to which the friction's memory belongs
-            friction: memory of the dry friction
             motor_torque: electromagnetic torque of the motor [N*m]
-            acting: external inputs
         """
         bar = self._bar(motion)
         coupling = gear_coupling_torque(motion.motor_angle, motion.gear_angle, self.gear_ratio, self.gear_stiffness)

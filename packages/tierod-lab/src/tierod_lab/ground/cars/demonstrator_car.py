@@ -35,12 +35,7 @@ class Units(NamedTuple):
 
 @dataclass(frozen=True)
 class DemonstratorCar(Car):
-    """Chassis, steering with two motors, motors in the front wheels, and the automated driver.
-
-    Args:
-        driver: controller that sets the targets of all motors
-        powertrain: motors in the front wheels
-    """
+    """Chassis, steering with two motors, motors in the front wheels, and the automated driver."""
 
     chassis: Chassis = field(default_factory=demonstrator)
     steering: Demonstrator = field(default_factory=Demonstrator)

@@ -23,11 +23,7 @@ class Assisted(NamedTuple):
 
 @dataclass(frozen=True)
 class EpsCar(Car):
-    """Chassis, EPS steering, driver and assist unit; the steering is a `ColumnEps` or a `RackEps`.
-
-    Args:
-        assist: control unit of the assist motor
-    """
+    """Chassis, EPS steering, driver and assist unit; the steering is a `ColumnEps` or a `RackEps`."""
 
     steering: Steering = field(default_factory=ColumnEps)
     assist: AssistUnit = field(default_factory=AssistUnit)

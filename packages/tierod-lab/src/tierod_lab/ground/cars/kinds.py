@@ -41,10 +41,6 @@ NONE = "none"
 def car_of(kind: str, document: Document) -> Plant:
     """A car of a kind with the defaults of its class.
 
-    Args:
-        kind: a name in `KINDS`
-        document: document with the name, under the key `kind`
-
     Raises:
         ParameterError: there is no such kind
     """
@@ -96,12 +92,6 @@ def _name(part: object) -> str:
 def with_parts(block: Plant, parts: Mapping[str, str], document: Document, location: Location = ("parts",)) -> Plant:
     """A car with other parts, each with the defaults of its class; outer parts are replaced first.
 
-    Args:
-        block: a car
-        parts: name by dotted path, {"chassis": "single-track", "steering.friction.law": "lu-gre"}
-        document: document with the table of parts
-        location: place of the table in the document
-
     Raises:
         ParameterError: an unknown path or part
     """
@@ -125,12 +115,6 @@ def with_parts(block: Plant, parts: Mapping[str, str], document: Document, locat
 
 def on_tyres(block: Plant, name: str, document: Document, location: Location) -> Plant:
     """A car on tyres of another kind, in the sizes of its own tyres.
-
-    Args:
-        block: a car
-        name: kind of the tyres: summer, winter, worn, low-pressure, sport
-        document: document with the name
-        location: place of the name in the document
 
     Raises:
         ParameterError: no such tyres, or a car without exchangeable tyres

@@ -21,12 +21,7 @@ class Acting(NamedTuple):
     """External inputs of the bench.
 
     Args:
-        target_motor_angle: target of the angle control
         control: share of the angle control's torque in the drive's request; 0 disables the control
-        motor_torque: additional torque request of the drive
-        load_torque: load torque on the shaft, in addition to the spring
-        locked: 1 locks the shaft
-        ports: faults inside the loops
     """
 
     target_motor_angle: Annotated[float, "rad"]
@@ -55,16 +50,7 @@ class MotorBenchSignals(NamedTuple):
 
 @dataclass(frozen=True)
 class MotorBench:
-    """Motor of a superposition on a bench; the load is a spring with limited torque, as of turning tyres.
-
-    Args:
-        motor: motor with its drive
-        angle_control: control of the shaft angle
-        load_stiffness: stiffness of the spring
-        load_limit: maximum torque of the spring
-        load_damping: damping at the shaft
-        step_time: sampling interval
-    """
+    """Motor of a superposition on a bench; the load is a spring with limited torque, as of turning tyres."""
 
     motor: PmMotor = field(default_factory=lambda: AFS_MOTOR)
     angle_control: AngleControl = field(
@@ -83,11 +69,9 @@ class MotorBench:
         return ("motor_torque",)
 
     def init(self) -> MotorBenchState:
-        """State at rest, cold."""
         return MotorBenchState(self.motor.init(), self.angle_control.remembered(), PORTS(0.0, 0.0, 0.0, 0.0))
 
     def step(self, state: MotorBenchState, sample: Acting) -> tuple[MotorBenchState, MotorBenchSignals]:
-        """Advance by one step; the output belongs to the instant of the sample, fine signals to the step after it."""
         kept = state.held._asdict()
 
         def read(name: str, value: Scalar) -> Scalar:

@@ -25,12 +25,6 @@ class SteerByWireCar(Car):
 
     The angle control has the same damping as the steering (as in Yih, Ryu, Gerdes); its integral part compensates the
     rest.
-
-    Args:
-        steering_ratio: target angle of the road wheels per angle of the steering wheel, at a gain of one
-        gain: gain over the speed
-        angle_control: control of the road wheel angle by the actuator's shaft torque
-        feel: torque feedback of the steering wheel
     """
 
     steering: SteerByWire = field(default_factory=SteerByWire)

@@ -49,8 +49,6 @@ class _Tyres(NamedTuple):
 
 
 class _Balance(NamedTuple):
-    """Parts of a reaction for the derivative: rates, and the longitudinal forces without those of the tyres."""
-
     rates: SingleTrackMotion
     driving: Scalar
     resistance: Scalar
@@ -66,15 +64,7 @@ class SingleTrack(OnTwoAxles):
     otherwise a value is typical of a mid-size car; Mohtat et al. print none.
 
     Args:
-        adhesion: friction coefficient of the tyres on a road of adhesion 1
-        relaxation_length: rolled distance over which the lateral force builds up
-        damping_time: carcass damping divided by stiffness, which damps a standing car
-        greatest_slip: upper bound of the tangent of the slip angle of a sliding tyre
         contact_half_length: half the contact length; a third of it is the pneumatic trail
-        twist_angle: angle over which the scrub torque of a standing tyre builds up
-        twist_length: rolled distance over which it fades, about that of a brush model with the width of the patch
-        weight_lever: torque about a kingpin per load and sine of the steering angle, due to lifting of the car
-        force_lag: time constant of the longitudinal force
     """
 
     mass: Annotated[float, "kg", POSITIVE] = 1600.0
@@ -109,7 +99,6 @@ class SingleTrack(OnTwoAxles):
         )
 
     def init(self, speed: float) -> SingleTrackMotion:
-        """State of motion rolling straight ahead on level ground at a speed [m/s]."""
         return SingleTrackMotion(speed, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
     def reaction(self, motion: SingleTrackMotion, steer: Steer, road: Road, wind: Wind) -> Reaction:
@@ -157,7 +146,6 @@ class SingleTrack(OnTwoAxles):
     def derivative(
         self, motion: SingleTrackMotion, reaction: Reaction, torques: Wheels, brakes: Wheels
     ) -> SingleTrackMotion:
-        """Rate of change of the motion, see `tierod_lab.ground.parts.Chassis`."""
         balance: _Balance = reaction.private
         drive = sum(torques) / self.wheel_radius
         greatest = sum(brakes) / self.wheel_radius + balance.resistance
@@ -169,7 +157,6 @@ class SingleTrack(OnTwoAxles):
     def _tyres(
         self, motion: SingleTrackMotion, steer: Steer, road: Road, adhesion: Scalar
     ) -> tuple[Scalar, SingleTrackMotion, _Tyres]:
-        """Sine of the steering angle, rates of all deflections, and forces of the tyres."""
         angle, angle_rate = 0.5 * (steer.left + steer.right), 0.5 * (steer.left_rate + steer.right_rate)
         across = motion.lateral_speed + self.front_distance * motion.yaw_rate
         front_hub = hub(angle, motion.speed, across)

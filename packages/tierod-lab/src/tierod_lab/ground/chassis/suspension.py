@@ -53,13 +53,7 @@ class OnTwoAxles:
         return front_axle_load(self.mass, self.rear_distance, self.front_distance)
 
     def air(self, motion: Planar, road: Road, wind: Wind) -> AirForces:
-        """Aerodynamic forces on a car; none on a hoist, which stands in a hall.
-
-        Args:
-            motion: motion with the speeds along and across the body
-            road: road under the car
-            wind: wind over ground
-        """
+        """Aerodynamic forces on a car; none on a hoist, which stands in a hall."""
         return air_forces(
             motion.speed + wind.headwind_speed,
             motion.lateral_speed - wind.crosswind_speed,
@@ -71,17 +65,7 @@ class OnTwoAxles:
 
 @dataclass(frozen=True)
 class Axle:
-    """One axle with two equal wheels.
-
-    Args:
-        track: distance between the wheels
-        roll_centre_height: height of the roll centre above ground
-        roll_stiffness: roll torque of springs and stabiliser per roll angle
-        roll_damping: roll torque of the dampers per roll rate
-        compliance: steering angle of both wheels per lateral force of the axle, away from the force
-        wheel_inertia: inertia of one wheel about its axle, with its share of the drive train
-        tyre: tyre of both wheels
-    """
+    """One axle with two equal wheels."""
 
     track: Annotated[float, "m", POSITIVE]
     roll_centre_height: Annotated[float, "m"]
@@ -98,13 +82,7 @@ class Axle:
 
 @dataclass(frozen=True)
 class Kingpins:
-    """Steering axes of the front wheels; typical of a front-wheel-drive car.
-
-    Args:
-        mechanical_trail: distance of the contact centre behind the axis, at the ground
-        scrub_radius: distance of the contact centre outside the axis, at the ground
-        inclination: inclination of the axis, its upper end inward
-    """
+    """Steering axes of the front wheels; typical of a front-wheel-drive car."""
 
     mechanical_trail: Annotated[float, "m"] = 0.025
     scrub_radius: Annotated[float, "m"] = 0.008
@@ -121,8 +99,6 @@ class Kingpins:
 
         Args:
             loads: vertical load of every wheel [N]
-            hubs: motion of every hub
-            contacts: forces of every contact patch
             wheel_radius: radius of the wheels [m]
         """
         lever = weight_lever(self.scrub_radius, self.inclination, wheel_radius)
@@ -139,15 +115,6 @@ class TwoTrackParameters(OnTwoAxles):
 
     The defaults are those of a mid-size car, typical unless stated otherwise; its axles have cornering stiffnesses of
     110 and 130 kN/rad, including compliance.
-
-    Args:
-        centre_height: height of the centre of gravity above ground
-        roll_inertia: inertia of the body about the centre of gravity of the car
-        suspension_lag: time constant of loads and compliance steer
-        drag_area, side_area: drag coefficient, and slope of the side force over the flow angle, times frontal area
-        side_force_lead: distance of the centre of the aerodynamic side force ahead of the centre of gravity
-        front, rear: axles
-        kingpins: steering axes of the front wheels
     """
 
     mass: Annotated[float, "kg", POSITIVE] = 1600.0

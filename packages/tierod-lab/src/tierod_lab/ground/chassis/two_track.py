@@ -81,7 +81,6 @@ class TwoTrack(TwoTrackParameters):
     """
 
     def init(self, speed: float) -> TwoTrackMotion:
-        """State of motion rolling straight ahead on level ground at a speed [m/s]."""
         front, rear = speed / self.front.tyre.radius, speed / self.rear.tyre.radius
         still = Wheels(0.0, 0.0, 0.0, 0.0)
         spins = Wheels(front, front, rear, rear)
@@ -126,7 +125,6 @@ class TwoTrack(TwoTrackParameters):
         )
 
     def derivative(self, motion: TwoTrackMotion, reaction: Reaction, torques: Wheels, brakes: Wheels) -> TwoTrackMotion:
-        """Rate of change of the motion, see `tierod_lab.ground.parts.Chassis`."""
         balance: Balance = reaction.private
         spins = []
         for axle, spin, force, load, torque, brake in zip(

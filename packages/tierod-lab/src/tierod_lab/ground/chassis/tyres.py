@@ -22,25 +22,8 @@ class Tyre:
     length and pneumatic trail in the range of Pacejka, 3rd ed., ch. 4 and 5.
 
     Args:
-        radius: effective rolling radius
-        nominal_load: load to which the coefficients refer, Fz0
-        cornering_stiffness: maximum cornering stiffness divided by nominal load, pKy1
-        load_of_greatest: load of the maximum cornering stiffness divided by nominal load, pKy2
-        longitudinal_stiffness: longitudinal stiffness divided by load, pKx1
-        friction: maximum lateral force divided by load at nominal load on a road of adhesion 1, pDy1
-        longitudinal_friction: maximum longitudinal divided by maximum lateral force
-        load_sensitivity: load sensitivity of the friction, pDy2
-        shape, curvature: C and E of the forces
-        trail: pneumatic trail at nominal load without slip
-        trail_shape: Ct
-        lateral_relaxation, longitudinal_relaxation: rolled distances over which the forces build up
-        damping_time: carcass damping divided by stiffness, which damps a standing car
-        greatest_slip: slip of a tyre that slides without rolling
-        pressure: inflation pressure, for the scrub torque at standstill
-        twist_angle: angle over which the scrub torque of a standing tyre builds up
         twist_length: rolled distance over which it fades; less than half the contact length, since while rolling only
             the width of the brush patch resists turning
-        rolling_coefficient: coefficient of the rolling resistance
     """
 
     radius: Annotated[float, "m", POSITIVE] = 0.31
@@ -186,10 +169,8 @@ def contact(
     """Forces and deflection rates of the contact patch of a tyre.
 
     Args:
-        tyre: parameters of the tyre
         load: vertical load, not negative [N]
         adhesion: adhesion of the road; 1 is the road to which the coefficients refer [-]
-        hub: motion of the contact point
         rolling_speed: angular speed times effective radius [m/s]
         longitudinal_deflection, deflection: deflections of the carcass, along and across [m]
     """

@@ -33,15 +33,6 @@ class AngleControl:
 
     Rates are differences of the angles behind equal low-pass filters. The integral part stops while the torque is at
     its limit.
-
-    Args:
-        stiffness: torque per angle error
-        damping: torque per rate error
-        integral: rate of change of torque per angle error
-        forward_damping: torque per rate of the target
-        torque_limit: limit of the request
-        rate_time: time constant of the low-pass filters
-        step_time: sampling interval
     """
 
     stiffness: Annotated[float, "N*m/rad", POSITIVE]
@@ -60,7 +51,6 @@ class AngleControl:
         """State after a step, and the requested torque [N*m].
 
         Args:
-            memory: state after the previous step
             target: target angle [rad]
             angle: sensed angle [rad]
         """
@@ -81,12 +71,6 @@ class SpeedControl:
     """PI control of the speed with feed-forward of the planned acceleration; its state is the integral part.
 
     The integral part stops while the acceleration is at its limit.
-
-    Args:
-        proportional: acceleration per speed error
-        integral: rate of change of acceleration per speed error
-        greatest_acceleration: limit of the request in either direction
-        step_time: sampling interval
     """
 
     proportional: Annotated[float, "1/s", POSITIVE] = 1.5
@@ -102,7 +86,6 @@ class SpeedControl:
         """Integral part after a step, and the requested acceleration [m/s**2].
 
         Args:
-            memory: integral part after the previous step
             target: target speed [m/s]
             planned: acceleration of the target [m/s**2]
             speed: sensed speed [m/s]
@@ -122,7 +105,6 @@ class VariableRatio:
     Args:
         standing: gain at rest; 1.45 turns a ratio of 15.5 into 10.7
         fast: gain at very high speed; 0.78 turns it into 20
-        middle_speed: speed at which the gain is the mean of both
     """
 
     standing: Annotated[float, "", POSITIVE] = 1.45
@@ -136,14 +118,7 @@ class VariableRatio:
 
 @dataclass(frozen=True)
 class Feel:
-    """Torque of the feedback motor: a centring spring, damping, and a share of the road actuator's torque.
-
-    Args:
-        stiffness: torque per angle of the steering wheel
-        damping: torque per rate of the steering wheel
-        load_share: torque at the steering wheel per shaft torque of the road actuator
-        torque_limit: limit of the request
-    """
+    """Torque of the feedback motor: a centring spring, damping, and a share of the road actuator's torque."""
 
     stiffness: Annotated[float, "N*m/rad", NOT_NEGATIVE] = 0.8
     damping: Annotated[float, "N*m*s/rad", NOT_NEGATIVE] = 0.15

@@ -43,15 +43,7 @@ class Characteristic:
 
 @dataclass(frozen=True)
 class ActiveReturn:
-    """Torque that returns a released wheel to the centre, see `tierod.physics.assist`; at most 3 N*m with the defaults.
-
-    Args:
-        rate_gain: target rate per angle
-        maximum_rate: limit of the target rate
-        gain: torque per rate error
-        best_speed: speed of the full torque
-        fade_torque: driver torque at which half of the torque remains
-    """
+    """Torque that returns a released wheel to the centre, see `tierod.physics.assist`; by default at most 3 N*m."""
 
     rate_gain: Annotated[float, "1/s", NOT_NEGATIVE] = 1.5
     maximum_rate: Annotated[float, "rad/s", POSITIVE] = 3.0
@@ -74,17 +66,8 @@ class AssistUnit:
     with the rate above the bar they would excite it.
 
     Args:
-        characteristic: assist map
-        active_return: active return to the centre
-        damping: torque per rate of the column at high speed
-        damping_speed: speed of half of the damping
-        lead_time, lag_time: time constants of the filter (1 + lead s) / (1 + lag s)
-        maximum_torque: limit of the request, at the column
         torque_rate: limit of the request's rate of change, at the column; with a tenth of it, a wheel released under
             full assist would keep oscillating
-        bar_stiffness: stiffness of the torsion bar in the unit's model
-        motor_ratio: turns of the motor per turn of the column in the unit's model
-        step_time: sampling interval of the unit
     """
 
     characteristic: Characteristic = field(default_factory=Characteristic)
@@ -109,7 +92,6 @@ class AssistUnit:
         """State after a step, and the requested torque at the motor's shaft [N*m].
 
         Args:
-            memory: state after the previous step
             driver_torque: torque in the torsion bar [N*m]
             speed: forward speed [m/s]
             angle, rate: angle [rad] and rate [rad/s] of the steering wheel
@@ -125,7 +107,6 @@ class AssistUnit:
         return AssistMemory(driver_torque, filtered, torque), torque / self.motor_ratio
 
     def _lead(self, memory: AssistMemory, driver_torque: Scalar) -> Scalar:
-        """Output of the lead filter (1 + lead s) / (1 + lag s), discretised by Tustin's rule."""
         step, lead, lag = self.step_time, 2.0 * self.lead_time, 2.0 * self.lag_time
         torque = (step + lead) * driver_torque + (step - lead) * memory.driver_torque
         return (torque + (lag - step) * memory.filtered_torque) / (step + lag)

@@ -52,13 +52,7 @@ class Command(NamedTuple):
 
 @dataclass(frozen=True)
 class Split:
-    """Split of the steering torque between two motors.
-
-    Args:
-        share: mean share of the first motor
-        swing: amplitude of a square wave of the share, which makes the losses of the two motors distinguishable
-        period: period of the square wave
-    """
+    """Split of the steering torque between two motors."""
 
     share: Annotated[float, "", SHARE] = 0.5
     swing: Annotated[float, "", SHARE] = 0.0
@@ -79,17 +73,7 @@ class AutomatedDriver:
     Args:
         mass, wheelbase, understeer_gradient, steering_ratio: parameters of the driver's model; the ratio is road wheel
             per steering wheel
-        anticipation: preview time of the curvature, for the lag of steering and tyres
-        preview_time: preview time of the lateral offset
-        least_preview: minimum preview distance
-        correction: gain of the pure-pursuit correction
-        yaw_feedback: road-wheel angle per error of the yaw rate
-        target_rate: limit of the target angle's rate
-        angle_control: control of the column angle
-        split: split of the steering torque between the motors
         drive_steering: drive torque difference per steering torque; above zero, the wheel motors support the steering
-        speed_control: control of the speed
-        step_time: sampling interval
     """
 
     mass: Annotated[float, "kg", POSITIVE] = 403.2
@@ -113,7 +97,6 @@ class AutomatedDriver:
     step_time: Annotated[float, "s", POSITIVE] = 1e-3
 
     def init(self) -> tuple[()]:
-        """Empty state: no muscles."""
         return ()
 
     def remembered(self) -> tuple[()]:
@@ -129,7 +112,6 @@ class AutomatedDriver:
         return demand.hand_torque
 
     def derivative(self, motion: tuple[()], intent: Intent, hand: Hand, demand: Demand) -> tuple[()]:
-        """Empty: no muscles."""
         return ()
 
     def reset(self) -> Command:
@@ -137,14 +119,7 @@ class AutomatedDriver:
         return Command(self.angle_control.remembered(), self.speed_control.remembered(), 0.0, 0.0)
 
     def command(self, memory: Command, seen: Seen, demand: Demand, sensed: Sensed) -> tuple[Command, Targets]:
-        """Compute all targets from the sensed signals, once per step.
-
-        Args:
-            memory: state after the previous step
-            seen: exact localisation relative to the path
-            demand: demand of the course
-            sensed: signals that have passed the ports of the car
-        """
+        """Compute all targets from the sensed signals, once per step."""
         most = self.target_rate * self.step_time
         target = limit(self._wanted_angle(seen, demand, sensed), memory.target - most, memory.target + most)
         angle, torque = self.angle_control.decide(memory.angle, target, sensed.steering_wheel_angle)

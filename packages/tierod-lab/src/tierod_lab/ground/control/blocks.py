@@ -31,22 +31,16 @@ class AssistOutputs(NamedTuple):
 
 @dataclass(frozen=True)
 class AssistController:
-    """Assist unit of a car as a block.
-
-    Args:
-        unit: assist unit, with its own step
-    """
+    """Assist unit of a car as a block."""
 
     unit: AssistUnit = field(default_factory=AssistUnit)
 
     Sample = AssistInputs
 
     def init(self) -> AssistMemory:
-        """State at rest."""
         return self.unit.remembered()
 
     def step(self, state: AssistMemory, sample: AssistInputs) -> tuple[AssistMemory, AssistOutputs]:
-        """One decision of the unit."""
         memory, torque = self.unit.decide(state, *sample)
         return memory, AssistOutputs(torque)
 
@@ -64,16 +58,7 @@ class Sensed(NamedTuple):
 
 
 class Driven(NamedTuple):
-    """Outputs of a driver, and position of the vehicle relative to its path.
-
-    Args:
-        hand_torque: torque of the hands on the steering wheel
-        steering_wheel_angle: angle of the arms, for vehicles whose wheel follows it
-        drive_force: requested force along the road, negative to brake
-        distance: distance along the path
-        lateral_offset: offset from the path, positive to its left
-        heading_error: heading relative to the path
-    """
+    """Outputs of a driver, and position of the vehicle relative to its path."""
 
     hand_torque: Annotated[Scalar, "N*m"]
     steering_wheel_angle: Annotated[Scalar, "rad"]
@@ -99,12 +84,7 @@ class DrivingState(NamedTuple):
 
 @dataclass(frozen=True)
 class Driving:
-    """Driver on a path, for a vehicle whose motion is computed elsewhere; see `Car` for the same with a virtual car.
-
-    Args:
-        driver: driver who steers and requests drive and brake forces
-        step_time: sampling interval
-    """
+    """Driver on a path, for a vehicle whose motion is computed elsewhere; see `Car` for the same with a virtual car."""
 
     driver: Driver = field(default_factory=HumanDriver)
     step_time: Annotated[float, "s", Range(1e-5, 2e-2)] = 1e-3
@@ -112,11 +92,9 @@ class Driving:
     Sample = Sensed
 
     def init(self) -> DrivingState:
-        """State with relaxed muscles, on the path."""
         return DrivingState(DrivingMotion(self.driver.init(), START), self.driver.remembered())
 
     def step(self, state: DrivingState, sample: Sensed) -> tuple[DrivingState, Driven]:
-        """Advance by one step; the output belongs to the instant of the sample, before the step."""
         motion, hand = state.motion, Hand(sample.steering_wheel_angle, sample.steering_wheel_rate)
         reaction = _reaction(sample.vehicle_speed, sample.lateral_speed, sample.yaw_rate)
         seen = Seen(
@@ -139,7 +117,6 @@ class Driving:
 
 
 def _reaction(speed: Scalar, lateral_speed: Scalar, yaw_rate: Scalar) -> Reaction:
-    """Reaction with the motion over ground only; all other fields are zero."""
     nothing: dict[str, Any] = dict.fromkeys(Reaction._fields, 0.0)
     wheels = Wheels(0.0, 0.0, 0.0, 0.0)
     known = {"speed": speed, "lateral_speed": lateral_speed, "yaw_rate": yaw_rate}

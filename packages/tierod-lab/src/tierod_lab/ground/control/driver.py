@@ -17,13 +17,7 @@ STANDING = 0.02
 
 
 class Foot(NamedTuple):
-    """State of the foot, as accelerations [m/s**2].
-
-    Args:
-        learnt: integral part, which compensates gradients and drag
-        pressed: present pedal position
-        resting: minimum braking of a stopping car, which grows until standstill
-    """
+    """State of the foot, as accelerations [m/s**2]."""
 
     learnt: Scalar
     pressed: Scalar
@@ -37,18 +31,6 @@ class Pedals:
     With the defaults both poles of the closed loop are near -0.5 1/s. Braking is reduced at walking pace, because an
     abrupt stop makes the tyres push the car back. When the target is zero and the car has almost stopped, the foot
     rests on the brake until the target rises.
-
-    Args:
-        proportional: acceleration per speed error
-        integral: rate of change of acceleration per speed error
-        learnt_limit: limit of the integral part, for a gradient of 20 % and drag at high speed
-        foot_time: time constant of the foot
-        strongest_acceleration, strongest_braking: limits of the request
-        easing_speed: speed below which braking is reduced
-        last_share: share of the braking that remains at standstill
-        holding: deceleration that corresponds to the brake force at standstill
-        resting_speed: speed below which the foot rests on the brake, if the target is zero
-        resting_rate: growth of the resting brake force while the car still rolls
     """
 
     proportional: Annotated[float, "1/s", POSITIVE] = 1.0
@@ -73,7 +55,6 @@ class Pedals:
         """State of the foot after a step, and the acceleration that it commands [m/s**2].
 
         Args:
-            foot: state before the step
             speed: forward speed [m/s]
             wanted_speed: target [m/s]
             planned: acceleration of the target [m/s**2]
@@ -127,27 +108,10 @@ class HumanDriver:
     driver's internal model of the car has its own parameters, which may differ from the true ones.
 
     Args:
-        mass: mass in the driver's model
-        wheelbase: wheelbase in the driver's model
-        understeer_gradient: understeer gradient in the driver's model
         rear_distance: distance from the centre of gravity to the rear axle in the driver's model; the curvature is
             filtered over it, since the centre of gravity turns in before the rear axle
-        steering_ratio: road-wheel angle per steering-wheel angle in the driver's model
-        arm_stiffness: torque per angle between muscles and wheel
-        arm_damping: torque per rate between muscles and wheel
-        muscle_time: time constant of each of the muscles' two lags
-        torque_limit: maximum torque of the arms
-        preview_time: preview time of the lateral offset
-        anticipation: preview time of the curvature, which compensates muscles and vehicle
-        correction: gain of the offset correction at full attention
-        greatest_offset: limit of the lateral offset in the correction
-        expected_effort: expected steering-wheel torque per lateral acceleration, which the arms apply in advance
         persistence: integral gain on the angle error, for a driver who has to reach an angle (no attention to a lane,
             hands on the wheel)
-        slowest_correction: speed below which the offset correction is reduced, to none at standstill
-        pedals: speed controller
-        step_time: sampling interval
-        delay_steps: reaction delay of the correction, in steps
     """
 
     mass: Annotated[float, "kg", POSITIVE] = 1600.0
@@ -171,7 +135,6 @@ class HumanDriver:
     delay_steps: int = 150
 
     def init(self) -> Muscles:
-        """State of relaxed muscles, straight ahead."""
         return Muscles(0.0, 0.0, 0.0)
 
     def remembered(self) -> Mind:
@@ -179,13 +142,7 @@ class HumanDriver:
         return Mind(Ring(self.delay_steps), 0.0, self.pedals.remembered())
 
     def decide(self, memory: Mind, seen: Seen, demand: Demand) -> tuple[Mind, Intent]:
-        """Decide once per step, on the lateral offset seen one reaction delay earlier.
-
-        Args:
-            memory: memory of the previous step
-            seen: inputs at this instant
-            demand: demand of the course
-        """
+        """Decide once per step, on the lateral offset seen one reaction delay earlier."""
         foot, acceleration = self.pedals.press(
             memory.foot, seen.speed, demand.speed, demand.acceleration, self.step_time
         )
@@ -207,25 +164,11 @@ class HumanDriver:
         return self.correction * pursuit_curvature(offset_ahead, reach)
 
     def hand_torque(self, motion: Muscles, hand: Hand, demand: Demand) -> Scalar:
-        """Torque of the hands on the steering wheel [N*m].
-
-        Args:
-            motion: state of the muscles
-            hand: angle and rate of the steering wheel
-            demand: demand of the course: grip, and torque added to that of the arms
-        """
+        """Torque of the hands on the steering wheel [N*m]."""
         arms = self.arm_stiffness * (motion.angle - hand.angle) + self.arm_damping * (motion.rate - hand.rate)
         return limit(demand.grip * arms, -self.torque_limit, self.torque_limit) + demand.hand_torque
 
     def derivative(self, motion: Muscles, intent: Intent, hand: Hand, demand: Demand) -> Muscles:
-        """Rate of change of the muscles and of the integral part.
-
-        Args:
-            motion: state of the muscles
-            intent: decision from `decide`
-            hand: angle and rate of the steering wheel
-            demand: demand of the course: grip and attention
-        """
         wanted, lag = intent.steering_wheel_angle + motion.persistent_angle, self.muscle_time
         open_loop = demand.grip * (1.0 - demand.attention)
         remaining = open_loop * (intent.steering_wheel_angle - hand.angle) - (1.0 - open_loop) * motion.persistent_angle

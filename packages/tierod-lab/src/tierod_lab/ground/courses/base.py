@@ -45,15 +45,7 @@ def require_some(what: str, count: int) -> None:
 
 @dataclass(frozen=True)
 class Described:
-    """Fields of every course.
-
-    Args:
-        name: name for messages and provenance
-        description: one sentence
-        source: origin of the course
-        seed: seed of all random numbers
-        conditions: further influences of road, wind and hands
-    """
+    """Fields of every course."""
 
     name: str = ""
     description: str = ""
@@ -66,7 +58,6 @@ class Described:
         return np.random.default_rng([self.seed, *stream])
 
     def __getstate__(self) -> dict[str, Any]:
-        """The fields only: cached results are computed again after unpickling."""
         return {each.name: getattr(self, each.name) for each in fields(self)}
 
     @cached_property
@@ -85,9 +76,6 @@ class WayCourse(Described):
 
     The speed is planned over time, so that halts end. A car that falls behind the plan catches up, but exceeds the
     speed that the way allows by no more than `HASTE`.
-
-    Args:
-        pace: pace of the driver
     """
 
     pace: Pace = field(default_factory=Pace)
@@ -112,7 +100,6 @@ class WayCourse(Described):
 
     @property
     def start(self) -> Start:
-        """Start at the initial speed of the plan."""
         return Start(speed=max(float(self.plan.speed[0]), 0.0))
 
     @cached_property
@@ -156,7 +143,6 @@ class TimeCourse(Described):
 
     @property
     def start(self) -> Start:
-        """Start at the speed of the first instant, straight ahead."""
         return Start(float(self.speed_at(np.zeros(1))[0][0]))
 
     def speed_at(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -24,9 +24,6 @@ class BenchTorque(Described):
     """Base class of the tests that are driven by the motor alone; each kind of test defines its `torque_at`.
 
     Args:
-        amplitude: amplitude of the motor torque at its shaft
-        settle: time at rest before the test
-        time: duration of the whole course
         wheel: locked, free, or held by hands without stiffness; for a motor bench, `locked` locks the shaft, and `held`
             is not possible
         gear_torque: constant torque on the output of the gear, as from a road; for column benches only
@@ -51,7 +48,6 @@ class BenchTorque(Described):
 
     @property
     def start(self) -> Start:
-        """Start at rest."""
         return Start()
 
     def torque_at(self, since: np.ndarray) -> np.ndarray:
@@ -100,12 +96,7 @@ class BenchSweep(BenchTorque):
 
 @dataclass(frozen=True)
 class BenchRamps(BenchTorque):
-    """Slow triangular ramps of the motor torque with growing amplitude: friction builds up, slides and reverses.
-
-    Args:
-        period: period of the triangle
-        first: share of the amplitude at the start
-    """
+    """Slow triangular ramps of the motor torque with growing amplitude: friction builds up, slides and reverses."""
 
     period: Annotated[float, "s", POSITIVE] = 4.0
     first: Annotated[float, "", SHARE] = 0.5
@@ -118,11 +109,7 @@ class BenchRamps(BenchTorque):
 
 @dataclass(frozen=True)
 class BenchSteps(BenchTorque):
-    """Steps of the motor torque between left, zero and right.
-
-    Args:
-        hold: duration of each level
-    """
+    """Steps of the motor torque between left, zero and right."""
 
     hold: Annotated[float, "s", POSITIVE] = 0.5
 
@@ -133,12 +120,7 @@ class BenchSteps(BenchTorque):
 
 @dataclass(frozen=True)
 class BenchMultisine(BenchTorque):
-    """Multisine of equal amplitudes at geometrically spaced frequencies, with phases for a low peak.
-
-    Args:
-        lowest, highest: first and last frequency
-        count: number of sines
-    """
+    """Multisine of equal amplitudes at geometrically spaced frequencies, with phases for a low peak."""
 
     lowest: Annotated[float, "Hz", POSITIVE] = 0.25
     highest: Annotated[float, "Hz", POSITIVE] = 20.0
@@ -166,14 +148,8 @@ class BenchHands(Described):
     sines.
 
     Args:
-        time: duration of the whole course
         shortest, longest: range of the times with hands on, or off; log-uniform
         lightest, firmest: range of the standard deviation of the hand torque of one hold; log-uniform
-        quickest, slowest: range of the knots' spacing of this torque
-        tremor: standard deviation of the hands' tremor, near 9 Hz
-        ramp: time in which a grip builds up, and fades
-        lane_torque: standard deviation of the motor's small torques, at its shaft
-        sweep_torque: maximum amplitude of the motor's sines, 0.2 to 3 Hz
     """
 
     time: Annotated[float, "s", POSITIVE] = 600.0
@@ -207,7 +183,6 @@ class BenchHands(Described):
 
     @property
     def start(self) -> Start:
-        """Start at rest."""
         return Start()
 
     @cached_property

@@ -65,9 +65,6 @@ def described(name: str) -> str:
 def load(name: str | Path) -> AnyCourse:
     """A course, from its name or from a TOML or CSV file.
 
-    Args:
-        name: name of a shipped course, or path of a file
-
     Raises:
         ParameterError: no such course, or an invalid file; with file, line and nearest name
     """

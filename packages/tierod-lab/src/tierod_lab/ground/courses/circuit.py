@@ -20,12 +20,7 @@ from tierod_lab.ground.courses.way import STEP, Pace, Way
 
 @dataclass(frozen=True)
 class Straight:
-    """A straight section.
-
-    Args:
-        length: length of its axis
-        speed: speed limit
-    """
+    """A straight section."""
 
     length: Annotated[float, "m", POSITIVE]
     speed: Annotated[float, "m/s", POSITIVE] = math.inf
@@ -38,13 +33,7 @@ class Straight:
 
 @dataclass(frozen=True)
 class Bend:
-    """A circular section.
-
-    Args:
-        radius: radius of its axis
-        turn: change of heading, positive to the left
-        speed: speed limit
-    """
+    """A circular section."""
 
     radius: Annotated[float, "m", POSITIVE]
     turn: Annotated[float, "rad", ANY]
@@ -63,12 +52,7 @@ class Bend:
 
 @dataclass(frozen=True)
 class Halt:
-    """A stop on the way.
-
-    Args:
-        place: distance from the start of the lap
-        time: time at rest
-    """
+    """A stop on the way."""
 
     place: Annotated[float, "m", POSITIVE]
     time: Annotated[float, "s", NOT_NEGATIVE] = 3.0
@@ -76,17 +60,7 @@ class Halt:
 
 @dataclass(frozen=True)
 class Circuit(WayCourse):
-    """A closed circuit, driven lap after lap; its sections are joined by clothoids.
-
-    Args:
-        sections: sections in order
-        transition: length of the transition of the curvature from one section to the next
-        time: duration of driving
-        speed: speed limit where no section has a lower one
-        lateral_acceleration: limit in bends
-        wait: time at rest before the start
-        halts: stops of every lap, in order
-    """
+    """A closed circuit, driven lap after lap; its sections are joined by clothoids."""
 
     sections: tuple[Straight | Bend, ...] = ()
     transition: Annotated[float, "m", POSITIVE] = 4.0
@@ -153,11 +127,7 @@ class Circuit(WayCourse):
 
 @dataclass(frozen=True)
 class DrawnRound(Described):
-    """A random circuit, with slopes, wind and pace, driven lap after lap.
-
-    Args:
-        time: duration of driving
-    """
+    """A random circuit, with slopes, wind and pace, driven lap after lap."""
 
     time: Annotated[float, "s", POSITIVE] = 600.0
 
@@ -175,7 +145,6 @@ class DrawnRound(Described):
 
     @property
     def start(self) -> Start:
-        """Start at rest."""
         return self.circuit.start
 
     def columns(self, time: np.ndarray, distance: np.ndarray, speed: np.ndarray | float, ahead: float) -> Columns:
@@ -224,7 +193,6 @@ def weather(seed: int, length: float) -> tuple[AnyCondition, ...]:
     """A slope on a part of a circuit, an uneven road, and a light wind.
 
     Args:
-        seed: seed of all random numbers
         length: length of the circuit [m]
     """
     chance = np.random.default_rng([seed, 613])

@@ -16,13 +16,7 @@ from tierod_lab.ground.courses.course import Columns, Repeated, smooth_noise
 
 @dataclass(frozen=True)
 class During:
-    """Time window of a condition, with smooth fading; the whole drive by default.
-
-    Args:
-        start, end: limits of the window, including the fading
-        ramp: duration of the fading at either end
-        every: period of repetition
-    """
+    """Time window of a condition, with smooth fading; the whole drive by default."""
 
     start: Annotated[float, "s", ANY] = -math.inf
     end: Annotated[float, "s", ANY] = math.inf
@@ -39,13 +33,7 @@ class During:
 
 @dataclass(frozen=True)
 class Along:
-    """Window of a condition along the path, with smooth fading.
-
-    Args:
-        start, end: limits of the window, including the fading
-        ramp: distance of the fading at either end
-        every: length of repetition
-    """
+    """Window of a condition along the path, with smooth fading."""
 
     start: Annotated[float, "m", ANY] = -math.inf
     end: Annotated[float, "m", ANY] = math.inf
@@ -90,8 +78,6 @@ Acting = Callable[[np.ndarray, np.ndarray], Columns]
 
 @dataclass(frozen=True)
 class _Steady:
-    """A condition without random numbers: `levels` at its full share."""
-
     window: Window = field(default_factory=During)
 
     def acting(self, generator: np.random.Generator) -> Acting:
@@ -119,12 +105,7 @@ class _Share(_Steady):
 
 @dataclass(frozen=True)
 class Adhesion(_Share):
-    """A road with less adhesion than dry asphalt, on both sides or on one.
-
-    Args:
-        window: when or where
-        left, right: remaining share of the adhesion under the wheels of a side: 0.6 wet, 0.2 snow
-    """
+    """A road with less adhesion than dry asphalt, on both sides or on one."""
 
     left: Annotated[float, "", SHARE] = 1.0
     right: Annotated[float, "", SHARE] = 1.0
@@ -135,13 +116,7 @@ class Adhesion(_Share):
 
 @dataclass(frozen=True)
 class Slope(_Steady):
-    """A road that is not level.
-
-    Args:
-        window: when or where
-        bank: positive falls to the right
-        grade: positive climbs
-    """
+    """A road that is not level."""
 
     bank: Annotated[float, "rad", ANY] = 0.0
     grade: Annotated[float, "rad", ANY] = 0.0
@@ -152,12 +127,7 @@ class Slope(_Steady):
 
 @dataclass(frozen=True)
 class Breeze(_Steady):
-    """Steady wind.
-
-    Args:
-        window: when or where
-        crosswind, headwind: speed of the air over ground, see `parts.Wind`
-    """
+    """Steady wind."""
 
     crosswind: Annotated[float, "m/s", ANY] = 0.0
     headwind: Annotated[float, "m/s", ANY] = 0.0
@@ -168,12 +138,7 @@ class Breeze(_Steady):
 
 @dataclass(frozen=True)
 class HandTorque(_Steady):
-    """Torque of the hands in addition to that of the arms.
-
-    Args:
-        window: when or where
-        torque: torque, positive to the left
-    """
+    """Torque of the hands in addition to that of the arms."""
 
     torque: Annotated[float, "N*m", ANY] = 0.0
 
@@ -186,7 +151,6 @@ class Grip(_Share):
     """Grip of the hands on the wheel.
 
     Args:
-        window: when or where
         share: share of the arms' stiffness and damping; 0 is hands off
     """
 
@@ -201,7 +165,6 @@ class Attention(_Share):
     """Attention of the driver to the lane.
 
     Args:
-        window: when or where
         share: share of the lateral offset that the driver corrects; 0 is inattentive
     """
 
@@ -225,8 +188,6 @@ class _Random:
 
 @dataclass(frozen=True)
 class _Wandering(_Random):
-    """One column that varies at random over time or distance, between knots at random spacings."""
-
     deviation: float = 0.0
     shortest: float = 0.0
     longest: float = 0.0
@@ -244,13 +205,7 @@ class _Wandering(_Random):
 
 @dataclass(frozen=True)
 class Restlessness(_Wandering):
-    """Small unnecessary steering corrections, as human drivers make them all the time.
-
-    Args:
-        window: when or where
-        deviation: standard deviation of the target steering-wheel angle
-        shortest, longest: range of the time between two corrections
-    """
+    """Small unnecessary steering corrections, as human drivers make them all the time."""
 
     deviation: Annotated[float, "rad", NOT_NEGATIVE] = 0.025
     shortest: Annotated[float, "s", POSITIVE] = 0.4
@@ -261,13 +216,7 @@ class Restlessness(_Wandering):
 
 @dataclass(frozen=True)
 class Tremor(_Random):
-    """Tremor of the hands: a torque near one frequency with random amplitude.
-
-    Args:
-        window: when or where
-        deviation: standard deviation of the torque
-        frequency: frequency, 8 to 12 Hz for hands
-    """
+    """Tremor of the hands: a torque near one frequency with random amplitude."""
 
     deviation: Annotated[float, "N*m", NOT_NEGATIVE] = 0.05
     frequency: Annotated[float, "Hz", POSITIVE] = 9.0
@@ -286,13 +235,7 @@ class Tremor(_Random):
 
 @dataclass(frozen=True)
 class Gusts(_Wandering):
-    """Random gusts of wind across the road.
-
-    Args:
-        window: when or where
-        deviation: standard deviation of the crosswind
-        shortest, longest: range of the time between calm and gust
-    """
+    """Random gusts of wind across the road."""
 
     deviation: Annotated[float, "m/s", NOT_NEGATIVE] = 2.0
     shortest: Annotated[float, "s", POSITIVE] = 0.7
@@ -303,13 +246,7 @@ class Gusts(_Wandering):
 
 @dataclass(frozen=True)
 class Unevenness(_Wandering):
-    """Waves and ruts: random variation of the road's crossfall over a few metres.
-
-    Args:
-        window: when or where
-        deviation: standard deviation of the bank angle
-        shortest, longest: range of the distance from one side to the other
-    """
+    """Waves and ruts: random variation of the road's crossfall over a few metres."""
 
     deviation: Annotated[float, "rad", NOT_NEGATIVE] = 0.004
     shortest: Annotated[float, "m", POSITIVE] = 3.0

@@ -24,11 +24,7 @@ FACTORS = frozenset(
 
 
 class Start(NamedTuple):
-    """Initial state of a run over a course.
-
-    Args:
-        speed: initial speed, rolling straight ahead
-    """
+    """Initial state of a run over a course."""
 
     speed: Annotated[float, "m/s", NOT_NEGATIVE] = 0.0
 
@@ -73,7 +69,6 @@ class Grid:
     """Table on equal steps, linear between its points and constant beyond its ends."""
 
     def __init__(self, step: float, columns: Columns):
-        """Columns with one value per point, at 0, step, 2 step, ..."""
         self.names, self._rate = tuple(columns), 1.0 / step
         table = np.column_stack([*columns.values()])
         self._last = len(table) - 1
@@ -99,10 +94,7 @@ def smooth_noise(
     """A random curve on equal steps, with unit standard deviation at its knots.
 
     Args:
-        generator: random generator
         shortest, longest: range of the knots' spacing [s] or [m]
-        step: spacing of the result, in the same unit
-        count: number of knots
     """
     knots = np.concatenate([[0.0], np.cumsum(generator.uniform(shortest, longest, count))])
     values = generator.standard_normal(count)
@@ -134,7 +126,6 @@ def band_limited(
     """A random curve on equal steps, of unit standard deviation and constant power density within a band.
 
     Args:
-        generator: random generator
         lowest, highest: limits of the band [Hz]
         seconds: duration [s]
         step: spacing [s]

@@ -27,12 +27,7 @@ class AtWill(WayCourse):
 
 @dataclass(frozen=True)
 class StraightLane(AtWill):
-    """Straight road at constant speed; its conditions make the test: hands off, crosswind, torque steps.
-
-    Args:
-        speed: constant speed
-        time: duration
-    """
+    """Straight road at constant speed; its conditions make the test: hands off, crosswind, torque steps."""
 
     speed: Annotated[float, "m/s", POSITIVE] = 80.0 / 3.6
     time: Annotated[float, "s", POSITIVE] = 60.0
@@ -50,15 +45,7 @@ class StraightLane(AtWill):
 
 @dataclass(frozen=True)
 class Slalom(AtWill):
-    """Slalom around a row of cones.
-
-    Args:
-        speed: constant speed
-        spacing: distance between cones
-        cones: number of cones
-        swing: maximum distance of the line from the row of cones
-        approach: length of the straights before and after the cones
-    """
+    """Slalom around a row of cones."""
 
     speed: Annotated[float, "m/s", POSITIVE] = 36.0 / 3.6
     spacing: Annotated[float, "m", POSITIVE] = 18.0
@@ -82,19 +69,7 @@ class Slalom(AtWill):
 
 @dataclass(frozen=True)
 class DoubleLaneChange(AtWill):
-    """Double lane change through lanes of cones.
-
-    Args:
-        speed: initial speed, kept as far as possible
-        offset: offset of the neighbouring lane, positive to the left
-        entry: length of the first lane
-        over: length of the lane change
-        aside: length of the neighbouring lane
-        back: length of the lane change back
-        leaving: length of the last lane
-        cut: distance by which the lane change of the line extends into the lanes, which are wider than a car
-        approach: length of the straights before and after the cones
-    """
+    """Double lane change through lanes of cones."""
 
     speed: Annotated[float, "m/s", POSITIVE] = 80.0 / 3.6
     offset: Annotated[float, "m", ANY] = 3.5
@@ -121,16 +96,7 @@ class DoubleLaneChange(AtWill):
 
 @dataclass(frozen=True)
 class SteadyCircle(AtWill):
-    """Circle with slowly rising speed; the constant-radius test of ISO 4138.
-
-    Args:
-        radius: radius, positive to the left
-        first_speed, last_speed: initial and final speed
-        rise: acceleration
-        settle: time at the first speed, from the straight into the circle
-        hold: time at the last speed
-        entry: length of the straight before the circle, and length over which the curvature builds up
-    """
+    """Circle with slowly rising speed; the constant-radius test of ISO 4138."""
 
     radius: Annotated[float, "m", ANY] = 100.0
     first_speed: Annotated[float, "m/s", POSITIVE] = 5.0
@@ -169,11 +135,9 @@ class SteadyCircle(AtWill):
 
 
 def _level(curvature: np.ndarray, speed: float) -> Way:
-    """A level road without a speed limit in bends."""
     return Way(curvature, np.full(len(curvature), speed), np.full(len(curvature), math.inf))
 
 
 def _step(share: np.ndarray) -> np.ndarray:
-    """Quintic step from 0 to 1 with continuous curvature."""
     share = np.clip(share, 0.0, 1.0)
     return share**3 * (10.0 + share * (6.0 * share - 15.0))

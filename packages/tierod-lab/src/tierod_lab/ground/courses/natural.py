@@ -28,14 +28,7 @@ def _in_order(what: str, pair: Pair) -> None:
 
 @dataclass(frozen=True)
 class Bends:
-    """One kind of bend, drawn at random within ranges.
-
-    Args:
-        radius: minimum radius of the bend
-        turn: change of heading over the whole bend
-        share: relative frequency among the kinds of the same road
-        returns: whether its mirror image follows immediately, as in a lane change
-    """
+    """One kind of bend, drawn at random within ranges."""
 
     radius: Annotated[Pair, "m", POSITIVE]
     turn: Annotated[Pair, "rad", POSITIVE]
@@ -57,14 +50,7 @@ class Bends:
 
 @dataclass(frozen=True)
 class Roundabouts:
-    """Roundabouts of right-hand traffic: to the right, around the island to the left, and out to the right.
-
-    Args:
-        radius: radius around the island
-        entry_radius: radius of entry and exit
-        deflection: change of heading to the right at entry and exit
-        share: relative frequency among the bends of the same road
-    """
+    """Roundabouts of right-hand traffic: to the right, around the island to the left, and out to the right."""
 
     radius: Annotated[Pair, "m", POSITIVE] = (12.0, 20.0)
     entry_radius: Annotated[Pair, "m", POSITIVE] = (18.0, 30.0)
@@ -88,22 +74,7 @@ class Roundabouts:
 
 @dataclass(frozen=True)
 class RoadKind:
-    """Properties of one kind of road.
-
-    Args:
-        speed: speed limit outside bends, drawn for every bend
-        bends: kinds of bends, and roundabouts
-        gap: length of the straight between two bends
-        lateral_acceleration: comfort limit in bends
-        share: share of the drive's time
-        halts: share of the bends before which the car halts, as at a light or a junction
-        halt: duration of a halt
-        crossfall: bank of the straight road, positive falls to the right
-        superelevation: share of the lateral acceleration in a bend that the bank compensates
-        greatest_bank: limit of the bank
-        grade: standard deviation of the grade
-        hills: distance from valley to hilltop
-    """
+    """Properties of one kind of road."""
 
     speed: Annotated[Pair, "m/s", POSITIVE]
     bends: tuple[Bends | Roundabouts, ...]
@@ -195,9 +166,6 @@ class NaturalDrive(WayCourse):
     time from the drive, which then has fewer bends.
 
     Args:
-        roads: kinds of road, repeated in this order
-        time: duration of the drive
-        cycle: maximum time after which the kinds repeat
         wait: time at rest before the start; 0 starts rolling
     """
 
@@ -254,7 +222,6 @@ class NaturalDrive(WayCourse):
     def _piece(
         self, kind: RoadKind, generator: np.random.Generator, heading: float
     ) -> tuple[tuple[np.ndarray, np.ndarray, np.ndarray], int]:
-        """Curvature and limits of a straight and a bend, and the number of points of the straight."""
         shape = kind.bend(generator, heading)
         straight = np.zeros(int(generator.uniform(*kind.gap) / STEP))
         curvature = np.concatenate([straight, shape])
@@ -264,7 +231,6 @@ class NaturalDrive(WayCourse):
     def _slopes(
         self, curvature: np.ndarray, speed: np.ndarray, lateral: np.ndarray, stretches: list[tuple[float, RoadKind]]
     ) -> Columns:
-        """Bank and grade from crossfall, superelevation and hills."""
         generator = self.generator(WAY, _HILLS)
         limit = np.minimum(speed, np.sqrt(lateral / np.maximum(np.abs(curvature), 1e-6)))
         pulled = reachable(limit, STEP, self.pace.acceleration, self.pace.braking) ** 2 * curvature / GRAVITY

@@ -17,13 +17,7 @@ from tierod_lab.ground.courses.course import Columns, band_limited, combine
 
 @dataclass(frozen=True)
 class AtSpeed(TimeCourse):
-    """Base class of the tests at one speed.
-
-    Args:
-        speed: constant speed
-        settle: time straight ahead before the test
-        rest: time after the test
-    """
+    """Base class of the tests at one speed."""
 
     speed: Annotated[float, "m/s", NOT_NEGATIVE] = 100.0 / 3.6
     settle: Annotated[float, "s", NOT_NEGATIVE] = 3.0
@@ -46,13 +40,7 @@ class AtSpeed(TimeCourse):
 
 @dataclass(frozen=True)
 class StepSteer(AtSpeed):
-    """Step of the steering-wheel angle, which is then held; ISO 7401.
-
-    Args:
-        angle: steering-wheel angle, positive to the left
-        rate: rate of the step
-        hold: duration at the final angle
-    """
+    """Step of the steering-wheel angle, which is then held; ISO 7401."""
 
     angle: Annotated[float, "rad", ANY] = math.radians(40.0)
     rate: Annotated[float, "rad/s", POSITIVE] = math.radians(400.0)
@@ -75,14 +63,7 @@ def _turned(since: np.ndarray, angle: float, rate: float) -> np.ndarray:
 
 @dataclass(frozen=True)
 class SineSteer(AtSpeed):
-    """Sine steering: one or more periods (ISO 7401), the on-centre weave test (ISO 13674-1), or sine with dwell.
-
-    Args:
-        amplitude: amplitude of the steering-wheel angle, positive for a first swing to the left
-        frequency: frequency of the sine
-        periods: number of periods
-        dwell: pause at the last extreme
-    """
+    """Sine steering: one or more periods (ISO 7401), the on-centre weave test (ISO 13674-1), or sine with dwell."""
 
     amplitude: Annotated[float, "rad", ANY] = math.radians(30.0)
     frequency: Annotated[float, "Hz", POSITIVE] = 0.5
@@ -107,13 +88,7 @@ class SineSteer(AtSpeed):
 
 @dataclass(frozen=True)
 class RandomSteer(AtSpeed):
-    """Random steering within a frequency band; ISO 7401.
-
-    Args:
-        deviation: standard deviation of the steering-wheel angle
-        lowest, highest: limits of the band
-        time: duration
-    """
+    """Random steering within a frequency band; ISO 7401."""
 
     deviation: Annotated[float, "rad", NOT_NEGATIVE] = math.radians(10.0)
     lowest: Annotated[float, "Hz", POSITIVE] = 0.2
@@ -147,12 +122,7 @@ class RandomSteer(AtSpeed):
 
 @dataclass(frozen=True)
 class AngleRamp(AtSpeed):
-    """Slow ramp of the steering-wheel angle at one speed; the constant-speed test of ISO 4138.
-
-    Args:
-        angle: final steering-wheel angle
-        rate: rate of the ramp
-    """
+    """Slow ramp of the steering-wheel angle at one speed; the constant-speed test of ISO 4138."""
 
     angle: Annotated[float, "rad", ANY] = math.radians(100.0)
     rate: Annotated[float, "rad/s", POSITIVE] = math.radians(4.0)
@@ -169,15 +139,7 @@ class AngleRamp(AtSpeed):
 
 @dataclass(frozen=True)
 class SteadyAngle(TimeCourse):
-    """Constant steering-wheel angle with slowly rising speed; the constant-angle test of ISO 4138.
-
-    Args:
-        angle: steering-wheel angle
-        turning: time in which the wheel is turned
-        first_speed, last_speed: initial and final speed
-        rise: acceleration
-        settle: time at the first speed
-    """
+    """Constant steering-wheel angle with slowly rising speed; the constant-angle test of ISO 4138."""
 
     angle: Annotated[float, "rad", ANY] = math.radians(30.0)
     turning: Annotated[float, "s", POSITIVE] = 3.0
@@ -212,12 +174,6 @@ class LockToLock(TimeCourse):
 
     Each stroke is half a cosine, preceded by a rest.
     Source: Mohtat et al., Appendix A: 0, -570, +570, 0 degrees.
-
-    Args:
-        lock_angle: steering-wheel angle at the locks
-        rate: maximum rate of the steering wheel
-        rest: time at rest before every stroke, and at the end
-        load: share of the car's weight on its wheels: 1 on the ground, 0 on a hoist
     """
 
     lock_angle: Annotated[float, "rad", POSITIVE] = math.radians(570.0)

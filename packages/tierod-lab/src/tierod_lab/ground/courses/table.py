@@ -42,9 +42,6 @@ def read_table(path: str | Path) -> tuple[str, dict[str, np.ndarray]]:
 
     The first line that is not a comment names the columns, with a unit if it is not the SI unit: `speed [km/h]`.
 
-    Args:
-        path: path of the file
-
     Raises:
         ParameterError: an unreadable file, an unknown column or unit, or a value that is not a number; with the line
     """
@@ -159,10 +156,7 @@ class WayTable(WayCourse):
 
     Args:
         file: CSV file; columns `speed`, `bank_angle` and `grade_angle` limit the speed and tilt the road
-        speed: speed limit where no row has a lower one
-        lateral_acceleration: limit in bends
         wait: time at rest before the start; 0 starts rolling
-        laps: number of times that the way is driven
     """
 
     file: str = ""
@@ -218,7 +212,6 @@ def _line(table: dict[str, np.ndarray], file: str) -> tuple[np.ndarray, Curve]:
 
 
 def _through(forward: np.ndarray, left: np.ndarray) -> tuple[np.ndarray, Curve]:
-    """Cubic spline through points; closed if the last point equals the first."""
     from scipy.interpolate import CubicSpline
 
     points = np.column_stack([forward, left])

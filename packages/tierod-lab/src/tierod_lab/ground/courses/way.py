@@ -81,13 +81,7 @@ class Plan(NamedTuple):
 
 @dataclass(frozen=True)
 class Pace:
-    """Pace of a driver.
-
-    Args:
-        acceleration: acceleration out of bends and from rest
-        braking: deceleration before bends and stops
-        smoothing: time in which the acceleration builds up
-    """
+    """Pace of a driver."""
 
     acceleration: Annotated[float, "m/s**2", POSITIVE] = 1.5
     braking: Annotated[float, "m/s**2", POSITIVE] = 2.0
@@ -140,7 +134,6 @@ def reachable(limit: np.ndarray, step: float, acceleration: float, braking: floa
 
 
 def _averaged(distance: np.ndarray, count: int) -> np.ndarray:
-    """Moving average of a curve that is extended linearly before its start and after its end."""
     before, after = count // 2, count - 1 - count // 2
     first, last = distance[1] - distance[0], distance[-1] - distance[-2]
     earlier = distance[0] - first * np.arange(before, 0, -1)

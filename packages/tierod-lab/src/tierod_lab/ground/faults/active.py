@@ -21,10 +21,6 @@ DISTANCE = "truth_distance"
 class Watch:
     """Evaluates a condition on the outputs of a car, piece by piece, until it has held for long enough.
 
-    Args:
-        trigger: condition of the fault
-        reach: elements of the car
-
     Raises:
         ParameterError: the car has no such channel, or its unit does not match that of the condition
     """
@@ -55,7 +51,6 @@ class Watch:
 
         Args:
             time: times of the samples [s], which directly follow those of the previous call
-            outputs: every channel at these times
         """
         true = np.ones(len(time), dtype=bool)
         for comparison, unit in self.comparisons:
@@ -88,9 +83,6 @@ class Active:
     """State of a fault during a run: its window and its random numbers.
 
     Args:
-        fault: definition of the fault
-        effects: effects on the elements of the car
-        key: key of the random streams, unique to run and fault
         rates: sampling rate of the target of every effect [Hz]
     """
 
@@ -130,9 +122,6 @@ def prepared(fault: Fault, reach: Reach, key: tuple[int, ...], seconds: float) -
     """Prepare a fault for a run.
 
     Args:
-        fault: definition of the fault
-        reach: elements of the car that faults can change
-        key: key of the random streams
         seconds: duration of the run [s]
 
     Raises:

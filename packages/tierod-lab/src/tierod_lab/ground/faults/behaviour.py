@@ -28,7 +28,6 @@ class Chance:
     their instants coincide.
 
     Args:
-        key: integers unique to run and fault
         start: onset of the fault [s]
         horizon: duration from the onset for which random processes are drawn [s]
         rate: sampling rate of the element [Hz]
@@ -162,10 +161,6 @@ class Behaviour:
 
         Args:
             time: time stamps [s]
-            values: readings
-            active: whether the fault is active at each reading
-            sensor: sensor of the channel
-            chance: random numbers of the fault
 
         Returns:
             (time stamps, readings with the sensor's resolution and range)

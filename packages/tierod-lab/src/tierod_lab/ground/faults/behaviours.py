@@ -85,12 +85,7 @@ class Step(Behaviour):
 
 @dataclass(frozen=True)
 class Ramp(Behaviour):
-    """A parameter changes linearly to another value and stays there.
-
-    Args:
-        to: final value
-        over: duration of the change
-    """
+    """A parameter changes linearly to another value and stays there."""
 
     to: Annotated[Amount, SIGNAL_UNIT]
     over: Annotated[float, "s", POSITIVE]
@@ -105,12 +100,7 @@ class Ramp(Behaviour):
 
 @dataclass(frozen=True)
 class Scale(Behaviour):
-    """A parameter is multiplied by a factor, at once or along a ramp.
-
-    Args:
-        factor: final factor
-        over: duration of the ramp
-    """
+    """A parameter is multiplied by a factor, at once or along a ramp."""
 
     factor: Annotated[float, ""]
     over: Annotated[float, "s", NOT_NEGATIVE] = 0.0
@@ -125,12 +115,7 @@ class Scale(Behaviour):
 
 @dataclass(frozen=True)
 class Course(Behaviour):
-    """A parameter follows given values, linear between them and constant before and after.
-
-    Args:
-        times: times since the onset of the fault, ascending
-        values: values at these times
-    """
+    """A parameter follows given values, linear between them and constant before and after."""
 
     times: Annotated[tuple[float, ...], "s"]
     values: Annotated[tuple[Amount, ...], SIGNAL_UNIT]
@@ -155,12 +140,6 @@ class WithTemperature(Behaviour):
 
     The parameter has its own value at the reference temperature. The default coefficient is that of the resistance of
     copper; the flux of neodymium magnets has about -0.0011 1/K.
-
-    Args:
-        temperature: final temperature
-        coefficient: relative change of the parameter per kelvin
-        reference: initial temperature
-        time_constant: time constant of the temperature
     """
 
     temperature: Annotated[float, "K", POSITIVE]
@@ -178,12 +157,7 @@ class WithTemperature(Behaviour):
 
 @dataclass(frozen=True)
 class Intermittent(Behaviour):
-    """Another behaviour is switched on and off at random, as by a loose contact; it starts switched on.
-
-    Args:
-        behaviour: behaviour while switched on
-        mean_on, mean_off: mean durations on and off, which are exponentially distributed
-    """
+    """Another behaviour is switched on and off at random, as by a loose contact; it starts switched on."""
 
     behaviour: AnyBehaviour
     mean_on: Annotated[float, "s", POSITIVE] = 0.2

@@ -49,11 +49,8 @@ class Target(NamedTuple):
     """Target of an effect of a fault.
 
     Args:
-        role: SIGNAL, LOOP, ACTUATOR, PARAMETER or SURROUNDING
-        name: channel, port, dotted path of a parameter, or input of the car
         unit: unit of its values; None if unknown
         usual: fault-free value of a parameter; None where it is known only during the run
-        limits: range of a parameter or of a quantity of the surroundings
     """
 
     role: str
@@ -91,12 +88,7 @@ def _limits_around(name: str) -> Range | None:
 
 
 class Reach:
-    """All elements of a car and its sensors that faults can change.
-
-    Args:
-        car: a plant block
-        sensors: sensors of the car
-    """
+    """All elements of a car and its sensors that faults can change."""
 
     def __init__(self, car: Plant | None, sensors: SensorSet):
         self.car, self.sensors = car, sensors
@@ -163,7 +155,6 @@ class Reach:
         Args:
             element: name, or several separated by "|", of which the first that the car has is taken; "nothing" gives no
                 target
-            behaviour: behaviour of the element
 
         Raises:
             ParameterError: the car has no such element, or it cannot behave so
@@ -209,7 +200,6 @@ class Reach:
         return Target(role, name, SIGNALS[name].unit if name in SIGNALS else self.outputs.get(name))
 
     def _lag_of(self, actuator: str) -> str:
-        """Path of the parameter that is the time constant of an actuator."""
         path = next((path for path in LAGS.get(actuator, ()) if path in self.parameters), None)
         if path is None:
             raise ParameterError(
@@ -219,7 +209,6 @@ class Reach:
 
 
 def _chosen(name: str, roles: list[str], behaviour: Behaviour) -> list[str]:
-    """Roles in which a behaviour acts on a name."""
     fits, kind = behaviour.core.fits, kind_name(type(behaviour.core))
     if SIGNAL in roles and ACTUATOR in roles:
         if {SIGNAL, ACTUATOR} <= fits:

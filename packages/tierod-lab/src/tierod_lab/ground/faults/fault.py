@@ -51,12 +51,8 @@ class Fault:
             the car ("steering.friction.level") or a quantity of its surroundings ("road.adhesion_left"); a prefix
             "sensor.", "loop.", "actuator." or "car." selects one kind; of names separated by "|" the first that the
             car has is taken, and "nothing" leaves the effect out
-        behaviour: how the element fails
-        trigger: when the fault starts
         duration: duration [s]; None until the end, or a second for an outlier
         name: short name; made from element and behaviour if empty
-        also: further effects of the same fault, over the same time
-        origin: place in a file, for error messages
     """
 
     element: str
@@ -84,8 +80,6 @@ class Fault:
         """An error at the line of the fault, or with its label if it comes from no file.
 
         Args:
-            part: "element", "behaviour", "size", "trigger" or "duration"
-            message: description of the error
             effect: effect that is wrong; the fault itself if None
         """
         origin = self.origin if effect is None else effect.origin
@@ -115,7 +109,6 @@ def resolved(fault: Fault, effect: Effect, unit: str | None) -> AnyBehaviour:
 
 
 def _texts(behaviour: Behaviour) -> dict[str, Any]:
-    """Amounts that are still texts, by field."""
     found: dict[str, Any] = {}
     for each in dataclasses.fields(behaviour):
         value = getattr(behaviour, each.name)

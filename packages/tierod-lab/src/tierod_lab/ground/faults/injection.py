@@ -16,8 +16,6 @@ from tierod_lab.ground.sensors import Sensor, SensorSet
 
 
 class _OfRecording(Reach):
-    """Elements of a recording that faults can change: its channels only."""
-
     def __init__(self, recording: Recording, sensors: SensorSet):
         given = {name: sensors.sensors.get(name, Sensor()) for name in recording.names if name in SIGNALS}
         super().__init__(None, SensorSet(given))
@@ -38,9 +36,6 @@ def injected(
 
     Args:
         recording: recording without these faults; times of faults refer to its time axis
-        faults: faults of recorded signals, active from a time on or always
-        sensors: sensors that made the recording, as far as known: faulty readings get their resolution and range
-        seed: seed of the faults' random numbers
 
     Raises:
         ParameterError: a fault of an element that is not a recorded signal, or one with a condition as its trigger

@@ -23,15 +23,7 @@ FAULTS = FileRegistry("tierod.faults", "fault", Path(__file__).parent / "shipped
 
 @dataclass(frozen=True)
 class FaultFile:
-    """A file with one fault.
-
-    Args:
-        name: name of the file
-        description: one sentence
-        source: origin of the fault magnitude, or what the fault represents
-        fault: the fault
-        path: path of the file
-    """
+    """A file with one fault."""
 
     name: str
     description: str
@@ -49,7 +41,6 @@ def load(name_or_path: str | Path, within: Document | None = None) -> FaultFile:
     """The fault of a shipped name or of a file.
 
     Args:
-        name_or_path: a name in `FAULTS`, or the path of a fault file (.toml)
         within: document that refers to the fault; relative paths start at its folder, at the working directory if None
 
     Raises:
@@ -74,8 +65,6 @@ def fault_of(table: Mapping[str, Any], document: Document, location: Location = 
         table: `element`; `behaviour` as a table with `kind`, or its name beside `size`; `trigger` as a table with
             `kind` or a text for `trigger_of`, or `start`; `duration` or `end`; `name`; `also`. With `use`, the name of
             a shipped fault or a file beside the document, the other keys change that fault.
-        document, location: place of the table
-        base: fault whose values are kept where the table has none
 
     Raises:
         ParameterError: an invalid entry, with file and line
@@ -84,8 +73,6 @@ def fault_of(table: Mapping[str, Any], document: Document, location: Location = 
 
 
 class _Reader:
-    """Reader of one table, see `fault_of`."""
-
     KEYS = ("use", "element", "behaviour", "size", "trigger", "start", "end", "duration", "name", "also")
 
     def __init__(
@@ -225,7 +212,6 @@ class _Reader:
 
 
 def _as_table(behaviour: Any) -> Any:
-    """A behaviour given by its name as a table, also inside an intermittent one."""
     if isinstance(behaviour, str):
         return {"kind": behaviour}
     if isinstance(behaviour, dict) and "behaviour" in behaviour:

@@ -47,11 +47,6 @@ class PortCourse:
     def add(self, during: np.ndarray, change: Change, before: Levels) -> Levels:
         """Apply one more fault.
 
-        Args:
-            during: whether the fault is active at each step
-            change: change at the active steps
-            before: return value of `add` for the previous piece, or `last` if the fault was not active there
-
         Returns:
             gain and offset ahead of this fault at the end of the piece, or at the step at which it began to hold
         """
@@ -90,11 +85,7 @@ class Schedule:
 
     Args:
         faults: faults of the run; several at once are applied in order
-        car: car of the run, after scatter
-        sensors: sensors of the car
-        seed: seed of the run
         seconds: duration of the run [s]
-        reach: elements that faults can change, if they differ from those of car and sensors
 
     Raises:
         ParameterError: a fault that does not fit the car, its sensors or the run; with file and line if known
@@ -131,7 +122,6 @@ class Schedule:
         return any(active.watch is not None for active in self._faults)
 
     def _targets(self, *roles: str) -> list[tuple[tuple[Active, int], Target]]:
-        """((fault, number of its effect), target) of all targets with one of these roles, in order."""
         return [
             ((active, number), target)
             for active in self._faults
@@ -145,7 +135,6 @@ class Schedule:
 
         Args:
             time: times of the piece [s]
-            outputs: every channel of the car at these times
         """
         for active in self._faults:
             if active.watch is not None and active.watch.held(time, outputs):
@@ -191,9 +180,7 @@ class Schedule:
         """Time stamps and readings of a recorded channel with its faults.
 
         Args:
-            name: canonical name
             time: time stamps [s]
-            values: readings of its sensor
 
         Returns:
             (time stamps, readings)
@@ -240,7 +227,6 @@ def _input(target: Target) -> str:
 
 
 def _without_fault(target: Target, time: np.ndarray, usual: Usual | None) -> np.ndarray:
-    """Fault-free values of a parameter or an input."""
     if target.role == PARAMETER:
         return np.full(len(time), target.usual)
     if usual is None:

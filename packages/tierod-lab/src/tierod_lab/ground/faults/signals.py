@@ -87,7 +87,6 @@ class Drift(Behaviour):
     """An offset that grows from zero is added.
 
     Args:
-        rate: growth per second
         limit: magnitude at which the growth stops; never if None
     """
 
@@ -113,7 +112,6 @@ class Outlier(Behaviour):
     time such as one second".
 
     Args:
-        factor: multiple of the signal
         value: value that replaces the signal, if not None
     """
 
@@ -133,8 +131,6 @@ class Spikes(Behaviour):
     """Short pulses of either sign are added at random instants.
 
     Args:
-        size: height of the pulses
-        rate: average number of pulses per second
         width: duration of each pulse; a channel with longer sampling intervals misses some
     """
 
@@ -188,8 +184,6 @@ class BitFlip(Behaviour):
     """One bit of the raw number on the bus is inverted. Recorded signals only: the error depends on the value.
 
     Args:
-        bit: number of the bit, 0 for the least significant
-        bits: length of the number, which is signed (two's complement)
         quantum: value of the least significant bit; that of the sensor if None
     """
 
@@ -221,12 +215,7 @@ class BitFlip(Behaviour):
 
 @dataclass(frozen=True)
 class DropOut(Behaviour):
-    """Frames are lost. A control loop continues with the last value; so does a recording if `repeat` is set.
-
-    Args:
-        share: share of the frames that are lost, at random
-        repeat: whether the recording repeats the last value instead of leaving out the frame
-    """
+    """Frames are lost. A control loop continues with the last value; so does a recording if `repeat` is set."""
 
     share: Annotated[float, "", Range(0.0, 1.0, open_low=True)] = 1.0
     repeat: bool = False

@@ -54,15 +54,7 @@ class Within:
 
 
 class Comparison(NamedTuple):
-    """Comparison of a signal with a value.
-
-    Args:
-        signal: channel of the car
-        magnitude: whether the magnitude of the signal is compared
-        relation: ">", ">=", "<" or "<="
-        value: value, in the unit given
-        unit: unit, "" for none
-    """
+    """Comparison of a signal with a value."""
 
     signal: str
     magnitude: bool
@@ -84,12 +76,7 @@ _EXAMPLE = "write it like 'vehicle_speed > 36 km/h and |yaw_rate| > 0.1 rad/s'"
 
 @dataclass(frozen=True)
 class When:
-    """Trigger once a condition on true signals of the car has held for a time.
-
-    Args:
-        condition: comparisons joined by "and": "vehicle_speed > 36 km/h and |yaw_rate| > 0.1 rad/s"
-        hold: time for which it has to hold without interruption
-    """
+    """Trigger once a condition on true signals of the car has held for a time."""
 
     condition: str
     hold: Annotated[float, "s", NOT_NEGATIVE] = 0.0
@@ -121,9 +108,6 @@ _QUANTITY = rf"({_NUMBER})\s*([^\s\d][^\s]*)"
 
 def trigger_of(text: str) -> AnyTrigger:
     """The trigger of a text.
-
-    Args:
-        text: "always", "at 30 s", "at 500 m", "between 10 s and 60 s", or a condition with or without "for 0.5 s"
 
     Raises:
         ParameterError: the text is none of these

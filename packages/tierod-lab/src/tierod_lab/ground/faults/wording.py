@@ -41,7 +41,6 @@ def _of_behaviour(behaviour: Behaviour, unit: str | None) -> str:
 
 
 def _unit(annotation: object, signal: str | None) -> str:
-    """Unit of a field; "" if it depends on an unknown signal."""
     unit = next((means.unit for means in members(meaning(annotation)) if means.unit), "")
     if unit == SIGNAL_UNIT or signal is None:
         return (signal or "") if "{signal}" in unit else unit

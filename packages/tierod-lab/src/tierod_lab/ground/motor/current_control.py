@@ -39,9 +39,7 @@ class CurrentControl:
     differ from the true ones.
 
     Args:
-        resistance, inductance_d, inductance_q, flux: motor parameters of the control unit
         lag: time constant of the closed current loop; 1/3 ms tolerates a delay of one and a half periods at 10 kHz
-        current_limit: maximum length of the current vector
         speed_time: time constant of the low-pass on the sensed speed; 0 is none
         weakening: share of the maximum voltage that `SetPoints` may use when they choose the d-axis current; None sets
             no d-axis current
@@ -78,14 +76,11 @@ class CurrentControl:
         """Process one sample; the new command is part of the returned state.
 
         Args:
-            memory: state after the previous sample
             wanted: target current across the flux [A]
             current: measured current [A]
             angle: sensed mechanical angle [rad]
-            rotor: direction of the sensed electrical angle
             longest: maximum voltage of the inverter [V]
             period: sampling interval [s]
-            pole_pairs: pole pairs of the motor
         """
         speed = self._speed(memory, angle, period)
         electrical_speed = pole_pairs * speed

@@ -26,17 +26,6 @@ class Machine:
     """Windings, magnets and rotor; resistance and flux at 20 degrees Celsius.
 
     The defaults are those of a 12 V motor of 450 W in an active front steering; no paper prints such a set.
-
-    Args:
-        resistance: resistance of a phase
-        inductance_d, inductance_q: inductances along and across the rotor flux
-        flux: flux linkage of the magnets
-        inertia: inertia of the rotor
-        damping: viscous damping of the rotor
-        friction: level of dry friction at the shaft: bearings, seals, worm
-        dahl_angle: build-up angle of this friction, at the shaft
-        cogging: amplitude of the cogging torque
-        pole_pairs: electrical revolutions per revolution of the shaft
     """
 
     resistance: Annotated[float, "ohm", POSITIVE] = 0.05
@@ -56,11 +45,7 @@ class Inverter:
     """Six switches on a battery; the modulation period is that of the current control.
 
     Args:
-        supply_voltage: voltage at the inverter
         dead_time: dead time between the switches of a leg; 1 us is usual for MOSFETs
-        forward_drop: mean forward voltage of switch and diode
-        knee_current: phase current below which the voltage loss is proportional to the current
-        modulation: share of the maximum voltage that is used
     """
 
     supply_voltage: Annotated[float, "V", POSITIVE] = 13.0
@@ -87,11 +72,8 @@ class Warming:
     """Thermal model of two bodies: the winding on the housing, and the housing in the air.
 
     Args:
-        winding_capacity: heat capacity, of about 0.25 kg of copper
-        housing_capacity: heat capacity, of about 1 kg of iron and aluminium
         winding_conductance: thermal conductance from winding to housing; the time constant is about 80 s
         housing_conductance: thermal conductance from housing to air; the time constant is about 20 minutes
-        ambient_temperature: temperature of the air, and of all parts at the start of a run
     """
 
     winding_capacity: Annotated[float, "J/K", POSITIVE] = 100.0
@@ -101,14 +83,12 @@ class Warming:
     ambient_temperature: Annotated[float, "K", POSITIVE] = 298.15
 
     def init(self) -> Warmth:
-        """Temperatures of a machine in equilibrium with the air."""
         return Warmth(self.ambient_temperature, self.ambient_temperature)
 
     def after(self, warmth: Warmth, heat: Scalar, step: Scalar) -> Warmth:
         """Temperatures after a step, by the explicit Euler method.
 
         Args:
-            warmth: temperatures before the step
             heat: heat in the winding [W]
             step: sampling interval, short compared with the time constants [s]
         """
@@ -142,11 +122,9 @@ class Instant(NamedTuple):
     """State of a machine between two periods.
 
     Args:
-        rotor: motion of the shaft
         linkage: stator flux linkage [V*s]
         dry: dry friction divided by its level [-]
         current: current that follows from flux linkage and angle [A]
-        at: direction of the electrical angle
     """
 
     rotor: Rotor
@@ -182,14 +160,10 @@ def advance(
     """State after one period, by the explicit midpoint rule, and the means over the period.
 
     Args:
-        machine: windings, magnets and rotor
-        now: state before the period
         voltage: mean voltage over the period, in the stator's axes [V]
-        winding: resistance and flux
         period: modulation period [s]
         elapsed: time since the start of the step [s]
         load: load torque on the rotor; None for a rotor whose speed is imposed
-        free: 1, or 0 for a locked rotor
     """
     half, rotor = 0.5 * period, now.rotor
     slope = _acceleration(machine, now, rotor, load, elapsed)

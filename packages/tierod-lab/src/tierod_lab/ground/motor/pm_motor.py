@@ -60,13 +60,10 @@ class DriveState(NamedTuple):
     """State of a motor between two steps.
 
     Args:
-        rotor: motion of the shaft
         linkage: stator flux linkage [V*s]
         dry: dry friction of the rotor divided by its level [-]
-        control: state of the current control
         voltage: mean voltage over the last period [V]
         command: voltage command of the inverter in the last period [V]
-        warmth: temperatures of winding and housing
     """
 
     rotor: Rotor
@@ -120,14 +117,6 @@ class PmMotor:
 
     The machine is integrated in the stator's axes, in which the mean voltage of the inverter is constant over a period.
     `turn` integrates the rotor against a load; `torque` is for a rotor whose motion a steering imposes.
-
-    Args:
-        machine: windings, magnets, rotor
-        inverter: inverter and its battery
-        control: current control
-        warming: thermal model of winding and housing
-        resolver_amplitude: amplitude of the angle sensor's sine and cosine of the electrical angle
-        substeps: periods of modulation and control per step
     """
 
     machine: Machine = field(default_factory=Machine)
@@ -138,7 +127,6 @@ class PmMotor:
     substeps: Annotated[int, "", COUNT] = 10
 
     def init(self) -> DriveState:
-        """State at rest, without current, at the temperature of the air."""
         warmth, none = self.warming.init(), StatorVector(0.0, 0.0)
         linkage = StatorVector(flux_at(warmth.housing, self.machine.flux), 0.0)
         return DriveState(Rotor(0.0, 0.0), linkage, 0.0, self.control.remembered(), none, none, warmth)
@@ -155,12 +143,8 @@ class PmMotor:
         """Advance a motor with its own rotor by one step of the car.
 
         Args:
-            state: state before the step
             request: requested shaft torque [N*m]
             step: step of the car [s]
-            load: load torque on the rotor, in addition to its own friction
-            senses: sensors of the current control
-            locked: 1 locks the rotor, 0 releases it
         """
         after, signals, _ = self._run(state, request, step, senses, load, 1.0 - locked)
         return after, signals
@@ -172,10 +156,8 @@ class PmMotor:
 
         Args:
             state: state before the step; its rotor is replaced
-            rotor: motion imposed by the steering
             request: requested shaft torque [N*m]
             step: step of the car [s]
-            senses: sensors of the current control
 
         Returns:
             state, signals, and the mean shaft torque over the step, without the rotor's own friction [N*m]

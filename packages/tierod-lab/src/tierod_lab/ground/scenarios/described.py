@@ -34,7 +34,6 @@ def facts(scenario: Scenario) -> list[tuple[str, str]]:
 
 
 def _changes(scenario: Scenario) -> list[tuple[str, Any]]:
-    """Changes of the scenario's car compared with its file."""
     table = scenario.document.content["car"]
     if not isinstance(table, Mapping):
         return []

@@ -23,10 +23,6 @@ from tierod_lab.ground.units.plant_file import USUAL_STEP, PlantFile, Variables,
 def plant_car(document: Document, own: Plant) -> tuple[UnitCar, list[str]]:
     """The unit of a plant file, with the driver of a car, and variables whose unit of measurement is assumed.
 
-    Args:
-        document: the plant file
-        own: car of a scenario
-
     Raises:
         ParameterError: an invalid file, or a unit or car that lacks what is needed
         InputError: the unit cannot be used
@@ -64,11 +60,7 @@ def plant_car(document: Document, own: Plant) -> tuple[UnitCar, list[str]]:
 
 
 def native_code(scenarios: Iterable[Scenario]) -> tuple[str, ...]:
-    """A caution for each unit that computes a car of these scenarios; none where all cars are of tierod's own model.
-
-    Args:
-        scenarios: scenarios that are going to run
-    """
+    """A caution for each unit that computes a car of these scenarios; none where all cars are of tierod's own model."""
     paths = dict.fromkeys(each.car.path for each in scenarios if isinstance(each.car, UnitCar))
     return tuple(
         f"{path} runs its own native code on this computer, with all your rights; run only units that you trust"
@@ -78,10 +70,6 @@ def native_code(scenarios: Iterable[Scenario]) -> tuple[str, ...]:
 
 def with_plant(scenario: Scenario, document: Document) -> tuple[Scenario, list[str]]:
     """A scenario with a unit in place of its car, and remarks for the user, in sentences.
-
-    Args:
-        scenario: scenario with its own car
-        document: the plant file
 
     Raises:
         ParameterError: an invalid file, a unit that lacks a required signal, or a scenario that the unit cannot drive

@@ -44,7 +44,6 @@ def _collect(content: object, folder: Path, found: dict[str, str]) -> None:
 
 
 def _digest(path: Path) -> str:
-    """SHA-256 of a file, read in blocks if it is a unit of another tool, which may be large."""
     if path.suffix.lower() == ".fmu":
         return sha256_of(path)
     return hashlib.sha256(read_bytes(path, "the file", ParameterError, most=MOST_DATA_BYTES)).hexdigest()
@@ -74,13 +73,8 @@ class ScenarioFile:
     """Content of a scenario file.
 
     Args:
-        name, description: texts for lists
-        car: a name, or a table
-        course: a name, or a table of `name` (or `kind`) and changes
         seconds: duration; that of the course if absent
-        seed: seed of all random numbers, also those of a course without its own seed
         sensors: sensors of the car; those of a production car if absent
-        scatter: none if absent
         faults: one table each; none if absent
         next_command: command that evaluates the run ("diagnose --monitor sideslip"), printed after the run; the
             diagnosis that the vehicle file names if absent
@@ -109,9 +103,6 @@ def shipped() -> tuple[str, ...]:
 def load(name_or_path: str | Path) -> Scenario:
     """The scenario of a shipped name or of a file.
 
-    Args:
-        name_or_path: a name in `SCENARIOS`, or the path of a scenario file (.toml)
-
     Raises:
         ParameterError: no such scenario, or an invalid or contradictory one; with file, line and nearest name
     """
@@ -127,10 +118,8 @@ def simulate(
     """Simulate a scenario: the sensors' readings and the true values (channels named truth_...).
 
     Args:
-        scenario: a name that `tierod scenarios` lists, the path of a scenario file, or a loaded scenario
         seconds: duration [s]; that of the scenario if not given
         seed: seed of all random numbers; that of the scenario if not given
-        progress: called with the completed share, 0 to 1
 
     Raises:
         ParameterError: no such scenario, or an invalid one
@@ -185,7 +174,6 @@ def _lasting(course: AnyCourse, seconds: float | None, step_time: float, documen
 
 
 def _car(given: CarTable | str, document: Document) -> tuple[Plant, str]:
-    """The car with the scenario's changes, and the vehicle file with which monitors judge it."""
     table = CarTable(name=given) if isinstance(given, str) else given
     if not table.name:
         raise document.error(("car",), f"'car.name' is missing; choose one of: {', '.join(catalogue.shipped())}")
@@ -198,7 +186,6 @@ def _car(given: CarTable | str, document: Document) -> tuple[Plant, str]:
 
 
 def _plant(name: str, own: Plant, document: Document) -> Plant:
-    """The unit of a plant file, which replaces the car."""
     if name.lower().endswith(".fmu"):
         raise document.error(
             ("plant",),
@@ -211,7 +198,6 @@ def _plant(name: str, own: Plant, document: Document) -> Plant:
 
 
 def _course(given: object, document: Document) -> tuple[AnyCourse, int | None]:
-    """The course, and its own seed if the table has one."""
     table = {"name": given} if isinstance(given, str) else given
     if not isinstance(table, Mapping):
         raise document.error(("course",), "'course' has to be the name of a course, or a table")

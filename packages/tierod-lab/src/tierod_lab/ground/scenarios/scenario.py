@@ -33,19 +33,9 @@ class Scenario:
     """Complete description of one run.
 
     Args:
-        name: short name
-        description: one sentence
-        car: the plant, as a block
-        car_name: name of the virtual car on which the plant is based
-        course: inputs of car and driver over time or distance
         duration: duration [s]
-        seed: seed of all random numbers
-        sensors: sensors of the car
-        faults: faults that are injected
         scatter: distribution of car and sensors around their nominal values; None for no scatter
         route_seed: seed of the course, if it has its own; None if it uses that of the run
-        document: the scenario file
-        files: SHA-256 of the files to which it refers, by name
         vehicle: name of the vehicle file with which monitors judge the car; "" if tierod ships none
         next_command: command line that evaluates the run; "" for the usual monitor of the vehicle
     """
@@ -109,11 +99,7 @@ class Scenario:
         }
 
     def run(self, progress: Callable[[float], None] = lambda share: None) -> Outcome:
-        """Simulate the scenario.
-
-        Args:
-            progress: called with the completed share of the run
-        """
+        """Simulate the scenario."""
         return run(
             self.car,
             self.course,
@@ -128,7 +114,6 @@ class Scenario:
 
 
 def _begins_before(fault: Fault, seconds: float) -> bool:
-    """Whether a fault can start within a run; one with a condition always can."""
     trigger = fault.trigger
     if isinstance(trigger, AtTime):
         return trigger.time < seconds

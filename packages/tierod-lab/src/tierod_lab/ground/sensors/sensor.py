@@ -16,11 +16,6 @@ from tierod.core.toml_builder import SIGNAL_UNIT
 def gauss_markov(count: int, correlation: float, generator: np.random.Generator) -> np.ndarray:
     """A stationary first-order Gauss-Markov series of unit standard deviation, shape (count,).
 
-    Args:
-        count: number of samples
-        correlation: number of samples after which the autocorrelation has fallen to 1/e
-        generator: random generator
-
     Source: A. Gelb (ed.), Applied Optimal Estimation, MIT Press (1974), section 3.8.
     """
     from scipy.signal import lfilter
@@ -36,9 +31,7 @@ def random_walk(count: int, step_time: float, generator: np.random.Generator) ->
     """A random walk that starts at zero, with standard deviation sqrt(time), shape (count,).
 
     Args:
-        count: number of samples
         step_time: sampling interval [s]
-        generator: random generator
     """
     steps = math.sqrt(step_time) * generator.standard_normal(count)
     steps[:1] = 0.0
@@ -47,12 +40,6 @@ def random_walk(count: int, step_time: float, generator: np.random.Generator) ->
 
 def lost_frames(count: int, share: float, mean_run: float, generator: np.random.Generator) -> np.ndarray:
     """Mask of the lost ones among a number of frames, shape (count,).
-
-    Args:
-        count: number of frames
-        share: long-term share of lost frames, below 1
-        mean_run: mean number of consecutive lost frames, at least `share / (1 - share)`
-        generator: random generator
 
     Source: E. N. Gilbert, Capacity of a burst-noise channel, Bell System Technical Journal 39 (1960): a chain of two
     states, here with no loss in the good one and no frame in the bad one.
@@ -81,20 +68,8 @@ class Sensor:
     """One sensor: reading = rounded(limited(wrapped(gain * truth + bias + drift + noise))).
 
     Args:
-        noise: standard deviation of white noise of every reading
-        bias: constant offset
         gain: scale factor; 1 is exact
         quantum: resolution of the reading; 0 is continuous
-        delay: age of the value at its reading
-        rate: readings per second
-        jitter: standard deviation of the instant of a reading, limited to 45 % of the sampling interval
-        stamp_jitter: standard deviation of the time stamp, limited likewise
-        loss: share of frames that are lost
-        loss_run: mean number of consecutive lost frames
-        repeats: share of frames that repeat the reading of the previous frame
-        instability: standard deviation of a slowly varying bias (first-order Gauss-Markov)
-        instability_time: correlation time of that bias
-        random_walk: standard deviation after one second of a bias that drifts as a random walk
         wrap: range beyond which the reading overflows, a whole number of quanta; (low, high)
         saturation: range beyond which the transducer saturates; (low, high)
 

@@ -21,10 +21,6 @@ PRESETS = ("production", "ideal", "bench", "worn")
 class SensorSet:
     """The sensors of a car by canonical signal; sensors of signals that a car lacks have no effect.
 
-    Args:
-        sensors: sensor by canonical name
-        description: one sentence
-
     Raises:
         ParameterError: a name that is not a canonical signal
     """
@@ -38,7 +34,6 @@ class SensorSet:
                 raise ParameterError(f"a sensor cannot measure '{name}'{nearest(name, SIGNALS)}")
 
     def items(self) -> ItemsView[str, Sensor]:
-        """(canonical name, sensor) of every channel, in order."""
         return self.sensors.items()
 
     def __contains__(self, name: str) -> bool:
@@ -106,7 +101,6 @@ class SensorSet:
         Args:
             table: `preset` (a shipped name, or a file beside the document), `rate` of all, `without` (names), and one
                 table per channel with changes of the preset; a channel that the preset lacks is added
-            document, location: place of the table
             base: set to start from where the table names no preset; "production" if None
 
         Raises:

@@ -56,8 +56,6 @@ class ActiveFront:
 
     Args:
         column: column below the gear; its torsion bar and assist motor are referred to the pinion
-        motor_ratio: turns of the motor per turn of the pinion, i_M
-        input_ratio: turns of the shaft from the steering wheel per turn of the pinion, i_D
 
     Raises:
         ParameterError: the column has no torsion bar
@@ -81,7 +79,6 @@ class ActiveFront:
         return ("column_assist_torque", "motor_speed")
 
     def init(self) -> ActiveFrontMotion:
-        """State of motion straight ahead, at rest."""
         return ActiveFrontMotion(self.column.init(), 0.0)
 
     def remembered(self) -> ColumnMemory:
@@ -109,7 +106,6 @@ class ActiveFront:
         """Load torque of the gear on the motor [N*m]; steering wheel and pinion are extrapolated at constant rate.
 
         Args:
-            signals: signals at the start of the step
             angle, speed: angle [rad] and speed [rad/s] of the motor
             elapsed: time since the start of the step [s]
         """
@@ -123,7 +119,6 @@ class ActiveFront:
     def derivative(
         self, motion: ActiveFrontMotion, start: ActiveFrontMotion, memory: ColumnMemory, loads: Loads
     ) -> ActiveFrontMotion:
-        """Rate of change of the motion."""
         speed, column, wheel = loads.actuator_torques[1], self.column, self.hand(motion)
         seen = self._seen(motion, speed)
         rates = column.derivative(seen, start.column, memory, self._below(loads))
@@ -136,7 +131,6 @@ class ActiveFront:
     def advance(
         self, motion: ActiveFrontMotion, start: ActiveFrontMotion, memory: ColumnMemory, loads: Loads
     ) -> ColumnMemory:
-        """Memory of the friction after a step."""
         return self.column.advance(motion.column, start.column, memory, self._below(loads))
 
     def signals(self, motion: ActiveFrontMotion, memory: ColumnMemory, loads: Loads) -> ActiveFrontSignals:
@@ -162,7 +156,6 @@ class ActiveFront:
         )
 
     def _superposed(self, motor_angle: Scalar, motor_speed: Scalar, hand: Hand) -> Wheel:
-        """Motion of the pinion if the torsion bar had no twist."""
         return Wheel(
             superposed_angle(motor_angle, hand.angle, self.motor_ratio, self.input_ratio),
             superposed_angle(motor_speed, hand.rate, self.motor_ratio, self.input_ratio),
@@ -173,5 +166,4 @@ class ActiveFront:
         return motion.column._replace(wheel=self._superposed(motion.motor_angle, motor_speed, self.hand(motion)))
 
     def _below(self, loads: Loads) -> Loads:
-        """Loads of the column below the gear, without the superposition motor."""
         return loads._replace(actuator_torques=loads.actuator_torques[:1])

@@ -77,14 +77,6 @@ class ColumnEps:
     """Steering wheel, torsion bar, column with motor, and linkage; typical of a mid-size car.
 
     Args:
-        wheel_inertia: inertia of the steering wheel
-        wheel_damping: viscous damping of its bearing and clock spring, as identified by Raffone
-        column_inertia: inertia of column, pinion and rack, at the column
-        damping: viscous damping at the column
-        friction: dry friction at the column, depending on the load of the gear
-        reference_load: kingpin torque at the pinion at which this friction has its level
-        motor: motor on the column
-        linkage: linkage from the pinion to the road wheels
         torsion_bar: None for a rigid column, whose driver torque is that of the hands
         worm_gear: None for a rigid gear between motor and column
     """
@@ -106,7 +98,6 @@ class ColumnEps:
         return ("motor_torque",)
 
     def init(self) -> ColumnMotion:
-        """State of motion straight ahead, at rest."""
         wheel = () if self.torsion_bar is None else Wheel(0.0, 0.0)
         return ColumnMotion(0.0, 0.0, 0.0, wheel, () if self.worm_gear is None else Rotor(0.0, 0.0))
 
@@ -135,7 +126,6 @@ class ColumnEps:
         return Hand(motion.angle, motion.rate) if self.torsion_bar is None else Hand(*motion.wheel)
 
     def derivative(self, motion: ColumnMotion, start: ColumnMotion, memory: ColumnMemory, loads: Loads) -> ColumnMotion:
-        """Rate of change of the motion."""
         balance = self._balance(motion, start, memory, loads)
         return ColumnMotion(
             motion.rate,
@@ -146,7 +136,6 @@ class ColumnEps:
         )
 
     def advance(self, motion: ColumnMotion, start: ColumnMotion, memory: ColumnMemory, loads: Loads) -> ColumnMemory:
-        """Memory of the friction after a step."""
         turned = motion.angle - start.angle
         return ColumnMemory(
             self.friction.advance(memory.column, turned, motion.rate, angle=motion.angle),

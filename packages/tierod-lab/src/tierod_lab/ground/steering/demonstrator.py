@@ -91,10 +91,6 @@ class Demonstrator:
     The inertia of the motors is part of the rack's `wheel_inertia`; the shaft torque sensor is below the motors.
     Source: Li, Frey, Gauterin, eq (2); the connection force is multiplied by the rack ratio in the first row (printed
     without).
-
-    Args:
-        rack: column, pinion, rack and linkage
-        steering_motor_1, steering_motor_2: motors on the column
     """
 
     rack: RackEps = field(default_factory=demonstrator_rack)
@@ -107,7 +103,6 @@ class Demonstrator:
         return ("steering_motor_1_torque", "steering_motor_2_torque", "drive_torque_left", "drive_torque_right")
 
     def init(self) -> DemonstratorMotion:
-        """State of motion straight ahead, at rest."""
         return DemonstratorMotion(self.rack.init(), 0.0, 0.0)
 
     def remembered(self) -> RackMemory:
@@ -134,7 +129,6 @@ class Demonstrator:
     def derivative(
         self, motion: DemonstratorMotion, start: DemonstratorMotion, memory: RackMemory, loads: Loads
     ) -> DemonstratorMotion:
-        """Rate of change of the motion."""
         return DemonstratorMotion(
             self.rack.derivative(motion.rack, start.rack, memory, self._on_rack(motion, loads)),
             self.steering_motor_1.torque_rate(motion.torque_1, loads.actuator_torques[0]),
@@ -144,7 +138,6 @@ class Demonstrator:
     def advance(
         self, motion: DemonstratorMotion, start: DemonstratorMotion, memory: RackMemory, loads: Loads
     ) -> RackMemory:
-        """Memory of the friction after a step."""
         return self.rack.advance(motion.rack, start.rack, memory, self._on_rack(motion, loads))
 
     def signals(self, motion: DemonstratorMotion, memory: RackMemory, loads: Loads) -> DemonstratorSignals:

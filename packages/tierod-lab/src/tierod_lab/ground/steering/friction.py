@@ -18,7 +18,6 @@ class Wave:
 
     Args:
         torque: amplitude; friction is zero where the amplitude exceeds the level
-        angle: shaft angle of the highest friction
     """
 
     torque: Annotated[float, "N*m", NOT_NEGATIVE] = 0.0
@@ -33,11 +32,6 @@ class DryFriction:
         level: sliding torque in both directions, away from bumps, at the reference load, which faults change and
             monitors estimate; each law of `friction_laws` defines sliding
         law: law of the build-up after a reversal; its angles are constants, so that stiffness grows with the level
-        load_share: share of the friction that is proportional to the load
-        left_excess, right_excess: additional torque while turning to one side only
-        bump: additional torque about one angle, as of a dented ball or tooth
-        bump_angle: angle of the highest point of the bump
-        bump_width: angle from the highest point to either end of the bump
         wave: None for a level without variation over the turn
     """
 
@@ -59,7 +53,6 @@ class DryFriction:
         """Torque that opposes motion, exact over a path without reversal [N*m].
 
         Args:
-            memory: memory at the start of the step
             turned: angle since the start of the step [rad]
             rate: present rate [rad/s]
             load: load of the sliding surfaces, divided by its reference [-]
@@ -73,7 +66,6 @@ class DryFriction:
         """Derivative of the torque with respect to the angle [N*m/rad] at the start of a step, at the reference load.
 
         Args:
-            memory: memory at the start of the step
             rate: rate at the start of the step [rad/s]
             angle: angle at the start of the step [rad]
         """
@@ -81,7 +73,6 @@ class DryFriction:
         return sided * self.law.slope(memory, rate)
 
     def advance(self, memory: Memory, turned: Scalar, rate: Scalar, load: Scalar = 1.0, angle: Scalar = 0.0) -> Memory:
-        """Memory after a step; arguments as in `torque`."""
         return self.law.advance(memory, turned, rate)
 
     def sliding_level(self, angle: Scalar) -> Scalar:

@@ -38,7 +38,6 @@ class Law(Protocol):
         """Friction divided by its level [-].
 
         Args:
-            memory: memory at the start of the step
             turned: angle since the start of the step [rad]
             rate: present rate [rad/s]
         """
@@ -62,19 +61,12 @@ class Elastic:
         return self.advance(memory, turned, rate)
 
     def advance(self, memory: Memory, turned: Scalar, rate: Scalar) -> Scalar:
-        """Memory after a step."""
         raise NotImplementedError
 
 
 @dataclass(frozen=True)
 class FallingLevel(Elastic):
-    """Base class of the laws whose level falls with the rate (Stribeck effect).
-
-    Args:
-        angle: level divided by stiffness
-        excess: friction near standstill minus that of fast sliding, divided by the latter
-        rate: rate at which the excess has fallen to 1/e
-    """
+    """Base class of the laws whose level falls with the rate (Stribeck effect)."""
 
     angle: Annotated[float, "rad", POSITIVE] = math.radians(1.0)
     excess: Annotated[float, "", NOT_NEGATIVE] = 0.2
@@ -86,11 +78,7 @@ class FallingLevel(Elastic):
 
 @dataclass(frozen=True)
 class Dahl(Elastic):
-    """Exponential build-up over an angle; friction reaches the level in any long stroke.
-
-    Args:
-        angle: level divided by initial stiffness
-    """
+    """Exponential build-up over an angle; friction reaches the level in any long stroke."""
 
     angle: Annotated[float, "rad", POSITIVE] = math.radians(1.0)
 
@@ -99,18 +87,12 @@ class Dahl(Elastic):
         return dahl_slope(memory, sign(rate), self.angle)
 
     def advance(self, memory: Memory, turned: Scalar, rate: Scalar) -> Memory:
-        """Memory after a step."""
         return dahl_update(memory, turned, self.angle)
 
 
 @dataclass(frozen=True)
 class DahlPower(Elastic):
-    """Dahl's law with another exponent; friction reaches the level in any long stroke, later with exponents above one.
-
-    Args:
-        angle: level divided by initial stiffness
-        exponent: shape of the build-up: below one steeper, above one with a longer tail
-    """
+    """Dahl's law with another exponent; friction reaches the level in any long stroke, later with larger exponents."""
 
     angle: Annotated[float, "rad", POSITIVE] = math.radians(1.0)
     exponent: Annotated[float, "", Range(0.0, 5.0)] = 2.0
@@ -120,17 +102,12 @@ class DahlPower(Elastic):
         return dahl_slope(memory, sign(rate), self.angle, self.exponent)
 
     def advance(self, memory: Memory, turned: Scalar, rate: Scalar) -> Memory:
-        """Memory after a step."""
         return dahl_power_update(memory, turned, self.angle, self.exponent)
 
 
 @dataclass(frozen=True)
 class Coulomb(Elastic):
-    """Coulomb's law with stiff, elastic sticking: the level is the sliding friction and the limit of the sticking one.
-
-    Args:
-        angle: level divided by the stiffness of sticking
-    """
+    """Coulomb's law with stiff, elastic sticking: the level is the sliding friction and the limit of sticking."""
 
     angle: Annotated[float, "rad", POSITIVE] = math.radians(0.05)
 
@@ -139,7 +116,6 @@ class Coulomb(Elastic):
         return elastoplastic_slope(memory, sign(rate), self.angle)
 
     def advance(self, memory: Memory, turned: Scalar, rate: Scalar) -> Memory:
-        """Memory after a step."""
         return elastoplastic_update(memory, turned, self.angle)
 
 
@@ -148,7 +124,6 @@ class MaxwellSlip:
     """Maxwell-slip model of parallel elastic elements that slip one after another; the level is reached when all slip.
 
     Args:
-        angles: level divided by stiffness, of every element
         shares: share of the level by element; their sum is one
 
     Raises:
@@ -181,7 +156,6 @@ class MaxwellSlip:
         return sum(slopes, start=0.0)
 
     def advance(self, memory: Memory, turned: Scalar, rate: Scalar) -> Memory:
-        """Memory after a step."""
         return tuple(
             elastoplastic_update(element, turned, angle) for element, angle in zip(memory, self.angles, strict=True)
         )
@@ -203,7 +177,6 @@ class Stribeck(FallingLevel):
         return self._steady(rate) * dahl_slope(memory, sign(rate), self.angle)
 
     def advance(self, memory: Memory, turned: Scalar, rate: Scalar) -> Memory:
-        """Memory after a step."""
         return dahl_update(memory, turned, self.angle)
 
 
@@ -212,9 +185,6 @@ class LuGre(FallingLevel):
     """Bristle model with a falling steady-state curve and damping; the level is that of fast sliding, without damping.
 
     `angle` is the level divided by the bristle stiffness, and `excess` that of steady-state friction near standstill.
-
-    Args:
-        micro_time: damping divided by stiffness of the bristles
     """
 
     micro_time: Annotated[float, "s", NOT_NEGATIVE] = 2e-3
@@ -230,5 +200,4 @@ class LuGre(FallingLevel):
         return lugre_slope(memory, sign(rate), self.angle, self._steady(rate))
 
     def advance(self, memory: Memory, turned: Scalar, rate: Scalar) -> Memory:
-        """Memory after a step."""
         return lugre_update(memory, turned, self.angle, self._steady(rate))

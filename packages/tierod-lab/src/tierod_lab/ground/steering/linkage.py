@@ -57,16 +57,11 @@ class Linkage:
     """Kinematics and losses of rack, tie rods and steering arms; typical of a mid-size car.
 
     Args:
-        ratio: mean angle of the road wheels per angle of the pinion, straight ahead
-        ratio_growth: relative growth of the ratio with the squared pinion angle
         ackermann_gain: see `tierod.physics.steering_ratio`; the default is about 60 % of full Ackermann
         rack_ratio: travel of the rack per angle of the pinion; the default is 55 mm per revolution
-        road_wheel_inertia: inertia of one road wheel about its kingpin
         friction: dry friction of ball joints and struts, both kingpins together, over the mean steering angle of the
             road wheels, depending on the front axle load; 5 to 20 N*m is typical (0.3 to 1.3 N*m at the steering
             wheel), the default is none
-        reference_load: load of the front axle at which this friction has its level
-        end_stop: stops at both ends of the travel
     """
 
     ratio: Annotated[float, "", POSITIVE] = 1.0 / 15.5
@@ -105,8 +100,6 @@ class Linkage:
         Args:
             angle, rate: angle [rad] and rate [rad/s] of the pinion
             start: angle of the pinion at the start of the step [rad]
-            memory: memory of the friction
-            loads: external loads
         """
         mean, slope, gain = self._mean(angle), self._slope(angle), self.ackermann_gain
         friction = self.friction.torque(memory, *self._path(angle, rate, start, mean, slope), self._load(loads), mean)
@@ -122,7 +115,6 @@ class Linkage:
         return slope * slope * self.friction.stiffness(memory, slope * rate, self._mean(angle))
 
     def advance(self, angle: Scalar, rate: Scalar, start: Scalar, memory: Memory, loads: Loads) -> Memory:
-        """Memory of the friction after a step; arguments as in `resistance`."""
         mean, slope = self._mean(angle), self._slope(angle)
         return self.friction.advance(memory, *self._path(angle, rate, start, mean, slope), self._load(loads), mean)
 
@@ -208,10 +200,7 @@ def steering_signals(
     Args:
         hand, hand_acceleration: motion of the steering wheel, its acceleration in [rad/s**2]
         driver_torque: torque in the torsion bar [N*m]
-        motor, rack: motion of rotor and rack
         pinion_angle: angle of the pinion [rad]
-        linkage, resistance: linkage behind the rack and its resistance
-        dry: dry friction of the steering
     """
     steer = linkage.steer(rack.angle, rack.rate)
     swing = 0.5 * linkage.inertia * rack.acceleration

@@ -69,21 +69,10 @@ class RackEps:
     """Steering wheel, torsion bar, pinion, rack with motor, and linkage; typical of a mid-size car.
 
     Args:
-        wheel_inertia: inertia of the steering wheel
-        wheel_damping: viscous damping of its bearing and clock spring, as identified by Raffone
-        pinion_inertia: inertia of lower column and pinion
-        pinion_damping: viscous damping at the pinion
-        rack_mass: mass of the rack, without road wheels and a motor on the rack
-        rack_damping: viscous damping of the rack
-        centring: stiffness of a spring that centres the rack
-        mesh: teeth between pinion and rack
-        friction: dry friction of the whole gear, as torque over angle at the pinion, depending on the load of the gear
         friction_on_rack: whether it acts on the rack (yoke, bushings, screw: divided by the rack ratio it is a force)
             or on the pinion
-        reference_load: kingpin torque at the pinion at which friction has its level
         motor: None for a rack without a motor
         motor_on_rack: whether the motor drives the rack by belt and ball screw; else it drives the pinion
-        linkage: linkage from the rack to the road wheels
         torsion_bar: None for a rigid column, whose driver torque is that of the hands
     """
 
@@ -109,7 +98,6 @@ class RackEps:
         return () if self.motor is None else ("motor_torque",)
 
     def init(self) -> RackMotion:
-        """State of motion straight ahead, at rest."""
         motor = () if self.motor is None else 0.0
         return RackMotion(0.0, 0.0, 0.0, 0.0, motor, () if self.torsion_bar is None else Wheel(0.0, 0.0))
 
@@ -141,7 +129,6 @@ class RackEps:
         return Hand(motion.angle, motion.rate) if self.torsion_bar is None else Hand(*motion.wheel)
 
     def derivative(self, motion: RackMotion, start: RackMotion, memory: RackMemory, loads: Loads) -> RackMotion:
-        """Rate of change of the motion."""
         balance = self._balance(motion, start, memory, loads)
         motor = self.motor
         return RackMotion(
@@ -156,7 +143,6 @@ class RackEps:
         )
 
     def advance(self, motion: RackMotion, start: RackMotion, memory: RackMemory, loads: Loads) -> RackMemory:
-        """Memory of the friction after a step."""
         rack, before = self._rack(motion), self._rack(start)
         return RackMemory(
             self.friction.advance(memory.gear, *self._rubbed(motion, start), angle=self._rubbing(motion)),

@@ -74,11 +74,6 @@ class Motor:
     """Electric motor at its shaft; typical of a mid-size car with 60 N*m of assist at the column.
 
     Args:
-        ratio: turns of the rotor per turn of the pinion
-        inertia: inertia of the rotor
-        damping: viscous damping by bearings and eddy currents of the rotor
-        lag: time constant of the current control, whose bandwidth is about 80 Hz
-        maximum_torque: torque at the current limit
         ripple: None for a smooth motor
         speed_limit: None for a motor without voltage limit
     """

@@ -67,13 +67,7 @@ class SteerByWireSignals(NamedTuple):
 
 @dataclass(frozen=True)
 class HandWheel:
-    """Steering wheel on a shaft that ends at the feedback motor; assumed values.
-
-    Args:
-        inertia: inertia of the steering wheel
-        damping: viscous damping
-        friction: dry friction of bearings and motor
-    """
+    """Steering wheel on a shaft that ends at the feedback motor; assumed values."""
 
     inertia: Annotated[float, "kg*m**2", POSITIVE] = 0.035
     damping: Annotated[float, "N*m*s/rad", NOT_NEGATIVE] = 0.05
@@ -98,14 +92,7 @@ class SteerByWire:
 
     Args:
         inertia: inertia of gear, assist and rack, at the road wheels; with rotor and road wheels J_w = 3.5 kg*m**2
-        damping: total viscous damping at the road wheels, b_w
-        power_assist: torque at the pinion divided by that of the actuator, r_p
-        efficiency: efficiency of the actuator's gear, eta
-        motor: motor of the actuator, with ratio r_g to the pinion
-        torque_constant: torque constant of this motor, k_M
         linkage: linkage from the pinion to the road wheels, 1/r_s; its friction is F_w
-        hand_wheel: steering wheel of the driver
-        feedback: motor on the shaft of the steering wheel
     """
 
     inertia: Annotated[float, "kg*m**2", NOT_NEGATIVE] = 0.874
@@ -130,7 +117,6 @@ class SteerByWire:
         return ("motor_torque", "feedback_torque")
 
     def init(self) -> SteerByWireMotion:
-        """State of motion straight ahead, at rest."""
         return SteerByWireMotion(0.0, 0.0, 0.0, HandWheelMotion(0.0, 0.0, 0.0))
 
     def remembered(self) -> SteerByWireMemory:
@@ -161,7 +147,6 @@ class SteerByWire:
     def derivative(
         self, motion: SteerByWireMotion, start: SteerByWireMotion, memory: SteerByWireMemory, loads: Loads
     ) -> SteerByWireMotion:
-        """Rate of change of the motion."""
         balance, (road, feedback) = self._balance(motion, start, memory, loads), loads.actuator_torques
         return SteerByWireMotion(
             motion.rate,
@@ -177,7 +162,6 @@ class SteerByWire:
     def advance(
         self, motion: SteerByWireMotion, start: SteerByWireMotion, memory: SteerByWireMemory, loads: Loads
     ) -> SteerByWireMemory:
-        """Memory of the friction after a step."""
         wheel = motion.wheel
         return SteerByWireMemory(
             self.linkage.advance(motion.angle, motion.rate, start.angle, memory.road_wheels, loads),

@@ -41,8 +41,6 @@ def offered() -> dict[str, str]:
 
 
 class Output(NamedTuple):
-    """Channels of the unit and of the driver, and inputs of the unit."""
-
     unit: Tree
     driving: Tree
     commands: Tree
@@ -50,17 +48,7 @@ class Output(NamedTuple):
 
 @dataclass(frozen=True)
 class UnitCar:
-    """Driver of a vehicle that a unit computes; a unit that takes nothing from him and gives its distance has its own.
-
-    Args:
-        path: path of the unit
-        wiring: inputs, outputs, initial speed and values of parameters, as JSON
-        takes: signals of the inputs
-        gives: signals of the outputs, with their units
-        driver: driver who steers and requests drive and brake forces
-        start: initial state of a run
-        step_time: communication step
-    """
+    """Driver of a vehicle that a unit computes; a unit that takes nothing and gives its distance has its own."""
 
     path: Path
     wiring: str
@@ -87,11 +75,9 @@ class UnitCar:
         return [" or ".join(names) for names in needed if self.drives and not given & set(names)]
 
     def init(self) -> Tree:
-        """Driver on the path with relaxed muscles, and the steering-wheel angle at the last step."""
         return Driving(self.driver, self.step_time).init() if self.drives else (), 0.0
 
     def step(self, state: Tree, sample: Tree) -> tuple[Tree, Output]:
-        """One decision, based on the outputs of the unit at this instant."""
         (driving, before), (*around, unit) = state, sample
         given = {
             f"{group}.{name}": getattr(part, name)

@@ -22,9 +22,6 @@ class Instance:
     """The unit of a car for one run; `failure` is the reason of its failure, "" if there is none.
 
     Args:
-        car: car with the unit
-        block: the car, or the car with some of its parameters as inputs
-        usual: values of the unit's inputs before the first step, by signal
         seconds: duration of the run [s]
 
     Raises:
@@ -93,8 +90,6 @@ class Instance:
 
 
 class _Scaled:
-    """Variables that are read or written together, in SI."""
-
     def __init__(self, rows: list[Any]):
         wires = _wires(rows)
         self.references = [each.reference for each in wires]

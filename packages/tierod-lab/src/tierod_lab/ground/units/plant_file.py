@@ -31,10 +31,6 @@ class PlantFile:
     """Content of a plant file.
 
     Args:
-        fmu: path of the unit, relative to this file
-        inputs: signal of tierod, or an entry, by variable of the unit
-        outputs: variable of the unit, or an entry, by signal of tierod
-        values: values of parameters before the first step, in the unit's own units, by variable
         start_speed: parameter that is the initial speed, or an entry; None keeps the unit's own initial speed
         step: communication step, within what the driver model tolerates; that of the unit's description if None
     """

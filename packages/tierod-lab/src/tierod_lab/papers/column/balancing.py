@@ -61,7 +61,6 @@ def gramian_condition(gramian: np.ndarray) -> float:
 
 
 def _over(A: np.ndarray, Q: np.ndarray, horizon: float) -> np.ndarray:
-    """The integral over a time, by doubling a short one, which is that of C. F. Van Loan, 1978."""
     from scipy.linalg import expm
 
     if not 0.0 < horizon < float("inf"):
@@ -188,6 +187,5 @@ def _square_roots(part: LinearSystem) -> tuple[np.ndarray, np.ndarray, np.ndarra
 
 
 def _root(gramian: np.ndarray) -> np.ndarray:
-    """R with R R' = gramian, also where rounding has made the smallest eigenvalues negative."""
     values, vectors = np.linalg.eigh(0.5 * (gramian + gramian.T))
     return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))

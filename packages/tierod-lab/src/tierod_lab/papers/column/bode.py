@@ -115,7 +115,6 @@ def _usable(response: MeasuredResponse) -> np.ndarray:
 
 
 def _measured_gain(response: MeasuredResponse, factor: float, name: str = "measured") -> Iterable[Lines | Band]:
-    """The measured gain with its band, at usable frequencies."""
     low, high = (np.where(response.usable(), end * factor, np.nan) for end in response.band())
     yield Lines(name, response.frequency, decibels(_usable(response) * factor))
     yield Band(name, response.frequency, decibels(low), decibels(high))

@@ -90,11 +90,9 @@ class ClosedLoop:
     Sample = Outside
 
     def init(self) -> LoopState:
-        """State at rest, control off."""
         return LoopState(self.bench.init(), self.observer.init(), self.control.init(), 0.0, 0.0)
 
     def step(self, state: LoopState, sample: Outside) -> tuple[LoopState, LoopSignals]:
-        """Advance by one sample; the output belongs to the instant of the sample."""
         acting = Acting(state.acting, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, BenchPorts(NO_FAULT))
         plant, signals = self.bench.step(state.plant, acting)
         measured = ColumnOutput(*(getattr(signals, name) + noise for name, noise in sample.noise._asdict().items()))

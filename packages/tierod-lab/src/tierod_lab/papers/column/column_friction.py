@@ -224,11 +224,9 @@ class ColumnFrictionObserver:
         return cls(filter_, Starting(made.layout))
 
     def init(self) -> FrictionMemory:
-        """State before the first sample."""
         return FrictionMemory(self.filter.init(), self.starting.init())
 
     def step(self, state: FrictionMemory, sample: ColumnSample) -> tuple[FrictionMemory, FrictionEstimate]:
-        """Advance by one sample."""
         start, phase = self.starting.step(state.start, sample)
         model = self.filter.model
         given = self.filter.Sample(MotorTorque(phase.motor_torque), model.Output(*phase.measured))
@@ -260,7 +258,6 @@ class ColumnFrictionObserver:
         )
 
     def _spreads(self, belief: Belief) -> tuple[Scalar, Scalar]:
-        """Variances of the disturbance torque, friction and remainder together, and of the level."""
         mean = belief.mean
         total = {
             "disturbance_torque": 1.0,
@@ -274,7 +271,6 @@ class ColumnFrictionObserver:
 
 
 def _initial_variance(model: Model, ratio: float, friction: FrictionTuning) -> tuple[float, ...]:
-    """Initial variances: a start at rest within 0.1 rad, 1 rad/s and 2 N·m at the wheel."""
     known = {
         "steering_wheel_angle": 0.01,
         "motor_angle": 0.01 * ratio**2,

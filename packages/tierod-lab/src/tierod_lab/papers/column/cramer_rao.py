@@ -31,7 +31,6 @@ class Bound:
     condition: float
 
     def __getitem__(self, name: str) -> float:
-        """The bound of the state at the last sample."""
         return float(self.end[self.names.index(name)])
 
 

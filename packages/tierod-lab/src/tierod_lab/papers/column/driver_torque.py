@@ -37,7 +37,6 @@ TEXT = (
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Items of section 5 of the paper, and of tierod's own observers."""
     yield Heading("Torque of the driver's hands", TEXT)
     yield from _compared(effort)
     yield from with_wrong_parameters(effort)
@@ -61,7 +60,6 @@ def observers() -> dict[str, tuple[Block, int]]:
 
 
 def _compared(effort: Effort) -> Iterator[Item]:
-    """Table, claims and chart of the comparison."""
     found = {name: over_hands(block, effort, delay) for name, (block, delay) in observers().items()}
     header = ("observer", "steps", "ramps", "no hands", "disturbance torque")
     rows = [(name, *_cells(each)) for name, each in found.items()]
@@ -178,7 +176,6 @@ CONSISTENCY_TEXT = (
 
 
 def _consistency(effort: Effort) -> Iterator[Item]:
-    """NIS and NEES of a single filter, and of the bank."""
     rows, bank_nis = [], float("nan")
     for name, tuning in (
         ("one filter, smooth hands", ColumnTuning(hand_torque_walk=0.0, reversal_walk=0.0)),

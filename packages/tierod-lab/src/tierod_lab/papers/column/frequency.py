@@ -56,7 +56,6 @@ class Run:
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Figure 5, a table over amplitudes, and claims."""
     seconds = 60.0 if effort.quick else 240.0
     yield Heading(
         "Frequency response",
@@ -193,13 +192,11 @@ def _amplitude_claims(misses: Mapping[float, float]) -> Iterator[Item]:
 
 
 def _shaken(bench: ColumnBench, deviation: float, seconds: float, seed: int) -> Run:
-    """Test with white noise as motor torque."""
     random = np.random.default_rng([seed, 5])
     return _run(bench, random.normal(0.0, deviation, round(seconds / _STEP)), random)
 
 
 def _swept(bench: ColumnBench, amplitude: float, seconds: float, seed: int) -> Run:
-    """Test with a logarithmic sine sweep from 0.5 to 40 Hz."""
     sweep = BenchSweep(amplitude=amplitude, settle=0.0, time=seconds, lowest=SWEPT, highest=40.0)
     torque = sweep.torque_at(np.arange(round(seconds / _STEP)) * _STEP)
     return _run(bench, torque, np.random.default_rng([seed, 6]))

@@ -190,7 +190,6 @@ def measured_response(
 
 
 def _band_starts(frequency: np.ndarray, bands: float) -> np.ndarray:
-    """Index of the first frequency of every band."""
     if not bands > 0.0:
         raise ParameterError(f"bands is {bands}; expected a number per octave above zero")
     number = np.arange(len(frequency)) if np.isinf(bands) else np.floor(bands * np.log2(frequency / frequency[0]))
@@ -198,7 +197,6 @@ def _band_starts(frequency: np.ndarray, bands: float) -> np.ndarray:
 
 
 def _sums(values: np.ndarray, starts: np.ndarray) -> np.ndarray:
-    """Sums over all pieces and over the frequencies of each band."""
     return np.add.reduceat(values.sum(axis=0), starts)
 
 
@@ -225,7 +223,6 @@ def _relative_deviation(
 
 
 def _spectra(signal: np.ndarray, length: int) -> np.ndarray:
-    """Spectrum of every piece, less its mean and under a Hann window, (pieces, frequencies)."""
     if len(signal) < length:
         return np.zeros((0, length // 2 + 1))
     pieces = np.lib.stride_tricks.sliding_window_view(signal, length)[:: length // 2]

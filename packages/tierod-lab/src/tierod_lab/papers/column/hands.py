@@ -39,7 +39,6 @@ RELEASE_MEDIAN = 416.0
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Items of the study of hands on and off."""
     yield Heading(
         "Hands on and hands off",
         (

@@ -63,7 +63,6 @@ class Case:
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Items of the study: coverage of intervals, then deviations of the bench from the model."""
     yield Heading("Identification on the bench", TEXT)
     yield from _wheel(effort)
     yield from _intervals(effort)
@@ -118,7 +117,6 @@ def _intervals(effort: Effort) -> Iterator[Item]:
 
 @cache
 def _first_fit() -> Fitted:
-    """Fit of another recording, from which the other searches start."""
     return ColumnFit(_start(), (*WHEEL, *MOTOR)).run(experiments(recorded(bench(), 1, seconds=SHORT), _start()))
 
 
@@ -214,7 +212,6 @@ def _judged(task: tuple[Case, float | None]) -> tuple[list[tuple[str, ...]], dic
 
 
 def _simulated(fitted: Fitted, rows: list[BenchRecording]) -> tuple[str, ...]:
-    """Errors of the output error method from the same start, as cells of the table."""
     wheel = {name: value for name, (value, _) in fitted.wheel.items()}
     free = tuple(each for each in fitted.estimate.free if each.name not in WHEEL)
     search = OutputError(SampledColumn, replace(_start(), **wheel), free, tuple(NOISE.values()), _STATES, most_steps=10)
@@ -224,7 +221,6 @@ def _simulated(fitted: Fitted, rows: list[BenchRecording]) -> tuple[str, ...]:
 
 
 def _left_out() -> Iterator[Item]:
-    """Figure 4 of the paper and its leave-one-out validation, on short experiments."""
     result = identify_column(_start(), recorded(bench(), SEEDS.of(FITS, 2)[1], seconds=SHORT), (*WHEEL, *MOTOR))
     rows = tuple(
         (
@@ -255,7 +251,6 @@ def _left_out() -> Iterator[Item]:
 
 
 def _bias(case: Case, errors: Mapping[str, float]) -> list[Claim]:
-    """One claim per parameter: the absolute error where there is a goal, else the signed one."""
     slug = "-".join("".join(c if c.isalnum() or c == "." else " " for c in case.name.lower()).split())
     slug = slug.replace("·", "-").replace("δ", "d")
     found = []

@@ -157,7 +157,6 @@ def _reduced(
 
 
 def _followers(full: LinearSystem, order: int, rest: str) -> tuple[np.ndarray, np.ndarray]:
-    """Matrices that give the removed states from the kept ones and from the inputs."""
     gone, inputs = len(full.A) - order, full.B.shape[1]
     if rest == "left out" or not gone:
         return np.zeros((gone, order)), np.zeros((gone, inputs))

@@ -93,7 +93,6 @@ class Figures(NamedTuple):
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Items of the study on drives of the virtual car."""
     yield Heading(
         "Natural drives of the virtual car",
         (
@@ -145,7 +144,6 @@ def _drives(quick: bool) -> tuple[Drive, ...]:
 
 
 def _figures(task: tuple[str, str, bool]) -> Figures:
-    """Results of a drive, given names of drive and sensors and whether it is the quick study."""
     drive = next(each for each in _drives(task[2]) if each.name == task[0])
     sensing, vehicle = next(each for each in sensings() if each.name == task[1]), load(CAR)
     sensors = sensing.sensors.at_rate(sensing.rate)
@@ -175,13 +173,11 @@ def _figures(task: tuple[str, str, bool]) -> Figures:
 
 
 def _shown(recording: Recording, variant: str, vehicle: Vehicle, rate: float) -> Mapping[str, np.ndarray]:
-    """Traces of one variant of the monitor over a recording."""
     session = DRIVER_TORQUE.variants[variant].open(vehicle, rate, None)
     return session.absorb(recording.align(session.signals, rate, maximum_age=0.05))
 
 
 def _car(seed: int) -> Tree:
-    """The car with wheel and torsion bar that differ from the vehicle file by `SCATTER`."""
     car: Tree = load_car(CAR).block
     ways = np.random.default_rng([seed, 9]).choice([-1.0, 1.0], 3)
     one, two, three = 1.0 + SCATTER * ways

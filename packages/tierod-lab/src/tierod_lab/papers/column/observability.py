@@ -54,7 +54,6 @@ _TOLERANCES = tuple(10.0**k for k in range(-16, -5))
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Tables and claims of the study."""
     yield Heading(
         "Observability by the sensors",
         (
@@ -75,7 +74,6 @@ def items(effort: Effort) -> Iterator[Item]:
 
 
 def _family(effort: Effort) -> list[LinearSystem]:
-    """Columns with the eigenvalues of Table 3 and various torsion bars, ratios and inertias."""
     stiffnesses = (1500.0, 4500.0) if effort.quick else (600.0, 1200.0, 1800.0, 2400.0, 3000.0, 3800.0, 4600.0, 5600.0)
     ratios = (18.0,) if effort.quick else (6.0, 10.0, 14.0, 18.0, 24.0)
     inertias = (0.035,) if effort.quick else (0.025, 0.035, 0.05)
@@ -182,7 +180,6 @@ def single_angle_ranks(systems: list[LinearSystem]) -> dict[str, Counter[int]]:
 
 
 def _single(systems: list[LinearSystem]) -> Iterator[Item]:
-    """The two entries of Table 2 that no parameter set, tolerance or method reproduces."""
     found = single_angle_ranks(systems)
     ranks = sorted({rank for counts in found.values() for rank in counts})
     yield Table(
@@ -286,7 +283,6 @@ def _other_ranks(system: LinearSystem) -> dict[str, int]:
 
 
 def _bounds(system: LinearSystem) -> Table:
-    """Table of the Cramér-Rao bounds for each set of sensors."""
     rows = output_subsets(extended(system, UNKNOWN_TORQUES), SAMPLING)
     return Table(
         "Least standard deviation after one second, and condition of the Gramian, by sensors",

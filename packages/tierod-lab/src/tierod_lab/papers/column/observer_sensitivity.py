@@ -96,7 +96,6 @@ def with_wrong_parameters(effort: Effort) -> Iterator[Item]:
 
 
 def _found(effort: Effort) -> dict[str, dict[str, Errors]]:
-    """Errors by wrong parameter or sensor, then by behaviour of the hands."""
     known = known_column()
     found = {"nothing": _errors(known, effort)}
     for what, name, factors in _WRONG:

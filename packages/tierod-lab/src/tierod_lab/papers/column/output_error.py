@@ -72,7 +72,6 @@ class OutputError:
         return Simulation(self.model, parameters, rebuild(skeleton(self.model.State), initial), names, self._states)
 
     def start(self, experiments: Sequence[Experiment]) -> np.ndarray:
-        """Start of the search: free parameters, then free initial states from the experiments."""
         values = [each.coordinate(getattr(self.parameters, each.name)) for each in self.free]
         return np.array([*values, *(each.initial_mean[entry] for each in experiments for entry in self._states)])
 

@@ -79,7 +79,6 @@ def member(stiffness: float, motor_ratio: float, steering_wheel_inertia: float) 
 
 @cache
 def _fixed_by_the_table(stiffness: float) -> tuple[float, ...]:
-    """The five ratios for a stiffness over inertia, by continuation from a known set."""
     from scipy.optimize import root
 
     # Steps of at most 50/s^2 keep the start of the root finder close to the next solution.
@@ -90,7 +89,6 @@ def _fixed_by_the_table(stiffness: float) -> tuple[float, ...]:
 
 
 def _ratios(p: ColumnParameters) -> np.ndarray:
-    """Stiffness over inertia of the wheel, then the five ratios that the table fixes for it."""
     return np.array(
         [
             p.torsion_bar_stiffness / p.steering_wheel_inertia,

@@ -24,7 +24,6 @@ TEXT = (
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Items of section 6 of the paper and figure 10."""
     loops = {name: tracking.loop_with(name) for name in tracking.observers(belief())}
     chosen = loops[tracking.CHOSEN]
     yield Heading("Position control", TEXT)
@@ -59,7 +58,6 @@ def chart(done: Run, loops: Mapping[str, ClosedLoop]) -> Chart:
 
 
 def _marks(done: Run, loops: Mapping[str, ClosedLoop]) -> dict[tuple[str, str], tuple[Lines, ...]]:
-    """Curves by title and unit of the graph."""
     signals, ratio = done.signals, next(iter(loops.values())).control.column.motor_ratio
     wheel, motor = signals["measured.steering_wheel_angle"], signals["measured.motor_angle_mechanical"] / ratio
 

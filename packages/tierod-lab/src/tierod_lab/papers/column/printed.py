@@ -138,11 +138,9 @@ class PrintedObserver:
         return cls(filter_, rows, fed)
 
     def init(self) -> PrintedState:
-        """State before the first sample: at rest."""
         return PrintedState(self.filter.init(), 0.0)
 
     def step(self, state: PrintedState, sample: ColumnSample) -> tuple[PrintedState, PrintedEstimate]:
-        """Process one sample; the motor's torque of the previous sample has acted until now."""
         measured = self.filter.model.Output(*(getattr(sample, name) for name in ColumnOutput._fields))
         mean, estimate = self.filter.step(state.mean, self.filter.Sample(MotorTorque(state.motor_torque), measured))
         motor = where(present(sample.motor_torque), sample.motor_torque, state.motor_torque)
@@ -177,7 +175,6 @@ def reduced(parameters: ColumnParameters, column: str) -> LinearSystem:
 
 
 def _with_states(system: LinearSystem) -> LinearSystem:
-    """The system with the states of wheel and motor as additional outputs."""
     states = _SHOWN[2:]
     picked = np.array([[float(name == state) for name in system.states] for state in states])
     D = np.vstack([system.D, np.zeros((len(states), system.D.shape[1]))])

@@ -34,7 +34,6 @@ _FREQUENCY = np.geomspace(1e-2, 1e3, 2000)
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Tables, claims and Figure 7 of the study."""
     yield Heading(
         "Four states instead of six",
         (
@@ -192,7 +191,6 @@ def _ranks(found: ColumnAnalysis) -> Claim:
 
 
 def _weights(system: LinearSystem) -> Table:
-    """Table of the effect of input and output scaling on the balanced reduction."""
     ratio, degree = SETS["S1"].motor_ratio, math.radians(1.0)
     torques, usual = balancing_sizes(ratio)
     rows = []
@@ -224,7 +222,6 @@ def _deviation(system: LinearSystem) -> float:
 
 
 def _error_over_bound(system: LinearSystem) -> float:
-    """Error of the default balanced reduction over its bound, both in scaled units."""
     inputs, outputs = balancing_sizes(SETS["S1"].motor_ratio)
     reduction = balanced_column(SETS["S1"])
     assert reduction.error_bound is not None

@@ -23,7 +23,6 @@ PARTS: Mapping[str, str] = {
 
 
 def items(effort: Effort, progress: Progress) -> Iterator[Item]:
-    """All items of the study."""
     yield from items_of("column", PARTS, effort, progress)
     yield SEEDS.table()
     progress(1.0, "done")

@@ -62,11 +62,9 @@ class SweptBench:
     Sample = Demand
 
     def init(self) -> BenchState:
-        """State at rest."""
         return self.bench.init()
 
     def step(self, state: BenchState, sample: Demand) -> tuple[BenchState, BenchSignals]:
-        """Advance by one sample."""
         ratio = self.bench.gear_ratio
         motion = state.motion
         lag = sample.angle - motion.motor_angle / ratio

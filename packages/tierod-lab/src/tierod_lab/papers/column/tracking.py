@@ -53,7 +53,6 @@ def loop_with(observer: str) -> ClosedLoop:
 
 
 def items(loops: Mapping[str, ClosedLoop], effort: Effort) -> Iterator[Item]:
-    """Tables and claims on sines and the sweep."""
     yield from _sines(loops[CHOSEN], effort)
     swept = {name: sweep(loop, 4, effort.quick)[1] for name, loop in loops.items()}
     yield _table(swept)

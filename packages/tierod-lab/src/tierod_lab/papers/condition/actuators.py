@@ -65,7 +65,6 @@ def supply_campaign(effort: Effort, share: float = 1.0, swing: bool = True) -> l
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Tables, Figure 25 and claims on accuracy, detection delay, fault magnitude and isolation."""
     if not VARIANTS:
         return
     found, partial = scores(campaign(effort), effort), scores(campaign(effort, 0.5), effort)

@@ -42,7 +42,6 @@ TIMES = np.geomspace(0.04, 20.0, 55)
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Tables, curve and claims on kinds, pairs and small offsets."""
     if BEST not in VARIANTS:
         return
     yield from _kinds(effort)

@@ -34,7 +34,6 @@ class Known:
     _bank: Bank | None = field(default=None, init=False, repr=False, compare=False)
 
     def __getstate__(self) -> dict[str, Any]:
-        """State for pickling, without the bank."""
         return {**self.__dict__, "_bank": None}
 
     @property

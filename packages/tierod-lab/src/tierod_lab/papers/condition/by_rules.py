@@ -35,7 +35,6 @@ class Known:
     _monitors: dict[str, RuleMonitor] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def __getstate__(self) -> dict[str, Any]:
-        """State for pickling, without the blocks."""
         return {**self.__dict__, "_monitors": {}}
 
     def monitor(self, name: str) -> RuleMonitor:

@@ -118,7 +118,6 @@ def _fault(each: FaultScore) -> str:
 
 
 def _counted(words: Iterable[str]) -> str:
-    """The most frequent items with their counts, and the count of the rest."""
     counts = Counter(word.replace("_", " ") for word in words)
     shown = [f"{word} ({count})" if count > 1 else word for word, count in counts.most_common(MOST)]
     rest = counts.total() - sum(count for _, count in counts.most_common(MOST))

@@ -54,7 +54,6 @@ def drives(effort: Effort) -> list[Drive]:
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Table with one row for every sensor and kind of fault."""
     chosen = drives(effort)
     known = calibrations((BEST,), (drive.vehicle for drive in chosen), effort)
     found = each(partial(_driven, known), chosen, effort)

@@ -28,7 +28,6 @@ TEXT = (
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Rounds (Figures 18, 19, 24), observable share of the faults, lost yaw rate (22), and torque of a motor (28)."""
     yield Heading("What is driven", TEXT)
     yield _demonstrators(effort)
     yield _rounds()

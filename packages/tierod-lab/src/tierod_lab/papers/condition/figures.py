@@ -43,7 +43,6 @@ _SEED, _LATE = 11, 21
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Figures 5, 7, 8, 10, 13, 14, 16, 17, 21, 23, 26 and 27."""
     if RULES not in VARIANTS:
         return
     shown = [name for name in (RULES, BEST) if name in VARIANTS]
@@ -73,8 +72,6 @@ def items(effort: Effort) -> Iterator[Item]:
 
 
 class _View:
-    """Charts of drives with the declarations of some calibrated diagnoses."""
-
     def __init__(self, known: Mapping[tuple[str, int], Any], names: Sequence[str]):
         self.known, self.names = known, names
         self.monitor: RuleMonitor = known[VARIANTS[RULES].module, 1].monitor(RULES)
@@ -136,7 +133,6 @@ class _View:
         )
 
     def _ratios(self, recording: Recording) -> dict[str, np.ndarray]:
-        """Ratios of the residuals to their thresholds; zero where a residual is missing."""
         monitor = self.monitor
         result = scan(AllResiduals(monitor.sensors, monitor.actuators), samples_of(recording))
         lively = Excitation._make(result[f"excitation.{name}"] for name in Excitation._fields)
@@ -147,7 +143,6 @@ class _View:
 
 
 def _state(each: Declared, element: str) -> np.ndarray:
-    """1 where an element is declared faulty, 0.5 where it is one of several candidates, else 0."""
     return np.where(each.said("faulty", element), 1.0, 0.5 * each.said("candidates", element))
 
 

@@ -25,7 +25,6 @@ HOURS, THOROUGH, CHANGED, CHANGED_THOROUGH = 3.0, 100.0, 1.0, 20.0
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Table of false alarms of all diagnoses with their upper bound, and the claims."""
     if not VARIANTS:
         return
     hours = 0.1 if effort.quick else THOROUGH if effort.thorough else HOURS

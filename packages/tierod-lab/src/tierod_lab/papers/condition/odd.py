@@ -27,7 +27,6 @@ _JUDGED = (Status.HEALTHY, Status.FAULT, Status.SUSPECT)
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Table with one row for every odd recording, and the claims."""
     if BEST not in VARIANTS:
         return
     vehicle = calibrations((BEST,), (1,), effort)[VARIANTS[BEST].module, 1].vehicle
@@ -54,7 +53,6 @@ def items(effort: Effort) -> Iterator[Item]:
 
 
 def _unlike(name: str, each: Diagnosis | str) -> str:
-    """Final and expected verdict of a recording with the cause that the monitor gives."""
     if isinstance(each, str):
         return f"{name}: refused, {each}"
     finding = each.findings[0]

@@ -88,13 +88,11 @@ def _on(number: int, course: AnyCourse, seconds: float = SECONDS) -> Recording:
 
 
 def _braking_on_ice() -> AnyCourse:
-    """The long round with a halt on an icy straight."""
     ice = Adhesion(window=Along(HALT - 30.0, HALT + 16.0, 1.0), left=0.3, right=0.3)
     return replace(_circuit(LONG), time=SECONDS, speed=9.0, halts=(Halt(HALT, 2.0),), conditions=(ice,))
 
 
 def _starting_on_ice() -> AnyCourse:
-    """The long round with ice on its first 20 m."""
     ice = Adhesion(window=Along(-5.0, 20.0, 1.0), left=0.2, right=0.2)
     return replace(_circuit(LONG), time=SECONDS, speed=9.0, conditions=(ice,))
 
@@ -106,7 +104,6 @@ def _circuit(name: str) -> Circuit:
 
 
 def _icy(left: float, right: float) -> AnyCourse:
-    """The long round at low speed, with ice along its first bend."""
     ice = Adhesion(window=Along(78.0, 110.0, 1.0), left=left, right=right)
     return replace(_circuit(LONG), time=SECONDS, speed=9.0, conditions=(ice,))
 

@@ -63,7 +63,6 @@ class Judged(NamedTuple):
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Tables and claims on the faults in both recordings."""
     if BEST not in VARIANTS:
         return
     yield Heading("Real cars", TEXT)
@@ -299,6 +298,5 @@ def _scored(
 
 
 def _failing(each: Injected, time: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Readings of a sensor with a fault injected."""
     name = each.element
     return injected(Recording({name: Channel(name, time, values, "")}), [each.fault])[name].values

@@ -100,7 +100,6 @@ SOURCE = "Li, Frey, Gauterin, Figure 7 and section 3.9"
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Signatures of the faults, thresholds, and scores of the rules with fixed and with adaptive thresholds."""
     tests = sensor_tests(VEHICLE)[:: 7 if effort.quick else 1]
     known = _calibrated(effort)
     monitors = {name: rule_monitor(_car(), each, RULES) for name, each in known.items()}

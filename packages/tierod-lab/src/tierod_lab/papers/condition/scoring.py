@@ -172,7 +172,6 @@ def _of_fault(
 def _graded(
     each: Injected, truth: Truth, time: np.ndarray, said: np.ndarray, there: np.ndarray, shown: np.ndarray
 ) -> StrictScore:
-    """Outcome, accuracy and delay of a fault by one criterion of observability."""
     here = (time >= each.start - 1e-9) & (time < each.end - 1e-9)
     right, gone = said == there, (time >= each.end) & ~there
     # After the fault, a remaining declaration is excused where the fault would not change the reading.
@@ -209,7 +208,6 @@ def _kind(
 
 
 def _replaced(each: Injected, truth: Truth, declared: Declared, within: np.ndarray) -> tuple[float, float]:
-    """Root mean square and largest magnitude of the error of the substitute value."""
     value = declared.value.get(each.element)
     if value is None or each.element not in truth.fault_free or not within.any():
         return math.nan, math.nan
@@ -235,7 +233,6 @@ def _name(declared: Declared, shown: Mapping[str, np.ndarray], time: np.ndarray)
 
 
 def _after(shows: np.ndarray, samples: int) -> np.ndarray:
-    """Whether a flag was set at least once, a number of samples ago or earlier."""
     ever = np.logical_or.accumulate(shows)
     return np.concatenate([np.zeros(min(samples, len(ever)), bool), ever[: max(len(ever) - samples, 0)]])
 
@@ -247,7 +244,6 @@ def _false_alarms(said: np.ndarray, faulty: np.ndarray, any_fault: np.ndarray, t
 
 
 def _soon_after(faulty: np.ndarray, time: np.ndarray) -> np.ndarray:
-    """Whether a fault is present or ended within `GRACE`."""
     last = np.maximum.accumulate(np.where(faulty, time, -math.inf))
     return time - last <= GRACE
 

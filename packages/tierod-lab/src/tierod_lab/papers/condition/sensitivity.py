@@ -122,7 +122,6 @@ def drives(number: int) -> list[Drive]:
 
 
 def _short(drive: Drive) -> Drive:
-    """A drive with earlier and shorter faults; the time between two faults stays the same."""
     first = drive.injected[0].start
     injected = tuple(
         replace(each, start=(start := START + each.start - first), end=start + 1.0 if each.kind == OUTLIER else END)
@@ -132,7 +131,6 @@ def _short(drive: Drive) -> Drive:
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Table with one row per number in a thorough study, and for a few in a quick one; nothing in a usual study."""
     if BEST not in VARIANTS or not (effort.thorough or effort.quick):
         return
     vehicle = first_vehicle()
@@ -188,7 +186,6 @@ def prepared(vehicle: int, quick: bool) -> tuple[Prepared, ...]:
 
 
 def _prepared(drive: Drive, recording: Recording) -> Prepared:
-    """The drive without its straight start."""
     injected = tuple(replace(each, start=each.start - BEFORE, end=each.end - BEFORE) for each in drive.injected)
     drive, recording = replace(drive, seconds=drive.seconds - BEFORE, injected=injected), sliced(recording, BEFORE)
     return Prepared(drive, truth_of(drive, recording), recording["yaw_rate"].time, aligned(recording))
@@ -250,7 +247,6 @@ def _weight(both: Sequence[Effect]) -> float:
 
 
 def _reason(number: Number, both: Sequence[Effect]) -> str:
-    """The complete reason of a number that changes a verdict, otherwise its first clause."""
     return number.reason if any(each.changed for each in both) else first_clause(number.reason)
 
 

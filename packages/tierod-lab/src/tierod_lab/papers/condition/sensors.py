@@ -44,7 +44,6 @@ def campaign(effort: Effort) -> list[Drive]:
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Tables, Figure 20 and claims on accuracy, detection delay, isolation and substitute values."""
     if not VARIANTS:
         return
     drives = campaign(effort)
@@ -119,7 +118,6 @@ def _claims(of: Sequence[DriveScore]) -> Iterator[Claim]:
 
 
 def _delays(of: Sequence[DriveScore]) -> Iterator[Claim]:
-    """Claims on the detection delay of outliers, offsets and losses."""
     by_kind = {kind: [each for each in of if _of_kind(kind)(each)] for kind in (OFFSET, OUTLIER, LOSS)}
     found = {kind: summary(several) for kind, several in by_kind.items()}
     shown = {kind: causes.late(several, lambda fault: fault.delay_shown) for kind, several in by_kind.items()}

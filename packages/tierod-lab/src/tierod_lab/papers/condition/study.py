@@ -30,6 +30,5 @@ PARTS: Mapping[str, str] = {
 
 
 def items(effort: Effort, progress: Progress) -> Iterator[Item]:
-    """Headings, tables, charts and claims of all parts."""
     yield from items_of("condition", PARTS, effort, progress)
     progress(1.0, "done")

@@ -79,7 +79,6 @@ def measured(effort: Effort) -> dict[str, dict[str, Error]]:
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Table of the errors."""
     yield Heading("Substitutes of the sensors", TEXT)
     rows = tuple(
         (sensor, SIGNALS[sensor].unit, name.replace("-", " "), f"{error.calibrated:.3g}", f"{error.uncalibrated:.3g}")
@@ -101,7 +100,6 @@ def _squares(known: Mapping[int, by_bank.Known], drive: Drive, recording: Record
 
 
 def _held_out(drive: Drive, recording: Recording, car: by_bank.Known) -> dict[tuple[str, str], np.ndarray]:
-    """Errors of the bank's substitute for the faulty sensor while it is declared."""
     (fault,) = drive.injected
     declared = by_bank.declare(car, recording, "bank")
     during = declared.faulty[fault.element] & (declared.time < fault.end) & (declared.time >= fault.start)
@@ -110,7 +108,6 @@ def _held_out(drive: Drive, recording: Recording, car: by_bank.Known) -> dict[tu
 
 
 def _related(drive: Drive, recording: Recording, vehicle: Vehicle) -> dict[tuple[str, str], np.ndarray]:
-    """Errors of all plain relations on a fault-free drive."""
     readings: Any = ConditionSample(
         *(recording[name].values if name in recording else np.nan for name in ConditionSample._fields)
     )

@@ -45,7 +45,6 @@ class Compared(NamedTuple):
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Tables of single faults and pairs, and of the disagreements between theory and measurement."""
     if BEST not in VARIANTS:
         return
     structure = isolability(vehicle_structure(load("smartload")), at_once=2)

@@ -44,7 +44,6 @@ _SEED, _LATE, _FROM = 11, 21, 100.0
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Three figures, and the detection delay of a motor with hardly any commanded torque."""
     names = [name for name in (RULES, SHARES, BEST) if name in VARIANTS]
     if len(names) < 3:
         return

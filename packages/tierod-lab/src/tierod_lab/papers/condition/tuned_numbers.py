@@ -112,7 +112,6 @@ def _without_digits(path: str) -> str:
 
 
 def _in_use(bank: Bank) -> set[str]:
-    """Names of the numbers on which the graphs of lanes and judge depend."""
     graph = trace(bank)
     assert isinstance(graph, BankGraph)
     used = [f"lanes.{name}" for name in tuning_in_use(graph.lane)]
@@ -120,7 +119,6 @@ def _in_use(bank: Bank) -> set[str]:
 
 
 def _meanings(prefix: str, block: object) -> Mapping[str, str]:
-    """Name of every float -> description of its field, or of its column in the sensor table."""
     of_sensors = meanings(Sensor)
     found: dict[str, str] = {}
     before = ""

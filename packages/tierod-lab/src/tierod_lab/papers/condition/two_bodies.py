@@ -49,7 +49,6 @@ _BOTH = ("two bodies, the angle measured", "two bodies, both measured (eqs 4, 5)
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Tables and claims on effort and error of every discretisation, and on r1 of all filters."""
     yield Heading("The steering as two bodies (eqs 3, 4)", TEXT)
     samplings = sampled(0.5 if effort.quick else 2.0)
     yield Table(

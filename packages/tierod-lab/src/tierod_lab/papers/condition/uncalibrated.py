@@ -50,7 +50,6 @@ HOURS = 1.0
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Table and claims on the faults and false alarms of uncalibrated vehicles."""
     plans = [(number, *plan) for number, plan in zip(vehicles(effort), PLANS, strict=False)]
     faulty = [drive for plan in plans for drive in more_kinds(*plan) if _chosen(drive)]
     faulty = faulty[::6] if effort.quick else faulty
@@ -82,7 +81,6 @@ def _of_sizes(scored: list[DriveScore]) -> str:
 
 
 def _chosen(drive: Drive) -> bool:
-    """Whether the fault is a positive offset, a gain above one, noise, or a delay."""
     (fault,) = drive.injected
     return fault.size > LEAST_SIZE.get(fault.kind, math.inf)
 

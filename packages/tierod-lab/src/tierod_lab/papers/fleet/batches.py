@@ -58,7 +58,6 @@ def judged(task: Fleet) -> tuple[bool, float, int, float]:
 
 
 def items(law: ErrorLaw, effort: Effort, seed: int) -> Iterator[Item]:
-    """Table and claims; arguments as in `virtual_years.items`."""
     count = QUICK_FLEETS if effort.quick else FLEETS
     sizes = (1.0, 0.5, 0.25, 0.0)
     tasks = [Fleet(size, law, seed + number) for size in sizes for number in range(count)]

@@ -11,7 +11,6 @@ from tierod_lab.studies.effort import Effort, Progress
 
 
 def items(effort: Effort, progress: Progress) -> Iterator[Item]:
-    """All items of the study."""
     progress(0.0, "drives of virtual cars")
     law = measured_errors.measured(effort)
     yield Heading(

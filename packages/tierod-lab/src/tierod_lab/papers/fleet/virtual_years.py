@@ -112,13 +112,6 @@ def counted(task: Years) -> Counted:
 
 
 def items(law: ErrorLaw, effort: Effort, seed: int) -> Iterator[Item]:
-    """Tables, chart and claims.
-
-    Args:
-        law: errors of the friction monitor
-        effort: sets the number of cars
-        seed: seed of all random numbers
-    """
     count = QUICK_CARS if effort.quick else CARS
     ramp = Ageing("ramp", Linear(RAMP), CHANGED, BEGIN)
     step = Ageing("step", Sudden(STEP), CHANGED, BEGIN)

@@ -54,7 +54,6 @@ def faults_of(sensor: str, start: float, lasting: float) -> tuple[Injected, ...]
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Items of the study, worst results first."""
     yield Heading("Sensors of CommonRoad's car", TEXT)
     car = MultibodyCar(
         "CommonRoad's car", ("", ""), "rav4", None, LEARNING, STARTS, LASTING, seed=SENSORS.of(CAR, 1)[0]

@@ -115,7 +115,6 @@ def _on(
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Items of the study: bias and coverage first, then verdicts."""
     seed = FRICTION.of(COLUMN, 1)[0]
     cars, minutes = (1, 6.0) if effort.quick else (CARS, MINUTES)
     tasks = [(law, number, seed, minutes) for law in LAWS for number in range(cars)]

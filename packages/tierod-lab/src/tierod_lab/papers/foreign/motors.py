@@ -159,7 +159,6 @@ def alarms_of(outputs: Result, during: np.ndarray) -> dict[str, float]:
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Items of the study, worst results first: false alarms, then faults."""
     yield Heading("Motors of motulator", TEXT)
     seed, drives = MOTORS.of(BY_NAME, 1)[0], 3 if effort.thorough else 1
     machines = list(MACHINES)[:1] if effort.quick else list(MACHINES)

@@ -170,8 +170,6 @@ def sliding_level(car: RubbingCar, rates: np.ndarray) -> float:
 
 
 class _LuGre:
-    """LuGre friction with one mean bristle, whose damping ratio at rest is 0.3."""
-
     def __init__(self, car: RubbingCar):
         self.car, self.stiffness, self.bristle = car, car.level / car.build_up, 0.0
         self.damping = 0.6 * math.sqrt(self.stiffness * car.pinion_inertia)
@@ -183,8 +181,6 @@ class _LuGre:
 
 
 class _Maxwell:
-    """Generalised Maxwell slip: parallel stick-slip elements, each with a share of the level and its own stiffness."""
-
     def __init__(self, car: RubbingCar):
         self.car = car
         self.shares = [1.0 / ELEMENTS] * ELEMENTS

@@ -18,7 +18,6 @@ PARTS: Mapping[str, str] = {
 
 
 def items(effort: Effort, progress: Progress) -> Iterator[Item]:
-    """All items of the study."""
     yield from items_of("foreign", PARTS, effort, progress)
     for seeds in (SENSORS, FRICTION, MOTORS):
         yield seeds.table()

@@ -45,7 +45,6 @@ def wants(effort: Effort) -> Wants:
 
 
 def items(drives: Drives, effort: Effort) -> Iterator[Item]:
-    """Table of the estimates, and the claims on every term left out."""
     found = {
         (condition, level, name): pooled(drives.of(cases(condition, level, effort)), name)
         for condition in ROADS

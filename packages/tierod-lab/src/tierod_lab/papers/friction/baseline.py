@@ -27,7 +27,6 @@ SHOWN = {
 
 
 def items(drives: Drives, effort: Effort) -> Iterator[Item]:
-    """Figure 3, its table and claims."""
     sets = paper_sets(effort)
     yield Heading(
         "The baseline algorithm",

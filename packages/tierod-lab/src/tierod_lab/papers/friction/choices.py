@@ -18,7 +18,6 @@ from tierod_lab.studies.effort import Effort
 
 
 def items(drives: Drives, effort: Effort) -> Iterator[Item]:
-    """Claims on operating point, unscented filter and virtual noise."""
     sets = paper_sets(effort)
     yield from _on_filter(sets, drives)
     yield from _on_virtual_noise(sets, drives)

@@ -88,7 +88,6 @@ def wants(effort: Effort) -> Wants:
 
 
 def items(drives: Drives, effort: Effort) -> Iterator[Item]:
-    """Table, figure and claims of the search."""
     found = {condition: _found(condition, drives, effort) for condition in _searched(effort)}
     yield Heading(
         "When does the paper's picture come about",

@@ -42,7 +42,6 @@ def wants(effort: Effort) -> Wants:
 
 
 def items(drives: Drives, effort: Effort) -> Iterator[Item]:
-    """Table of convergence times over P0, courses of one drive, and the claims."""
     digests = drives.of(cases(effort))
     yield Heading("Convergence to the true friction over P0", TEXT)
     rows = []

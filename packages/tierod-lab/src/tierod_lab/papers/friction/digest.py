@@ -156,7 +156,6 @@ def _tracking(estimated: np.ndarray, truth: np.ndarray) -> float:
 
 
 def _aligned(recording: Recording, blocks: Iterable[Any]) -> Aligned:
-    """Signals of all blocks on one time grid, with the true self-aligning torque."""
     names = dict.fromkeys(name for block in blocks for name, _ in leaves(skeleton(block.Sample)))
     return recording.align([*names, ALIGNING_TRUTH], RATE)
 
@@ -202,7 +201,6 @@ def _warped(internal: np.ndarray, external: np.ndarray) -> np.ndarray:
 
 
 def _variance(difference: np.ndarray) -> np.ndarray:
-    """Variance over the last 15 s, once a second: that of the baseline monitor without a gate."""
     second = int(RATE)
     ends = np.arange(second, len(difference) + 1, second)
     return np.array([difference[max(end - 15 * second, 0) : end].var(ddof=1) for end in ends])

@@ -59,7 +59,6 @@ def wants(effort: Effort) -> Wants:
 
 
 def items(drives: Drives, effort: Effort) -> Iterator[Item]:
-    """Tables of bias and scatter, and of the estimator without some of its parts."""
     yield Heading(
         "How exact on the nominal car",
         (

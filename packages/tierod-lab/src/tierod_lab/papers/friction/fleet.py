@@ -76,7 +76,6 @@ def wants(effort: Effort) -> Wants:
 
 
 def items(drives: Drives, effort: Effort) -> Iterator[Item]:
-    """Table, figure and claims on bias and standard deviation."""
     healthy, faulty = healthy_drives(effort), faulty_drives(effort)
     groups = {"Healthy": healthy} | faulty
     yield Heading(
@@ -135,7 +134,6 @@ def _without_gains(cases: tuple[Case, ...], drives: Drives) -> np.ndarray:
 
 
 def _gains(cases: tuple[Case, ...], drives: Drives) -> str:
-    """Root mean square error of the gains of driver and motor torque over the cars, as text."""
     sensors = _sensors(list(cases), drives)
     spreads = (
         float(np.sqrt(np.mean([(each[name].gain - 1.0) ** 2 for each in sensors])))
@@ -145,7 +143,6 @@ def _gains(cases: tuple[Case, ...], drives: Drives) -> str:
 
 
 def _sensors(cases: list[Case], drives: Drives) -> list[SensorSet]:
-    """Sensors of the cars as driven; the seeds are shifted by the first seed of the drives."""
     return [case.counted_from(drives.first).setup().sensors for case in cases]
 
 

@@ -79,7 +79,6 @@ def turns(effort: Effort) -> list[Turn]:
 
 
 def items(measured: list[Turn]) -> Iterator[Item]:
-    """Figure 10, Table 1 and their claims."""
     fault_free = {support: _fault_free(measured, support) for support in SUPPORTS}
     yield Heading(
         "The friction that was injected",

@@ -39,7 +39,6 @@ def wants(effort: Effort) -> Wants:
 
 
 def items(drives: Drives, effort: Effort) -> Iterator[Item]:
-    """Tables of biases and of verdicts, and the claims."""
     yield Heading(
         "Friction laws outside the estimator's model",
         (

@@ -47,8 +47,6 @@ class LinearisedFrictionEstimation:
     Parameters = VariableRatioParameters
 
     class Input(NamedTuple):
-        """Input vector u of eq (6), and the operating point (marked by an asterisk in appendix B)."""
-
         driver_torque: Annotated[float, "N*m"]
         motor_torque: Annotated[float, "N*m"]
         lateral_acceleration: Annotated[float, "m/s**2"]
@@ -60,7 +58,6 @@ class LinearisedFrictionEstimation:
 
     @staticmethod
     def transition(x: FrictionEstimation.State, u: Input, p: VariableRatioParameters) -> FrictionEstimation.State:
-        """State after one sample, eq (19) and the linear rows of eq (7)."""
         ratio = variable_ratio(u.angle_there, p.steering_ratio, p.steering_ratio_growth)
         slope = variable_ratio_slope(u.angle_there, p.steering_ratio, p.steering_ratio_growth)
         turned = x.steering_wheel_angle - u.angle_there
@@ -71,7 +68,6 @@ class LinearisedFrictionEstimation:
 
     @staticmethod
     def output(x: FrictionEstimation.State, u: Input, p: VariableRatioParameters) -> FrictionEstimation.Output:
-        """Measurements, eq (10)."""
         return FrictionEstimation.Output(x.steering_wheel_angle, x.steering_wheel_rate, x.yaw_rate)
 
 

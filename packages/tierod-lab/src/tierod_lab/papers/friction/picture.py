@@ -44,7 +44,6 @@ def wants(effort: Effort) -> Wants:
 
 
 def items(drives: Drives, effort: Effort) -> Iterator[Item]:
-    """Figures 3, 7 and 8 under the conditions found, and their claims."""
     groups = {state: drives.of(cases(state, effort)) for state in STATES}
     estimates = {state: pooled(groups[state], FILTER) for state in STATES}
     variances = {

@@ -33,7 +33,6 @@ ABSENT = "The package commonroad-vehicle-models is not installed."
 
 
 def items() -> Iterator[Item]:
-    """Claims on the virtual car."""
     yield Heading(
         "The virtual car",
         (

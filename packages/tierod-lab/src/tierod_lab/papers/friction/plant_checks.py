@@ -91,11 +91,9 @@ class EnergyAudit:
     Sample = Pedals
 
     def init(self) -> TwoTrackMotion:
-        """State of motion straight ahead at the initial speed."""
         return self.chassis.init(self.start_speed)
 
     def step(self, state: TwoTrackMotion, sample: Pedals) -> tuple[TwoTrackMotion, Powers]:
-        """Advance by one step; the powers belong to the instant of the sample, before the step."""
         steer = Steer(sample.steer, sample.steer, sample.steer_rate, sample.steer_rate)
         road, wind = Road(0.0, 0.0, 0.0, 1.0, 1.0, 1.0), Wind(0.0, 0.0)
         torques = Wheels(sample.drive_torque, sample.drive_torque, 0.0, 0.0)

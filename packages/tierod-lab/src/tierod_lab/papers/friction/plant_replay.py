@@ -69,11 +69,9 @@ class Replay:
     Sample = ChassisInput
 
     def init(self) -> Motion:
-        """State of motion straight ahead at the initial speed."""
         return self.chassis.init(self.start_speed)
 
     def step(self, state: Motion, sample: ChassisInput) -> tuple[Motion, ChassisResponse]:
-        """Advance by one step; the output belongs to the instant of the sample, before the step."""
         first = self._reaction(state, sample)
         force = self.speed_gain * (sample.speed - first.speed)
         torques, brakes = self.powertrain.torques(force, first)

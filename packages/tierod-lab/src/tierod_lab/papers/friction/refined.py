@@ -81,8 +81,6 @@ class RefinedFrictionMonitor:
     learnt: ClassVar[Mapping[str, str]] = {}
 
     class State(NamedTuple):
-        """Belief, previous sample (missing signals held), times since the last whole sample and start, low-pass."""
-
         belief: Belief
         before: Any
         missing_time: Any
@@ -140,13 +138,11 @@ class RefinedFrictionMonitor:
         return FrictionSample if self.gate.minimum_speed is None else SteeringSample
 
     def init(self) -> State:
-        """State before the first sample: at rest, with the filter's initial belief."""
         before = skeleton(self.Sample)
         # An infinite running time: there is no gap yet to settle from.
         return self.State(self.filter.init(), before, 0.0, inf, self.low_pass.init() if self.low_pass else ())
 
     def step(self, state: State, sample: FrictionSample | SteeringSample) -> tuple[State, FrictionEstimate]:
-        """Process one sample (Table 3)."""
         memory, sample = self._filtered(state.low_pass, sample)
         whole = all_of(*(present(value) for value in values_of(sample)))
         belief, before, running_time = self._restarted(state, sample, whole)
@@ -213,14 +209,12 @@ class RefinedFrictionMonitor:
         return belief, select(anew, sample, state.before), where(anew, 0.0, state.running_time)
 
     def _filtered(self, memory: Any, sample: Any) -> tuple[Any, Any]:
-        """The signals after the low-pass; missing ones stay missing."""
         if self.low_pass is None:
             return memory, sample
         memory, smooth = self.low_pass.step(memory, sample)
         return memory, type(sample)(*(where(present(a), b, a) for a, b in zip(sample, smooth, strict=True)))
 
     def _operate(self, rate: Any) -> tuple[Any, Any]:
-        """Direction of friction and the noise of the inputs at the operating point."""
         if self.sticking is None:
             return sign(rate), None
         stands = absolute(rate) < self.sticking.rate

@@ -27,7 +27,6 @@ from tierod_lab.studies.effort import Effort
 
 
 def items(drives: Drives, effort: Effort) -> Iterator[Item]:
-    """Claims on enabled share, separation, standard deviation, means and tyres."""
     sets = paper_sets(effort)
     yield from _on_data(sets, drives)
     estimates = {state: pooled(drives.of(sets.all_of(state)), named.PRINTED) for state in STATES}

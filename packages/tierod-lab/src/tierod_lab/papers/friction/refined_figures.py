@@ -34,7 +34,6 @@ READINGS = (named.PRINTED, named.POSTERIOR, named.PER_SAMPLE, named.OPEN, named.
 
 
 def items(drives: Drives, effort: Effort) -> Iterator[Item]:
-    """Table 2 and Figures 5 to 9."""
     sets = paper_sets(effort)
     estimates = {state: pooled(drives.of(sets.all_of(state)), named.PRINTED) for state in STATES}
     yield Heading(
@@ -54,7 +53,6 @@ def items(drives: Drives, effort: Effort) -> Iterator[Item]:
 
 
 def _courses(sets: PaperSets, drives: Drives) -> Iterator[Chart]:
-    """Figures 5 and 6: one fault-free and one faulty drive of the development set."""
     for number, state in ((5, "Healthy"), (6, WORST)):
         case = sets.development[state][0]
         for digest in drives.of([case]):
@@ -141,7 +139,6 @@ def _boxes(estimates: dict[str, np.ndarray]) -> Chart:
 
 
 def _by_tyres(sets: PaperSets, drives: Drives) -> Iterator[Item]:
-    """Figure 9: fault-free and faulty estimates on every kind of tyre, and a table."""
     found = {
         (tyres, state): pooled(drives.of(sets.on(tyres, state)), named.PRINTED) for tyres in TYRES for state in STATES
     }
@@ -170,7 +167,6 @@ def _by_tyres(sets: PaperSets, drives: Drives) -> Iterator[Item]:
 
 
 def _readings(sets: PaperSets, drives: Drives) -> Table:
-    """Bias and standard deviation of every reading of the filter on the paper's drives."""
     rows = []
     for name in (*READINGS, named.DEFAULT):
         cells = [plus_minus(pooled(drives.of(sets.all_of(state)), name), STATES[state]) for state in STATES]

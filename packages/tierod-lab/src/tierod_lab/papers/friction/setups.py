@@ -92,8 +92,6 @@ def _return(**changes: Any) -> Change:
 
 
 def _trail(factor: float) -> Change:
-    """Scales the mechanical and the pneumatic trail."""
-
     def change(setup: Setup) -> Setup:
         body = chassis(setup)
         pins = replace(body.kingpins, mechanical_trail=body.kingpins.mechanical_trail * factor)
@@ -105,7 +103,6 @@ def _trail(factor: float) -> Change:
 
 
 def _loaded(setup: Setup) -> Setup:
-    """Five people and luggage: 25 % more mass, most of it at the rear."""
     body = chassis(setup)
     body = replace(
         body,
@@ -143,7 +140,6 @@ def _below_bar(setup: Setup) -> Setup:
 
 
 def _rough(setup: Setup) -> Setup:
-    """Gusts, ruts, and bends banked twice as much as usual."""
     roads = tuple(replace(road, superelevation=0.3, greatest_bank=0.1) for road in setup.roads)
     return replace(setup, roads=roads, conditions=(*setup.conditions, Gusts(deviation=4.0), Unevenness(deviation=0.01)))
 

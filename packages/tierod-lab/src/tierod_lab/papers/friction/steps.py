@@ -61,7 +61,6 @@ def wants(effort: Effort) -> Wants:
 
 
 def items(drives: Drives, effort: Effort) -> Iterator[Item]:
-    """Tables of the detection delays, and the claim on false alarms before the step."""
     yield Heading("How soon", ("Friction steps up half-way through the drive; times are enabled time from the step.",))
     rows, early = [], 0
     for after in STEPS:

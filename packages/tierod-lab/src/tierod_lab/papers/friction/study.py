@@ -60,8 +60,6 @@ _DRIVING = 0.9
 
 
 def items(effort: Effort, progress: Progress) -> Iterator[Item]:
-    """Headings, tables, charts and claims of all parts."""
-
     def driving(share: float, what: str) -> None:
         progress(_DRIVING * share, what)
 

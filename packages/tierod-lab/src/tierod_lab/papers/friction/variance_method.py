@@ -51,14 +51,10 @@ class RollingVariance:
     blocks: int
 
     class Sample(NamedTuple):
-        """A value and whether it counts; NaN never counts."""
-
         value: float
         counted: Annotated[float, ""]
 
     class State(NamedTuple):
-        """Samples of the present block, its moments, those of the window's blocks, oldest first, and all merged."""
-
         seen: Scalar
         present: Moments
         window: tuple[Moments, ...]
@@ -77,11 +73,9 @@ class RollingVariance:
             )
 
     def init(self) -> State:
-        """State before the first sample."""
         return self.State(0.0, _NONE, (_NONE,) * self.blocks, _NONE)
 
     def step(self, state: State, sample: Sample) -> tuple[State, Spread]:
-        """Process one sample."""
         counted = both(sample.counted > 0.0, present(sample.value))
         moments = _with(state.present, where(counted, sample.value, 0.0), counted)
         seen = state.seen + 1.0
@@ -238,8 +232,6 @@ class VarianceFrictionMonitor:
     Sample = SteeringSample
 
     class State(NamedTuple):
-        """State of the observer, last torques and rate, and window."""
-
         observer: AligningTorqueObserver
         driver_torque: Scalar
         motor_torque: Scalar
@@ -247,11 +239,9 @@ class VarianceFrictionMonitor:
         window: RollingVariance.State
 
     def init(self) -> State:
-        """State before the first sample: at rest, with an empty window."""
         return self.State(AligningTorqueObserver(0.0, 0.0, 0.0), 0.0, 0.0, 0.0, self._window.init())
 
     def step(self, state: State, sample: SteeringSample) -> tuple[State, VarianceOutput]:
-        """Process one sample."""
         observer = self._observe(state, sample.steering_wheel_angle)
         external = self._external_torque(sample)
         enabled = both(self._complete(sample), self._gated(sample, external))

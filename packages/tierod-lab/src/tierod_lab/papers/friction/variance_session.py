@@ -79,7 +79,6 @@ class VarianceSession(BlockSession):
         self._variances.append(result["variance"][chosen])
 
     def conclude(self) -> Conclusion:
-        """The finding, from the median of the later half of the windows, so that a late fault has an effect."""
         variances = np.concatenate(self._variances or [np.empty(0)])
         share = self._enabled / max(self._seen, 1)
         evidence = {"windows": float(len(variances)), "enabled_share": share}

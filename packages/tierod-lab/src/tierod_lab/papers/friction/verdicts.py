@@ -18,7 +18,6 @@ from tierod_lab.studies.effort import Effort
 
 
 def items(drives: Drives, effort: Effort) -> Iterator[Item]:
-    """Table of the verdicts, and the claims on missed faults and false alarms."""
     faulty = faulty_drives(effort)
     yield _verdicts({"Healthy": healthy_drives(effort)} | faulty, drives, effort)
     yield from _claims(faulty, drives, effort)
@@ -54,7 +53,6 @@ def _verdicts(groups: dict[str, tuple[Case, ...]], drives: Drives, effort: Effor
 
 
 def _missed(faulty: dict[str, tuple[Case, ...]], drives: Drives) -> str:
-    """Missed faults as text."""
     words = []
     for case in (case for cases in faulty.values() for case in cases):
         verdict = drives.digests[case].verdict if case in drives.digests else None

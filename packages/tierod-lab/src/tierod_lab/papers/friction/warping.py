@@ -57,7 +57,6 @@ def _totals(moved: np.ndarray, fixed: np.ndarray, band: int) -> np.ndarray:
 
 
 def _path(totals: np.ndarray, band: int) -> tuple[np.ndarray, np.ndarray]:
-    """First and last moved sample on the best path at each fixed sample, (many, samples) each."""
     samples, many, _ = totals.shape
     rows = np.arange(many)
     first, last = np.zeros((many, samples), int), np.zeros((many, samples), int)

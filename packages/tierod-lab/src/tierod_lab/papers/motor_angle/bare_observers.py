@@ -62,11 +62,9 @@ class BareLuenberger:
     Sample = Seen
 
     def init(self) -> FullState:
-        """State at rest."""
         return FullState(0.0, 0.0, 0.0)
 
     def step(self, state: FullState, sample: Seen) -> tuple[FullState, Found]:
-        """Advance by one sample."""
         voltage, current = _rotor(sample, direction(electrical_angle(sample.motor_angle, self.pole_pairs)))
         off = current.q - state.current
         rise = (
@@ -121,11 +119,9 @@ class BareReduced:
     Sample = Motor
 
     def init(self) -> ReducedState:
-        """State at rest."""
         return ReducedState(0.0, 0.0)
 
     def step(self, state: ReducedState, sample: Motor) -> tuple[ReducedState, Found]:
-        """Advance by one sample."""
         angle = electrical_angle(sample.seen.motor_angle, self.pole_pairs)
         voltage, current = _rotor(sample.seen, direction(angle))
         pole = -sample.damping / sample.inertia + sample.gain * sample.machine_constant / sample.inductance
@@ -172,11 +168,9 @@ class BareFeedforward:
     Sample = Seen
 
     def init(self) -> FilteredState:
-        """State without current."""
         return FilteredState(0.0, 0.0)
 
     def step(self, state: FilteredState, sample: Seen) -> tuple[FilteredState, FeedforwardFound]:
-        """Advance by one sample."""
         share, slope = self.bandwidth * self.sample_time, self.inductance * self.bandwidth
         away = (sample.current_alpha - state.alpha, sample.current_beta - state.beta)
         alpha = sample.voltage_alpha - self.resistance * sample.current_alpha - slope * away[0]

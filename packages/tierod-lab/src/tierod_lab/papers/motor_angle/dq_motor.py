@@ -32,22 +32,16 @@ class DqMotor:
     """
 
     class State(NamedTuple):
-        """Currents of the d and q axes, and mechanical speed."""
-
         current_d: Annotated[float, "A"]
         current_q: Annotated[float, "A"]
         speed: Annotated[float, "rad/s"]
 
     class Input(NamedTuple):
-        """Voltages of the d and q axes, and load torque."""
-
         voltage_d: Annotated[float, "V"]
         voltage_q: Annotated[float, "V"]
         load_torque: Annotated[float, "N*m"]
 
     class Output(NamedTuple):
-        """Measured currents."""
-
         current_d: Annotated[float, "A"]
         current_q: Annotated[float, "A"]
 
@@ -55,12 +49,10 @@ class DqMotor:
 
     @staticmethod
     def derivative(x: State, u: Input, p: DqMotorParameters) -> State:
-        """Time derivative of the state, eqs (12) to (14)."""
         return DqMotor.State(*_rates(x, u, u.load_torque, p))
 
     @staticmethod
     def output(x: State, u: Input, p: DqMotorParameters) -> Output:
-        """Measured currents of the state."""
         return DqMotor.Output(x.current_d, x.current_q)
 
 
@@ -71,16 +63,12 @@ class LoadedDqMotor:
     """
 
     class State(NamedTuple):
-        """Currents, mechanical speed, and load torque."""
-
         current_d: Annotated[float, "A"]
         current_q: Annotated[float, "A"]
         speed: Annotated[float, "rad/s"]
         load_torque: Annotated[float, "N*m"]
 
     class Input(NamedTuple):
-        """Voltages of the d and q axes."""
-
         voltage_d: Annotated[float, "V"]
         voltage_q: Annotated[float, "V"]
 
@@ -89,12 +77,10 @@ class LoadedDqMotor:
 
     @staticmethod
     def derivative(x: State, u: Input, p: DqMotorParameters) -> State:
-        """Time derivative of the state, eqs (12) to (14) with a constant load."""
         return LoadedDqMotor.State(*_rates(x, u, x.load_torque, p), 0.0)
 
     @staticmethod
     def output(x: State, u: Input, p: DqMotorParameters) -> DqMotor.Output:
-        """Measured currents of the state."""
         return DqMotor.Output(x.current_d, x.current_q)
 
 
@@ -104,7 +90,6 @@ def _rates(
     load_torque: Scalar,
     p: DqMotorParameters,
 ) -> tuple[Scalar, Scalar, Scalar]:
-    """Time derivatives of both currents and of the speed."""
     current = RotorVector(x.current_d, x.current_q)
     along, across = p.motor_inductance, p.inductance_across
     currents = current_rate(

@@ -39,7 +39,6 @@ class Errors(NamedTuple):
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Items of the study: drawn motors, a warm winding, a winding that warms up."""
     yield Heading(
         "Motors that differ from the vehicle file",
         (

@@ -103,12 +103,10 @@ class FeedforwardAngle:
                 )
 
     def init(self) -> FeedforwardState:
-        """State before the first sample."""
         none = StatorVector(0.0, 0.0)
         return FeedforwardState(none, none, 0.0, 0.0, 0.0, 0.0, 0.0)
 
     def step(self, state: FeedforwardState, sample: MotorAngleObserver.Sample) -> tuple[FeedforwardState, Tree]:
-        """Advance by one sample."""
         pole_pairs = self.parameters.motor_pole_pairs
         after, turning = self.turned(state, sample)
         angle = turning.electrical_angle / pole_pairs
@@ -137,7 +135,6 @@ class FeedforwardAngle:
         return both(present(sample.motor_current_alpha), present(sample.motor_current_beta))
 
     def _emf(self, state: FeedforwardState, sample: MotorAngleObserver.Sample) -> StatorVector:
-        """Filtered back-EMF; while an input is missing it is rotated with the last speed."""
         p = self.parameters
         rest = flux_rate(sample, state.current, p)
         slope = p.motor_inductance / p.sample_time * (1.0 if self.reading == "printed" else -1.0)
@@ -159,7 +156,6 @@ class FeedforwardAngle:
         return self.parameters.motor_pole_pairs * where(both(present(gained), state.begun), gained, 0.0)
 
     def _turning(self, emf: StatorVector, before: Scalar, increment: Scalar) -> Turning:
-        """Angle of the back-EMF nearest to the last one, with lag compensation and speed."""
         p = self.parameters
         own = park(emf, direction(before))
         sign = where(own.q < 0.0, -1.0, 1.0)
@@ -246,11 +242,9 @@ class FeedforwardWithLoad:
         return cls(FeedforwardAngle(p, slow=slow), tuple(row[0] for row in gain))  # type: ignore[arg-type]
 
     def init(self) -> FollowedState:
-        """State before the first sample."""
         return FollowedState(self.feedforward.init(), RotorState(0.0, 0.0, 0.0), 0.0)
 
     def step(self, state: FollowedState, sample: MotorAngleObserver.Sample) -> tuple[FollowedState, Tree]:
-        """Advance by one sample."""
         p = self.feedforward.parameters
         first = fresh(state.begun, sample)
         inner, turning = self.feedforward.turned(state.feedforward, sample)

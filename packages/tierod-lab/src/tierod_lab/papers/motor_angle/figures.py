@@ -101,7 +101,6 @@ EVERY = 4
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Items of the study: all methods side by side, and charts of the drives and their intervals."""
     slalom = car_drive("slalom", 12.0 if effort.quick else 30.0, SEEDS.of(IN_THE_CAR, 2)[0])
     parking = car_drive("parking", 30.0 if effort.quick else 40.0, SEEDS.of(IN_THE_CAR, 2)[1])
     yield Heading(

@@ -61,11 +61,9 @@ class FluxObserver:
         check_ranges(self)
 
     def init(self) -> FluxState:
-        """State before the first sample."""
         return FluxState(StatorVector(self.parameters.motor_flux, 0.0), StatorVector(0.0, 0.0), 0.0, 0.0, 0.0, 0.0)
 
     def step(self, state: FluxState, sample: MotorAngleObserver.Sample) -> tuple[FluxState, Tree]:
-        """Advance by one sample."""
         p, time = self.parameters, self.parameters.sample_time
         first = fresh(state.begun, sample)
         begun = where(either(state.begun, first), 1.0, 0.0)
@@ -89,7 +87,6 @@ class FluxObserver:
         return after, output_class()(shaft, after.speed / p.motor_pole_pairs, away_from_sensor)
 
     def _advanced(self, state: FluxState, sample: MotorAngleObserver.Sample) -> StatorVector:
-        """Stator flux after a sample; while an input is missing it is rotated with the last speed."""
         p = self.parameters
         rate = flux_rate(sample, state.current, p)
         whole = all_of(present(rate.alpha), present(rate.beta), state.known)
@@ -101,14 +98,12 @@ class FluxObserver:
         )
 
     def _less_leakage(self, flux: StatorVector, current: StatorVector) -> StatorVector:
-        """Magnet part of the stator flux: without the flux of the current."""
         inductance = self.parameters.motor_inductance
         return StatorVector(flux.alpha - inductance * current.alpha, flux.beta - inductance * current.beta)
 
     def _begun(
         self, state: FluxState, first: Scalar, begun: Scalar, sample: MotorAngleObserver.Sample, after: FluxState
     ) -> FluxState:
-        """State after initialisation at the angle of the sensor; unchanged before that."""
         p = self.parameters
         at = electrical_angle(sample.motor_angle_mechanical, p.motor_pole_pairs)
         rotor: Direction = direction(at)

@@ -123,7 +123,6 @@ def _three_deviations(seen: ObserverDrive, pole_pairs: float, true: np.ndarray) 
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Items of the study: widths and coverage of the intervals, also where errors exceed the bounds."""
     count = 3 if effort.quick else 30
     found = effort.made(both, SEEDS.of(GUARANTEED, count))
     yield Heading("Guaranteed intervals from bounded errors", TEXT)

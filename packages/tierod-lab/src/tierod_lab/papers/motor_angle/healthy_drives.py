@@ -39,25 +39,19 @@ class AlarmWatch:
     Sample = MotorAngleSample
 
     class State(NamedTuple):
-        """State of the monitor, and whether it has alarmed."""
-
         monitor: Tree
         alarmed: Scalar
 
     class Output(NamedTuple):
-        """Valid angle (1 or 0), latched alarm of any test, residual, and whether the residual counts (1 or 0)."""
-
         known: Annotated[float, ""]
         alarmed: Annotated[float, ""]
         residual: Annotated[float, "rad"]
         counts: Annotated[float, ""]
 
     def init(self) -> State:
-        """State before the first sample."""
         return self.State(self.monitor.init(), 0.0)
 
     def step(self, state: State, sample: MotorAngleSample) -> tuple[State, Output]:
-        """Advance by one sample."""
         after, output = self.monitor.step(state.monitor, sample)
         alarmed = maximum(state.alarmed, greatest_of(*output.alarms.in_order()))
         return self.State(after, alarmed), self.Output(

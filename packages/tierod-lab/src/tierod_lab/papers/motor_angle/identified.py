@@ -158,7 +158,6 @@ def _angle_errors(task: tuple[Drawn, tuple[Found, ...], float]) -> tuple[float, 
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Items of the study: bias, coverage of intervals, and errors of the observer."""
     count = 4 if effort.quick else 50
     motors = [drawn(seed) for seed in SEEDS.of(IDENTIFIED, count)]
     found = effort.made(identified, motors)

@@ -33,7 +33,6 @@ HELD = "held, knee"
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Items of the study: identified inverter, errors by assumed inverter, and reports of a wrong knee current."""
     yield Heading(
         "Voltages as commanded",
         (

@@ -38,7 +38,6 @@ WARMER = 1.2
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Items of the study: speed error per load, measured and predicted."""
     yield Heading(
         "A load that is not known makes the speed wrong",
         (

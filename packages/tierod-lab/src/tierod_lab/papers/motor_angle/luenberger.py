@@ -143,13 +143,11 @@ class LinearSpeed:
         return cls(model, parameters, ("motor_load_torque",) if "load_torque" in observer.outputs else ())
 
     def start(self) -> LinearMemory:
-        """State at rest."""
         return LinearMemory(skeleton(self.model.State), skeleton(self.model.Output), 0.0)
 
     def advance(
         self, before: LinearMemory, voltage: RotorVector, current: RotorVector
     ) -> tuple[LinearMemory, tuple[Scalar, ...]]:
-        """Advance by one sample: (state, (speed, load)); without voltage or current both are held."""
         whole = both(present(voltage.q), present(current.q))
         mean = self.model.Input(voltage.q, 0.5 * (before.current + current.q))
         x = self.model.transition(before.x, mean, self.parameters)

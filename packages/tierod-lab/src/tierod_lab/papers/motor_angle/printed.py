@@ -36,7 +36,6 @@ ROOM = 298.15
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Items of the study: effect of the misprints, all observers side by side, and their angles over time."""
     yield Heading(
         "The observers as printed",
         (

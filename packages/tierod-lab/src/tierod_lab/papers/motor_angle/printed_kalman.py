@@ -58,11 +58,9 @@ class KalmanSpeed:
         return "load_torque" in self.filter.model.State._fields
 
     def start(self) -> Belief:
-        """State at rest."""
         return self.filter.init()
 
     def advance(self, before: Belief, voltage: RotorVector, current: RotorVector) -> tuple[Belief, tuple[Scalar, ...]]:
-        """Advance by one sample: (state, (speed, load, nis)), without load where it is no state."""
         model = self.filter.model
         inputs = model.Input(*voltage) if self._loaded else model.Input(*voltage, 0.0)
         after, estimate = self.filter.step(before, self.filter.Sample(inputs, model.Output(*current)))

@@ -113,11 +113,9 @@ class RotorFrameObserver:
             raise ParameterError(f"axes is '{self.axes}'{nearest(self.axes, AXES)}; expected {' or '.join(AXES)}")
 
     def init(self) -> RotorFrameState:
-        """State before the first sample."""
         return RotorFrameState(self.inner.start(), 0.0, 0.0, 0.0)
 
     def step(self, state: RotorFrameState, sample: MotorAngleObserver.Sample) -> tuple[RotorFrameState, Tree]:
-        """Advance by one sample."""
         first = fresh(state.begun, sample)
         begun = where(either(state.begun, first), 1.0, 0.0)
         before = where(first, sample.motor_angle_mechanical, state.angle)

@@ -99,7 +99,6 @@ def recorded(name: str) -> Recording | None:
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Items of all recordings, one after the other."""
     del effort
     yield Heading(
         "A real drive",
@@ -275,7 +274,6 @@ def _claim(key: str, what: str, value: float, most: float) -> Claim:
 
 
 def _absent(part: str) -> Iterator[Item]:
-    """The claims of a part whose recording is not available."""
     for key in _KEYS[part]:
         yield Claim(f"real.{key}", "A recording of a real drive.", _EARLIER, None, None, None, "", NO_DATA)
 

@@ -51,7 +51,6 @@ class Errors(NamedTuple):
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Items of the study: errors of the angle by speed, and the estimated resistance."""
     yield Heading(
         "A warmer winding",
         (
@@ -84,7 +83,6 @@ def ramped(seed: int, seconds: float) -> ObserverDrive:
 
 
 def _cases() -> dict[str, tuple[MotorAngleObserver, bool]]:
-    """Observer, and whether the winding warms up, by name of the case."""
     known = parameters()[1]
     colder = replace(known, motor_resistance=known.motor_resistance / WARMER)
     fixed = MotorAngleTuning(first_resistance=1e-6, first_flux=1e-6, resistance_wander=0.0, flux_wander=0.0)

@@ -67,7 +67,6 @@ class TriedLength:
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Items of the study: white residuals first, then residuals of the bench."""
     yield Heading("Time between false alarms", TEXT)
     yield from _white(effort.quick)
     courses = 2 if effort.quick else 800 if effort.thorough else 75
@@ -213,7 +212,6 @@ def _chart(found: list[TriedLength]) -> Chart:
 
 
 def _claims(found: list[TriedLength]) -> Iterator[Claim]:
-    """Claims on the run length, only with enough alarms to judge it, as with '--thorough'."""
     for each in found if found[-1].alarms >= ENOUGH else []:
         if each.wanted not in (60.0, 600.0):
             continue

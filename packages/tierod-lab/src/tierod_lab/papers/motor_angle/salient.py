@@ -71,7 +71,6 @@ class Drawn(NamedTuple):
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Items of the study: errors by ratio, effect of wrong parameters, an offset of five degrees, false alarms."""
     yield Heading("Salient motors, and loads that step", TEXT)
     count = 1 if effort.quick else 6
     right = _errors(effort, RATIOS, {"as true": RIGHT}, count)

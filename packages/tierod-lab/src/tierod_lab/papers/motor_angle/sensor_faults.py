@@ -65,7 +65,6 @@ Outcome = dict[str, Delays]
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Items of the study: coverage and delays of all faults, by speed, and of faults that stall the drive."""
     yield Heading("Faults of the angle sensor", TEXT)
     many, few, whole = (3, 1, 3) if effort.quick else (40, 10, 40)
     mixed = tried(None, SEEDS.of(TURNING, many), effort)
@@ -220,7 +219,6 @@ def _claims(mixed: Outcome, stalls: Outcome) -> Iterator[Claim]:
 
 
 def _standing(trials: Delays, goal: float) -> str:
-    """Cause of a delay by the clock that exceeds the delay of turning."""
     waited = sum(each.delay > goal >= each.turning for each in trials.found)
     return (
         f"Of the time in which the angle is known, 95 % take {trials.quantile(0.95, True):.0f} ms at most. {waited} of "

@@ -160,7 +160,6 @@ class Held(NamedTuple):
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Items of the study: ten seconds at standstill, then wrong initial angles."""
     yield Heading(
         "Standing, and a wrong beginning",
         (

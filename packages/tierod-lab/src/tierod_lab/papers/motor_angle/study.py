@@ -31,7 +31,6 @@ PARTS: Mapping[str, str] = {
 
 
 def items(effort: Effort, progress: Progress) -> Iterator[Item]:
-    """All items of the study."""
     yield from items_of("motor_angle", PARTS, effort, progress)
     yield SEEDS.table()
     progress(1.0, "done")

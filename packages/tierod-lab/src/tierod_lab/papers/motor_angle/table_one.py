@@ -48,7 +48,6 @@ PIECE = 1000
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Items of the study: the table, the bare equations, and claims on the multiplications."""
     yield Heading(
         "What a step costs (Table 1)",
         (
@@ -89,7 +88,6 @@ def bare_observers() -> dict[str, Block]:
 
 
 def _products(count: OperationCount) -> int:
-    """Number of multiplications and divisions, which the paper counts together."""
     return count.multiplications + count.divisions
 
 

@@ -54,7 +54,6 @@ class AtTemperature:
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Items of the study: constant temperatures, then ramps."""
     yield Heading(
         "Temperature",
         (

@@ -86,7 +86,6 @@ class Findings(NamedTuple):
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Items of the study: every kind of fault of every angle, and claims with fault-free drives."""
     yield Heading(
         "Which of three angles is wrong",
         (
@@ -130,7 +129,6 @@ def findings_of(case: Case) -> Findings:
 
 
 def _mostly(codes: np.ndarray) -> str:
-    """Name of the most frequent fault hypothesis; "none" where there was none."""
     # Code 0, no hypothesis, does not count.
     counts = np.bincount(codes.astype(int), minlength=2)[1:]
     return CODES[float(np.argmax(counts) + 1) if counts.any() else NONE]
@@ -169,12 +167,10 @@ def _monitor() -> MotorAngleMonitor:
 
 
 def _right(angle: str, suspect: str) -> bool:
-    """Whether the named angle is the faulty one."""
     return suspect == angle.partition(",")[0]
 
 
 def _not_wrong(angle: str, suspect: str) -> bool:
-    """Whether the faulty angle, no angle, or a pair that contains the faulty one is named."""
     return _right(angle, suspect) or suspect == "none" or (suspect == "not the motor" and angle != "motor")
 
 
@@ -199,7 +195,6 @@ def _table(groups: dict[tuple[str, str], list[Findings]]) -> Table:
 
 
 def _unnamed(groups: dict[tuple[str, str], list[Findings]]) -> str:
-    """Faults that were detected but not isolated, by kind, in words."""
     counts = {
         f"{angle}, {kind}": (sum(not _right(angle, each.suspect) for each in alarmed), len(alarmed))
         for (angle, kind), found in groups.items()

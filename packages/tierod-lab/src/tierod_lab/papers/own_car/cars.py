@@ -169,7 +169,6 @@ def _stable(chassis: Any, usual: Sequence[float], factor: Callable[[float], floa
 
 
 def _further(block: Any, factor: Callable[[float], float]) -> dict[str, float]:
-    """Values of the parameters in `FURTHER` that the car has, by path."""
     known = numbers(block)
     found: dict[str, float] = {}
     for deviation, groups in FURTHER.items():
@@ -184,7 +183,6 @@ def _axle(axle: Any, load: float) -> float:
 
 
 def _knowing(driver: Any, chassis: Any, ratio: float) -> Any:
-    """The driver model with the parameters of the car."""
     return replace(
         driver,
         mass=chassis.mass,

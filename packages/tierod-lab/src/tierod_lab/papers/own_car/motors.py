@@ -101,7 +101,6 @@ def drawn(number: int, seed: int) -> UnknownMotor:
 
 
 def _data_sheet(car: Vehicle) -> Vehicle:
-    """The vehicle with the spread of a data sheet on the drawn parameters."""
     names = (*(f"motor_{name}" for name in DRAWN), "motor_inductance")
     wide = {
         name: dataclasses.replace(car.parameters[name], standard_deviation=spread(name) * car[name])
@@ -158,12 +157,6 @@ def judged(name: str, file: str, vehicle: Vehicle, seen: ObserverDrive) -> Judge
 
 
 def items(effort: Effort, seed: int | None = None) -> Iterator[Item]:
-    """Table and claims.
-
-    Args:
-        effort: sets the number of motors
-        seed: seed of all random numbers; that of the judged monitors where None
-    """
     yield Heading("Motors that are not known", TEXT)
     chosen = SEEDS.of(REPORTED, 1)[0] if seed is None else seed
     count = QUICK_MOTORS if effort.quick else MOTORS

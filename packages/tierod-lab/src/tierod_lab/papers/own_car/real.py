@@ -112,7 +112,6 @@ def without_reference(recording: Recording) -> Recording:
 
 
 def items() -> Iterator[Item]:
-    """Tables and claims of the real cars with an available recording."""
     text = (
         "Recordings of three real cars, judged with mass and wheelbase of a brochure, typical values of six "
         "classes, and with the files of the two other cars. Nothing measured on the car is used but its channel map; a "
@@ -152,7 +151,6 @@ UNLIKE = (
 
 
 def _sideslip(known: Known, recording: Recording | None) -> Iterator[Claim]:
-    """Claims on coverage and error of the sideslip with typical values of the class."""
     band, worse = math.nan, math.nan
     if recording is not None:
         brochure = brochure_car(known.vehicle, known.kind, known.mass, known.wheelbase)

@@ -11,7 +11,6 @@ from tierod_lab.studies.effort import Effort, Progress
 
 
 def items(effort: Effort, progress: Progress) -> Iterator[Item]:
-    """All items of the study."""
     progress(0.0, "virtual cars that are not known")
     yield from virtual.items(effort, lambda share, what: progress(0.8 * share, what))
     progress(0.8, "motors that are not known")

@@ -83,13 +83,6 @@ def cases(effort: Effort, seed: int) -> list[Case]:
 
 
 def items(effort: Effort, progress: Progress, seed: int | None = None) -> Iterator[Item]:
-    """Tables and claims.
-
-    Args:
-        effort: sets the number of cars and the length of their drives
-        progress: receives the share of finished cars
-        seed: seed of all random numbers; that of the judged monitors where None
-    """
     yield Heading("Virtual cars that are not known", TEXT)
     given = cases(effort, SEEDS.of(DRAWN, 1)[0] if seed is None else seed)
     found: dict[int, Studied] = {}
@@ -198,7 +191,6 @@ NOT_SEEN = {
 
 
 def _too(monitor: str, of: Pooled, goal: Goal, true: Pooled | None) -> str:
-    """Cause of a coverage outside the goal."""
     if of.coverage <= goal.high:
         return f"{100.0 * of.worst:.0f} % on the worst of {of.drives} drives; a few cars decide."
     if true is not None and true.coverage > goal.high:

@@ -51,7 +51,6 @@ class Axles:
 
     @staticmethod
     def start() -> Slips:
-        """Slip angles straight ahead."""
         return Slips(0.0, 0.0, 0.0, 0.0)
 
     def follow(

@@ -42,7 +42,6 @@ class Traded:
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Figure of noise and error over the factor, and the claims on the printed factor."""
     factors = FACTORS[::3] if effort.quick else FACTORS
     yield Heading(
         "Noise against bandwidth",

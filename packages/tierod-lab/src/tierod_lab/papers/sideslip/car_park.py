@@ -44,7 +44,6 @@ GYROSCOPE_NOISE = math.radians(1.28) / math.sqrt(12.0)
 
 
 def items(drive: Recording | None) -> Iterator[Item]:
-    """Table of the errors against the optical sensor, and the claims."""
     if drive is None:
         yield from absent("passenger-car", ("mean", "rms"))
         return
@@ -84,7 +83,6 @@ def items(drive: Recording | None) -> Iterator[Item]:
 
 
 def _any_noises(drive: Recording, cars: tuple[Vehicle, ...], until: float) -> Claim:
-    """Claim on the error with the worst choice of the noises."""
     found = [math.degrees(beside_truth(drive, each, RATE).figures(until).rms) for each in cars]
     return Claim(
         "cars.passenger-car-any-noises",

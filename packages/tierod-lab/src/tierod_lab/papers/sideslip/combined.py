@@ -10,7 +10,6 @@ from tierod_lab.studies.effort import Effort
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Headings, tables, figures and claims on the combined estimator."""
     yield Heading(
         "Combined estimator",
         (

@@ -33,7 +33,6 @@ DRIVES = ("random steering", "sine, 0.05 Hz", "mixed drive from standstill", "lo
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Figure and claims of convergence, and the table of identifiability."""
     yield Heading(
         "What is identifiable, and what is not",
         (

@@ -137,7 +137,6 @@ def _grip(drive: Driven) -> np.ndarray:
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Table of lead times, claims on lead and false announcements, and a figure of one ramp."""
     yield Heading(
         "Low friction: the peak announced",
         (

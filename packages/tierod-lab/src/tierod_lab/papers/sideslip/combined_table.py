@@ -109,7 +109,6 @@ def _of_case(seeds: tuple[int, ...], name: str) -> Measured:
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Table of errors and coverage, and its claims."""
     seeds = tuple(SEEDS.of(COMBINED, 1 if effort.quick else 3))
     found = dict(zip(CASES, effort.made(partial(_of_case, seeds), list(CASES)), strict=True))
     yield _table(found)

@@ -35,7 +35,6 @@ def unscented(block: CombinedSideslip) -> CombinedSideslip:
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Table and claim on both filters; nothing in a quick study, since its kernel takes long to compile."""
     if effort.quick:
         return
     extended = estimator(both_stiff, WITHOUT_TORQUE, FEWER)

@@ -76,7 +76,6 @@ def steady(p: SingleTrack.Parameters, steer: float, speed: float, turned: bool) 
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Closed-form table, table of the errors of both forms, and the claim."""
     yield Heading("Equation (6) with the cosine of the steer", TEXT)
     yield _circles()
     found = {

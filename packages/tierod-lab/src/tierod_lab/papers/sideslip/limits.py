@@ -15,7 +15,6 @@ from tierod_lab.studies.effort import Effort
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Table of the errors on the changed cars."""
     rows = effort.made(_row, list(_cars()))
     yield Table(
         "What limits the observers at 6.7 m/s: root mean square error on changed virtual cars (degrees)",

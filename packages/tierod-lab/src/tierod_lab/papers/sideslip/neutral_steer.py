@@ -23,7 +23,6 @@ SPEEDS = (6.7, 25.0, 40.0)
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Table of observability over understeer and speed, and the claims."""
     speeds = SPEEDS[:2] if effort.quick else SPEEDS
     found = shown(from_file(), RATIOS, speeds)
     yield Heading(
@@ -141,7 +140,6 @@ def systems(p: SteeredVehicle.Parameters, speed: float) -> tuple[LinearSystem, .
 
 
 def _only(system: LinearSystem, output: int) -> LinearSystem:
-    """The system with one of its outputs."""
     chosen = [output]
     return dataclasses.replace(system, C=system.C[chosen], D=system.D[chosen], outputs=(system.outputs[output],))
 

@@ -110,6 +110,5 @@ def with_noises(vehicle: Vehicle, values: Mapping[str, float], source: str = "fi
 
 
 def _scaled(vehicle: Vehicle, factor: float) -> Vehicle:
-    """The vehicle with all noises times a factor; their correlation times stay."""
     scaled = [name for name in (*START, *HELD) if not name.endswith("_time")]
     return with_noises(vehicle, {name: factor * vehicle[name] for name in scaled})

@@ -182,11 +182,9 @@ class SteeringTorqueObserver(ABC):
     Sample = ObserverSample
 
     def init(self) -> ObserverState:
-        """State before the first sample: straight ahead."""
         return ObserverState(self._start(), 0.0, self.axles.start())
 
     def step(self, state: ObserverState, sample: ObserverSample) -> tuple[ObserverState, ObserverEstimate]:
-        """Process one sample."""
         seen = self.low_speed.seen(sample)
         own, found = self._observe(state.own, seen)
         blended = self.low_speed.blended(found.sideslip_angle, found.road_wheel_angle, seen.vehicle_speed)

@@ -35,7 +35,6 @@ CONVENTIONAL, TWO_STAGE = "conventional, poles x10", "two-stage, Kalman"
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Figures 6 to 10 redrawn, and the paper's claims on them."""
     p = matched(CAR, SLOW.speed, SLOW.steer)
     drive = driven(virtual_car(), proving_courses.load(COURSE), SEEDS.of(PAPER_TEST, 1)[0])
     found = courses(p, drive)

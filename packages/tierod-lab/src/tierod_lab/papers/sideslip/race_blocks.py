@@ -117,7 +117,6 @@ def block(laps: Recording, seen: BesideTruth, number: int) -> Block:
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Tables of the blocks and of the strata, and the claims."""
     laps = recorded(race_laps.FILE, race_laps.VEHICLE)
     if laps is None or effort.quick:
         note = NO_DATA if laps is None else "Left out of a quick study."

@@ -46,7 +46,6 @@ _FIT = (
 
 
 def items(laps: Recording | None, effort: Effort) -> Iterator[Item]:
-    """Tables, figure and claims on the race laps."""
     if laps is None:
         yield from absent("race-laps", ("mean", "rms"))
         return
@@ -136,7 +135,6 @@ def _picture(seen: BesideTruth) -> Chart:
 
 
 def _recovery(laps: Recording, car: Vehicle, fixed: Vehicle, until: float) -> Iterator[Item]:
-    """Table and claim on the error with a wrong initial cornering stiffness."""
     rows: list[tuple[str, ...]] = []
     worst = ErrorFigures(0.0, 0.0, 1.0)
     for axle in ("front", "rear"):

@@ -11,7 +11,6 @@ from tierod_lab.studies.effort import Effort
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Tables, figure and claims on both cars."""
     yield Heading(
         "Two real cars",
         (

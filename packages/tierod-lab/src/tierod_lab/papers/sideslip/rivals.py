@@ -43,18 +43,14 @@ class LeakyKinematic:
     leak_time: Annotated[float, "s"]
 
     class Sample(NamedTuple):
-        """Signals of one sample."""
-
         vehicle_speed: Annotated[Any, "m/s"]
         yaw_rate: Annotated[Any, "rad/s"]
         lateral_acceleration: Annotated[Any, "m/s**2"]
 
     def init(self) -> float:
-        """Lateral speed of zero [m/s]."""
         return 0.0
 
     def step(self, state: Any, sample: Any) -> tuple[Any, Any]:
-        """Advances by one sample; the output is the tangent of the sideslip angle."""
         rate = sample.lateral_acceleration - sample.yaw_rate * sample.vehicle_speed - state / self.leak_time
         speed = where(present(rate), state + self.sample_time * rate, state)
         return speed, speed / sample.vehicle_speed

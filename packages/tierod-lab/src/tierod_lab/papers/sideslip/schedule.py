@@ -84,7 +84,6 @@ class Schedule:
 
 
 def _sum(terms: list[Scalar]) -> Scalar:
-    """Sum by halves: a tree of additions is shorter than a chain, and does not delay the step."""
     if len(terms) == 1:
         return terms[0]
     middle = len(terms) // 2
@@ -140,7 +139,6 @@ class ScheduledObserver:
         return cls(model, parameters, schedule, 2, tuple(rate * step for rate in HELD), math.exp(-step / FADING_TIME))
 
     def start(self) -> ScheduledState:
-        """State before the first sample: at rest, straight ahead."""
         return ScheduledState(skeleton(self.model.State), (0.0,) * self.asked)
 
     def observe(

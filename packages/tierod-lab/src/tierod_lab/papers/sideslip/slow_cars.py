@@ -190,7 +190,6 @@ def _sizes(errors: list[np.ndarray]) -> tuple[float, float]:
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Table of the errors, and its claims."""
     yield Heading(
         "Small, slow, strongly steered",
         (

@@ -21,7 +21,6 @@ class TurnedSingleTrack(SingleTrack):
 
     @staticmethod
     def derivative(x: SingleTrack.State, u: SingleTrack.Input, p: SingleTrack.Parameters) -> SingleTrack.State:
-        """Rates of the sideslip angle and of the yaw rate, eq (6)."""
         front, rear = SingleTrack.axle_forces(x, u, p)
         across = front * cos(u.road_wheel_angle)
         sideslip_rate = lateral_acceleration(across, rear, p.mass) / u.vehicle_speed - x.yaw_rate
@@ -31,7 +30,6 @@ class TurnedSingleTrack(SingleTrack):
 
     @staticmethod
     def output(x: SingleTrack.State, u: SingleTrack.Input, p: SingleTrack.Parameters) -> SingleTrack.Output:
-        """Yaw rate and lateral acceleration."""
         front, rear = SingleTrack.axle_forces(x, u, p)
         across = front * cos(u.road_wheel_angle)
         return SingleTrack.Output(x.yaw_rate, lateral_acceleration(across, rear, p.mass))
@@ -44,7 +42,6 @@ class TurnedSteeredVehicle(SteeredVehicle):
     def derivative(
         x: SteeredVehicle.State, u: SteeredVehicle.Input, p: SteeredVehicle.Parameters
     ) -> SteeredVehicle.State:
-        """Rates of vehicle and steering, eqs (1), (3) and (6)."""
         own, steer = SteeredVehicle.parts(x, u)
         resisting = aligning_torque(own, steer, p)
         acceleration = steering_acceleration(x.road_wheel_rate, u.road_wheel_torque, resisting, p)

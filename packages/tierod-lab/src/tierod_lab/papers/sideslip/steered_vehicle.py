@@ -31,22 +31,16 @@ class SteeredVehicle:
     """
 
     class State(NamedTuple):
-        """Sideslip angle at the centre of gravity, yaw rate, mean steer of the front wheels, its rate."""
-
         sideslip_angle: Annotated[float, "rad"]
         yaw_rate: Annotated[float, "rad/s"]
         road_wheel_angle: Annotated[float, "rad"]
         road_wheel_rate: Annotated[float, "rad/s"]
 
     class Input(NamedTuple):
-        """Torque of the actuator at the road wheels, and forward speed, on which the model depends."""
-
         road_wheel_torque: Annotated[float, "N*m"]
         vehicle_speed: Annotated[float, "m/s"]
 
     class Output(NamedTuple):
-        """Measurements, eq (15)."""
-
         yaw_rate: Annotated[float, "rad/s"]
         road_wheel_angle: Annotated[float, "rad"]
 
@@ -56,7 +50,6 @@ class SteeredVehicle:
 
     @staticmethod
     def derivative(x: State, u: Input, p: Parameters) -> State:
-        """Rates of vehicle and steering, eq (13) with smoothed friction."""
         own, steer = SteeredVehicle.parts(x, u)
         vehicle = SingleTrack.derivative(own, steer, p)
         resisting = aligning_torque(own, steer, p)
@@ -65,7 +58,6 @@ class SteeredVehicle:
 
     @staticmethod
     def output(x: State, u: Input, p: Parameters) -> Output:
-        """Yaw rate and mean steer of the front wheels."""
         return SteeredVehicle.Output(x.yaw_rate, x.road_wheel_angle)
 
     @staticmethod
@@ -87,8 +79,6 @@ class TorqueShownVehicle:
     Input = SingleTrack.Input
 
     class Output(NamedTuple):
-        """Measured yaw rate, and the aligning torque estimated by an observer of the steering."""
-
         yaw_rate: Annotated[float, "rad/s"]
         self_aligning_torque: Annotated[float, "N*m"]
 
@@ -98,12 +88,10 @@ class TorqueShownVehicle:
 
     @staticmethod
     def derivative(x: SingleTrack.State, u: SingleTrack.Input, p: Parameters) -> SingleTrack.State:
-        """Rates of the sideslip angle and of the yaw rate, eq (9)."""
         return SingleTrack.derivative(x, u, p)
 
     @staticmethod
     def output(x: SingleTrack.State, u: SingleTrack.Input, p: Parameters) -> Output:
-        """Yaw rate and aligning torque, eq (23)."""
         return TorqueShownVehicle.Output(x.yaw_rate, aligning_torque(x, u, p))
 
 

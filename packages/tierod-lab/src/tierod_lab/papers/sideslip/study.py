@@ -26,7 +26,6 @@ PARTS: Mapping[str, str] = {
 
 
 def items(effort: Effort, progress: Progress) -> Iterator[Item]:
-    """Headings, tables, charts and claims of all parts."""
     yield from items_of("sideslip", PARTS, effort, progress)
     yield SEEDS.table()
     progress(1.0, "done")

@@ -26,7 +26,6 @@ Change = Callable[[SteeredVehicle.Parameters], SteeredVehicle.Parameters]
 
 
 def _unchanged(p: SteeredVehicle.Parameters) -> SteeredVehicle.Parameters:
-    """The parameters as matched."""
     return p
 
 
@@ -82,7 +81,6 @@ class Errors:
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """A table of errors for either car, and the claims."""
     seeds = tuple(SEEDS.of(SIDE_BY_SIDE, 1 if effort.quick else 3))
     yield Heading(
         "The observers side by side",

@@ -247,18 +247,15 @@ def decoupled(design: Design, factor: float, sample_time: float) -> np.ndarray:
 
 
 def _steering(noise: ObserverNoise, sample_time: float) -> tuple[Any, tuple[float, ...], tuple[float, ...]]:
-    """Model of the first stage, with its process and measurement noise per sample."""
     process = (0.02 * noise.road_wheel_rate, noise.road_wheel_rate, noise.self_aligning_torque)
     variances = tuple(q * q * sample_time for q in process)
     return sampled_steering(sample_time), variances, (noise.road_wheel_angle_reading**2,)
 
 
 def _vehicle(noise: ObserverNoise, sample_time: float) -> tuple[Any, tuple[float, ...], tuple[float, ...]]:
-    """Model of the second stage, with its process and measurement noise per sample."""
     process = (noise.sideslip_angle**2 * sample_time, noise.yaw_rate**2 * sample_time)
     return sampled_vehicle(sample_time), process, (noise.yaw_rate_reading**2, noise.torque_variance(sample_time))
 
 
 def _part(p: SteeredVehicle.Parameters, model: Any) -> Any:
-    """The parameters of one part of the vehicle."""
     return model.Parameters(*(getattr(p, each.name) for each in dataclasses.fields(model.Parameters)))

@@ -50,7 +50,6 @@ view of them."""
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Table and claims for both cars."""
     yield Heading(
         "Cars without preparation",
         (

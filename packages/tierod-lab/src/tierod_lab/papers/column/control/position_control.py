@@ -110,15 +110,11 @@ class PositionControl:
     disturbance_compensation: Annotated[float, "", SHARE] = 0.0
 
     class Sample(NamedTuple):
-        """Estimates, reference, and whether control is enabled (1.0 or 0.0)."""
-
         observed: ObservedColumn
         reference: Reference
         enabled: Annotated[float, ""]
 
     class State(NamedTuple):
-        """Last commanded torque, integral of the error, and degree of engagement (0 to 1)."""
-
         torque: float
         integral: float
         hold: float
@@ -178,11 +174,9 @@ class PositionControl:
         return cls(gains, column, torsion_bar_stiffness, sample_time=sample_time, kept=kept, **settings)
 
     def init(self) -> State:
-        """State with control released."""
         return self.State(0.0, 0.0, 0.0)
 
     def step(self, state: State, sample: Sample) -> tuple[State, Output]:
-        """Advance by one sample."""
         usable = all_of(*(present(value) for value in values_of(sample)))
         given = self.Sample(*_kept(usable, (sample.observed, sample.reference, sample.enabled)))
         wants = both(usable, given.enabled > 0.5)

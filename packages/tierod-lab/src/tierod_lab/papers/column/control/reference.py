@@ -88,7 +88,6 @@ class Step:
 
 
 def _sine(phase: np.ndarray, rate: np.ndarray, change: np.ndarray) -> Reference:
-    """sin(phase) and its derivatives, for a constant derivative `change` of the rate."""
     s, c = np.sin(phase), np.cos(phase)
     return _reference(
         s,
@@ -108,7 +107,6 @@ def _polynomials() -> tuple[np.polynomial.Polynomial, ...]:
 
 
 def _smooth(share: np.ndarray, duration: float) -> Reference:
-    """The smooth rise and its derivatives at a share of its duration."""
     inside = (share > 0.0) & (share < 1.0)
     bounded = np.clip(share, 0.0, 1.0)
     values = [polynomial(bounded) / duration**order for order, polynomial in enumerate(_polynomials())]
@@ -116,7 +114,6 @@ def _smooth(share: np.ndarray, duration: float) -> Reference:
 
 
 def _product(a: Reference, b: Reference) -> Reference:
-    """Product of two functions and its derivatives, by the Leibniz rule."""
     return _reference(*(sum(math.comb(n, k) * a[k] * b[n - k] for k in range(n + 1)) for n in range(5)))
 
 
@@ -125,7 +122,6 @@ def _scaled(reference: Reference, factor: float) -> Reference:
 
 
 def _reference(*values: np.ndarray | float) -> Reference:
-    """A reference with arrays over time as fields."""
     return Reference(*values)  # type: ignore[arg-type]  # every field holds a value per instant
 
 

@@ -83,14 +83,10 @@ class ActuatorSet:
     sample_time: Annotated[float, "s", POSITIVE] = 0.01
 
     class Sample(NamedTuple):
-        """Targets, and sensors after reconfiguration."""
-
         targets: Targets
         repaired: Repaired
 
     class State(NamedTuple):
-        """State of the parts."""
-
         hold: Tree
         ideal: SingleTrack.State
         speed: Scalar
@@ -101,13 +97,10 @@ class ActuatorSet:
         unrest: Scalar
 
     class Output(NamedTuple):
-        """Residuals, and the presence of each."""
-
         residuals: ActuatorResiduals
         there: ActuatorFlags
 
     def init(self) -> State:
-        """At rest."""
         return self.State(
             self.hold.init(),
             SingleTrack.State(0.0, 0.0),
@@ -120,7 +113,6 @@ class ActuatorSet:
         )
 
     def step(self, state: State, sample: Sample) -> tuple[State, Output]:
-        """Advances by one sample."""
         hold, held = self.hold.step(state.hold, sample.targets)
         # Zeros in place of NaN keep the state finite; the flags exclude the residuals of missing signals.
         wanted = Targets(*(where(present(value), value, 0.0) for value in held))

@@ -17,8 +17,6 @@ class Growing:
     """Model of a value whose rate is a random walk."""
 
     class State(NamedTuple):
-        """Value and rate."""
-
         value: Annotated[float, "unit of the signal"]
         rate: Annotated[float, "unit of the signal"]
 
@@ -26,8 +24,6 @@ class Growing:
         """No inputs."""
 
     class Output(NamedTuple):
-        """The measured value."""
-
         value: Annotated[float, "unit of the signal"]
 
     @dataclass(frozen=True)
@@ -38,12 +34,10 @@ class Growing:
 
     @staticmethod
     def transition(x: State, u: Input, p: Parameters) -> State:
-        """Advances by one sample."""
         return Growing.State(x.value + p.sample_time * x.rate, x.rate)
 
     @staticmethod
     def output(x: State, u: Input, p: Parameters) -> Output:
-        """The value."""
         return Growing.Output(x.value)
 
 
@@ -51,19 +45,13 @@ class CarriedSpeed:
     """Model of the forward speed as the integral of an acceleration with an unknown offset."""
 
     class State(NamedTuple):
-        """Forward speed, and offset of the acceleration."""
-
         forward_speed: Annotated[float, "m/s"]
         offset: Annotated[float, "m/s**2"]
 
     class Input(NamedTuple):
-        """Derivative of the forward speed by the accelerometer."""
-
         forward_rate: Annotated[float, "m/s**2"]
 
     class Output(NamedTuple):
-        """Forward speed as measured by each rear wheel."""
-
         left: Annotated[float, "m/s"]
         right: Annotated[float, "m/s"]
 
@@ -71,12 +59,10 @@ class CarriedSpeed:
 
     @staticmethod
     def transition(x: State, u: Input, p: Growing.Parameters) -> State:
-        """Advances by one sample."""
         return CarriedSpeed.State(x.forward_speed + p.sample_time * (u.forward_rate - x.offset), x.offset)
 
     @staticmethod
     def output(x: State, u: Input, p: Growing.Parameters) -> Output:
-        """Both rear wheels roll at the forward speed."""
         return CarriedSpeed.Output(x.forward_speed, x.forward_speed)
 
 
@@ -128,8 +114,6 @@ class AdaptiveSpeed:
     patience: Annotated[float, "s", POSITIVE] = 1.0
 
     class Sample(NamedTuple):
-        """Signals, NaN where missing, and the estimated sideslip angle."""
-
         longitudinal_acceleration: Annotated[float, "m/s**2"]
         yaw_rate: Annotated[float, "rad/s"]
         sideslip_angle: Annotated[float, "rad"]
@@ -137,8 +121,6 @@ class AdaptiveSpeed:
         wheel_speed_rear_right: Annotated[float, "m/s"]
 
     class State(NamedTuple):
-        """State of the four filters, whether the speed has started, and for how long it has been doubtful [s]."""
-
         acceleration: Belief
         left: Belief
         right: Belief
@@ -147,8 +129,6 @@ class AdaptiveSpeed:
         doubt: Scalar
 
     class Output(NamedTuple):
-        """Speed, its rate without the offset of the accelerometer, that offset, and the rates of both wheel speeds."""
-
         forward_speed: Annotated[float, "m/s"]
         forward_rate: Annotated[float, "m/s**2"]
         offset: Annotated[float, "m/s**2"]
@@ -175,11 +155,9 @@ class AdaptiveSpeed:
         return cls(track_width, sample_time, first, second, joined)
 
     def init(self) -> State:
-        """State at rest, before the speed has started."""
         return self.State(self.acceleration.init(), self.wheel.init(), self.wheel.init(), self.speed.init(), 0.0, 0.0)
 
     def step(self, state: State, sample: Sample) -> tuple[State, Output]:
-        """Advances by one sample."""
         before = state.speed.mean
         rate = forward_rate(
             sample.longitudinal_acceleration, before.forward_speed, sample.sideslip_angle, sample.yaw_rate
@@ -213,7 +191,6 @@ class AdaptiveSpeed:
         return self.State(first, left, right, joined, started, doubt), output
 
     def _apart(self, readings: tuple[Scalar, Scalar], ahead: Scalar) -> Scalar:
-        """Whether both wheels agree with each other and contradict the predicted speed."""
         left, right = (where(present(each), each, 0.0) for each in readings)
         agree = absolute(left - right) < 4.0 * self.wheel_noise
         return both(agree, absolute(0.5 * (left + right) - ahead) > 2.0 * self.rejection)
@@ -230,5 +207,4 @@ def _reading(each: KalmanFilter, value: Scalar) -> Tree:
 
 
 def _if_present(raw: Scalar, value: Scalar) -> Scalar:
-    """The value where the raw reading is present, otherwise the missing reading itself."""
     return where(present(raw), value, raw)

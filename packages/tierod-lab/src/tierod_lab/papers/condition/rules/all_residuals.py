@@ -34,25 +34,19 @@ class AllResiduals:
     Sample = ConditionSample
 
     class State(NamedTuple):
-        """State of both parts."""
-
         sensors: ResidualSet.State
         actuators: ActuatorSet.State
 
     class Output(NamedTuple):
-        """Residuals, presence of each, excitation, and estimates of the filters."""
-
         residuals: Residuals
         there: Flags
         excitation: Excitation
         motion: Motion
 
     def init(self) -> State:
-        """At rest."""
         return self.State(self.sensors.init(), self.actuators.init())
 
     def step(self, state: State, sample: ConditionSample) -> tuple[State, Output]:
-        """Advances by one sample."""
         sensors, seen = self.sensors.step(state.sensors, sample)
         targets = Targets(*(getattr(sample, name) for name in Targets._fields))
         repaired = Repaired(seen.held, seen.motion, seen.held.steering_shaft_torque, seen.residuals.r19)

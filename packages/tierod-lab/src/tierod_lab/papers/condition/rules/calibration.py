@@ -122,7 +122,6 @@ class _Healthy:
 def _threshold(
     drives: Sequence[_Healthy], name: str, adaptive: bool, alarm_samples: float | None
 ) -> tuple[ResidualThreshold, float]:
-    """Threshold and standard deviation of one residual."""
     values = np.concatenate([each.residuals[name] for each in drives])
     there = np.isfinite(values)
     if there.sum() < FEWEST:
@@ -146,7 +145,6 @@ _FIXED = np.array([1.0, 0.0, 0.0, 0.0, 0.0])
 
 
 def _scale(relative: Sequence[np.ndarray], alarm_samples: float | None) -> float:
-    """Factor on a shape of the threshold, from the residuals divided by that shape."""
     if alarm_samples is None:
         return MARGIN * max(float(np.nanmax(np.abs(each))) for each in relative if np.isfinite(each).any())
     design = threshold_from_records(HoldRule(sides="both", hold=1), relative, alarm_samples)
@@ -154,7 +152,6 @@ def _scale(relative: Sequence[np.ndarray], alarm_samples: float | None) -> float
 
 
 def _alike(left: str, first: ResidualThreshold, right: str, second: ResidualThreshold) -> dict[str, ResidualThreshold]:
-    """Both thresholds with the larger of each of their parts; each keeps its centre."""
     names = ("base", *GROWTHS)
     parts = {name: max(getattr(first, name), getattr(second, name)) for name in names}
     return {left: replace(first, **parts), right: replace(second, **parts)}

@@ -24,8 +24,6 @@ _DECIDES = "symptom of a residual"
 
 
 def _opening(name: str) -> Callable[[Vehicle, float, Baseline | None], Session]:
-    """A function that opens a session of a variant."""
-
     def opened(vehicle: Vehicle, rate: float, baseline: Baseline | None) -> Session:
         from tierod_lab.papers.condition.rules.parameters import ResidualParameters
         from tierod_lab.papers.condition.rules.rule_monitor import RulesWithReaction, rule_monitor

@@ -69,27 +69,21 @@ class RuleDiagnosis:
         return ratios_class(self.table.residuals)
 
     class Output(NamedTuple):
-        """Declaration, candidacy and score of each fault, and whether any residual of the rules is abnormal."""
-
         faulty: Tree
         candidates: Tree
         scores: Tree
         abnormal: Scalar
 
     class State(NamedTuple):
-        """Held symptoms, time for which each rule has held, and remaining time of its fault as a possible one [s]."""
-
         symptoms: tuple[Held, ...]
         held: tuple[Scalar, ...]
         since_held: tuple[Scalar, ...]
 
     def init(self) -> State:
-        """State before the first sample."""
         count = len(self.table.rules)
         return self.State((Held(0.0, 0.0),) * len(self.table.residuals), (0.0,) * count, (0.0,) * count)
 
     def step(self, state: State, sample: Tree) -> tuple[State, Output]:
-        """Advances by one sample."""
         pairs = [self._symptom(held, ratio) for held, ratio in zip(state.symptoms, sample, strict=True)]
         ratios = dict(zip(self.table.residuals, (ratio for _, ratio in pairs), strict=True))
         longest = self.table.timing.confirm_time + self.sample_time
@@ -141,7 +135,6 @@ class RuleDiagnosis:
 
 
 def _fit(rule: SymptomRule, ratios: dict[str, Scalar]) -> tuple[Scalar, Scalar]:
-    """Whether all conditions of a rule hold, and the weighted share of those that hold."""
     asked: list[tuple[str, Scalar]] = []
     for name in rule.abnormal:
         asked.append((name, absolute(ratios[name]) >= 1.0))

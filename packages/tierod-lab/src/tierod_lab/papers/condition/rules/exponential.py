@@ -51,7 +51,6 @@ def discretise_pair(model: Model) -> Model:
 
 
 def _mean_slope(rows: list[list[Scalar]], slope: list[Scalar], step: Scalar) -> tuple[Scalar, Scalar]:
-    """phi(step A) times the slope at the start of a sample: its mean over the sample."""
     (a, b), (c, d) = [[step * each for each in row] for row in rows]
     middle, spread = 0.5 * (a + d), 0.5 * (a - d)
     even, odd = _halves(middle, spread * spread + b * c)
@@ -69,7 +68,6 @@ def _mean_slope(rows: list[list[Scalar]], slope: list[Scalar], step: Scalar) -> 
 
 
 def _of_one_eigenvalue(value: Scalar) -> Scalar:
-    """(phi(value) - 1) / value: factor of a matrix in its phi, if its other eigenvalue is zero."""
     away = absolute(value) > _SHORT
     safe = where(away, value, 1.0)
     series = 0.5 + value * (1.0 / 6.0 + value * (1.0 / 24.0 + value / 120.0))

@@ -99,8 +99,6 @@ def fit_coefficients(block: ResidualSet, drives: Sequence[np.ndarray]) -> Coeffi
 
 
 class _Equations:
-    """Normal equations of a least-squares fit, accumulated over the drives."""
-
     def __init__(self, count: int):
         self.left, self.right, self.samples = np.zeros((count, count)), np.zeros(count), 0
 

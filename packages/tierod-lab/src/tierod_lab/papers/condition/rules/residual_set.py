@@ -63,8 +63,6 @@ class ResidualSet:
     Sample = ConditionSample
 
     class State(NamedTuple):
-        """State of the parts."""
-
         hold: Tree
         steering: tuple[Smooth, ...]
         angle: Belief
@@ -74,8 +72,6 @@ class ResidualSet:
         there: Measured
 
     class Output(NamedTuple):
-        """Residuals, presence of each, estimates of the filters, readings after the hold, and excitation."""
-
         residuals: SensorResiduals
         there: SensorFlags
         motion: Motion
@@ -83,7 +79,6 @@ class ResidualSet:
         excitation: Excitation
 
     def init(self) -> State:
-        """At rest."""
         return self.State(
             self.hold.init(),
             self.steering.init(),
@@ -95,7 +90,6 @@ class ResidualSet:
         )
 
     def step(self, state: State, sample: ConditionSample) -> tuple[State, Output]:
-        """Advances by one sample."""
         hold, held = self.hold.step(state.hold, Measured(*(getattr(sample, name) for name in Measured._fields)))
         # Zeros in place of NaN keep the state finite; the flags exclude the residuals of missing signals.
         now = Measured(*(where(present(value), value, 0.0) for value in held))

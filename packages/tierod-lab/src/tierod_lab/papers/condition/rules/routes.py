@@ -79,7 +79,6 @@ class PrintedSingleTrack(SingleTrack):
 
     @staticmethod
     def output(x: SingleTrack.State, u: SingleTrack.Input, p: SingleTrack.Parameters) -> SingleTrack.Output:
-        """Yaw rate and lateral acceleration."""
         right = SingleTrack.output(x, u, p)
         of_sideslip = (p.front_cornering_stiffness + p.rear_cornering_stiffness) / p.mass * x.sideslip_angle
         printed = right.lateral_acceleration + of_sideslip - of_sideslip / u.vehicle_speed

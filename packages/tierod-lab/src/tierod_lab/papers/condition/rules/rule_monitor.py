@@ -77,8 +77,6 @@ class RuleMonitor:
     Sample = ConditionSample
 
     class State(NamedTuple):
-        """State of the parts, sensors that were faulty at the last sample, and spans of the faults."""
-
         sensors: ResidualSet.State
         actuators: ActuatorSet.State
         rules: RuleDiagnosis.State
@@ -93,7 +91,6 @@ class RuleMonitor:
         return dict(zip(RESIDUALS, (*self.sensor_thresholds, *self.actuator_thresholds), strict=True))
 
     def init(self) -> State:
-        """At rest, all fault-free."""
         return self.State(
             self.sensors.init(),
             self.actuators.init(),
@@ -103,7 +100,6 @@ class RuleMonitor:
         )
 
     def step(self, state: State, sample: ConditionSample) -> tuple[State, Judged]:
-        """Advances by one sample."""
         sensors, seen = self.sensors.step(state.sensors, sample)
         expected = self._expected(seen)
         not_testable = self._not_testable(seen, expected)
@@ -181,7 +177,6 @@ class RuleMonitor:
         )
 
     def _repaired(self, faulty: Sequence[Scalar], seen: ResidualSet.Output, expected: Readings) -> Repaired:
-        """The readings, with those of faulty sensors replaced by the expected ones."""
         values = seen.held._asdict()
         values |= {
             name: where(wrong > 0.5, getattr(expected, name), values[name])
@@ -251,17 +246,13 @@ class RulesWithReaction:
     Output = ConditionOutput
 
     class State(NamedTuple):
-        """State of both parts."""
-
         monitor: RuleMonitor.State
         reaction: ReactionState
 
     def init(self) -> State:
-        """At rest, all fault-free."""
         return self.State(self.monitor.init(), self.reaction.init())
 
     def step(self, state: State, sample: ConditionSample) -> tuple[State, ConditionOutput]:
-        """Advances by one sample."""
         monitor, judged = self.monitor.step(state.monitor, sample)
         reaction, output = self.reaction.step(state.reaction, sample, judged)
         return self.State(monitor, reaction), output

@@ -36,16 +36,12 @@ class SteeringSignals:
     sample_time: Annotated[float, "s", POSITIVE] = 0.01
 
     class Sample(NamedTuple):
-        """Signals of the steering; NaN where missing."""
-
         steering_wheel_angle: Annotated[float, "rad"]
         steering_shaft_torque: Annotated[float, "N*m"]
         tie_rod_force: Annotated[float, "N"]
         lateral_acceleration: Annotated[float, "m/s**2"]
 
     class Output(NamedTuple):
-        """Low-passed signals, rate of the angle, its mean acceleration over the sample, and its direction (-1 to 1)."""
-
         angle: Annotated[float, "rad"]
         rate: Annotated[float, "rad/s"]
         acceleration: Annotated[float, "rad/s**2"]
@@ -55,11 +51,9 @@ class SteeringSignals:
         lateral_acceleration: Annotated[float, "m/s**2"]
 
     def init(self) -> tuple[Smooth, ...]:
-        """All at zero until a signal is present."""
         return (Smooth(0.0, 0.0, 0.0),) * 4
 
     def step(self, state: tuple[Smooth, ...], sample: Sample) -> tuple[tuple[Smooth, ...], Output]:
-        """Advances by one sample."""
         after = tuple(self._follow(each, value) for each, value in zip(state, sample, strict=True))
         angle, torque, force, lateral = after
         acceleration = (angle.rate - state[0].rate) / self.sample_time
@@ -98,15 +92,11 @@ class LostShares:
     sample_time: Annotated[float, "s", POSITIVE]
 
     class Sample(NamedTuple):
-        """Missing part, and both regressors."""
-
         missing: Annotated[float, "unit of the signal"]
         first: Annotated[float, "unit of the signal"]
         second: Annotated[float, "unit of the signal"]
 
     class State(NamedTuple):
-        """Exponentially weighted means of the products."""
-
         first: Scalar
         mixed: Scalar
         second: Scalar
@@ -114,17 +104,13 @@ class LostShares:
         missing_second: Scalar
 
     class Output(NamedTuple):
-        """The two lost shares."""
-
         first: Annotated[float, ""]
         second: Annotated[float, ""]
 
     def init(self) -> State:
-        """State before the first sample."""
         return self.State(0.0, 0.0, 0.0, 0.0, 0.0)
 
     def step(self, state: State, sample: Sample, enabled: Scalar = True) -> tuple[State, Output]:
-        """Advances by one sample; the state is held where `enabled` (logic) does not hold."""
         # Not finite as soon as one of the three is missing.
         whole = (sample.missing + sample.first + sample.second) * 0.5
         use = where(present(whole), enabled, 0.0)

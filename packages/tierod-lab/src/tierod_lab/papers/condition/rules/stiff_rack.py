@@ -18,20 +18,14 @@ class StiffRack:
     """
 
     class State(NamedTuple):
-        """Angle of the column and its rate."""
-
         steering_wheel_angle: Annotated[float, "rad"]
         steering_wheel_rate: Annotated[float, "rad/s"]
 
     class Input(NamedTuple):
-        """Torque towards the left, and the tie rods' force, positive where it opposes a turn to the left."""
-
         steering_shaft_torque: Annotated[float, "N*m"]
         tie_rod_force: Annotated[float, "N"]
 
     class Output(NamedTuple):
-        """Measurement of the angle sensor; the rack's position is a copy of it and no second measurement (eq 4)."""
-
         steering_wheel_angle: Annotated[float, "rad"]
 
     @dataclass(frozen=True)
@@ -56,7 +50,6 @@ class StiffRack:
 
     @staticmethod
     def derivative(x: State, u: Input, p: Parameters) -> State:
-        """Rates of angle and speed."""
         friction = smooth_coulomb(x.steering_wheel_rate, p.nominal_friction, p.friction_width)
         left = column_balance(
             u.steering_shaft_torque,
@@ -72,5 +65,4 @@ class StiffRack:
 
     @staticmethod
     def output(x: State, u: Input, p: Parameters) -> Output:
-        """Angle of the column."""
         return StiffRack.Output(x.steering_wheel_angle)

@@ -94,7 +94,6 @@ def read_calibration(path: str | Path) -> ResidualCalibration:
 
 
 def _threshold(table: dict[str, Any], document: Document, name: str) -> ResidualThreshold:
-    """A threshold from its table; an infinite one belongs to a residual that was never present."""
     if table.get("base") == math.inf:
         return ResidualThreshold(math.inf)
     built: ResidualThreshold = build(ResidualThreshold, table, document, ("thresholds", name), signal="")
@@ -189,7 +188,6 @@ def calibration_of(vehicle: Vehicle, printed: bool = False) -> ResidualCalibrati
 
 
 def _require_fit(table: Mapping[str, Any], vehicle: str, of: str) -> None:
-    """Refuses a table that no calibration has written."""
     groups = ("coefficients", "deviation", *PARTS)
     coefficients = {each.name for each in fields(Coefficients)}
     strange = [name for name in table if name not in ("source", "samples", *groups)]
@@ -210,5 +208,4 @@ def _require_fit(table: Mapping[str, Any], vehicle: str, of: str) -> None:
 
 
 def _missing(part: str) -> float:
-    """Default of a missing number; a residual without a base threshold is never judged."""
     return math.inf if part == "base" else 0.0

@@ -19,8 +19,6 @@ class TwoBodyRack:
     """
 
     class State(NamedTuple):
-        """Positions and rates of both bodies."""
-
         rack_position: Annotated[float, "m"]
         steering_wheel_angle: Annotated[float, "rad"]
         rack_speed: Annotated[float, "m/s"]
@@ -29,8 +27,6 @@ class TwoBodyRack:
     Input = StiffRack.Input
 
     class Output(NamedTuple):
-        """Both positions (eq 4); that of the rack is computed from the angle by eq (5) and no second measurement."""
-
         rack_position: Annotated[float, "m"]
         steering_wheel_angle: Annotated[float, "rad"]
 
@@ -49,7 +45,6 @@ class TwoBodyRack:
 
     @staticmethod
     def derivative(x: State, u: StiffRack.Input, p: Parameters) -> State:
-        """Rates of positions and speeds."""
         travel = p.rack_ratio
         friction = smooth_coulomb(x.steering_wheel_rate, p.nominal_friction, p.friction_width)
         twist = travel * x.steering_wheel_angle - x.rack_position
@@ -66,5 +61,4 @@ class TwoBodyRack:
 
     @staticmethod
     def output(x: State, u: StiffRack.Input, p: Parameters) -> Output:
-        """Positions of rack and column."""
         return TwoBodyRack.Output(x.rack_position, x.steering_wheel_angle)
