@@ -15,9 +15,8 @@ from tierod.core.graph import Bank
 from tierod.core.graph.kernel import kernel
 from tierod.core.graph.trace import initial_memory
 from tierod.models.automated_vehicle import AutomatedVehicle
-from tierod.monitors.condition.hypotheses import hypotheses
-from tierod.monitors.condition.monitor import condition_monitor
-from tierod.monitors.condition.signals import ConditionSample
+from tierod.monitors.condition.definition import condition_monitor
+from tierod.monitors.condition.signals import ConditionSample, hypotheses
 from tierod.vehicles import load
 from tierod_lab.papers.condition.drives import Drive, actuator_tests, healthy_drives, sensor_tests
 from tierod_lab.papers.condition.recorded import recorded

@@ -12,8 +12,8 @@ from tierod.cli import main
 from tierod.core.recording import Recording
 from tierod.io.readers import read
 from tierod.io.writers import write
-from tierod.monitors.condition.calibration.limits import limits_of
 from tierod.monitors.condition.definition import CONDITION
+from tierod.monitors.condition.limits import limits_of
 from tierod.vehicles import load
 from tierod.vehicles.vehicle import SHIPPED
 from tierod_lab.papers.condition.drives import Drive
@@ -43,9 +43,9 @@ def folder(tmp_path_factory):
 @pytest.fixture
 def short(monkeypatch):
     """A minute gives the parameters, and another one the limits: enough to see what is written, not how well."""
-    monkeypatch.setattr("tierod.monitors.condition.calibration.whole.FOR_PARAMETERS", 62.0)
-    monkeypatch.setattr("tierod.monitors.condition.calibration.whole.LEAST_HOURS", 0.015)
-    monkeypatch.setattr("tierod.monitors.condition.calibration.limits.LEAST_HOURS", 0.015)
+    monkeypatch.setattr("tierod.monitors.condition.calibration.FOR_PARAMETERS", 62.0)
+    monkeypatch.setattr("tierod.monitors.condition.calibration.LEAST_HOURS", 0.015)
+    monkeypatch.setattr("tierod.monitors.condition.limits.LEAST_HOURS", 0.015)
 
 
 def thresholds(folder, *names, arguments=()):

@@ -37,12 +37,11 @@ from tierod.models.lateral_parameters import LateralParameters
 from tierod.models.stator_frame_motor import SampledMotorParameters
 from tierod.models.steering_column import ColumnParameters
 from tierod.models.two_inertia_column import TwoInertiaParameters
-from tierod.monitors.condition.bank.lane import LeaveOutFilter
-from tierod.monitors.condition.bank.rolling_filter import RollingFilter
-from tierod.monitors.condition.calibration.likeliest import WhitenedInnovations
-from tierod.monitors.condition.kinds.kind import KindOfFault
-from tierod.monitors.condition.reaction import FaultReaction
-from tierod.monitors.condition.substitutes import Reconfiguration
+from tierod.monitors.condition.kinds import KindOfFault
+from tierod.monitors.condition.parameters import WhitenedInnovations
+from tierod.monitors.condition.reaction import FaultReaction, Reconfiguration
+from tierod.monitors.condition.rolling_filter import RollingFilter
+from tierod.monitors.condition.vehicle_filter import LeaveOutFilter
 from tierod.monitors.driver_torque.delayed import DelayedHandTorque
 from tierod.monitors.driver_torque.hands import HandsMonitor
 from tierod.monitors.driver_torque.hands_filters import WheelAcceleration

@@ -1,6 +1,6 @@
 from dataclasses import replace
 
-from tierod.monitors.condition.monitor import condition_monitor
+from tierod.monitors.condition.definition import condition_monitor
 from tierod.vehicles import load
 from tierod_lab.campaign.reported_seed import reported_seed
 from tierod_lab.papers.condition.reported import USED, first_vehicle, vehicles

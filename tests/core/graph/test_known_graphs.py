@@ -24,7 +24,7 @@ from tierod.methods.detectors import Cusum
 block, count = Cusum(0.5, 4.0, 20.0), 1
 """,
     "bank": """
-from tierod.monitors.condition.monitor import condition_monitor
+from tierod.monitors.condition.definition import condition_monitor
 from tierod.vehicles import load
 block = condition_monitor(load("rav4"))
 count = len(block.Sample._fields)

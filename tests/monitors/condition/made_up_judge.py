@@ -2,13 +2,12 @@
 
 from monitors.condition.made_up_lanes import HYPOTHESES, lane
 from tierod.core.graph import Bank
-from tierod.monitors.condition.bank.decision import Decision
-from tierod.monitors.condition.bank.judge import ConditionJudge
-from tierod.monitors.condition.bank.weighing import Limits, Weighing
-from tierod.monitors.condition.kinds.kind import KindOfFault
-from tierod.monitors.condition.reaction import FaultReaction
+from tierod.monitors.condition.decision import Decision
+from tierod.monitors.condition.judge import ConditionJudge
+from tierod.monitors.condition.kinds import KindOfFault
+from tierod.monitors.condition.reaction import FaultReaction, Reconfiguration
 from tierod.monitors.condition.signals import OF_AUTOMATED
-from tierod.monitors.condition.substitutes import Reconfiguration
+from tierod.monitors.condition.weighing import Limits, Weighing
 from tierod.vehicles import load
 
 

@@ -9,9 +9,8 @@ import numpy as np
 
 from tierod.core.block import skeleton
 from tierod.core.graph.maths import both, log, present, sqrt, where
-from tierod.monitors.condition.bank.lane import LeaveOutFilter
-from tierod.monitors.condition.hypotheses import Hypothesis
-from tierod.monitors.condition.signals import OF_AUTOMATED, ConditionSample, Readings
+from tierod.monitors.condition.signals import OF_AUTOMATED, ConditionSample, Hypothesis, Readings
+from tierod.monitors.condition.vehicle_filter import LeaveOutFilter
 
 LEFT, RIGHT, YAW, ANGLE, TORQUE, FORCE = OF_AUTOMATED
 MOTOR_1, MOTOR_2 = "steering_motor_1", "steering_motor_2"

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from tierod.monitors.condition.courses import FAULT, HEALTHY, SUSPECT, StatementCourse
 from tierod.monitors.condition.signals import ELEMENTS
-from tierod.monitors.condition.statements import FAULT, HEALTHY, SUSPECT, StatementCourse
 
 PERIOD = 0.01
 

@@ -14,11 +14,11 @@ import numpy as np
 
 from tierod.core.graph import scan
 from tierod.core.recording import Channel, Recording
-from tierod.monitors.condition.calibration.grid import aligned
-from tierod.monitors.condition.kinds.catalogue import KINDS
-from tierod.monitors.condition.monitor import rolling_monitor
+from tierod.monitors.condition.courses import FAULT
+from tierod.monitors.condition.definition import rolling_monitor
+from tierod.monitors.condition.kinds import KINDS
+from tierod.monitors.condition.limits import aligned
 from tierod.monitors.condition.signals import ACCELERATIONS, ALL_WHEELS, FRONT_WHEELS, OF_CARS, ConditionSample
-from tierod.monitors.condition.statements import FAULT
 from tierod.vehicles import load
 from tierod_lab.ground.cars.catalogue import load as car_of
 from tierod_lab.ground.courses.catalogue import load as course_of

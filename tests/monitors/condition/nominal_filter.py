@@ -3,8 +3,8 @@
 from dataclasses import replace
 from functools import lru_cache
 
-from tierod.monitors.condition.bank.lane import LeaveOutFilter
 from tierod.monitors.condition.signals import ConditionSample
+from tierod.monitors.condition.vehicle_filter import LeaveOutFilter
 from tierod.vehicles import load
 from tierod_lab.papers.condition.vehicles import vehicle
 

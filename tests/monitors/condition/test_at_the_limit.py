@@ -7,10 +7,10 @@ from monitors.condition.at_the_limit import BEFORE, driven
 from monitors.condition.motion_alone import OF_CARS, SETS, declared, judged
 from tierod.core.findings import Status
 from tierod.core.graph import scan
-from tierod.monitors.condition.bank.skidding import FASTEST, Hands
-from tierod.monitors.condition.calibration.grid import aligned
-from tierod.monitors.condition.monitor import rolling_monitor
-from tierod.monitors.condition.statements import FAULT
+from tierod.monitors.condition.courses import FAULT
+from tierod.monitors.condition.definition import rolling_monitor
+from tierod.monitors.condition.limits import aligned
+from tierod.monitors.condition.rolling_filter import FASTEST, Hands
 from tierod.monitors.diagnose import diagnose
 from tierod_lab.ground.faults import injected
 from tierod_lab.papers.condition.faults import OFFSET, Injected

@@ -8,7 +8,7 @@ import pytest
 from monitors.condition.motion_alone import MOTION, SETS, drive, hard, with_slip
 from tierod.core.findings import Status
 from tierod.core.recording import Channel, Recording
-from tierod.monitors.condition.recording_checks.axle_slip import AxleSlip
+from tierod.monitors.condition.rolling_checks import AxleSlip
 from tierod.monitors.condition.signals import ALL_WHEELS, FRONT_WHEELS, WHEELS
 from tierod.monitors.diagnose import diagnose
 from tierod.vehicles import load

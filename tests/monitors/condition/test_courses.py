@@ -6,7 +6,7 @@ import pytest
 from monitors.condition.made_up_statements import PERIOD, declare, doubt, fault_free, part, place, span
 from tierod.core.findings import Status
 from tierod.monitors.condition.courses import ElementCourse
-from tierod.monitors.condition.kinds.catalogue import GAIN, NOISE, OFFSET
+from tierod.monitors.condition.kinds import GAIN, NOISE, OFFSET
 
 YAW, ANGLE = "yaw_rate", "steering_wheel_angle"
 

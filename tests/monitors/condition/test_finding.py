@@ -7,17 +7,15 @@ import pytest
 
 from monitors.condition.made_up_statements import PERIOD, declare, doubt, fault_free, place, span
 from tierod.core.findings import Element, Episode, Status
-from tierod.monitors.condition.courses import ElementCourse
+from tierod.monitors.condition.accelerations import Disagreement
+from tierod.monitors.condition.courses import LOST_TORQUE, ElementCourse
+from tierod.monitors.condition.coverage import Covered
 from tierod.monitors.condition.driven import SLID, Driven
-from tierod.monitors.condition.finding import OtherCauses, judge
-from tierod.monitors.condition.kinds.catalogue import OFFSET
-from tierod.monitors.condition.recording_checks.contradictions import Problem
-from tierod.monitors.condition.recording_checks.coverage import Covered
-from tierod.monitors.condition.recording_checks.filter_inputs import Disagreement
+from tierod.monitors.condition.finding import NOT_ISOLABLE, OtherCauses, code_courses, elements, judge, losses
+from tierod.monitors.condition.kinds import OFFSET
+from tierod.monitors.condition.reaction import substitution_graph
 from tierod.monitors.condition.signals import ACTUATORS, FRONT_WHEELS, OF_AUTOMATED, TARGETS, ConditionSample
-from tierod.monitors.condition.statements import LOST_TORQUE
-from tierod.monitors.condition.states import NOT_ISOLABLE, code_courses, elements, losses
-from tierod.monitors.condition.substitutes import substitution_graph
+from tierod.monitors.condition.wiring import Problem
 
 YAW, ANGLE, MOTOR = "yaw_rate", "steering_wheel_angle", "steering_motor_1"
 

@@ -10,12 +10,11 @@ from monitors.condition.made_up_lanes import LEFT, column, healthy_drive
 from tierod.core.graph import Stream, scan, trace
 from tierod.diagnosis.counting import Counting
 from tierod.diagnosis.trouble_codes import load_trouble_codes
-from tierod.monitors.condition.calibration.limits import NAME
-from tierod.monitors.condition.monitor import condition_monitor
-from tierod.monitors.condition.reaction import CODES
+from tierod.monitors.condition.courses import FAULT, HEALTHY
+from tierod.monitors.condition.definition import condition_monitor
+from tierod.monitors.condition.limits import NAME
+from tierod.monitors.condition.reaction import CODES, FILTER, substitution_graph
 from tierod.monitors.condition.signals import ELEMENTS, OF_AUTOMATED, PLACES, SENSORS
-from tierod.monitors.condition.statements import FAULT, HEALTHY
-from tierod.monitors.condition.substitutes import FILTER, substitution_graph
 from tierod.vehicles import load
 
 CAR = load("smartload")

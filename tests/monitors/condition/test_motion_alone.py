@@ -15,7 +15,7 @@ from monitors.condition.motion_alone import (
     outcome,
     with_slip,
 )
-from tierod.monitors.condition.monitor import rolling_monitor
+from tierod.monitors.condition.definition import rolling_monitor
 from tierod.vehicles import load
 from tierod_lab.papers.condition.faults import DRIFT, OFFSET, STUCK
 

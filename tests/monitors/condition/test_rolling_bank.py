@@ -7,12 +7,11 @@ import numpy as np
 import pytest
 
 from tierod.core.graph import scan
-from tierod.monitors.condition.bank.rolling_filter import RollingFilter
-from tierod.monitors.condition.calibration.grid import aligned
-from tierod.monitors.condition.hypotheses import hypotheses_of_cars
-from tierod.monitors.condition.monitor import rolling_monitor
-from tierod.monitors.condition.signals import FRONT_WHEELS, OF_CARS, WHEELS, ConditionSample
-from tierod.monitors.condition.statements import FAULT
+from tierod.monitors.condition.courses import FAULT
+from tierod.monitors.condition.definition import rolling_monitor
+from tierod.monitors.condition.limits import aligned
+from tierod.monitors.condition.rolling_filter import RollingFilter
+from tierod.monitors.condition.signals import FRONT_WHEELS, OF_CARS, WHEELS, ConditionSample, hypotheses_of_cars
 from tierod.vehicles import load
 from tierod_lab.papers.condition.drives import Drive
 from tierod_lab.papers.condition.faults import LOSS, OFFSET, Injected

@@ -4,8 +4,7 @@ from math import comb
 
 from tierod.core.block import units
 from tierod.core.signals import SIGNALS
-from tierod.monitors.condition.hypotheses import HEALTHY, hypotheses
-from tierod.monitors.condition.signals import ACTUATORS, OF_AUTOMATED, ConditionSample
+from tierod.monitors.condition.signals import ACTUATORS, HEALTHY, OF_AUTOMATED, ConditionSample, hypotheses
 
 
 def test_every_signal_is_canonical_with_its_unit():

@@ -5,7 +5,15 @@ import pytest
 
 from monitors.condition.made_up_statements import fault_free, place
 from tierod.core.units import known
-from tierod.monitors.condition.kinds.catalogue import (
+from tierod.monitors.condition.courses import (
+    FAULT,
+    NOT_AVAILABLE,
+    NOT_TESTABLE,
+    SUSPECT,
+    StatementCourse,
+    described,
+)
+from tierod.monitors.condition.kinds import (
     DELAY,
     DRIFT,
     GAIN,
@@ -17,14 +25,6 @@ from tierod.monitors.condition.kinds.catalogue import (
     STUCK,
 )
 from tierod.monitors.condition.signals import ELEMENTS, OF_AUTOMATED
-from tierod.monitors.condition.statements import (
-    FAULT,
-    NOT_AVAILABLE,
-    NOT_TESTABLE,
-    SUSPECT,
-    StatementCourse,
-    described,
-)
 
 
 @pytest.mark.parametrize(

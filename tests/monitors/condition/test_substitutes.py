@@ -10,8 +10,7 @@ import pytest
 from tierod.core.graph import scan
 from tierod.diagnosis.switchover import Switchover
 from tierod.models.automated_vehicle import AutomatedVehicle
-from tierod.monitors.condition.signals import OF_AUTOMATED, PLACES, SENSORS, ConditionSample
-from tierod.monitors.condition.substitutes import (
+from tierod.monitors.condition.reaction import (
     FADE,
     FILTER,
     GROWTH,
@@ -19,6 +18,7 @@ from tierod.monitors.condition.substitutes import (
     plain_relations,
     substitution_graph,
 )
+from tierod.monitors.condition.signals import OF_AUTOMATED, PLACES, SENSORS, ConditionSample
 from tierod.vehicles import load
 
 VEHICLE = load("smartload")

@@ -8,7 +8,7 @@ import pytest
 
 from shared_data import shared_data
 from tierod.core.claims import Claim
-from tierod.monitors.condition.monitor import SLOW, WITH_WHEELS, WITHOUT_WHEELS
+from tierod.monitors.condition.definition import SLOW, WITH_WHEELS, WITHOUT_WHEELS
 from tierod.monitors.condition.signals import SENSOR_TABLE
 from tierod_lab.papers.condition import real_cars
 from tierod_lab.papers.condition.real_cars import at_other_instants, judged

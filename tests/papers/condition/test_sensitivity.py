@@ -10,17 +10,15 @@ import pytest
 from tierod.core.block import tuning
 from tierod.core.claims import Claim
 from tierod.core.content import Table
-from tierod.monitors.condition.bank import testability
-from tierod.monitors.condition.bank.decision import Decision
-from tierod.monitors.condition.bank.judge import ConditionJudge
-from tierod.monitors.condition.bank.lane import LeaveOutFilter
-from tierod.monitors.condition.bank.low_grip import LowGrip
-from tierod.monitors.condition.bank.returning import Returning
-from tierod.monitors.condition.bank.tuning import ModelError
-from tierod.monitors.condition.bank.weighing import Limits, Weighing
-from tierod.monitors.condition.kinds.kind import KindOfFault
-from tierod.monitors.condition.monitor import condition_monitor
+from tierod.monitors.condition import weighing as testability
+from tierod.monitors.condition.decision import Decision
+from tierod.monitors.condition.definition import condition_monitor
+from tierod.monitors.condition.judge import ConditionJudge
+from tierod.monitors.condition.kinds import KindOfFault
+from tierod.monitors.condition.low_grip import LowGrip
 from tierod.monitors.condition.reaction import FaultReaction
+from tierod.monitors.condition.vehicle_filter import LeaveOutFilter, ModelError
+from tierod.monitors.condition.weighing import Limits, Returning, Weighing
 from tierod.vehicles import load
 from tierod_lab.papers.condition import sensitivity
 from tierod_lab.papers.condition.by_bank import Known

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tierod.monitors.condition.substitutes import FILTER, substitution_graph
+from tierod.monitors.condition.reaction import FILTER, substitution_graph
 from tierod.vehicles import load
 from tierod_lab.papers.condition.by_bank import Known
 from tierod_lab.papers.condition.drives import Drive

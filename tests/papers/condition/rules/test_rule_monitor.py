@@ -8,8 +8,8 @@ from tierod.core.errors import InputError, ParameterError
 from tierod.core.graph import scan
 from tierod.core.recording import Channel, Recording
 from tierod.core.signals import SIGNALS
+from tierod.monitors.condition.courses import FAULT, SUSPECT
 from tierod.monitors.condition.signals import ACTUATORS, ELEMENTS, OF_AUTOMATED, ConditionSample
-from tierod.monitors.condition.statements import FAULT, SUSPECT
 from tierod_lab.papers.condition.rules.calibration import ResidualCalibration, calibrate_residuals
 from tierod_lab.papers.condition.rules.catalogue import RESIDUALS
 from tierod_lab.papers.condition.rules.parameters import Coefficients

@@ -11,11 +11,10 @@ from tierod.core.findings import Status
 from tierod.core.graph import Bank, Result, scan
 from tierod.core.recording import Recording
 from tierod.core.statement import code_of
-from tierod.monitors.condition.calibration.grid import aligned
-from tierod.monitors.condition.calibration.limits import NAME, design_limits, table_of
-from tierod.monitors.condition.calibration.vehicle_parameters import calibrate as calibrate_parameters
-from tierod.monitors.condition.kinds.catalogue import KINDS
-from tierod.monitors.condition.monitor import condition_monitor
+from tierod.monitors.condition.definition import condition_monitor
+from tierod.monitors.condition.kinds import KINDS
+from tierod.monitors.condition.limits import NAME, aligned, design_limits, table_of
+from tierod.monitors.condition.parameters import calibrate as calibrate_parameters
 from tierod.monitors.condition.signals import ELEMENTS, SENSORS
 from tierod.vehicles import Vehicle, load
 from tierod_lab.papers.condition.recorded import calibration_set

@@ -12,7 +12,7 @@ import numpy as np
 from tierod.core.claims import Claim, at_least, exactly
 from tierod.core.content import Heading, Item, Table
 from tierod.core.recording import Channel, Recording
-from tierod.monitors.condition.monitor import (
+from tierod.monitors.condition.definition import (
     SLOW,
     WITH_WHEELS,
     WITHOUT_WHEELS,

@@ -8,12 +8,10 @@ import numpy as np
 
 from tierod.core.graph import Bank, scan
 from tierod.core.recording import Recording
-from tierod.monitors.condition.bank.rolling_filter import RollingFilter
-from tierod.monitors.condition.calibration.grid import sampled
-from tierod.monitors.condition.calibration.healthy_ratios import Watching, lasting, unreachable
-from tierod.monitors.condition.hypotheses import hypotheses_of_cars
-from tierod.monitors.condition.monitor import rolling_monitor
-from tierod.monitors.condition.signals import ALL_WHEELS
+from tierod.monitors.condition.definition import rolling_monitor
+from tierod.monitors.condition.limits import Watching, lasting, sampled, unreachable
+from tierod.monitors.condition.rolling_filter import RollingFilter
+from tierod.monitors.condition.signals import ALL_WHEELS, hypotheses_of_cars
 from tierod_lab.papers.condition.by_bank import declared_of
 from tierod_lab.papers.condition.real_recordings import RATE, SENSORS, RealCar
 from tierod_lab.papers.condition.rules.actuator_set import actuator_set

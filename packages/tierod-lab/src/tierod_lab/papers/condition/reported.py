@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import cache
 
-from tierod.monitors.condition.monitor import condition_monitor
+from tierod.monitors.condition.definition import condition_monitor
 from tierod.vehicles import load
 from tierod_lab.campaign.reported_seed import reported_seed
 from tierod_lab.studies.effort import Effort

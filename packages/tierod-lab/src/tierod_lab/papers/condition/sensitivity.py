@@ -15,7 +15,7 @@ from tierod.core.claims import Claim, at_least, exactly
 from tierod.core.content import Heading, Item, Table
 from tierod.core.graph import Bank, Scanner
 from tierod.core.recording import Recording
-from tierod.monitors.condition.calibration.grid import aligned
+from tierod.monitors.condition.limits import aligned
 from tierod_lab.papers.condition.by_bank import Known, declared_of
 from tierod_lab.papers.condition.drives import (
     ACTUATORS,

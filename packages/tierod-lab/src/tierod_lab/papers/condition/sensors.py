@@ -9,7 +9,7 @@ import numpy as np
 from tierod.core.claims import Claim, Goal, at_least, at_most, exactly
 from tierod.core.content import Chart, Heading, Item, Panel, Points
 from tierod.core.signals import SIGNALS
-from tierod.monitors.condition.bank.returning import Returning
+from tierod.monitors.condition.weighing import Returning
 from tierod_lab.papers.condition import causes, tables
 from tierod_lab.papers.condition.drives import SENSORS, Drive, sensor_tests
 from tierod_lab.papers.condition.faults import LOSS, OFFSET, OUTLIER

@@ -12,8 +12,8 @@ from tierod.core.content import Heading, Item, Table
 from tierod.core.recording import Recording
 from tierod.core.signals import SIGNALS
 from tierod.models.automated_vehicle import AutomatedVehicle
+from tierod.monitors.condition.reaction import FILTER, plain_relations, substitution_graph
 from tierod.monitors.condition.signals import OF_AUTOMATED, ConditionSample
-from tierod.monitors.condition.substitutes import FILTER, plain_relations, substitution_graph
 from tierod.vehicles import Vehicle, load
 from tierod_lab.papers.condition import by_bank
 from tierod_lab.papers.condition.drives import TEST_SECONDS, Drive, healthy_drives

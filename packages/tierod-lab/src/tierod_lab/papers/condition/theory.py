@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 from tierod.core.content import Heading, Item, Table
 from tierod.methods.analysis.structure import Isolability, isolability
+from tierod.monitors.condition.courses import listed
 from tierod.monitors.condition.signals import ELEMENTS
-from tierod.monitors.condition.statements import listed
 from tierod.monitors.condition.structure import vehicle_structure
 from tierod.vehicles import load
 from tierod_lab.papers.condition import actuators, beyond, sensors

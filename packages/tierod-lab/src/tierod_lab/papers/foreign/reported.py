@@ -10,7 +10,7 @@ from tierod_lab.papers.seeds import ReportedSeeds
 
 
 def _sensors() -> Sequence[Block]:
-    from tierod.monitors.condition.monitor import condition_monitor
+    from tierod.monitors.condition.definition import condition_monitor
 
     return (condition_monitor(load("rav4")),)
 

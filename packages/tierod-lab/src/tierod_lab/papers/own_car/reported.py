@@ -11,7 +11,7 @@ from tierod_lab.papers.seeds import ReportedSeeds
 
 def _judged() -> Sequence[Block]:
     """The judged monitors, each with the file of one car; other files change only numbers in the same graph."""
-    from tierod.monitors.condition.monitor import condition_monitor
+    from tierod.monitors.condition.definition import condition_monitor
     from tierod.monitors.driver_torque.hands import HandsMonitor
     from tierod.monitors.driver_torque.observer import ColumnObserver
     from tierod.monitors.friction.monitor import FrictionMonitor

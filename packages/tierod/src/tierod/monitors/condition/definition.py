@@ -2,18 +2,195 @@
 
 from __future__ import annotations
 
-from tierod.monitors.condition.bank.decision import Decision
-from tierod.monitors.condition.calibration.grid import MAXIMUM_AGE
-from tierod.monitors.condition.calibration.limits import has_own_limits
-from tierod.monitors.condition.decisions import BANK_DECIDES, BANK_DECISIONS, PAPER
-from tierod.monitors.condition.monitor import condition_monitor
-from tierod.monitors.condition.session import Car, ConditionSession
-from tierod.monitors.condition.signals import ELEMENTS, ConditionSample
+from dataclasses import replace
+
+from tierod.core.graph import Bank
+from tierod.diagnosis.trouble_codes import TroubleCodes
+from tierod.models.rolling_car import Wander
+from tierod.monitors.condition.decision import Decision, SmallLeads
+from tierod.monitors.condition.judge import ConditionJudge, SpanOfFault
+from tierod.monitors.condition.kinds import KindOfFault
+from tierod.monitors.condition.limits import GAP, MARGIN, MAXIMUM_AGE, has_own_limits, limits_of
+from tierod.monitors.condition.low_grip import OF_SKIDDING, ploughing, skidding, sliding
+from tierod.monitors.condition.reaction import FILTER, FaultReaction, Reconfiguration, substitution_graph
+from tierod.monitors.condition.rolling_filter import RollingFilter
+from tierod.monitors.condition.session import EVIDENCE, Car, ConditionSession
+from tierod.monitors.condition.signals import (
+    ALL_WHEELS,
+    ELEMENTS,
+    OF_AUTOMATED,
+    OF_CARS,
+    SENSOR_TABLE,
+    SENSORS,
+    ConditionSample,
+    hypotheses,
+    hypotheses_of_cars,
+)
 from tierod.monitors.condition.structure import rolls
+from tierod.monitors.condition.vehicle_filter import LeaveOutFilter, prices
+from tierod.monitors.condition.weighing import Limits, Testability, Weighing
+from tierod.monitors.harness import decision as reported
 from tierod.monitors.harness.baseline import Baseline
+from tierod.monitors.harness.decision import Demonstrated, OwnRule
 from tierod.monitors.harness.session import Monitor, Variant
 from tierod.monitors.registry import variants_with_plugins
 from tierod.vehicles import Vehicle
+
+WITH_WHEELS, WITHOUT_WHEELS, SLOW = 9.0, 2.15, 0.45
+"""Limits for a rolling car [nat]: fast mean of hypotheses with wheels and of those without, slow mean of all.
+
+By the rule of `limits` they are 1.5 times what lies 2 nat (slow mean: 1 nat) above the largest fault-free ratio, and at
+least 0.5 (0.3) nat: bumps reach 3.3 in the first half of a highway minute of a RAV4, hypotheses without wheels -0.6 in
+9 s of another car's tight bends, and the slow mean -1.7.
+"""
+ALIKE = 2.0 * Wander().steering
+"""Correlation time of the prediction's errors [s], as slow as the error of the steering ratio."""
+
+
+def condition_monitor(vehicle: Vehicle, sample_time: float = 0.01, codes: TroubleCodes | None = None) -> Bank:
+    """Condition monitor of a vehicle, with or without a calibration.
+
+    Args:
+        vehicle: vehicle with the parameters of `AutomatedVehicle`, or else of `RollingCar`
+        sample_time: sampling interval [s]
+        codes: table of trouble codes; None takes the shipped one
+
+    Raises:
+        ParameterError: parameters are missing
+    """
+    return rolling_monitor(vehicle, None, sample_time, codes) if rolls(vehicle) else _whole(vehicle, sample_time, codes)
+
+
+def _whole(vehicle: Vehicle, sample_time: float, codes: TroubleCodes | None) -> Bank:
+    """Bank for a vehicle with known torques: lanes of all hypotheses, and one lane of sliding tyres."""
+    base, explanations = LeaveOutFilter.of_vehicle(vehicle, sample_time), hypotheses()
+    calibrated, limits = has_own_limits(vehicle), limits_of(vehicle)
+    kinds = tuple(KindOfFault.of_sensor(name, sample_time) for name in OF_AUTOMATED)
+    if not calibrated:
+        # Kinds and magnitudes must allow for the lasting prediction errors of a vehicle without calibration.
+        ways = substitution_graph(calibrated=False).substitutes
+        errors = [next(way.deviation for way in ways[name] if way.name == FILTER) for name in OF_AUTOMATED]
+        kinds = tuple(replace(kind, unknown=error) for kind, error in zip(kinds, errors, strict=True))
+    lanes = (*(base.leaving_out(each) for each in explanations), sliding(base))
+    weighing = Weighing(explanations, limits, sample_time, prices=prices(base.sensor_noise, base.plausible))
+    reaction = FaultReaction.of(Reconfiguration.of_vehicle(vehicle, sample_time, calibrated), sample_time, codes)
+    judge = ConditionJudge(Decision(weighing), kinds, reaction, spans=SpanOfFault(sample_time))
+    return Bank(lanes, judge)
+
+
+def rolling_limits() -> Limits:
+    """Limits of all hypotheses for a rolling car but the fault-free one, without limits of its own."""
+    faults = hypotheses_of_cars()[1:]
+    fast = tuple(WITHOUT_WHEELS if {*ALL_WHEELS}.isdisjoint(each.sensors) else WITH_WHEELS for each in faults)
+    return Limits(fast, (SLOW,) * len(faults), GAP, MARGIN)
+
+
+def rolling_monitor(
+    vehicle: Vehicle, limits: Limits | None = None, sample_time: float = 0.01, codes: TroubleCodes | None = None
+) -> Bank:
+    """Condition monitor of a car without known torques: wheel speeds, yaw rate and steering angle by the motion alone.
+
+    Args:
+        vehicle: vehicle with the parameters of `RollingCar`
+        limits: limits of all hypotheses but the fault-free one; None takes those of the vehicle file, or else those
+            from real cars
+        sample_time: sampling interval [s]
+        codes: table of trouble codes; None takes the shipped one
+
+    Raises:
+        ParameterError: parameters are missing
+    """
+    base, explanations = RollingFilter.of_vehicle(vehicle, sample_time), hypotheses_of_cars()
+    kinds = tuple(
+        replace(
+            KindOfFault.of_sensor(each.name, sample_time),
+            unknown=each.error_on_cars,
+            alike=ALIKE,
+            lasting=ALIKE,
+            withholds=True,
+        )
+        for each in (SENSOR_TABLE[SENSORS.index(name)] for name in OF_CARS)
+    )
+    own = limits_of(vehicle, explanations) if has_own_limits(vehicle) else rolling_limits()
+    decision = rolling_decision(base, limits or own, sample_time)
+    reaction = FaultReaction.of(Reconfiguration.of_car(base.vehicle, sample_time), sample_time, codes)
+    return Bank(rolling_lanes(base), ConditionJudge(decision, kinds, reaction, OF_CARS, SpanOfFault(sample_time)))
+
+
+def rolling_lanes(base: RollingFilter) -> tuple[RollingFilter, ...]:
+    """Filters of all hypotheses for a rolling car, and the two of sliding tyres at the end.
+
+    Args:
+        base: filter of the fault-free hypothesis
+    """
+    return (*(base.leaving_out(each) for each in hypotheses_of_cars()), ploughing(base), skidding(base))
+
+
+def rolling_decision(base: RollingFilter, limits: Limits, sample_time: float = 0.01) -> Decision:
+    """Decision between the hypotheses for a rolling car.
+
+    Args:
+        base: filter of the fault-free hypothesis
+        limits: limits of all hypotheses but the fault-free one
+        sample_time: sampling interval [s]
+    """
+    costs = prices(base.sensor_noise, base.plausible)
+    weighing = Weighing(hypotheses_of_cars(), limits, sample_time, prices=costs)
+    # A sensor that a car never has must not widen limits that were designed without it.
+    testability = Testability(poorer=1.0, remaining=3.0, judged=OF_CARS)
+    return Decision(weighing, low_grip=OF_SKIDDING, testability=testability, small_leads=SmallLeads())
+
+
+PAPER = (
+    "Li, Frey, Gauterin, Model-based condition monitoring of the sensors and actuators of an electric and automated "
+    "vehicle, Sensors 23 (2023)"
+)
+
+BANK_DECIDES = "fault of a sensor or actuator"
+"""Name of the decision that declares faults."""
+
+WIRING = reported.Decision(
+    name="wrong wiring, scale or time",
+    distance="correlation, ratio and time shift of signals that measure the same quantity, over the first three "
+    "minutes",
+    rule=OwnRule(
+        "opposite signs, ratio of 1.4, or shift of 0.15 s, in each of three parts; 1.13 and 0.045 s once calibrated",
+        {"scale": 1.4, "late": 0.15},
+    ),
+    place="_wiring",
+    mean_time_between_false_alarms=None,
+    demonstrated=None,
+    source="tierod.monitors.condition.wiring; its limits were chosen on healthy drives of three virtual demonstrators",
+    unit="recording",
+)
+
+BANK_DECISIONS = (
+    reported.Decision(
+        name=BANK_DECIDES,
+        distance="log-likelihood ratio, per sample, of the filter without the suspect, means over 0.05 and 0.5 s",
+        rule=OwnRule(
+            "above the vehicle file's limits and 2 nat above all others, 3 samples in a row, 10 for an actuator, 20 "
+            "for both steering motors",
+            {
+                "samples": 3.0,
+                "samples_of_actuators": 10.0,
+                "samples_of_both_motors": 20.0,
+                "impossible": 12.0,
+                "gate": 6.0,
+                "weighing.limits.gap": 2.0,
+                "weighing.limits.margin": 1.0,
+            },
+        ),
+        place="block.judge.decision",
+        mean_time_between_false_alarms=1000.0,
+        demonstrated=Demonstrated(3.0),
+        source="tierod.monitors.condition.limits, for a vehicle that 'tierod identify thresholds' has calibrated",
+        statistic=EVIDENCE,
+        levels=(2.0,),
+    ),
+    WIRING,
+)
+
 
 _MOTION = (
     "the vehicle file does not describe torques and forces of the steering and the drives: wheel speeds, yaw rate and "

@@ -11,14 +11,8 @@ from tierod.core.findings import Status
 from tierod.core.graph import Result
 from tierod.core.series import LastRead, runs
 from tierod.diagnosis.substitution import SubstitutionGraph
-from tierod.monitors.condition.bank.skidding import SLIPPERIEST
-from tierod.monitors.condition.recording_checks.absence import Absence, Loss
-from tierod.monitors.condition.recording_checks.coverage import (
-    ALL,
-    LOST,
-    UNASKED,
-    Covered,
-)
+from tierod.monitors.condition.coverage import ALL, LOST, UNASKED, Absence, Covered, Loss
+from tierod.monitors.condition.rolling_filter import SLIPPERIEST
 from tierod.monitors.condition.signals import ACTUATORS, ALL_WHEELS, ELEMENTS, SENSORS, TARGETS, ConditionSample
 
 STANDING = 0.5

@@ -18,18 +18,21 @@ from tierod.diagnosis.substitution import SubstitutionGraph
 from tierod.methods.detectors.reversing import MIRRORED, TURN_FORWARD, Reversing
 from tierod.models.automated_vehicle import AutomatedVehicle
 from tierod.models.rolling_car import RollingCar
-from tierod.monitors.condition.courses import ElementCourse
+from tierod.monitors.condition.accelerations import BOUNDS, AccelerationCheck, TargetCheck
+from tierod.monitors.condition.courses import FAULT, HEALTHY, SUSPECT, ElementCourse, StatementCourse, listed, shown
+from tierod.monitors.condition.coverage import Constancy, Coverage, ImpossibleValues, Loss, TargetPace, stuck_readings
 from tierod.monitors.condition.driven import AFTER, REVERSED, SLIPPED, WHEEL_PLACES, Driven, is_moving, mean_speed
-from tierod.monitors.condition.finding import OtherCauses, judge
-from tierod.monitors.condition.kinds.catalogue import OFFSET
-from tierod.monitors.condition.recording_checks.absence import Loss
-from tierod.monitors.condition.recording_checks.axle_slip import AxleSlip, slips_in_words
-from tierod.monitors.condition.recording_checks.constancy import Constancy, stuck_readings
-from tierod.monitors.condition.recording_checks.contradictions import Problem
-from tierod.monitors.condition.recording_checks.coverage import Coverage, ImpossibleValues, TargetPace
-from tierod.monitors.condition.recording_checks.filter_inputs import BOUNDS, AccelerationCheck, TargetCheck
-from tierod.monitors.condition.recording_checks.steering_zero import SHIFTING, SteeringZero
-from tierod.monitors.condition.recording_checks.wiring import ClockLeap, CloseLimits, Wiring
+from tierod.monitors.condition.finding import (
+    OtherCauses,
+    acceleration_elements,
+    code_courses,
+    elements,
+    judge,
+    losses,
+    with_smallest,
+)
+from tierod.monitors.condition.kinds import OFFSET
+from tierod.monitors.condition.rolling_checks import SHIFTING, AxleSlip, SteeringZero, slips_in_words
 from tierod.monitors.condition.signals import (
     ACCELERATIONS,
     ACTUATORS,
@@ -42,16 +45,8 @@ from tierod.monitors.condition.signals import (
     CarParameters,
     ConditionSample,
 )
-from tierod.monitors.condition.statements import (
-    FAULT,
-    HEALTHY,
-    SUSPECT,
-    StatementCourse,
-    listed,
-    shown,
-)
-from tierod.monitors.condition.states import acceleration_elements, code_courses, elements, losses, with_smallest
 from tierod.monitors.condition.structure import limitations
+from tierod.monitors.condition.wiring import ClockLeap, CloseLimits, Problem, Wiring
 from tierod.monitors.harness.session import Conclusion
 from tierod.monitors.harness.stuck_over_drive import Stuck
 from tierod.vehicles import Vehicle

@@ -10,8 +10,8 @@ from tierod.core.errors import ParameterError, nearest
 from tierod.methods.analysis.structure import Equation, Isolability, StructuralModel, isolability, structure_of
 from tierod.models.automated_vehicle import AutomatedVehicle
 from tierod.models.rolling_car import RollingCar
+from tierod.monitors.condition.courses import listed
 from tierod.monitors.condition.signals import ACCELERATIONS, MOTORS, OF_AUTOMATED, SENSORS
-from tierod.monitors.condition.statements import listed
 from tierod.vehicles import Vehicle
 
 ERRORS = ("front_force_error", "rear_force_error", "tie_rod_force_error")

@@ -15,8 +15,8 @@ from tierod.methods.analysis.structure import (
     gain_of_sensors,
     isolability,
 )
+from tierod.monitors.condition.courses import listed
 from tierod.monitors.condition.signals import MOTORS
-from tierod.monitors.condition.statements import listed
 from tierod.monitors.condition.structure import (
     further_sensors,
     rolls,

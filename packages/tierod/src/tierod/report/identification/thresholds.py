@@ -8,8 +8,12 @@ from typing import Any, TypeAlias
 from tierod.core.content import Table
 from tierod.core.errors import ParameterError
 from tierod.core.recording import Recording
-from tierod.monitors.condition.calibration.of_motion import MotionCalibration, calibrate_motion
-from tierod.monitors.condition.calibration.whole import ConditionCalibration, calibrate_condition
+from tierod.monitors.condition.calibration import (
+    ConditionCalibration,
+    MotionCalibration,
+    calibrate_condition,
+    calibrate_motion,
+)
 from tierod.monitors.condition.signals import ConditionSample
 from tierod.monitors.condition.structure import rolls
 from tierod.report.display import number

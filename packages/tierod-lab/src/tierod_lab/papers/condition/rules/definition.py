@@ -9,11 +9,10 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
 from tierod.core.recording import Recording
-from tierod.monitors.condition.decisions import PAPER, WIRING
-from tierod.monitors.condition.reaction import FaultReaction
+from tierod.monitors.condition.definition import PAPER, WIRING
+from tierod.monitors.condition.reaction import FaultReaction, Reconfiguration
 from tierod.monitors.condition.session import EVIDENCE, ConditionSession
 from tierod.monitors.condition.signals import ConditionSample
-from tierod.monitors.condition.substitutes import Reconfiguration
 from tierod.monitors.harness.baseline import Baseline
 from tierod.monitors.harness.decision import Decision, OwnRule
 from tierod.monitors.harness.session import Session, Table, Variant

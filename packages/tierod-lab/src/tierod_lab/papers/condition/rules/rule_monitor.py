@@ -22,6 +22,7 @@ from tierod.core.graph.maths import (
     where,
 )
 from tierod.core.statement import Statement, code_of
+from tierod.monitors.condition.judge import Residual, SpanOfFault, Spans
 from tierod.monitors.condition.reaction import ConditionOutput, FaultReaction, Judged, ReactionState
 from tierod.monitors.condition.signals import (
     ACTUATORS,
@@ -35,7 +36,6 @@ from tierod.monitors.condition.signals import (
     Statements,
     readings_by,
 )
-from tierod.monitors.condition.spans import Residual, SpanOfFault, Spans
 from tierod_lab.papers.condition.rules.actuator_set import ActuatorSet, Repaired, Targets, actuator_set
 from tierod_lab.papers.condition.rules.calibration import ResidualCalibration
 from tierod_lab.papers.condition.rules.catalogue import ACTUATOR_RESIDUALS, RESIDUALS, SENSOR_RESIDUALS

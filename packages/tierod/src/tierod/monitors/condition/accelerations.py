@@ -1,0 +1,519 @@
+"""Consistency of inputs of the filters for which there is no hypothesis: measured accelerations and actuator targets.
+
+With a wrong acceleration the filters declare faults of motors and drives. Kinematics predict both accelerations without
+any force: the change of speed along the vehicle, and yaw rate times speed across it. This also holds on ice; grade and
+bank of the road, which kinematics do not include, change slowly. A wrong target looks like an actuator with a wrong
+gain or sign, or like a fault of a related sensor: the check names it as another possible cause of a declared fault.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from math import isfinite, sqrt
+from typing import Annotated, NamedTuple
+
+import numpy as np
+
+from tierod.models.automated_forces import drive_force
+from tierod.models.automated_vehicle import AutomatedVehicle
+from tierod.monitors.condition.signals import ACCELERATIONS, FRONT_WHEELS, TARGETS, WHEELS, CarParameters
+from tierod.monitors.condition.wiring import MOVING, YAW, mean_speed
+
+BLOCK = 0.5
+"""Length of a block, over which signals are averaged [s]; the noise of a wheel speed is .02 m/s**2 in its slope."""
+LEAST_READ = 0.15
+"""Least share of the samples of a block that a signal must have [-]; wheel speeds come at 20 Hz on slow buses."""
+
+_TIME = "time"
+
+
+class Blocks:
+    """Cuts a drive into blocks, and stores the rest of each piece for the next one.
+
+    Args:
+        rate: sampling rate [Hz]
+    """
+
+    def __init__(self, rate: float):
+        self.rate, self.width = rate, max(round(BLOCK * rate), 2)
+        self._left: dict[str, np.ndarray] = {}
+
+    def add(self, time: np.ndarray, signals: Mapping[str, np.ndarray]) -> tuple[dict[str, np.ndarray], list[float]]:
+        """Blocks that the next piece completes, and the end of each.
+
+        Args:
+            time: time stamps [s], (n,); with a leap where a pause of the recording was skipped
+            signals: signals by name, (n,) each; NaN if missing
+
+        Returns:
+            signals by name, (blocks, samples) each, and the ends of the blocks [s], (blocks,)
+        """
+        pieces = {**signals, _TIME: time}
+        whole = {name: np.concatenate([self._left.get(name, values[:0]), values]) for name, values in pieces.items()}
+        count = len(whole[_TIME]) // self.width
+        used = count * self.width
+        self._left = {name: values[used:].copy() for name, values in whole.items()}
+        cut = {name: values[:used].reshape(count, self.width) for name, values in whole.items()}
+        ends: list[float] = (cut.pop(_TIME)[:, -1] + 1.0 / self.rate).tolist()
+        return cut, ends
+
+    def line(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Mean and slope per second of a regression line in every block, (blocks,) each; NaN with too few samples."""
+        there = np.isfinite(values)
+        weight = there.astype(float)
+        count = weight.sum(axis=1)
+        time = (np.arange(self.width) - 0.5 * (self.width - 1)) / self.rate
+        known, safe = np.where(there, values, 0.0), np.maximum(count, 1.0)
+        mean, middle = known.sum(axis=1) / safe, (weight * time).sum(axis=1) / safe
+        apart = (time - middle[:, None]) * weight
+        spread = (apart * time).sum(axis=1)
+        slope = (apart * known).sum(axis=1) / np.where(spread > 0.0, spread, 1.0)
+        enough = (count >= max(LEAST_READ * self.width, 3.0)) & (spread > 0.0)
+        return np.where(enough, mean - slope * middle, np.nan), np.where(enough, slope, np.nan)
+
+
+def roughness(values: np.ndarray) -> np.ndarray:
+    """Standard deviation of white noise in every block, from the differences of consecutive samples; NaN with too few.
+
+    Args:
+        values: samples, (blocks, samples)
+    """
+    steps = np.diff(values, axis=1)
+    there = np.isfinite(steps)
+    count = there.sum(axis=1)
+    squares = np.where(there, steps * steps, 0.0).sum(axis=1)
+    return np.where(count >= 3, np.sqrt(0.5 * squares / np.maximum(count, 1)), np.nan)
+
+
+LEVEL_TIME, SHAPE_TIME = 3.0, 10.0
+"""Windows for the mean and for the standard deviation of a difference [s]."""
+SWEEPS = 8
+"""Iterations of the coordinate descent for gain and lag; the quadratic form in a box has a single minimum."""
+HALF = 0.7
+"""Least share of the blocks of a window in which both estimates must exist [-]."""
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """Bounds of the fault-free difference of two estimates of a quantity [unit of the quantity].
+
+    Args:
+        single: bound of the difference in one block
+        level: bound of its mean over `LEVEL_TIME`, after subtraction of the fault-free gain
+        shape: bound of its standard deviation over `SHAPE_TIME`, after subtraction of fault-free gain and lag
+        share: alternative bound of that, as a share of the standard deviation of the quantity [-]; the larger applies
+        noise: bound of the white noise of the reading, in the mean over `LEVEL_TIME`
+        doubtful: share of these bounds from which a difference is doubtful [-]
+        gain: largest fault-free part of the difference that is proportional to the quantity, as a share of it [-]
+        lag: largest fault-free delay of the reading behind the quantity
+    """
+
+    single: float
+    level: float
+    shape: float
+    share: Annotated[float, ""]
+    noise: float
+    doubtful: Annotated[float, ""] = 0.7
+    gain: Annotated[float, ""] = 0.0
+    lag: Annotated[float, "s"] = 0.0
+
+
+def _deviation(values: Sequence[float]) -> float:
+    """Standard deviation of few values, for which an array would be slower."""
+    mean = sum(values) / len(values)
+    return sqrt(sum((each - mean) ** 2 for each in values) / len(values))
+
+
+def _unexplained(rows: Sequence[Row], gain: float, lag: float) -> float:
+    """Standard deviation of the difference without the part that a fault-free gain and lag explain.
+
+    Least squares of apart = a reference - b d(reference)/dt with 0 <= a <= gain and 0 <= b <= lag.
+    """
+    apart = np.array([each.apart for each in rows])
+    motion = np.array([each.reference for each in rows])
+    columns = np.array([motion, -np.gradient(motion, [each.end for each in rows])])
+    columns -= columns.mean(axis=1, keepdims=True)
+    squares, products = columns @ columns.T, columns @ apart
+    most, share = np.array([gain, lag]), np.zeros(2)
+    for _ in range(SWEEPS):
+        for place in (0, 1):
+            left = products[place] - squares[place] @ share + squares[place, place] * share[place]
+            if squares[place, place] > 0.0:
+                share[place] = min(max(left / squares[place, place], 0.0), most[place])
+    return float(np.std(apart - share @ columns))
+
+
+class Row(NamedTuple):
+    """One block: its end [s], difference of the estimates, reference quantity, and noise of the reading."""
+
+    end: float
+    apart: float
+    reference: float
+    noise: float
+
+
+class Difference(NamedTuple):
+    """Difference beyond its bounds.
+
+    Args:
+        sure: whether it exceeds a bound; otherwise only the doubtful share of one
+        window: start of the window in which it was detected [s]
+        start: time at which the difference reached that magnitude, to half a second [s]
+        found: time of the detection [s]
+        magnitude: single difference, mean, standard deviation or noise
+    """
+
+    sure: bool
+    window: Annotated[float, "s"]
+    start: Annotated[float, "s"]
+    found: Annotated[float, "s"]
+    magnitude: float
+
+
+class _Measure(NamedTuple):
+    """Start of a window [s], magnitude of the difference over the window, and its bound."""
+
+    begin: float
+    magnitude: float
+    bound: float
+
+
+class DifferenceCheck:
+    """Compare a difference with its bounds; keep the first one that is sure, or else the first doubtful one.
+
+    Args:
+        bounds: bounds of fault-free differences
+    """
+
+    def __init__(self, bounds: Bounds):
+        self._bounds = bounds
+        self._rows: deque[Row] = deque(maxlen=round(SHAPE_TIME / BLOCK))
+        self.found: Difference | None = None
+
+    @property
+    def sure(self) -> bool:
+        """Whether a difference beyond a bound was found."""
+        return self.found is not None and self.found.sure
+
+    def add(self, row: Row) -> bool:
+        """Add the next block; returns whether the difference exceeds a bound now for the first time."""
+        if self.sure:
+            return False
+        self._rows.append(row)
+        if not isfinite(row.apart):
+            return False
+        measures = self._measures()
+        sure = next((each for each in measures if each.magnitude > each.bound), None)
+        doubtful = self._bounds.doubtful
+        hit = sure or next((each for each in measures[1:] if each.magnitude > doubtful * each.bound), None)
+        if hit is not None and (sure or self.found is None):
+            begin, magnitude = hit.begin, hit.magnitude
+            much = [
+                each.end for each in self._rows if each.end > begin and max(abs(each.apart), each.noise) >= magnitude
+            ]
+            start = much[0] - BLOCK if much else begin
+            self.found = Difference(sure is not None, begin, start, row.end, magnitude)
+        return sure is not None
+
+    def _measures(self) -> list[_Measure]:
+        """Measures of the last block, mean, noise and standard deviation; the first of these cannot be doubtful."""
+        bounds, last = self._bounds, self._rows[-1]
+        found = [_Measure(last.end - BLOCK, abs(last.apart), bounds.single)]
+        short = round(LEVEL_TIME / BLOCK)
+        known = [each for each in self._rows if isfinite(each.apart)]
+        recent = [each for each in known if each.end > last.end - LEVEL_TIME - 0.5 * BLOCK][-short:]
+        if len(recent) >= HALF * short:
+            begin, count = recent[0].end - BLOCK, len(recent)
+            apart, most = sum(each.apart for each in recent), bounds.gain * sum(each.reference for each in recent)
+            # Subtract what a gain between 0 and its bound explains; `most` has the sign of the reference.
+            beyond = apart - min(max(apart, min(most, 0.0)), max(most, 0.0))
+            found.append(_Measure(begin, abs(beyond) / count, bounds.level))
+            found.append(_Measure(begin, sum(each.noise for each in recent) / count, bounds.noise))
+        if len(known) >= HALF * SHAPE_TIME / BLOCK:
+            bound = max(bounds.shape, bounds.share * _deviation([each.reference for each in known]))
+            apart = _unexplained(known, bounds.gain, bounds.lag)
+            found.append(_Measure(known[0].end - BLOCK, apart, bound))
+        return found
+
+
+SENSED = ("yaw rate sensor", "rear wheels", "steering angle")
+"""Witnesses of the yaw rate that use no acceleration, the most accurate first."""
+AGREE, AGREE_SHARE = 0.06, 0.15
+"""Largest difference of consistent yaw rates: absolute [rad/s] plus relative [-]; turning in causes as much."""
+SLIP = 0.03
+"""Largest slip of an axle over the acceleration [s**2/m]: .3 in an emergency stop at 10 m/s**2, the most that anti-lock
+brakes allow. Without brakes the axle that is not driven has none."""
+WHEELS_AGREE = 0.05
+"""Largest relative difference of consistent rear wheel speeds, referred to the middle of the axle [-]."""
+
+
+class Block(NamedTuple):
+    """Means of one block of time; NaN where an input is missing, or the witnesses of the motion are inconsistent.
+
+    Args:
+        end: end of the block [s]
+        read: measured `ACCELERATIONS` without their known offsets [m/s**2]
+        moved: accelerations predicted from the motion [m/s**2]
+        rough: standard deviation of the white noise of the measured ones [m/s**2]
+        speed: speed of the vehicle [m/s]
+        rolled: longitudinal acceleration by the rear wheels alone [m/s**2]
+        growth: slope of the measured longitudinal acceleration [m/s**3]
+    """
+
+    end: float
+    read: tuple[float, float]
+    moved: tuple[float, float]
+    rough: tuple[float, float]
+    speed: float
+    rolled: float
+    growth: float
+
+
+class Motion:
+    """Predicts the accelerations block by block; the result does not depend on how a recording is cut into pieces.
+
+    Along the vehicle the change of speed is used, across it yaw rate times speed. Two of three yaw rates must agree, so
+    that one faulty sensor does not matter; if the two wheels disagree, neither is used. Axles slip, and when tyres
+    slide, rear wheels and steering angle have similar errors: both accelerations are therefore predicted as close to
+    the measured ones as the range of the axles, with and without slip, and that of the yaw rates permit.
+
+    Args:
+        vehicle: parameters of the vehicle
+        rate: sampling rate [Hz]
+    """
+
+    def __init__(self, vehicle: CarParameters, rate: float):
+        self._vehicle, self._blocks = vehicle, Blocks(rate)
+
+    def add(self, time: np.ndarray, signals: Mapping[str, np.ndarray]) -> list[Block]:
+        """Blocks that the next piece completes.
+
+        Args:
+            time: time stamps [s], (n,)
+            signals: signals by name, (n,) each; NaN if missing
+        """
+        cut, ends = self._blocks.add(time, signals)
+        if not ends:
+            return []
+        p, line = self._vehicle, self._blocks.line
+        yaws, slopes = zip(*(line(YAW[name].estimate(cut, p)) for name in SENSED), strict=True)
+        yaws, slopes = np.array(yaws), np.array(slopes)
+        yaw, turning_in = _middle(yaws, slopes)
+        half = (0.5 * p.track_width * yaw, 0.5 * p.track_width * turning_in)
+        unread = np.full_like(cut[WHEELS[0]], np.nan)
+        (speed, slope), (front, other) = (
+            _speed([line(cut.get(name, unread) / p.wheel_speed_scale) for name in axle], *half)
+            for axle in (WHEELS, FRONT_WHEELS)
+        )
+        read = [line(cut[name])[0] - getattr(p, f"{name}_offset", 0.0) for name in ACCELERATIONS]
+        # An axle that stands is locked, or its sensors have failed.
+        other = np.where(front > MOVING, other, np.nan)
+        growth = line(cut[ACCELERATIONS[0]])[1]
+        # Slip in proportion to the acceleration changes the speed of an axle by its product with the speed.
+        slips = SLIP * np.nan_to_num(speed * growth + slope * read[0])
+        slopes_along = np.array([slope, other, slope - slips, other - slips])
+        across = speed * yaw + p.rear_distance * turning_in
+        # Range of the yaw rates about their median; `fmin` and `fmax` ignore a missing one.
+        least, most = (speed * (bound(yaws, axis=0) - yaw) for bound in (np.fmin.reduce, np.fmax.reduce))
+        nearest = np.clip(read[1], across + least, across + most)
+        along = slopes_along - p.rear_distance * yaw * yaw
+        rolls = np.clip(read[0], *(bound(along, axis=0) for bound in (np.fmin.reduce, np.fmax.reduce)))
+        predicted = (
+            np.where(np.isfinite(slope), np.where(np.isfinite(read[0]), rolls, along[0]), np.nan),
+            np.where(np.isfinite(read[1]), nearest, across),
+        )
+        moved = [np.where(speed > MOVING, each, np.nan) for each in predicted]
+        rough = [roughness(cut[name]) for name in ACCELERATIONS]
+        return [
+            Block(end, (ax, ay), (vx, vy), (nx, ny), *others)
+            for end, (ax, ay, vx, vy, nx, ny, *others) in zip(
+                ends, np.column_stack((*read, *moved, *rough, speed, along[0], growth)).tolist(), strict=True
+            )
+        ]
+
+
+def _middle(yaws: np.ndarray, slopes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Median of three yaw rates, or mean of two, with its slope, (blocks,) each; NaN if no two agree."""
+    there = np.isfinite(yaws)
+    order = np.argsort(np.where(there, yaws, np.inf), axis=0)
+    ranked, risen = np.take_along_axis(yaws, order, axis=0), np.take_along_axis(slopes, order, axis=0)
+    gaps = np.diff(ranked, axis=0)
+    bound = AGREE + AGREE_SHARE * np.abs(ranked[1])
+    agree = np.nanmin(np.where(np.isfinite(gaps), gaps, np.inf), axis=0) < bound
+    three = there.all(axis=0)
+    yaw = np.where(three, ranked[1], 0.5 * (ranked[0] + ranked[1]))
+    slope = np.where(three, risen[1], 0.5 * (risen[0] + risen[1]))
+    return np.where(agree, yaw, np.nan), np.where(agree, slope, np.nan)
+
+
+def _speed(
+    wheels: list[tuple[np.ndarray, np.ndarray]], half_turn: np.ndarray, growth: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Speed and its slope, (blocks,) each, from both wheels or the only one; NaN if both disagree."""
+    (left, left_slope), (right, right_slope) = wheels
+    speeds, slopes = (
+        np.array([left + half_turn, right - half_turn]),
+        np.array([left_slope + growth, right_slope - growth]),
+    )
+    there = np.isfinite(speeds)
+    one = there.any(axis=0)
+    speed = np.where(there, speeds, 0.0).sum(axis=0) / np.maximum(there.sum(axis=0), 1)
+    slope = np.where(there, slopes, 0.0).sum(axis=0) / np.maximum(there.sum(axis=0), 1)
+    apart = np.abs(speeds[0] - speeds[1])
+    agree = one & ~(apart > 0.1 + WHEELS_AGREE * np.abs(speed))
+    return np.where(agree, speed, np.nan), np.where(agree, slope, np.nan)
+
+
+MOTION = {
+    "longitudinal_acceleration": "the derivative of the wheel speeds",
+    "lateral_acceleration": "yaw rate times speed",
+}
+"""Prediction of each acceleration, in words."""
+BOUNDS = Bounds(single=3.5, level=1.6, shape=0.7, share=0.35, noise=1.0)
+"""Fault-free differences of measured and predicted accelerations [m/s**2].
+
+Fault-free rounds of three virtual demonstrators, ice with adhesion .15 to .3 included, show at most 1.4 in one block,
+0.9 in the mean, and a standard deviation of 0.44, or of 0.26 of that of the motion. A grade of 16 % reaches the level;
+sensors have a noise of .05, rough roads of some tenths.
+"""
+
+
+ROLL, SLIP_LAG = 0.2, 0.3
+"""Fault-free gain [-] and lag [s] of the lateral acceleration: a body that rolls by 7 degrees at 0.6 g adds a share of
+.2; the lag behind yaw rate times speed is speed times rear slip angle per acceleration, at most 25 m/s with .012 rad
+per m/s**2.
+"""
+ACROSS = replace(BOUNDS, gain=ROLL, lag=SLIP_LAG)
+"""Fault-free differences of the lateral acceleration [m/s**2]."""
+
+
+LATEST, SURELY = 0.06, 3.0
+"""Delay of the longitudinal acceleration behind the wheels from which it is late [s], and number of standard deviations
+by which it must exceed that. Of fault-free rounds of virtual demonstrators (seeds 142 and 201 to 203) the lower bounds
+are .01 to .03 s, of the same .1 s late .10 to .13 s."""
+ENOUGH = 20
+"""Least number of blocks of half a second for an estimate of the delay."""
+
+
+class Disagreement(NamedTuple):
+    """Acceleration that is inconsistent with the motion; the fields after `element` are those of `Difference`."""
+
+    element: str
+    sure: bool
+    window: Annotated[float, "s"]
+    start: Annotated[float, "s"]
+    found: Annotated[float, "s"]
+    magnitude: Annotated[float, "m/s**2"]
+
+
+class AccelerationCheck:
+    """Compare both measured accelerations with the motion, piece by piece.
+
+    Args:
+        vehicle: parameters of the vehicle
+        rate: sampling rate [Hz]
+        along, across: bounds for the longitudinal and the lateral acceleration
+    """
+
+    def __init__(self, vehicle: CarParameters, rate: float, along: Bounds = BOUNDS, across: Bounds = ACROSS):
+        self._motion, self._rate = Motion(vehicle, rate), rate
+        self._checks = {
+            name: DifferenceCheck(bounds) for name, bounds in zip(ACCELERATIONS, (along, across), strict=True)
+        }
+        # Sums of products of growth, reading, 1, and difference from the wheels, of all blocks.
+        self._sums = np.zeros((4, 4))
+
+    def add(self, time: np.ndarray, signals: Mapping[str, np.ndarray]) -> dict[str, int]:
+        """Add the next piece; returns, for each acceleration that fails in it, the first sample without it.
+
+        Args:
+            time: time stamps [s], (n,)
+            signals: signals by name, (n,) each; NaN if missing
+        """
+        failed = {}
+        for block in self._motion.add(time, signals):
+            row = np.array([-block.growth, block.read[0], 1.0, block.read[0] - block.rolled])
+            if np.isfinite(row).all() and block.speed > MOVING:
+                self._sums += np.outer(row, row)
+            for place, (name, check) in enumerate(self._checks.items()):
+                moved = block.moved[place]
+                if check.add(Row(block.end, block.read[place] - moved, moved, block.rough[place])):
+                    failed[name] = int(np.searchsorted(time, block.end - 0.5 / self._rate))
+        return failed
+
+    def gone(self, name: str) -> bool:
+        """Whether an acceleration has failed."""
+        return self._checks[name].sure
+
+    @property
+    def late(self) -> float | None:
+        """Delay of the longitudinal acceleration behind the wheels [s], by least squares; None if it is not late.
+
+        The tyres' slip adds a share of the acceleration to the difference, and grade a constant.
+        """
+        squares, products, count = self._sums[:3, :3], self._sums[:3, 3], self._sums[2, 2]
+        if count < ENOUGH or np.linalg.matrix_rank(squares) < len(squares):
+            return None
+        inverse = np.linalg.inv(squares)
+        shares = inverse @ products
+        variance = max(float(self._sums[3, 3] - shares @ products), 0.0) / (count - len(squares))
+        least = float(shares[0] - SURELY * np.sqrt(inverse[0, 0] * variance))
+        return float(shares[0]) if least > LATEST else None
+
+    @property
+    def found(self) -> dict[str, Disagreement]:
+        """Inconsistent accelerations, sure or doubtful, by name."""
+        return {name: Disagreement(name, *each.found) for name, each in self._checks.items() if each.found is not None}
+
+
+STEERING = Bounds(single=4.0, level=0.7, shape=0.7, share=0.15, noise=np.inf)
+"""Fault-free difference between the target torque of both steering motors and the torque of the shaft [N*m].
+
+Fault-free rounds of three virtual demonstrators show .1 in the mean, and a standard deviation of .06 of the shaft's.
+"""
+DRIVING = Bounds(single=2.5, level=0.9, shape=0.5, share=0.35, noise=np.inf)
+"""Fault-free difference between the acceleration by the targets of the drives and the measured one [m/s**2].
+
+The same rounds show .59 in the mean, and a standard deviation of .24 of the measured one; on ice drives give less.
+"""
+
+
+class TargetCheck:
+    """Compare the targets with the actuators' responses, piece by piece.
+
+    Args:
+        vehicle: parameters of `AutomatedVehicle`
+        rate: sampling rate [Hz]
+    """
+
+    def __init__(self, vehicle: AutomatedVehicle.Parameters, rate: float):
+        self._vehicle, self._blocks = vehicle, Blocks(rate)
+        self._checks = {TARGETS[:2]: DifferenceCheck(STEERING), TARGETS[2:]: DifferenceCheck(DRIVING)}
+
+    def add(self, time: np.ndarray, signals: Mapping[str, np.ndarray]) -> None:
+        """Add the next piece: time [s], signals by name, (n,) each; NaN if missing."""
+        cut, ends = self._blocks.add(time, signals)
+        if not ends:
+            return
+        p, speed = self._vehicle, mean_speed(cut) / self._vehicle.wheel_speed_scale
+        force = drive_force(cut[TARGETS[2]] + cut[TARGETS[3]], p) - p.rolling_resistance - p.drag * speed * speed
+        ways = (
+            (cut[TARGETS[0]] + cut[TARGETS[1]], cut["steering_shaft_torque"] - p.steering_shaft_torque_offset),
+            (
+                force / (p.mass + p.rolling_mass),
+                cut["longitudinal_acceleration"] - p.longitudinal_acceleration_offset,
+            ),
+        )
+        moves = self._blocks.line(speed)[0] > MOVING
+        for check, (asked, shown) in zip(self._checks.values(), ways, strict=True):
+            target, done = self._blocks.line(asked)[0], self._blocks.line(shown)[0]
+            apart = np.where(moves, target - done, np.nan)
+            for end, difference, value in zip(ends, apart.tolist(), done.tolist(), strict=True):
+                check.add(Row(end, difference, value, 0.0))
+
+    @property
+    def found(self) -> dict[tuple[str, ...], Difference]:
+        """Differences of the inconsistent pairs of targets, by names of the pair."""
+        return {targets: each.found for targets, each in self._checks.items() if each.found is not None and each.sure}

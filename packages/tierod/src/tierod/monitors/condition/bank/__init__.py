@@ -1,1 +1,0 @@
-"""Bank of filters: one filter per fault hypothesis, and the decision between the hypotheses."""

@@ -1,1 +1,0 @@
-"""Classification of a sensor's fault: kind and magnitude."""

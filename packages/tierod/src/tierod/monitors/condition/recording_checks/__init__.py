@@ -1,1 +1,0 @@
-"""Checks of a recording for defects that are no fault of a sensor: wiring, scale, time, gaps, inputs of the filters."""

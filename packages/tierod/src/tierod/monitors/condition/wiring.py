@@ -1,0 +1,479 @@
+"""Wrong wiring, scale or time base from the start, and a clock that leaps during the drive: no faults of sensors."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations, pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from tierod.core.findings import Episode
+from tierod.models.rolling_car import RollingCar
+from tierod.monitors.condition.signals import OF_AUTOMATED, SENSORS, WHEELS, CarParameters
+from tierod.monitors.harness.related_signals import Pair, odd_ones_out
+from tierod.physics.single_track import understeer_gradient
+
+MOVING = 2.0
+"""Speed from which a turn shows in the estimates [m/s]."""
+
+
+@dataclass(frozen=True)
+class Witness:
+    """One estimate of a quantity, from one or several signals.
+
+    Args:
+        elements: sensors that it uses
+        estimate: function that gives the quantity from the signals by name, (n,)
+        turned: meaning of a wrong sign, in words
+        scaled: meaning of a wrong scale, in words
+        lead: time by which it precedes the yaw rate of the vehicle [s]
+    """
+
+    elements: tuple[str, ...]
+    estimate: Callable[[Mapping[str, np.ndarray], CarParameters], np.ndarray]
+    turned: str
+    scaled: str = ""
+    lead: float = 0.0
+
+
+def mean_speed(signals: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Mean speed of both rear wheels, or speed of the one that is present; signals by name, (n,) each."""
+    left, right = signals["wheel_speed_rear_left"], signals["wheel_speed_rear_right"]
+    return 0.5 * (np.where(np.isfinite(left), left, right) + np.where(np.isfinite(right), right, left))
+
+
+def _speed(signals: Mapping[str, np.ndarray], vehicle: CarParameters) -> np.ndarray:
+    """Speed of the vehicle, corrected by the known scale of its wheel speeds [m/s]."""
+    return mean_speed(signals) / vehicle.wheel_speed_scale
+
+
+YAW_SENSOR, TIMES_SPEED, OVER_SPEED = "yaw rate sensor", ("rear wheels", "steering angle"), "lateral acceleration"
+"""Witnesses of the yaw rate: independent of the speed, proportional to it, and inversely proportional to it."""
+
+YAW: dict[str, Witness] = {
+    "rear wheels": Witness(
+        WHEELS,
+        lambda s, p: (s["wheel_speed_rear_right"] - s["wheel_speed_rear_left"]) / (p.wheel_speed_scale * p.track_width),
+        "left and right rear wheel speeds are swapped",
+        "the track width of the vehicle file, or the unit of the wheel speeds, is wrong",
+    ),
+    "yaw rate sensor": Witness(
+        ("yaw_rate",),
+        lambda s, p: s["yaw_rate"],
+        "the yaw rate has the wrong sign",
+        "the yaw rate has the wrong unit or scale",
+    ),
+    "steering angle": Witness(
+        ("steering_wheel_angle",),
+        lambda s, p: s["steering_wheel_angle"] * p.steering_ratio * _speed(s, p) / (p.front_distance + p.rear_distance),
+        "the steering angle has the wrong sign",
+        "the steering ratio of the vehicle file, or the unit of the steering angle, is wrong",
+        0.1,
+    ),
+    "lateral acceleration": Witness(
+        (),
+        lambda s, p: s["lateral_acceleration"] / np.maximum(_speed(s, p), MOVING),
+        "the lateral acceleration has the wrong sign",
+        "the lateral acceleration has the wrong unit or scale",
+        0.1,
+    ),
+}
+"""Witnesses of the yaw rate [rad/s]."""
+
+
+def _understeering(signals: Mapping[str, np.ndarray], vehicle: CarParameters) -> np.ndarray:
+    """Yaw rate by the steering angle with the understeer of the vehicle file, none where it has no tyres [rad/s]."""
+    by_geometry = YAW["steering angle"].estimate(signals, vehicle)
+    if not isinstance(vehicle, RollingCar.Parameters):
+        return by_geometry
+    p = vehicle
+    stiffness = p.front_cornering_stiffness, p.rear_cornering_stiffness
+    gradient = max(float(understeer_gradient(p.mass, p.front_distance, p.rear_distance, *stiffness)), 0.0)
+    return by_geometry / (1.0 + gradient * _speed(signals, vehicle) ** 2 / (p.front_distance + p.rear_distance))
+
+
+UNDERSTEERING: Mapping[str, Witness] = YAW | {"steering angle": replace(YAW["steering angle"], estimate=_understeering)}
+"""The same with the understeer of the vehicle file, which lets a car turn half as much at 25 m/s as by geometry."""
+
+TORQUE: Mapping[str, Witness] = {
+    "steering torque sensor": Witness(
+        ("steering_shaft_torque",),
+        lambda s, p: s["steering_shaft_torque"] - _spring(s, p),
+        "the steering torque has the wrong sign",
+    ),
+    "targets of the steering motors": Witness(
+        (),
+        lambda s, p: s["steering_motor_1_target_torque"] + s["steering_motor_2_target_torque"] - _spring(s, p),
+        "the target torques of the steering motors have the wrong sign",
+    ),
+    "tie-rod force": Witness(
+        ("tie_rod_force",), lambda s, p: p.rack_ratio * s["tie_rod_force"], "the tie-rod force has the wrong sign"
+    ),
+}
+"""Witnesses of the column torque by the tie rods [N*m]; they differ by friction, so that only signs are compared."""
+
+
+def _spring(signals: Mapping[str, np.ndarray], vehicle: CarParameters) -> np.ndarray:
+    return vehicle.rack_ratio**2 * vehicle.rack_stiffness * signals["steering_wheel_angle"]
+
+
+STEP = 0.04
+"""Sampling interval of the comparison [s]."""
+LATEST = 1.0
+"""Largest shift in time that is searched, in either direction [s]."""
+CLEAR, TIGHT = 0.6, 0.95
+"""Correlation from which signs are compared, and from which shifts and scales are compared [-]."""
+
+
+class Problem(NamedTuple):
+    """Defect of the recording or of the vehicle file.
+
+    Args:
+        kind: "sign", "time", "scale" or "rate"
+        elements: sensors that it concerns
+        cause: description
+        action: remedy
+    """
+
+    kind: str
+    elements: tuple[str, ...]
+    cause: str
+    action: str
+
+
+def turned(estimates: Mapping[str, np.ndarray], witnesses: Mapping[str, Witness]) -> tuple[Problem, ...]:
+    """Problem that one estimate has the wrong sign; empty if none or several may have it.
+
+    Args:
+        estimates: estimates by name of the witness; NaN where one is not valid
+        witnesses: witnesses by name
+    """
+    found = {pair: _correlation(estimates[pair[0]], estimates[pair[1]]) for pair in combinations(estimates, 2)}
+    odd = odd_ones_out(tuple(estimates), {pair: value > 0.0 for pair, value in found.items() if abs(value) > CLEAR})
+    if len(odd) != 1:
+        return ()
+    witness = witnesses[odd[0]]
+    return (Problem("sign", witness.elements, witness.turned, "correct the channel map"),)
+
+
+def late(estimates: Mapping[str, np.ndarray], witnesses: Mapping[str, Witness], limit: float) -> tuple[Problem, ...]:
+    """Problem that one estimate is delayed, or early, against the others; empty if none or several may be.
+
+    Args:
+        estimates: estimates by name of the witness, one value every `STEP`
+        witnesses: witnesses by name
+        limit: shift in time from which an estimate is wrong [s]
+    """
+    shifts = {}
+    for one, other in combinations(estimates, 2):
+        shift = _shift(estimates[one], estimates[other])
+        if shift is not None:
+            shifts[one, other] = shift - (witnesses[one].lead - witnesses[other].lead)
+    odd = odd_ones_out(tuple(estimates), {pair: abs(shift) < limit for pair, shift in shifts.items()})
+    if len(odd) != 1:
+        return ()
+    by = [(-shift if pair[0] == odd[0] else shift) for pair, shift in shifts.items() if odd[0] in pair]
+    delay = float(np.median(by))
+    cause = f"{odd[0]}: {abs(delay):.2f} s {'late' if delay > 0.0 else 'early'} relative to the other signals"
+    action = "check the time stamps: the channel may come from another bus with a clock of its own"
+    return (Problem("time", witnesses[odd[0]].elements, cause, action),)
+
+
+def _shift(one: np.ndarray, other: np.ndarray) -> float | None:
+    """Delay of the second signal against the first [s]; None if they do not correlate at any shift."""
+    most = round(LATEST / STEP)
+    inner = one[most : len(one) - most]
+    shifts = range(-most, most + 1)
+    values = [_correlation(inner, other[most + shift : len(other) - most + shift]) for shift in shifts]
+    best = int(np.argmax(values))
+    return (shifts[best] + _vertex(values, best)) * STEP if values[best] > TIGHT else None
+
+
+def _vertex(values: list[float], best: int) -> float:
+    """Vertex of a parabola through the highest value and its neighbours, in steps from the highest."""
+    if not 0 < best < len(values) - 1:
+        return 0.0
+    before, top, after = values[best - 1 : best + 2]
+    bend = before - 2.0 * top + after
+    return 0.5 * (before - after) / bend if bend < 0.0 else 0.0
+
+
+def _correlation(one: np.ndarray, other: np.ndarray) -> float:
+    both = np.isfinite(one) & np.isfinite(other)
+    x, y = one[both], other[both]
+    size = float(np.sqrt((x @ x) * (y @ y)))
+    return float(x @ y) / size if size > 0.0 else 0.0
+
+
+def scaled(estimates: Mapping[str, np.ndarray], witnesses: Mapping[str, Witness], limit: float) -> tuple[Problem, ...]:
+    """Problem that one estimate has the wrong scale; empty if none or several may have it.
+
+    Args:
+        estimates: estimates by name of the witness, with their mean removed
+        witnesses: witnesses by name
+        limit: ratio of amplitudes from which an estimate is wrong
+    """
+    found = {pair: _ratio(estimates[pair[0]], estimates[pair[1]]) for pair in combinations(estimates, 2)}
+    ratios: dict[Pair, float] = {pair: ratio for pair, ratio in found.items() if np.isfinite(ratio)}
+    odd = odd_ones_out(tuple(estimates), {pair: 1.0 / limit < ratio < limit for pair, ratio in ratios.items()})
+    if len(odd) != 1:
+        return ()
+    witness = witnesses[odd[0]]
+    by = [(ratio if pair[0] == odd[0] else 1.0 / ratio) for pair, ratio in ratios.items() if odd[0] in pair]
+    cause = f"{witness.scaled}: it is {np.median(by):.3g} times the value from the others"
+    return (Problem("scale", witness.elements, cause, "correct the vehicle file or the channel map"),)
+
+
+def _ratio(one: np.ndarray, other: np.ndarray) -> float:
+    """Ratio of the amplitudes of both estimates; NaN if they do not correlate."""
+    if _correlation(one, other) <= TIGHT:
+        return np.nan
+    both = np.isfinite(one) & np.isfinite(other)
+    return float(np.sqrt((one[both] @ one[both]) / (other[both] @ other[both])))
+
+
+def misread_speed(estimates: Mapping[str, np.ndarray], limit: float) -> tuple[Problem, ...]:
+    """Problem that the wheel speeds have the wrong scale; all estimates of the yaw rate but its sensor use them.
+
+    If they read k times the truth, wheels and steering angle give k times the yaw rate, and the lateral acceleration
+    gives it over k.
+
+    Args:
+        estimates: estimates of the yaw rate by name of the witness, with their mean removed
+        limit: ratio of amplitudes from which an estimate is wrong
+    """
+    if not {YAW_SENSOR, *TIMES_SPEED, OVER_SPEED} <= set(estimates):
+        return ()
+    sizes = [_ratio(estimates[name], estimates[YAW_SENSOR]) for name in TIMES_SPEED]
+    sizes.append(_ratio(estimates[YAW_SENSOR], estimates[OVER_SPEED]))
+    least, most = min(sizes), max(sizes)
+    if not (np.isfinite(sizes).all() and most < limit * least and (least > limit or most < 1.0 / limit)):
+        return ()
+    cause = (
+        f"the wheel speeds have the wrong unit or scale: they are {np.median(sizes):.3g} times the values from the "
+        "others"
+    )
+    return (Problem("scale", WHEELS, cause, "correct their unit in the channel map; 1 m/s is 3.6 km/h"),)
+
+
+GENTLE = 3.0
+"""Largest lateral acceleration at which the steering angle gives the yaw rate by geometry [m/s^2]."""
+LEAST_TURNING = 5.0
+"""Least time of turning in each part of the beginning [s]."""
+PARTS = 3
+"""Number of parts of the beginning, each of which must show the same problem."""
+TURNING = 0.05
+"""Yaw rate from which the vehicle counts as turning [rad/s]."""
+KEPT = 180.0
+"""Length of the beginning of the drive that is checked [s]: wrong wiring is wrong from the start."""
+SMOOTH = 0.3
+"""Width of the moving average of the signals [s]."""
+SCALE = 1.4
+"""Ratio of amplitudes from which a scale is wrong [-]; tyres, radii and slopes cause up to 1.34."""
+BRIDGED = 0.1
+"""Longest gap between two readings that is interpolated linearly [s], since few buses have the rate of the grid."""
+LATE = 0.15
+"""Shift in time from which an estimate is wrong [s]; the motion itself lags by up to 0.1 s."""
+
+
+class CloseLimits(NamedTuple):
+    """Limits that sensors of a calibrated vehicle do not reach.
+
+    In fault-free drives of an hour one sensor differs from both others by a factor of 1.07 and by 0.03 s, with tyres a
+    tenth larger by a factor of 1.10.
+
+    Args:
+        scale, late: see `Wiring`
+    """
+
+    scale: float = 1.13
+    late: float = 0.045
+
+
+class Wiring:
+    """Checks the beginning of a drive for signals that were connected or described wrongly.
+
+    Args:
+        vehicle: parameters of the vehicle
+        rate: sampling rate [Hz]
+        scale: ratio of amplitudes from which an estimate is wrong
+        late: shift in time from which an estimate is wrong [s]
+        close: tighter limits between sensors alone, for a calibrated vehicle; None without a calibration
+    """
+
+    def __init__(
+        self,
+        vehicle: CarParameters,
+        rate: float,
+        scale: float = SCALE,
+        late: float = LATE,
+        close: CloseLimits | None = None,
+    ):
+        self.vehicle, self.rate, self.scale, self.late, self.close = vehicle, rate, scale, late, close
+        self._pieces: list[dict[str, np.ndarray]] = []
+        self._kept = 0
+
+    def add(self, signals: Mapping[str, np.ndarray]) -> None:
+        """Add the next piece, signals by name, (n,) each; NaN if missing."""
+        left = round(KEPT * self.rate) - self._kept
+        if left > 0:
+            piece = {name: np.array(values[:left]) for name, values in signals.items()}
+            self._kept += len(next(iter(piece.values())))
+            self._pieces.append(piece)
+
+    def problems(self) -> tuple[Problem, ...]:
+        """Problems of the wiring; empty if there are none, or if the drive turned too little to show any.
+
+        A problem must show in every part of the beginning, each with the same time of turning: what begins later is a
+        fault.
+        """
+        if not self._pieces:
+            return ()
+        most = round(BRIDGED * self.rate)
+        whole = {
+            name: _bridged(np.concatenate([each[name] for each in self._pieces]), most) for name in self._pieces[0]
+        }
+        turned_until = np.cumsum(self._turning(whole))
+        edges = np.searchsorted(turned_until, np.linspace(0, turned_until[-1], PARTS + 1)[1:-1])
+        parts = [slice(start, stop) for start, stop in pairwise((0, *edges.tolist(), self._kept))]
+        each = [self._problems({name: values[part] for name, values in whole.items()}) for part in parts]
+        shown = [{(found.kind, found.elements) for found in problems} for problems in each if problems is not None]
+        if len(shown) < PARTS:
+            return ()
+        return tuple(
+            found
+            for found in self._problems(whole) or ()
+            if all((found.kind, found.elements) in part for part in shown)
+        )
+
+    def _problems(self, signals: Mapping[str, np.ndarray]) -> tuple[Problem, ...] | None:
+        """Problems of a stretch; None if the car turned too little to show any."""
+        if np.count_nonzero(self._turning(signals)) < LEAST_TURNING * self.rate:
+            return None
+        with np.errstate(invalid="ignore"):
+            moving = mean_speed(signals) > MOVING
+        gentle = moving & ~(np.abs(signals["lateral_acceleration"]) > GENTLE)
+        yaw, slowly = self._estimates(YAW, signals, moving), self._estimates(YAW, signals, gentle)
+        understeering = self._estimates(UNDERSTEERING, signals, gentle)
+        misread = misread_speed(slowly, self.scale)
+        # At the centre of gravity, a = v r + rear_distance dr/dt leads v r by rear_distance / v: samples in which that
+        # exceeds twice the lead of the witness show no delay.
+        fast = moving & (mean_speed(signals) > self.vehicle.rear_distance / (2.0 * YAW[OVER_SPEED].lead))
+        timed = {name: each for name, each in yaw.items() if name != OVER_SPEED}
+        timed |= self._estimates({OVER_SPEED: YAW[OVER_SPEED]}, signals, fast)
+        found = turned(yaw, YAW) or late(timed, YAW, self.late) or misread
+        found = found or _scaled(slowly, understeering, self.scale)
+        if self.close is not None and not any(each.elements for each in found):
+            near = late(_sensed(yaw), YAW, self.close.late)
+            near = near or _scaled(_sensed(slowly), _sensed(understeering), self.close.scale)
+            found = (*near, *found)
+        return found or turned(self._estimates(TORQUE, signals, moving), TORQUE)
+
+    def _turning(self, signals: Mapping[str, np.ndarray]) -> np.ndarray:
+        """Whether the vehicle turns, for every sample."""
+        with np.errstate(invalid="ignore"):
+            yaw = [YAW[name].estimate(signals, self.vehicle) for name in ("rear wheels", "yaw rate sensor")]
+            return np.asarray((mean_speed(signals) > MOVING) & (np.nansum(np.abs(yaw), axis=0) > TURNING))
+
+    def _estimates(
+        self, witnesses: Mapping[str, Witness], signals: Mapping[str, np.ndarray], when: np.ndarray
+    ) -> dict[str, np.ndarray]:
+        """Estimates of every witness, low-pass filtered and with their mean removed; NaN outside `when`."""
+        width = max(round(SMOOTH * self.rate), 1)
+        found = {}
+        for name, witness in witnesses.items():
+            value = np.where(when, witness.estimate(signals, self.vehicle), np.nan)
+            if np.count_nonzero(np.isfinite(value)) > LEAST_TURNING * self.rate:
+                smooth = np.convolve(value, np.full(width, 1.0 / width), "same")[:: max(round(STEP * self.rate), 1)]
+                # One NaN spoils a whole window: with many pauses no mean may be left.
+                if np.isfinite(smooth).any():
+                    found[name] = smooth - np.nanmean(smooth)
+        return found
+
+
+def _bridged(values: np.ndarray, most: int) -> np.ndarray:
+    """Values with gaps of up to `most` samples interpolated linearly; longer gaps stay NaN."""
+    there = np.flatnonzero(np.isfinite(values))
+    if not 1 < len(there) < len(values):
+        return values
+    place = np.arange(len(values))
+    apart = np.concatenate(([len(values)], np.diff(there), [len(values)]))[np.searchsorted(there, place)]
+    between = np.isnan(values) & (apart <= most)
+    return np.where(between, np.interp(place, there, values[there]), values)
+
+
+def _scaled(
+    by_geometry: Mapping[str, np.ndarray], understeering: Mapping[str, np.ndarray], limit: float
+) -> tuple[Problem, ...]:
+    """Problem of a wrong scale that no understeer between none and that of the vehicle file, often a guess, explains.
+
+    Args:
+        by_geometry: estimates without understeer
+        understeering: estimates with that of the vehicle file
+        limit: ratio of amplitudes from which an estimate is wrong
+    """
+    without = {each.elements for each in scaled(by_geometry, YAW, limit)}
+    return tuple(each for each in scaled(understeering, UNDERSTEERING, limit) if each.elements in without)
+
+
+def _sensed(estimates: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Estimates of judged sensors only, which road slopes and banks do not affect."""
+    return {name: values for name, values in estimates.items() if YAW[name].elements}
+
+
+BUSES = (OF_AUTOMATED[:3], OF_AUTOMATED[3:])
+"""Sensors that share a bus and its clock: those of the chassis, and those of the steering."""
+BEFORE = 1.0
+"""Time before the declaration of two sensors of one bus within which the first may have been declared alone [s]."""
+
+
+class ClockLeap:
+    """Tests for a shift in time between the buses after two sensors of one bus have been declared together.
+
+    A single late sensor is a fault. If two sensors of one bus are declared, and the angle is late or early against the
+    other estimates of the yaw rate, the bus has lost its time base. Two faults of which one is a delay of the angle
+    look the same.
+
+    Args:
+        look: function that makes a check of the wiring, for the signals from then on
+    """
+
+    def __init__(self, look: Callable[[], Wiring]):
+        self._look = look
+        self._wiring: Wiring | None = None
+        self._since = 0.0
+
+    def add(self, time: np.ndarray, signals: Mapping[str, np.ndarray], faulty: np.ndarray) -> None:
+        """Add the next piece.
+
+        Args:
+            time: time stamps [s], (n,)
+            signals: signals by name, (n,) each; NaN if missing
+            faulty: whether each element is declared, the sensors first, (n, elements)
+        """
+        first = 0
+        if self._wiring is None:
+            together = np.zeros(len(time), bool)
+            for bus in BUSES:
+                together |= faulty[:, [SENSORS.index(name) for name in bus]].sum(axis=1) >= 2
+            if not together.any():
+                return
+            first = int(np.argmax(together))
+            self._wiring, self._since = self._look(), float(time[first])
+        self._wiring.add({name: values[first:] for name, values in signals.items()})
+
+    def problems(self, episodes: Sequence[Episode]) -> tuple[Problem, ...]:
+        """Problem that the buses have lost their common time base; empty if not, or if a fault began earlier.
+
+        Args:
+            episodes: episodes of all faults of the drive
+        """
+        if self._wiring is None or any(each.declared_at < self._since - BEFORE for each in episodes):
+            return ()
+        return tuple(
+            found._replace(cause=f"{found.cause} since about {self._since:.0f} s")
+            for found in self._wiring.problems()
+            if found.kind == "time" and found.elements == ("steering_wheel_angle",)
+        )
