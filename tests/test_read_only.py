@@ -7,7 +7,7 @@ from blocks_of_graph import Everything
 from tierod.core import arrow
 from tierod.core.decimation import Decimator
 from tierod.core.graph import batch, scan
-from tierod.core.graph.samples import Memory
+from tierod.core.graph.runtime import Memory
 from tierod.core.recording import Channel, Recording
 from tierod.io.derive import complete
 from tierod.io.quality import channel_quality

@@ -17,7 +17,7 @@ import tierod_lab
 from contract.block_examples import BASES, EXAMPLES, PARTS, SET_UPS, WITHIN
 from tierod.core.block import leaves, rebuild, skeleton, tuning, units, with_tuning
 from tierod.core.graph import Stream, batch, scan, trace
-from tierod.core.graph.bank_graph import BankGraph
+from tierod.core.graph.bank import BankGraph
 from tierod.core.graph.compiler import compiler
 from tierod.core.graph.kernel import _attempted, print_c
 from tierod.core.graph.printer import print_lanes
@@ -38,7 +38,7 @@ def compiled_in_a_moment():
         if compiler() is not None:
             patch.setenv("TIEROD_ENGINE", "compiled")
         patch.setattr("tierod.core.graph.kernel.print_c", printed)
-        patch.setattr("tierod.core.graph.virtual_machine.BLOCK", 100)  # some of the samples in blocks, the rest singly
+        patch.setattr("tierod.core.graph.kernel.BLOCK", 100)  # some of the samples in blocks, the rest singly
         _attempted.cache_clear()
         yield
     _attempted.cache_clear()  # later tests of the same process run faster kernels

@@ -12,7 +12,8 @@ from blocks_of_graph import Pair
 from exported_c import exported, needs_gcc, reference, rounded, run, worst_share
 from tierod.core.block import Ring
 from tierod.core.errors import ParameterError
-from tierod.core.graph import branches, maths
+from tierod.core.graph import maths
+from tierod.core.graph import operations as branches
 from tierod.core.graph.operations import Builder, is_constant
 from tierod.export import c_source
 from tierod.export.cut_printer import CutPrinter

@@ -9,7 +9,7 @@ from exported_c import needs_gcc
 from exported_programs import compiled, interface_of_program, same_bits
 from interpreted_programs import Interpreter
 from random_programs import random_samples, random_step
-from tierod.core.graph import branches
+from tierod.core.graph import operations as branches
 from tierod.export import c_source
 from tierod.export.cut_printer import CutPrinter
 

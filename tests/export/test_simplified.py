@@ -9,8 +9,8 @@ from blocks_of_graph import Pair
 from exported_c import exported, needs_gcc, reference, rounded, run
 from tierod.core.block import tuning
 from tierod.core.graph import maths
-from tierod.core.graph.initial import initial_program
 from tierod.core.graph.operations import NEXT_STATE, SAMPLE, Builder, Program, program
+from tierod.core.graph.state import initial_program
 from tierod.core.graph.trace import trace
 from tierod.export.nested import Nested, nested
 from tierod.export.simplified import counters, simplified

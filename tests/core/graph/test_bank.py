@@ -10,9 +10,9 @@ from bank_of_graph import HighestJudge, Lane, Marked, Pair, bank, ringed
 from tierod.core.block import leaves, tuning
 from tierod.core.errors import TraceError
 from tierod.core.graph import Bank, JudgeSample, Stream, Verdict, batch, maths, scan, trace
-from tierod.core.graph.kernel import print_c
-from tierod.core.graph.memory_layout import flat_memory
-from tierod.core.graph.operation_count import operation_count
+from tierod.core.graph.analysis import operation_count
+from tierod.core.graph.printer import print_c
+from tierod.core.graph.state import flat_memory
 
 
 @pytest.fixture

@@ -7,9 +7,8 @@ import numpy as np
 
 from bank_of_graph import Pair
 from tierod.core.graph import KEEP, Bank, Verdict, maths, scan, trace
-from tierod.core.graph.branches import Condition, branches, with_picks
-from tierod.core.graph.kernel import print_c
-from tierod.core.graph.operations import program
+from tierod.core.graph.operations import Condition, branches, program, with_picks
+from tierod.core.graph.printer import print_c
 
 LANES = 12
 

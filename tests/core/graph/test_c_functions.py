@@ -15,7 +15,7 @@ from blocks_of_graph import Everything
 from tierod.core.graph import batch, maths, scan, trace
 from tierod.core.graph.c_functions import OWN, prelude
 from tierod.core.graph.compiler import compiler, load
-from tierod.core.graph.printer import print_lanes, print_scalar
+from tierod.core.graph.printer import print_c, print_lanes
 
 needs_a_compiler = pytest.mark.skipif(compiler() is None, reason="no C compiler")
 
@@ -210,5 +210,5 @@ def test_printed_code_calls_no_function_of_the_library():
     instructions = {"sqrt", "fabs", "floor", "ceil", "fma"}
     for block in (Functions(), Everything()):
         graph = trace(block)
-        for text in (print_scalar(graph), print_lanes(graph, own_tuning=True)):
+        for text in (print_c(graph), print_lanes(graph, own_tuning=True)):
             assert set(re.findall(r"\bM\((\w+)\)", text)) <= instructions | {"name"}

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 from typing import Annotated, NamedTuple
 
 from tierod.core.block import Scalar
-from tierod.core.graph.graph_digest import graph_digest
+from tierod.core.graph.analysis import graph_digest
 
 
 class Sample(NamedTuple):

@@ -35,7 +35,7 @@ import sys
 import numpy as np
 from tierod.core.graph import scan
 called = []
-for module, name in (("kernel", "print_c"), ("trace", "straight_line"), ("bank_graph", "straight_line")):
+for module, name in (("kernel", "print_c"), ("trace", "straight_line"), ("bank", "straight_line")):
     module = sys.modules["tierod.core.graph." + module]
     def counted(*given, usual=getattr(module, name), name=name):
         called.append(name)

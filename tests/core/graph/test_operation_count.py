@@ -2,8 +2,8 @@ from dataclasses import dataclass
 from typing import Annotated, NamedTuple
 
 from tierod.core.block import Ring
+from tierod.core.graph.analysis import OperationCount, operation_count
 from tierod.core.graph.maths import arctan2, cos, sin, sqrt, where
-from tierod.core.graph.operation_count import OperationCount, operation_count
 
 
 class Pair(NamedTuple):

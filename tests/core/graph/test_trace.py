@@ -13,7 +13,7 @@ from tierod.core.errors import CompileError, TraceError
 from tierod.core.graph import jacobian, maths, scan, trace
 from tierod.core.graph.derivatives import tuning_in_use
 from tierod.core.graph.operations import program
-from tierod.core.graph.printer import print_lanes, print_scalar
+from tierod.core.graph.printer import print_c, print_lanes
 
 
 class One(NamedTuple):
@@ -95,7 +95,7 @@ def test_a_chain_of_steps_is_worked_out_once_and_tuning_before_the_loop():
     operations = program(trace(Everything()).function)
     assert operations.counts()["div"] == 0, "x / (1 + b²) and tanh(b) / (1 + b²) share one reciprocal"
     assert operations.counts()["inverse"] == 1
-    source = print_scalar(trace(Everything()))
+    source = print_c(trace(Everything()))
     prepare = source[source.index("_prepare(const real *restrict p, real *restrict c) {") :].split("}")[0]
     assert "tierod_exp" in prepare, "exp(-offset) depends on tuning alone"
 

@@ -4,7 +4,7 @@ import pytest
 from tierod.core.claims import Claim
 from tierod.core.content import Table
 from tierod.core.graph import scan
-from tierod.core.graph.operation_count import operation_count
+from tierod.core.graph.analysis import operation_count
 from tierod_lab.papers.motor_angle.bare_observers import BareFeedforward, BareLuenberger, BareReduced
 from tierod_lab.papers.motor_angle.table_one import PRINTED, bare_observers, items, observers
 from tierod_lab.studies.effort import Effort

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from tierod.core.block import Block
-from tierod.core.graph.graph_digest import graph_digest
+from tierod.core.graph.analysis import graph_digest
 
 
 def reported_seed(*blocks: Block) -> int:

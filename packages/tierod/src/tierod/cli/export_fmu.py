@@ -48,7 +48,7 @@ def export_fmu(what: str, vehicle: str | None, scenario: str | None, variant: st
 
 
 def _monitor(name: str, vehicle: str | None, variant: str | None) -> Model:
-    from tierod.core.graph.bank_graph import BankGraph
+    from tierod.core.graph.bank import BankGraph
     from tierod.export.subject import subject_of
     from tierod.vehicles import load
 

@@ -44,6 +44,7 @@ class Places(NamedTuple):
 
     Args:
         start, width: start of the first bin of the trace, and width of the bins [s]
+        first, last: bins of the first and of the last sample
         bins: bin of every sample, counted from `first`
         samples: number of samples in every bin from `first` to `last`
         occupied: bins with at least one sample; a slice of all where none is empty
@@ -238,8 +239,10 @@ class Packed:
     """A trace quantised to integer codes and compressed.
 
     Args:
+        name, unit: name and unit of the trace
         start: left edge of the first bin [s]
         width: width of a bin [s]
+        count: number of bins
         lowest: value of the code 1 [unit]
         step: difference between neighbouring codes [unit]
         data: codes of every bin as 16-bit numbers: change of the mean in zigzag, highest less mean, mean less lowest;

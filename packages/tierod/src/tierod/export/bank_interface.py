@@ -10,9 +10,9 @@ import numpy as np
 
 from tierod.core.block import values_of
 from tierod.core.errors import TraceError
-from tierod.core.graph.bank_graph import BankGraph
-from tierod.core.graph.initial import initial_program
+from tierod.core.graph.bank import BankGraph
 from tierod.core.graph.operations import OUTPUT, SAMPLE, TUNING, Program, program
+from tierod.core.graph.state import initial_program
 from tierod.core.graph.trace import Graph
 from tierod.export.described import Described, described
 from tierod.export.interface import Interface

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from tierod.core.errors import OutputError, ParameterError
 from tierod.core.files import expanded, require_folder, write_text
-from tierod.core.graph.bank_graph import BankGraph
+from tierod.core.graph.bank import BankGraph
 from tierod.export.bank_interface import BankInterface
 from tierod.export.c_bank import bank_parameter_rows, bank_source, bank_structs
 from tierod.export.c_header import header

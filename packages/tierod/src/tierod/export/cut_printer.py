@@ -6,7 +6,7 @@ import re
 from collections import Counter
 from collections.abc import Mapping
 
-from tierod.core.graph.branches import branches
+from tierod.core.graph.operations import branches
 from tierod.export.clocks import Clock
 from tierod.export.nested import Nested, nested
 from tierod.export.order import soon_taken

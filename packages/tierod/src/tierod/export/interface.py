@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from tierod.core.graph.initial import initial_program
 from tierod.core.graph.operations import NEXT_STATE, OUTPUT, RING, SAMPLE, TUNING, Program, program
+from tierod.core.graph.state import initial_program
 from tierod.core.graph.trace import Graph
 from tierod.export.clocks import Clock, clocks
 from tierod.export.delay_lines import Lines, delay_lines, pushed_once

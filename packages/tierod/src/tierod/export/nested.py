@@ -10,8 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass
 from itertools import count
 
-from tierod.core.graph.branches import Condition
-from tierod.core.graph.operations import Program
+from tierod.core.graph.operations import Condition, Program
 
 FEWEST = 2
 """Fewest operations and reads that a branch must save."""

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from tierod.core.graph.branches import Branch
-from tierod.core.graph.operations import Program
+from tierod.core.graph.operations import Branch, Program
 
 
 def soon_taken(program: Program, parts: Sequence[Branch]) -> list[Branch]:

@@ -7,8 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 from itertools import accumulate
 
-from tierod.core.graph.branches import Branch, Condition
-from tierod.core.graph.operations import NEXT_STATE, PUSH, RING, STATE, Program
+from tierod.core.graph.operations import NEXT_STATE, PUSH, RING, STATE, Branch, Condition, Program
 
 LONGEST = 80
 """Largest number of operations of one function; static analysers take hours for a kernel's functions of thousands.

@@ -13,7 +13,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
-from tierod.core.graph.branches import with_picks
 from tierod.core.graph.operations import (
     LOGICAL,
     NEXT_STATE,
@@ -25,6 +24,7 @@ from tierod.core.graph.operations import (
     drop_unused,
     invariant_of,
     is_constant,
+    with_picks,
 )
 
 

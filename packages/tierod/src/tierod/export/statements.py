@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
-from tierod.core.graph.branching_printer import BranchingPrinter
-from tierod.core.graph.line_printer import COMPARE, Places
+from tierod.core.graph.body_printer import COMPARE, BranchingPrinter, Places
 from tierod.core.graph.operations import NEXT_STATE, Operation, Program
 from tierod.core.graph.trace import Graph
 from tierod.export.nested import Nested

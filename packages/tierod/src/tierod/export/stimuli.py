@@ -9,7 +9,7 @@ from typing import Annotated
 
 import numpy as np
 
-from tierod.core.graph.operation_count import operation_count
+from tierod.core.graph.analysis import operation_count
 from tierod.core.signals import SIGNALS
 from tierod.export.subject import Subject
 

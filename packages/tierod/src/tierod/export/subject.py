@@ -9,7 +9,7 @@ from typing import Any
 from tierod.core.block import Ring, tuning, values_of
 from tierod.core.errors import ParameterError
 from tierod.core.graph import trace
-from tierod.core.graph.memory_layout import BankState
+from tierod.core.graph.state import BankState
 from tierod.core.version import __version__
 from tierod.export.described import Described, described, of_signals
 from tierod.export.members import identifier

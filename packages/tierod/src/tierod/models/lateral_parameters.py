@@ -29,21 +29,31 @@ class LateralParameters:
     """Parameters of a car for the sideslip estimator, named as in a vehicle file.
 
     Args:
+        mass, yaw_inertia: of the vehicle
         front_distance, rear_distance: from the centre of gravity to the axles
+        front_cornering_stiffness, rear_cornering_stiffness: of the axles at their static load
+        centre_height: of the centre of gravity, above ground
         relaxation_length: of the front axle's lateral force; shorter than that of the tyre, because of the compliance
             of the suspension, which acts later
         rear_relaxation_ratio: relaxation length of the rear axle over that of the front axle
         tyre_friction: peak lateral force over load of the front axle on a dry road
+        rear_friction_ratio: friction of the rear axle over that of the front axle
         front_force_shape, rear_force_shape: C of the Magic Formula of the axles, with the compliance of the suspension;
             the higher, the longer the force stays linear
         trail_shape: Ct of the pneumatic trail; above the force's shape the trail vanishes before the peak of the force
         front_load_transfer: load transferred to the outer front wheel per lateral force of the axle; the pneumatic
             trail grows with the load
         stiffness_growth: relative growth of the cornering stiffness per relative growth of the load
+        mechanical_trail: of the front axle
+        pneumatic_trail: of both axles, without slip
         roll_share: component of gravity in the measured lateral acceleration by roll, per acceleration
+        roll_frequency, roll_damping_ratio: natural frequency and damping ratio of the body's roll
         roll_arm: height of the centre of gravity above the roll axis
         sensor_forward: distance of the accelerometer ahead of the centre of gravity
+        drive_front_share, brake_front_share: share of the longitudinal force at the front axle
         road_wheel_inertia: of everything that turns with the road wheels, J_w
+        road_wheel_damping: viscous, at the road wheels, b_w
+        road_wheel_friction: level of dry friction at the road wheels, F_w
         road_wheel_friction_angle: angle over which that friction builds up linearly; 3/4 of the angle of Dahl's law
     """
 
@@ -83,6 +93,8 @@ class Sampled:
     """Parameters of the sampled model.
 
     Args:
+        car: as in the vehicle file
+        sample_time: sampling interval
         usual: value to which every unknown returns, in their order
         fading: share of the deviation from it that is left after a sample; one for a random walk
     """

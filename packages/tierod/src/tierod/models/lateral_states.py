@@ -68,6 +68,7 @@ class Forces(NamedTuple):
     """Forces of both axles and the torque that they make about the kingpins.
 
     Args:
+        front, rear: forces across the wheels
         front_across, rear_across: forces across the body [N]
         front_slip, rear_slip: tangents of the effective slip angles [-]
         pneumatic_trail, rear_trail: pneumatic trails of the axles [m]

@@ -18,7 +18,9 @@ class Actuator:
     """Actuator between the motor of a steer-by-wire steering and the road wheels.
 
     Args:
+        motor_torque_constant: torque of the motor per current, k_M
         gearhead_ratio: turns of the motor per turn of the pinion, r_g
+        gearhead_efficiency: efficiency of the gearhead, eta
         power_assist_factor: torque at the pinion over that of the actuator, r_p
         steering_ratio: road-wheel angle per pinion angle; the paper's r_s is its inverse
 
@@ -72,6 +74,8 @@ class SteerByWire:
 
         Args:
             road_wheel_inertia: rotor, gear, rack and road wheels together, J_w
+            road_wheel_damping: viscous, b_w
+            road_wheel_friction: level of dry friction, F_w
             friction_rate: rate of the road wheels at which dry friction has 76 % of its level; a tenth of a usual
                 steering rate, and above the error of an estimated rate
         """

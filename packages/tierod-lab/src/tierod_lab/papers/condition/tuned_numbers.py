@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from tierod.core.block import tuning, with_tuning
 from tierod.core.graph import Bank
-from tierod.core.graph.bank_graph import BankGraph
+from tierod.core.graph.bank import BankGraph
 from tierod.core.graph.derivatives import tuning_in_use
 from tierod.core.graph.trace import trace
 from tierod.export.described import described, meanings

@@ -11,8 +11,8 @@ import numpy as np
 from tierod.core.claims import Claim, at_most, between
 from tierod.core.content import Heading, Item, Table
 from tierod.core.graph import scan
+from tierod.core.graph.analysis import operation_count
 from tierod.core.graph.derivatives import jacobian
-from tierod.core.graph.operation_count import operation_count
 from tierod.core.model import Model
 from tierod.methods.estimators import UnscentedFilter
 from tierod.models.discretise import discretise

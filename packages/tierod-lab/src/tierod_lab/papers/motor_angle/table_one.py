@@ -11,8 +11,8 @@ import numpy as np
 from tierod.core.block import Block
 from tierod.core.claims import Claim, at_most, between
 from tierod.core.content import Heading, Item, Table
+from tierod.core.graph.analysis import OperationCount, operation_count
 from tierod.core.graph.kernel import kernel
-from tierod.core.graph.operation_count import OperationCount, operation_count
 from tierod.core.graph.trace import initial_memory
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
 from tierod_lab.papers.motor_angle.bare_observers import BareFeedforward, BareLuenberger, BareReduced

@@ -3,8 +3,7 @@
 from tierod.core.graph.bank import KEEP, Bank, JudgeSample, Verdict
 from tierod.core.graph.derivatives import jacobian
 from tierod.core.graph.lanes import batch
-from tierod.core.graph.runtime import Scanner, Stream, scan
-from tierod.core.graph.samples import Memory, Result
+from tierod.core.graph.runtime import Memory, Result, Scanner, Stream, scan
 from tierod.core.graph.trace import Graph, trace
 
 __all__ = [

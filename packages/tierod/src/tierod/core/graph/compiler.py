@@ -1,10 +1,11 @@
-"""Compile printed C into a shared library, kept by content in the user's cache folder."""
+"""Compile printed C into a shared library, kept by content in the user's cache folder, and load it from memory."""
 
 from __future__ import annotations
 
 import contextlib
 import ctypes
 import hashlib
+import itertools
 import os
 import platform
 import shutil
@@ -18,8 +19,39 @@ from typing import Annotated
 
 from tierod.core.errors import CompileError, KernelWarning, OutputError
 from tierod.core.graph.kernel_cache import KernelCache, NoCache
-from tierod.core.graph.shared_library import loaded
 from tierod.core.processes import interpreter
+
+_SERIAL = itertools.count(1)
+
+
+def loaded(code: bytes, name: str) -> ctypes.PyDLL:
+    """The library of these bytes.
+
+    Raises:
+        OSError: it is no library, or one for another machine
+    """
+    if hasattr(os, "memfd_create"):
+        # It fails without /proc, or where files in memory must not be executed; then the file below is used.
+        with contextlib.suppress(OSError):
+            return _from_memory(code, name)
+    with tempfile.TemporaryDirectory(prefix="tierod-") as folder:
+        path = Path(folder, f"{name}.so")
+        path.write_bytes(code)
+        return ctypes.PyDLL(str(path))
+
+
+def _from_memory(code: bytes, name: str) -> ctypes.PyDLL:
+    handle = os.memfd_create(name[:200])
+    try:
+        with open(handle, "wb", closefd=False) as file:
+            file.write(code)
+        # The loader takes equal paths for the same library, and descriptors are reused: the serial number makes every
+        # path unique. It is written in binary with "./" for 0 and "/" for 1, which do not change where the path leads.
+        serial = f"{next(_SERIAL):b}".replace("1", "/").replace("0", "./")
+        return ctypes.PyDLL(f"/proc/self/fd/{serial}{handle}")
+    finally:
+        os.close(handle)
+
 
 FLAGS = ("-std=c99", "-O3", "-fPIC", "-shared", "-fno-math-errno", "-fno-trapping-math", "-ffp-contract=off")
 """Never -ffast-math: it breaks NaN and, once loaded, flushes denormals in the whole process."""

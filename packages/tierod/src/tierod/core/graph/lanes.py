@@ -11,8 +11,7 @@ from tierod.core.block import Block, Given, Output, State
 from tierod.core.errors import InputError
 from tierod.core.graph.kernel import LaneKernel, lane_array, lane_kernel
 from tierod.core.graph.printer import LANES
-from tierod.core.graph.runtime import Scanner
-from tierod.core.graph.samples import Memory, Result, Samples, columns_of, memory_of
+from tierod.core.graph.runtime import Memory, Result, Samples, Scanner, columns_of, memory_of
 from tierod.core.graph.trace import trace
 
 FEWEST = 3

@@ -25,7 +25,7 @@ from tierod.core.block import (
 )
 from tierod.core.errors import TraceError
 from tierod.core.graph.known_graphs import entry_of, interface_of, keep_interface
-from tierod.core.graph.memory_layout import flat_memory
+from tierod.core.graph.state import flat_memory
 
 if TYPE_CHECKING:
     import casadi
@@ -35,38 +35,24 @@ TRUTH_VALUE = "truth value"
 
 
 class Interface(Protocol):
-    """Interface of the graph of a block or of a bank of blocks, for drivers: names in order, and shapes."""
+    """Interface of the graph of a block or of a bank of blocks, for drivers: see `Graph`."""
 
     @property
-    def name(self) -> str:
-        """Name of the block's class."""
-
+    def name(self) -> str: ...
     @property
-    def tuning(self) -> tuple[str, ...]:
-        """Dotted names of the floats."""
-
+    def tuning(self) -> tuple[str, ...]: ...
     @property
-    def state(self) -> tuple[str, ...]:
-        """Dotted names of the state, delay lines left out."""
-
+    def state(self) -> tuple[str, ...]: ...
     @property
-    def rings(self) -> tuple[tuple[str, int], ...]:
-        """(name, size) of every delay line."""
-
+    def rings(self) -> tuple[tuple[str, int], ...]: ...
     @property
-    def sample(self) -> tuple[str, ...]:
-        """Dotted names of the inputs."""
-
+    def sample(self) -> tuple[str, ...]: ...
     @property
     def output(self) -> tuple[str, ...]: ...
-
     @property
-    def output_tree(self) -> Tree:
-        """An output of zeros, in its shape."""
-
+    def output_tree(self) -> Tree: ...
     @property
-    def memory(self) -> int:
-        """Number of state values, delay lines included."""
+    def memory(self) -> int: ...
 
 
 @dataclass(frozen=True, eq=False)

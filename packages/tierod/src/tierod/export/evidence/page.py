@@ -13,8 +13,8 @@ import numpy as np
 
 from tierod.core.content import Heading, Item, Table
 from tierod.core.files import write_text
-from tierod.core.graph.branches import with_picks
-from tierod.core.graph.operation_count import operation_count
+from tierod.core.graph.analysis import operation_count
+from tierod.core.graph.operations import with_picks
 from tierod.export.bank_interface import BankInterface
 from tierod.export.c_export import write_folder
 from tierod.export.evidence import calibrated

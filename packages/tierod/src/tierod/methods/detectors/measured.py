@@ -36,10 +36,13 @@ class MeasuredDesign:
     """A threshold from fault-free residuals.
 
     Args:
+        rule: that the threshold belongs to
         deviation: root mean square of the residual [unit of the residual]
+        threshold: in these deviations, or as evidence
         wanted: mean number of samples between false alarms
         low, high: 95 % interval of the run length at this threshold [samples]; beyond the observed time it assumes that
             the fitted line continues, which is not tested
+        observed: number of fault-free samples
         points: false alarms at the thresholds that were tried
     """
 

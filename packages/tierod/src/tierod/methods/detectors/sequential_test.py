@@ -72,7 +72,11 @@ class SequentialTest:
 
 @dataclass(frozen=True)
 class TwoSided:
-    """Alarm when one of two detectors alarms."""
+    """Alarm when one of two detectors alarms.
+
+    Args:
+        up, down: detectors with an output `alarm`
+    """
 
     up: Detector
     down: Detector

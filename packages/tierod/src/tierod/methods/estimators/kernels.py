@@ -141,6 +141,7 @@ class InTurn(NamedTuple):
     """A sequential correction by one measurement after the other.
 
     Args:
+        correction: by all measurements
         residuals: innovation of each measurement given those before it, (m,)
         spreads: variance of each residual, (m,)
     """

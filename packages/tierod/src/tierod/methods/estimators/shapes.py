@@ -14,7 +14,12 @@ from tierod.core.model import Model
 
 
 class Belief(NamedTuple):
-    """State of a filter: mean and covariance of the estimate."""
+    """State of a filter: mean and covariance of the estimate.
+
+    Args:
+        mean: the model's State
+        covariance: packed upper triangle, row by row
+    """
 
     mean: Tree
     covariance: tuple[Scalar, ...]

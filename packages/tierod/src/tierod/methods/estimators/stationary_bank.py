@@ -40,7 +40,10 @@ class StationaryNoise(NamedTuple):
 
     Args:
         gain: of the filter, rows by state, columns by output
+        covariance: packed, of the estimate
+        innovation_covariance: packed
         information: inverse of the innovation covariance, packed
+        log_determinant: of the innovation covariance
     """
 
     gain: Gain
@@ -59,6 +62,7 @@ class StationaryBank:
     is a `StationaryFilter`.
 
     Args:
+        model: discrete model
         parameters: of the model; its floats are tuning
         initial_mean: state before the first sample, one float per state
         noises: gain and covariances of each filter; `design` computes them

@@ -51,6 +51,7 @@ class DriveLikelihood:
     """The terms of the likelihood of a drive.
 
     Args:
+        filter: from `drive_filter`
         ratio: road-wheel angle over the measured angle
     """
 

@@ -48,6 +48,7 @@ class DriveParameters:
     """Parameters of the model.
 
     Args:
+        sampled: of the lateral motion
         superelevation: share of the lateral acceleration in a bend that the bank of the road compensates
     """
 
@@ -87,6 +88,7 @@ class DriveNoises:
     """Noises of model and sensors in an ordinary drive, named as in a vehicle file where it has them.
 
     Args:
+        yaw_rate_noise, lateral_acceleration_noise: standard deviation of one measurement
         lateral_speed_drift, yaw_rate_drift: growth of the model error per square root of time
         bank_wander, bank_wander_time: standard deviation and correlation time of the bank beside the superelevation
         superelevation: share of the lateral acceleration in a bend that the bank of the road compensates

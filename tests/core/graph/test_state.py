@@ -3,8 +3,8 @@ from typing import Annotated, NamedTuple
 
 import pytest
 
-from tierod.core.graph.initial import initial_program
 from tierod.core.graph.operations import NEXT_STATE, PUSH
+from tierod.core.graph.state import initial_program
 from watched_torque import Watch
 
 

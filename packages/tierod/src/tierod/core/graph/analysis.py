@@ -1,12 +1,15 @@
-"""Cost of a step of a block, counted from its graph."""
+"""Cost and digest of a step of a block, read from its graph."""
 
 from __future__ import annotations
 
+import hashlib
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
-from tierod.core.block import Block
-from tierod.core.graph.bank_graph import BankGraph
+from tierod.core.block import Block, tuning
+from tierod.core.graph.bank import BankGraph
 from tierod.core.graph.operations import LOGICAL, program
 from tierod.core.graph.trace import Graph, trace
 
@@ -71,3 +74,34 @@ def _counts(graph: Graph | BankGraph) -> Counter[str]:
     for name, count in program(graph.lane.function).counts().items():
         total[name] += graph.count * count
     return total
+
+
+def graph_digest(*blocks: Block) -> str:
+    """The SHA-256 of the operations and of the floats of blocks, in hexadecimal.
+
+    A change of a threshold or of an equation changes it; a renamed or moved file, class or comment does not.
+
+    Raises:
+        TraceError: a block cannot be traced
+    """
+    digest = hashlib.sha256()
+    for block in blocks:
+        for part in (*_of_graph(trace(block)), *(value.hex() for _, value in tuning(block))):
+            digest.update(part.encode() + b"\0")
+    return digest.hexdigest()
+
+
+def _of_graph(graph: Graph | BankGraph) -> Iterator[str]:
+    if isinstance(graph, BankGraph):
+        yield f"bank {graph.count}"
+        yield from _of_graph(graph.lane)
+        yield from _of_graph(graph.judge)
+        return
+    import casadi
+
+    yield from (f"{size}" for _, size in graph.rings)
+    function: Any = graph.function
+    for k in range(function.n_instructions()):
+        operation = function.instruction_id(k)
+        constant = float(function.instruction_constant(k)).hex() if operation == casadi.OP_CONST else ""
+        yield f"{operation} {function.instruction_input(k)} {function.instruction_output(k)} {constant}"
