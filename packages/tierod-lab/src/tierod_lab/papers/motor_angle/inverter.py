@@ -14,7 +14,7 @@ from tierod.methods.identification.inverter import InverterFit, identify_inverte
 from tierod.methods.identification.motor_recording import MotorRecording
 from tierod.models.stator_frame_motor import CommandedMotorParameters
 from tierod.monitors.motor_angle.drive import InverterLoss
-from tierod.monitors.motor_angle.misread import inverter_remarks
+from tierod.monitors.motor_angle.finding import inverter_remarks
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
 from tierod.monitors.motor_angle.signals import COMMANDED, MotorAngleTuning
 from tierod.vehicles import load

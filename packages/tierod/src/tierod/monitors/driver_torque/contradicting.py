@@ -18,7 +18,7 @@ RATE = 50.0
 LONGEST = 3600.0
 """Longest stored time [s], which bounds the memory."""
 
-FEWEST = 250
+LEAST_ROWS = 250
 """Least number of samples for a result."""
 
 SMOOTHING = 0.2
@@ -105,7 +105,7 @@ class ContradictionOverDrive:
         """
         rows = self._kept.values
         there = np.isfinite(rows).all(axis=1)
-        if np.count_nonzero(there) < FEWEST:
+        if np.count_nonzero(there) < LEAST_ROWS:
             return None
         rows = rows - rows[there].mean(axis=0)
         whole = rows[there]
@@ -113,7 +113,7 @@ class ContradictionOverDrive:
         held = "" if fits else _held(whole)
         smooth = np.column_stack([_averaged(column, max(round(SMOOTHING * self._rate), 1)) for column in rows.T])
         clean = smooth[np.isfinite(smooth).all(axis=1)]
-        if len(clean) < FEWEST:
+        if len(clean) < LEAST_ROWS:
             clean = whole
         clean = clean - clean.mean(axis=0)
         apart = float(np.var(clean.sum(axis=1)))
@@ -166,7 +166,7 @@ def _delay(rows: np.ndarray, column: int, most: int) -> tuple[float, int]:
 
 def _variance(values: np.ndarray) -> float:
     there = values[np.isfinite(values)]
-    return float(np.var(there)) if len(there) >= FEWEST else np.inf
+    return float(np.var(there)) if len(there) >= LEAST_ROWS else np.inf
 
 
 def _creeping(rows: np.ndarray) -> Contradiction | None:

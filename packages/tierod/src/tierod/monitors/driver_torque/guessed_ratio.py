@@ -11,29 +11,29 @@ from tierod.monitors.driver_torque.decisions import RATIO_SPREAD, FitRules
 from tierod.vehicles import Vehicle
 from tierod.vehicles.uncertain import is_guess
 
-NAME = "motor_ratio"
+MOTOR_RATIO = "motor_ratio"
 
 
-def spread_of(vehicle: Vehicle) -> float:
+def ratio_spread(vehicle: Vehicle) -> float:
     """Relative standard deviation of the motor ratio; 0 where the file gives none, since `RATIO_SPREAD` is added.
 
     Args:
         vehicle: vehicle of the column
     """
-    known = vehicle.parameters[NAME]
+    known = vehicle.parameters[MOTOR_RATIO]
     return (known.standard_deviation or 0.0) / known.value
 
 
-def is_guessed(vehicle: Vehicle) -> bool:
+def ratio_is_guessed(vehicle: Vehicle) -> bool:
     """Whether the ratio is less certain than a design value; one wrong by more imitates torques.
 
     Args:
         vehicle: vehicle of the column
     """
-    return is_guess(vehicle.parameters[NAME], RATIO_SPREAD)
+    return is_guess(vehicle.parameters[MOTOR_RATIO], RATIO_SPREAD)
 
 
-def seen(
+def ratio_of_angles(
     vehicle: Vehicle, wheel_angle: np.ndarray, motor_angle: np.ndarray, driver_torque: np.ndarray, rate: float
 ) -> float | None:
     """The ratio of the angles; None where they do not give it within `RATIO_SPREAD`.
@@ -50,7 +50,7 @@ def seen(
     return None if found is None or found.ratio_uncertainty > RATIO_SPREAD else found.ratio
 
 
-def is_of_file(vehicle: Vehicle, ratio: float, rules: FitRules) -> bool:
+def ratio_fits(vehicle: Vehicle, ratio: float, rules: FitRules) -> bool:
     """Whether an identified ratio agrees with that of the vehicle file within its standard deviation.
 
     Args:
@@ -58,7 +58,7 @@ def is_of_file(vehicle: Vehicle, ratio: float, rules: FitRules) -> bool:
         ratio: ratio of the angles [-]
         rules: rules on the agreement of vehicle file and recording
     """
-    return not rules.apart(ratio / vehicle[NAME] - 1.0, spread_of(vehicle))
+    return not rules.apart(ratio / vehicle[MOTOR_RATIO] - 1.0, ratio_spread(vehicle))
 
 
 def with_ratio(vehicle: Vehicle, ratio: float) -> Vehicle:
@@ -69,19 +69,19 @@ def with_ratio(vehicle: Vehicle, ratio: float) -> Vehicle:
         ratio: ratio of the angles [-]
     """
     # Zero, so that the identified ratio no longer counts as a guess.
-    known = replace(vehicle.parameters[NAME], value=ratio, standard_deviation=0.0)
-    return replace(vehicle, parameters={**vehicle.parameters, NAME: known})
+    known = replace(vehicle.parameters[MOTOR_RATIO], value=ratio, standard_deviation=0.0)
+    return replace(vehicle, parameters={**vehicle.parameters, MOTOR_RATIO: known})
 
 
-def remark(vehicle: Vehicle, ratio: float | None) -> str:
+def ratio_remark(vehicle: Vehicle, ratio: float | None) -> str:
     """Notice that the ratio was guessed, and what was used instead.
 
     Args:
         vehicle: vehicle as in its file
         ratio: ratio of the angles over the drive [-]; None where they do not give it
     """
-    known = vehicle.parameters[NAME]
-    file = f"{NAME} is {known.value:.4g} ± {known.standard_deviation or 0.0:.2g} in the vehicle file"
+    known = vehicle.parameters[MOTOR_RATIO]
+    file = f"{MOTOR_RATIO} is {known.value:.4g} ± {known.standard_deviation or 0.0:.2g} in the vehicle file"
     if ratio is None:
         return f"motor_angle_mechanical is not used: {file}, and the angles at the beginning do not determine it"
-    return f"{file}, but the ratio of the angles is {ratio:.4g}, which is used: enter {NAME} = {ratio:.4g}"
+    return f"{file}, but the ratio of the angles is {ratio:.4g}, which is used: enter {MOTOR_RATIO} = {ratio:.4g}"

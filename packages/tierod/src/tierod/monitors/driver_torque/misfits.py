@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 
-from tierod.monitors.driver_torque import guessed_ratio
 from tierod.monitors.driver_torque.contradicting import described
 from tierod.monitors.driver_torque.decisions import (
     COLUMN,
@@ -19,6 +18,7 @@ from tierod.monitors.driver_torque.decisions import (
     misfit,
 )
 from tierod.monitors.driver_torque.drive import Drive
+from tierod.monitors.driver_torque.guessed_ratio import ratio_spread
 from tierod.monitors.driver_torque.tuning import usual_tuning
 from tierod.vehicles import Vehicle
 
@@ -183,7 +183,7 @@ def _departures(drive: Drive, vehicle: Vehicle) -> dict[str, float]:
     apart = {"inertia": drive.inertia_error / (INERTIA_SPREAD * vehicle["steering_wheel_inertia"])}
     if (found := drive.geometry) is None:
         return apart
-    spread = math.hypot(RATIO_SPREAD, found.ratio_uncertainty, guessed_ratio.spread_of(vehicle))
+    spread = math.hypot(RATIO_SPREAD, found.ratio_uncertainty, ratio_spread(vehicle))
     apart["ratio"] = (found.ratio / vehicle["motor_ratio"] - 1.0) / spread
     apart["lag"] = found.lag / LAG_SPREAD if abs(found.lag) > drive.sample_time else 0.0
     bar = found.stiffness / vehicle["torsion_bar_stiffness"]

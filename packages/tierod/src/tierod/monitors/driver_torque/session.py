@@ -10,11 +10,17 @@ import numpy as np
 
 from tierod.core.graph import Result
 from tierod.core.recording import Aligned
-from tierod.monitors.driver_torque import guessed_ratio
 from tierod.monitors.driver_torque.contradicting import SIGNALS
 from tierod.monitors.driver_torque.decisions import FitRules
 from tierod.monitors.driver_torque.drive import TRUTH, Drive, DriveFigures
 from tierod.monitors.driver_torque.finding import judge
+from tierod.monitors.driver_torque.guessed_ratio import (
+    ratio_fits,
+    ratio_is_guessed,
+    ratio_of_angles,
+    ratio_remark,
+    with_ratio,
+)
 from tierod.monitors.driver_torque.misfits import distances
 from tierod.monitors.driver_torque.monitor import DriverTorqueMonitor
 from tierod.monitors.driver_torque.tuning import SensorNoise, measured_noise
@@ -130,7 +136,7 @@ class DriverTorqueSession(BlockSession):
         """Rebuild the block for the sensor noise of a recording, with the motor's angle or without it."""
         self.fitted = self._fitted = fitted
         if fitted.motor_ratio is not None:
-            self.vehicle = guessed_ratio.with_ratio(self._given, fitted.motor_ratio)
+            self.vehicle = with_ratio(self._given, fitted.motor_ratio)
             self._figures = DriveFigures(self.vehicle, self.rate, self._has_nis)
         self.block = self._build(self.vehicle, fitted.noise, fitted.with_motor)
 
@@ -141,12 +147,12 @@ class DriverTorqueSession(BlockSession):
         noise = measured_noise(wheel, torque, self.rate, self._usual)
         if not np.isfinite(columns["motor_angle_mechanical"]).any():
             return Fitted(noise, False)
-        if not guessed_ratio.is_guessed(self._given):
+        if not ratio_is_guessed(self._given):
             return Fitted(noise, True)
-        ratio = guessed_ratio.seen(self._given, wheel, motor, torque, self.rate)
+        ratio = ratio_of_angles(self._given, wheel, motor, torque, self.rate)
         if ratio is None:
             return Fitted(noise, False, hidden=True)
-        return Fitted(noise, True, ratio if guessed_ratio.is_of_file(self._given, ratio, self.rules) else None)
+        return Fitted(noise, True, ratio if ratio_fits(self._given, ratio, self.rules) else None)
 
     def collect(self, time: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
         """Collect torques, states of the hands and innovations of one piece."""
@@ -159,7 +165,7 @@ class DriverTorqueSession(BlockSession):
         if seen is None and not self._fitted.hidden:
             return ()
         over_drive = seen if seen is None or drive.geometry is None else drive.geometry.ratio
-        return (guessed_ratio.remark(self._given, over_drive),)
+        return (ratio_remark(self._given, over_drive),)
 
     def conclude(self) -> Conclusion:
         """The finding, with the consistency of the observer."""

@@ -7,8 +7,6 @@ from math import nan
 from typing import NamedTuple
 
 from tierod.models.stator_frame_motor import SampledMotorParameters
-from tierod.monitors.motor_angle.drive import Drive, InverterLoss
-from tierod.monitors.motor_angle.signals import IN_WORDS
 from tierod.monitors.motor_angle.voltage_balance import AS_RECORDED, AXES_SWAPPED, AxisBalance, Balance, VoltageBalance
 
 LEAST_WINDOWS = 100
@@ -30,19 +28,6 @@ ALIKE = 1.15
 """Factor within which two scales count as equal; magnets from -40 to 120 degrees and a data sheet's inductance stay
 within it."""
 
-
-LEAST_INCREMENTS = 30
-"""Least number of 10 ms windows for the scale of the angle."""
-
-AGREEMENT = 0.98
-"""Correlation of the increments of sensor and observer from which a wrong scale is an error of the recording or file,
-not a fault."""
-
-SCALE_MARGIN = 0.1
-"""Relative tolerance within which a scale is attributed to a number of pole pairs, which are whole numbers."""
-
-KNEE_APART, KNEE_SIGMAS = 1.4, 4.0
-"""Factor and number of standard deviations beyond which the knee differs from that of the vehicle file."""
 
 LEAST_TURN = 0.05
 """Least electrical turn over a window for the flux, root mean square [rad]; 25 times the noise of a sensor."""
@@ -251,65 +236,3 @@ def _other_inductance(wrong: dict[str, float], whole: Departure, p: SampledMotor
 
 def _near(value: float, other: float, factor: float = ALIKE) -> bool:
     return other / factor < value < other * factor
-
-
-def wrong_scale(drive: Drive, pole_pairs: float) -> tuple[str, str] | None:
-    """Cause and action of a scale that is wrong throughout, so that the error grows with the angle; None without one.
-
-    Args:
-        drive: results of the drive
-        pole_pairs: pole pairs of the motor in the vehicle file
-    """
-    if drive.windows < LEAST_INCREMENTS or drive.agreement < AGREEMENT:
-        return None
-    slope = drive.slope
-
-    def near(value: float) -> bool:
-        return abs(slope / value - 1.0) < SCALE_MARGIN / max(pole_pairs, 2.0)
-
-    if pole_pairs > 1.5 and near(pole_pairs):
-        cause = (
-            f"the angle changes by {slope:.2f} turns per turn of the shaft: it is electrical, but named as mechanical"
-        )
-        return cause, "name the channel motor_angle_electrical in the channel map, or divide by the pole pairs"
-    for pairs in range(1, 41):
-        if abs(pairs - pole_pairs) > 0.5 and near(pole_pairs / pairs):
-            cause = (
-                f"the error grows with the angle: the sensor turns {slope:.3f} times as far as the observer, as with "
-                f"{pairs} pole pairs, but motor_pole_pairs is {pole_pairs:g}"
-            )
-            return cause, "correct motor_pole_pairs in the vehicle file"
-    return None
-
-
-def inverter_remarks(lost: InverterLoss | None, voltages: str) -> tuple[str, ...]:
-    """Remarks on the voltages behind a finding, and on an inverter that differs from the vehicle file.
-
-    Args:
-        lost: estimated voltage loss of the inverter; None where the voltages were measured
-        voltages: source of the observer's voltages
-    """
-    if lost is None:
-        return ()
-    rests_on = (
-        f"the voltages are {IN_WORDS[voltages]}: {lost.voltage_loss:.2f} V per phase, with a knee at "
-        f"{lost.knee_current:.2g} A; measured voltages give the angle more accurately"
-    )
-    if abs(lost.apart) < max(math.log(KNEE_APART), KNEE_SIGMAS * lost.knee_deviation):
-        return (rests_on,)
-    wrong = (
-        f"the inverter's knee is at {lost.knee_current:.2g} A, not at {lost.nominal_knee:.2g} A as in the vehicle "
-        "file: correct inverter_knee_current; until the knee is learnt, the angle is less accurate"
-    )
-    return (rests_on, wrong)
-
-
-def knee_beyond(lost: InverterLoss) -> tuple[str, str] | None:
-    """Cause and action where the knee may lie outside the range that is learnt; None where it does not."""
-    if not lost.beyond:
-        return None
-    return (
-        f"the inverter's knee lies outside the range that can be learnt: {lost.knee_current:.2g} A, vehicle file "
-        f"{lost.nominal_knee:.2g} A",
-        "find inverter_knee_current with 'tierod identify inverter', or record the voltages",
-    )
