@@ -15,8 +15,7 @@ import numpy as np
 
 from tierod.core.graph import scan
 from tierod.models.stator_frame_motor import SampledMotorParameters
-from tierod.monitors.motor_angle.observer import MotorAngleObserver
-from tierod.monitors.motor_angle.signals import MotorAngleTuning
+from tierod.monitors.motor_angle.observer import MotorAngleObserver, MotorAngleTuning
 
 SAMPLE_TIME = 250e-6
 RESISTANCE, ALONG, ACROSS, FLUX, PAIRS, INERTIA = 3.6, 0.036, 0.051, 0.545, 3, 0.015

@@ -20,9 +20,8 @@ from tierod.core.graph.kernel import kernel
 from tierod.core.graph.trace import initial_memory
 from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.models.steering_column import ColumnParameters
-from tierod.monitors.driver_torque.delayed import DelayedHandTorque, smoothing
-from tierod.monitors.driver_torque.design import design, process_noises
-from tierod.monitors.driver_torque.tuning import ColumnTuning
+from tierod.monitors.driver_torque.design import ColumnTuning, design, process_noises
+from tierod.monitors.driver_torque.observer import DelayedHandTorque, smoothing
 from tierod.vehicles import load
 from tierod_lab.papers.column.column_friction import ColumnFrictionObserver
 from tierod_lab.papers.column.printed import PrintedObserver

@@ -42,25 +42,26 @@ from tierod.monitors.condition.parameters import WhitenedInnovations
 from tierod.monitors.condition.reaction import FaultReaction, Reconfiguration
 from tierod.monitors.condition.rolling_filter import RollingFilter
 from tierod.monitors.condition.vehicle_filter import LeaveOutFilter
-from tierod.monitors.driver_torque.delayed import DelayedHandTorque
-from tierod.monitors.driver_torque.hands import HandsMonitor
-from tierod.monitors.driver_torque.hands_filters import WheelAcceleration
-from tierod.monitors.driver_torque.monitor import DriverTorqueMonitor
-from tierod.monitors.driver_torque.observer import ColumnObserver
-from tierod.monitors.driver_torque.signs import ColumnSigns
-from tierod.monitors.driver_torque.starting import Starting
+from tierod.monitors.driver_torque.block import ColumnSigns, DriverTorqueMonitor
+from tierod.monitors.driver_torque.hands import HandsMonitor, WheelAcceleration
+from tierod.monitors.driver_torque.observer import ColumnObserver, DelayedHandTorque, Starting
 from tierod.monitors.friction.monitor import FrictionMonitor
 from tierod.monitors.friction.motor_ratio import BalanceRows
 from tierod.monitors.friction.presliding import PreslidingFrictionFilter
 from tierod.monitors.friction.signals import SteeringConditioning, SteeringSample
 from tierod.monitors.friction.verdict import FrictionLimits, FrictionVerdict
 from tierod.monitors.harness.stuck_signals import StuckSignals
-from tierod.monitors.motor_angle.comparison import Increments, ResidualGate, SensorComparison, Stuck
-from tierod.monitors.motor_angle.electrical import ElectricalChecks, NotFollowing
-from tierod.monitors.motor_angle.monitor import MotorAngleMonitor
-from tierod.monitors.motor_angle.observer import MotorAngleObserver
+from tierod.monitors.motor_angle.block import MotorAngleMonitor
+from tierod.monitors.motor_angle.comparison import (
+    ElectricalChecks,
+    Increments,
+    NotFollowing,
+    ResidualGate,
+    SensorComparison,
+    Stuck,
+)
+from tierod.monitors.motor_angle.observer import MotorAngleObserver, MotorVoltages
 from tierod.monitors.motor_angle.plausibility import AnglePlausibility, Superposition, WhichAngle
-from tierod.monitors.motor_angle.signals import MotorVoltages
 from tierod.monitors.sideslip.definition import SideslipMonitor
 from tierod.monitors.sideslip.estimator import CombinedSideslip
 from tierod.vehicles import load

@@ -11,7 +11,7 @@ from tierod.core.errors import InputError, ParameterError
 from tierod.core.findings import Status
 from tierod.monitors import diagnose as running
 from tierod.monitors.harness.baseline import Baseline, load_baseline
-from tierod.monitors.hysteresis.increase import INCREASE, IncreaseLimits
+from tierod.monitors.hysteresis.facts import INCREASE, IncreaseLimits
 from tierod.monitors.registry import MONITORS
 from tierod.vehicles import Parameter, load
 

@@ -12,8 +12,7 @@ from tierod.core.graph.trace import trace
 from tierod.core.recording import Channel, Recording
 from tierod.core.signals import SIGNALS
 from tierod.methods.identification.motor import identify_motor
-from tierod.monitors.motor_angle.observer import MotorAngleObserver
-from tierod.monitors.motor_angle.signals import MotorAngleSample
+from tierod.monitors.motor_angle.observer import MotorAngleObserver, MotorAngleSample
 from tierod.physics.clarke_park import StatorVector, inverse_clarke
 from tierod_lab.papers.motor_angle import identified as study
 from tierod_lab.papers.motor_angle.fault_drives import course

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from tierod.monitors.driver_torque.column_regression import BelowBarOverDrive, GeometryOverDrive
+from tierod.monitors.driver_torque.column import BelowBarOverDrive, GeometryOverDrive
 
 RATIO, STIFFNESS = 18.0, 140.0
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tierod.monitors.driver_torque.contradicting import SIGNALS, ContradictionOverDrive, described
+from tierod.monitors.driver_torque.column import SIGNALS, ContradictionOverDrive, described
 
 RATIO, STIFFNESS, RATE = 18.0, 140.0, 100.0
 TIME = np.arange(6000) / RATE

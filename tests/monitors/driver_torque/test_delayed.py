@@ -6,7 +6,7 @@ import pytest
 from monitors.driver_torque.swept_runs import rms, run
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
-from tierod.monitors.driver_torque.delayed import DelayedHandTorque
+from tierod.monitors.driver_torque.observer import DelayedHandTorque
 from tierod.vehicles import load
 
 BENCH = load("column-bench")

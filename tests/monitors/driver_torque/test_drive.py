@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from tierod.monitors.driver_torque.drive import Stretch, Stretches
+from tierod.monitors.driver_torque.evidence import Stretch, Stretches
 
 STEP = 0.1
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from tierod.monitors.driver_torque.hands_filters import WheelAcceleration, WheelRate
+from tierod.monitors.driver_torque.hands import WheelAcceleration, WheelRate
 
 STEP = 1e-3
 

@@ -4,11 +4,9 @@ import math
 
 import pytest
 
-from tierod.monitors.driver_torque.column_regression import ColumnGeometry
-from tierod.monitors.driver_torque.decisions import INERTIA_SPREAD, FitRules
-from tierod.monitors.driver_torque.drive import Drive
-from tierod.monitors.driver_torque.finding import judge
-from tierod.monitors.driver_torque.misfits import UNNAMED, misfits
+from tierod.monitors.driver_torque.column import ColumnGeometry
+from tierod.monitors.driver_torque.evidence import Drive
+from tierod.monitors.driver_torque.facts import INERTIA_SPREAD, UNNAMED, FitRules, judge, misfits
 from tierod.vehicles import load
 
 VEHICLE = load("column-bench")

@@ -10,10 +10,8 @@ from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
 from tierod.models.steering_column import ColumnParameters
 from tierod.models.two_inertia_column import without_gear
-from tierod.monitors.driver_torque.design import column_of_vehicle
-from tierod.monitors.driver_torque.observer import ColumnObserver, ColumnSample
-from tierod.monitors.driver_torque.starting import UNKNOWN
-from tierod.monitors.driver_torque.tuning import ROAD, ColumnTuning, usual_tuning
+from tierod.monitors.driver_torque.design import ROAD, ColumnTuning, column_of_vehicle, usual_tuning
+from tierod.monitors.driver_torque.observer import UNKNOWN, ColumnObserver, ColumnSample
 from tierod.vehicles import load
 
 pytestmark = pytest.mark.usefixtures("kernels_in_a_moment")

@@ -5,8 +5,8 @@ import pytest
 
 from monitors.driver_torque.swept_runs import rms
 from tierod.core.graph import scan
+from tierod.monitors.driver_torque.block import ColumnSigns, wrong_signs
 from tierod.monitors.driver_torque.observer import ColumnObserver
-from tierod.monitors.driver_torque.signs import ColumnSigns, wrong_signs
 from tierod.vehicles import load
 from tierod_lab.ground import SensorSet, run
 from tierod_lab.ground.cars import catalogue as cars

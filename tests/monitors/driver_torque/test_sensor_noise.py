@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from tierod.monitors.driver_torque.tuning import FINE, MARGIN, measured_noise
+from tierod.monitors.driver_torque.design import FINE, MARGIN, measured_noise
 
 RATE = 1000.0
 

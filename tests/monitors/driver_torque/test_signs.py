@@ -5,7 +5,7 @@ import pytest
 
 from monitors.driver_torque.swept_runs import run
 from tierod.core.graph import scan
-from tierod.monitors.driver_torque.signs import ColumnSigns, wrong_signs
+from tierod.monitors.driver_torque.block import ColumnSigns, wrong_signs
 
 NAMES = ("motor_torque", "steering_wheel_angle", "motor_angle_mechanical", "driver_torque")
 BLOCK = ColumnSigns(18.0)

@@ -9,8 +9,8 @@ import driven
 from exact_vehicle import diagnose
 from tierod.core.findings import Status
 from tierod.core.recording import Recording
-from tierod.monitors.driver_torque.finding import UNSIGNED
-from tierod.monitors.driver_torque.signs import WorkOverDrive
+from tierod.monitors.driver_torque.block import WorkOverDrive
+from tierod.monitors.driver_torque.facts import UNSIGNED
 from tierod.vehicles import load
 
 CAR = load("midsize-eps")

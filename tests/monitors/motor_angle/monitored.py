@@ -10,8 +10,8 @@ import numpy as np
 from tierod.core.graph import scan, trace
 from tierod.core.recording import Channel, Recording
 from tierod.core.signals import SIGNALS
-from tierod.monitors.motor_angle.monitor import MotorAngleMonitor
-from tierod.monitors.motor_angle.signals import MotorAngleSample
+from tierod.monitors.motor_angle.block import MotorAngleMonitor
+from tierod.monitors.motor_angle.observer import MotorAngleSample
 from tierod.vehicles import load
 from tierod_lab.papers.motor_angle.fault_drives import RATE, drive
 

@@ -7,8 +7,7 @@ import pytest
 
 from tierod.core.graph import scan
 from tierod.models.stator_frame_motor import CommandedMotorParameters, SampledMotorParameters
-from tierod.monitors.motor_angle.observer import MotorAngleObserver
-from tierod.monitors.motor_angle.signals import MotorAngleTuning
+from tierod.monitors.motor_angle.observer import MotorAngleObserver, MotorAngleTuning
 from tierod.vehicles import load
 from tierod_lab.ground.motor import Inverter
 from tierod_lab.papers.motor_angle.observer_drives import SAMPLE_TIME, to_and_fro

@@ -12,11 +12,11 @@ from tierod.monitors.motor_angle.comparison import (
     ANGLE_DRIFT,
     ANGLE_THRESHOLD,
     Increments,
+    NotFollowing,
     ResidualGate,
     SensorComparison,
     Stuck,
 )
-from tierod.monitors.motor_angle.electrical import NotFollowing
 
 STEP, POLES, FLUX, SPEED, SECONDS = 1e-3, 4.0, 0.0085, 30.0, 8.0
 BLOCK = SensorComparison(ResidualGate(POLES, FLUX, STEP), Increments(STEP))

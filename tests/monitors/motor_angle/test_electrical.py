@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from tierod.core.graph import scan
-from tierod.monitors.motor_angle.electrical import ElectricalAlarms, ElectricalChecks
-from tierod.monitors.motor_angle.signals import MotorAngleSample
+from tierod.monitors.motor_angle.comparison import ElectricalAlarms, ElectricalChecks
+from tierod.monitors.motor_angle.observer import MotorAngleSample
 
 TIME = np.arange(6000) / 1e4
 ANGLE = 40.0 * TIME

@@ -10,8 +10,7 @@ from monitors.motor_angle.monitored import COLUMN, FAULT_FREE, recording
 from tierod.core.findings import Status
 from tierod.core.recording import Recording
 from tierod.models.stator_frame_motor import SampledMotorParameters
-from tierod.monitors.motor_angle.misread import cause_of
-from tierod.monitors.motor_angle.voltage_balance import AS_RECORDED, Balance, Reading
+from tierod.monitors.motor_angle.balance import AS_RECORDED, Balance, Reading, cause_of
 from tierod.vehicles import load
 from tierod_lab.papers.motor_angle.fault_drives import course
 from tierod_lab.papers.motor_angle.observer_drives import bench, drive

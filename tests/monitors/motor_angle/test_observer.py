@@ -9,8 +9,7 @@ from monitors.motor_angle.motor_drives import NOISE, RATE, drive, held, observed
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
 from tierod.models.stator_frame_motor import SampledMotorParameters
-from tierod.monitors.motor_angle.observer import MotorAngleObserver, Pace, Surprise
-from tierod.monitors.motor_angle.signals import MotorAngleTuning
+from tierod.monitors.motor_angle.observer import MotorAngleObserver, MotorAngleTuning, Pace, Surprise
 from tierod.vehicles import load
 
 OBSERVER = MotorAngleObserver.of_vehicle(load("motor-bench"), 1.0 / RATE)

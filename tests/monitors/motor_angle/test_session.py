@@ -81,7 +81,7 @@ def test_a_low_supply_is_the_root_of_what_it_does():
 def test_pieces_give_what_the_whole_gives(monkeypatch):
     samples = changed(motor_angle_mechanical=ANGLE + FIVE_DEGREES * LATE)
     whole = finding(samples)
-    monkeypatch.setattr("tierod.monitors.motor_angle.session.SLICE", 7_777)
+    monkeypatch.setattr("tierod.monitors.motor_angle.definition.SLICE", 7_777)
     pieces = finding(samples)
     assert (pieces.status, pieces.headline, pieces.since) == (whole.status, whole.headline, whole.since)
     assert pieces.evidence == pytest.approx(whole.evidence, rel=1e-9)

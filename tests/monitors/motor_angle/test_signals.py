@@ -5,7 +5,7 @@ import pytest
 
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
-from tierod.monitors.motor_angle.signals import MotorAngleSample, MotorVoltages
+from tierod.monitors.motor_angle.observer import MotorAngleSample, MotorVoltages
 from tierod.physics.clarke_park import StatorVector, inverse_clarke
 
 WANTED = StatorVector(3.0, -2.0)

@@ -10,7 +10,7 @@ import pytest
 from exact_vehicle import diagnose
 from monitors.motor_angle.monitored import COLUMN, FAULT_FREE, changed, recording
 from tierod.core.findings import Status
-from tierod.monitors.motor_angle.voltage_balance import AS_RECORDED, FITS, READINGS, InducedVoltage, VoltageBalance
+from tierod.monitors.motor_angle.balance import AS_RECORDED, FITS, READINGS, InducedVoltage, VoltageBalance
 from tierod.vehicles import load
 from tierod_lab.papers.motor_angle.fault_drives import RATE
 
@@ -105,8 +105,8 @@ def test_a_motor_that_stands_without_current_shows_nothing():
 
 def test_long_recordings_are_put_together(monkeypatch):
     whole = balanced(CURRENT, voltage())
-    monkeypatch.setattr("tierod.monitors.motor_angle.voltage_balance.PART", 7)
-    monkeypatch.setattr("tierod.monitors.motor_angle.voltage_balance.MOST_PARTS", 20)
+    monkeypatch.setattr("tierod.monitors.motor_angle.balance.PART", 7)
+    monkeypatch.setattr("tierod.monitors.motor_angle.balance.MOST_PARTS", 20)
     merged = balanced(CURRENT, voltage(), pieces=9)
     assert merged.best().resistance == pytest.approx(whole.best().resistance)
     assert merged.best().windows == whole.best().windows

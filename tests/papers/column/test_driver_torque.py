@@ -10,7 +10,7 @@ import pytest
 from tierod.core.block import Ring
 from tierod.core.claims import Claim
 from tierod.core.content import Chart, Table
-from tierod.monitors.driver_torque.starting import ColumnSample
+from tierod.monitors.driver_torque.observer import ColumnSample
 from tierod_lab.papers.column.driver_torque import items
 from tierod_lab.papers.column.observer_sensitivity import SENSORS
 from tierod_lab.papers.column.swept_bench import (

@@ -5,7 +5,7 @@ import pytest
 
 from tierod.core.claims import Claim
 from tierod.core.content import Table
-from tierod.monitors.motor_angle.signals import MotorAngleSample
+from tierod.monitors.motor_angle.observer import MotorAngleSample
 from tierod_lab.papers.motor_angle import sensor_faults
 from tierod_lab.papers.motor_angle.fault_drives import RATE, drive
 from tierod_lab.papers.motor_angle.fault_kinds import (

@@ -17,10 +17,8 @@ from tierod.models.column_observation import MotorTorque
 from tierod.models.linear import Matrices
 from tierod.models.steering_column import ColumnParameters
 from tierod.models.two_inertia_column import TwoInertiaParameters, without_gear
-from tierod.monitors.driver_torque.design import column_of_vehicle, design, process_noises
-from tierod.monitors.driver_torque.observer import resting_state
-from tierod.monitors.driver_torque.starting import ColumnSample, Phase, Starting, StartState
-from tierod.monitors.driver_torque.tuning import ColumnTuning, usual_tuning
+from tierod.monitors.driver_torque.design import ColumnTuning, column_of_vehicle, design, process_noises, usual_tuning
+from tierod.monitors.driver_torque.observer import ColumnSample, Phase, Starting, StartState, resting_state
 from tierod.physics.friction import dahl_update
 from tierod.vehicles import Vehicle
 

@@ -13,10 +13,8 @@ from tierod.core.graph import scan
 from tierod.methods.analysis.consistency import normalised_error_squared
 from tierod.methods.estimators.stationary_bank import StationaryBank
 from tierod.models.linear import LinearSystem
-from tierod.monitors.driver_torque.delayed import DelayedHandTorque
-from tierod.monitors.driver_torque.design import design, process_noises
-from tierod.monitors.driver_torque.observer import ColumnObserver
-from tierod.monitors.driver_torque.tuning import ColumnTuning
+from tierod.monitors.driver_torque.design import ColumnTuning, design, process_noises
+from tierod.monitors.driver_torque.observer import ColumnObserver, DelayedHandTorque
 from tierod.vehicles import load
 from tierod_lab.papers.column.column_friction import ColumnFrictionObserver, FrictionTuning
 from tierod_lab.papers.column.observer_sensitivity import elsewhere, with_wrong_parameters

@@ -10,8 +10,7 @@ import numpy as np
 
 from tierod.core.claims import Claim, at_most, exactly
 from tierod.core.content import Chart, Heading, Item, Lines, Panel, Table
-from tierod.monitors.driver_torque.hands import THRESHOLDS, HandsMonitor
-from tierod.monitors.driver_torque.hands_filters import Tolerance
+from tierod.monitors.driver_torque.hands import THRESHOLDS, HandsMonitor, Tolerance
 from tierod.vehicles import load
 from tierod_lab.papers.column.handled_bench import (
     STEP,

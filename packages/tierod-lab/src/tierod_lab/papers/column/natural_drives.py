@@ -14,7 +14,7 @@ from tierod.core.claims import Claim, at_most, exactly
 from tierod.core.content import Heading, Item, Table
 from tierod.core.recording import Recording
 from tierod.monitors.driver_torque.definition import DRIVER_TORQUE
-from tierod.monitors.driver_torque.drive import TRUTH
+from tierod.monitors.driver_torque.evidence import TRUTH
 from tierod.monitors.driver_torque.hands import OFF
 from tierod.vehicles import Vehicle, load
 from tierod_lab.ground.cars.catalogue import load as load_car

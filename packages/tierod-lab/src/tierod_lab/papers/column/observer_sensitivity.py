@@ -11,9 +11,8 @@ from tierod.core.claims import Claim, at_most
 from tierod.core.content import Heading, Item, Table
 from tierod.core.graph import scan
 from tierod.models.steering_column import ColumnParameters
-from tierod.monitors.driver_torque.delayed import DelayedHandTorque
-from tierod.monitors.driver_torque.observer import ColumnObserver
-from tierod.monitors.driver_torque.tuning import ColumnTuning
+from tierod.monitors.driver_torque.design import ColumnTuning
+from tierod.monitors.driver_torque.observer import ColumnObserver, DelayedHandTorque
 from tierod_lab.ground.cars.column_bench import ColumnBench
 from tierod_lab.ground.steering.friction import DryFriction
 from tierod_lab.ground.steering.friction_laws import Coulomb, Dahl, DahlPower, Law, LuGre, MaxwellSlip, Stribeck

@@ -20,9 +20,8 @@ from tierod.models.disturbances import with_disturbance_states
 from tierod.models.linear import LinearSystem
 from tierod.models.steering_column import ColumnOutput, ColumnParameters
 from tierod.models.two_inertia_column import TwoInertiaColumn, without_gear
-from tierod.monitors.driver_torque.design import linear_of
-from tierod.monitors.driver_torque.starting import ColumnSample
-from tierod.monitors.driver_torque.tuning import ColumnTuning
+from tierod.monitors.driver_torque.design import ColumnTuning, linear_of
+from tierod.monitors.driver_torque.observer import ColumnSample
 from tierod_lab.papers.column.model_reduction import balanced_reduction
 
 COLUMNS = ("full", "series spring", "torsion bar", "printed spring", "balanced", "balanced without feed-through")

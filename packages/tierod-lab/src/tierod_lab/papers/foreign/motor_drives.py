@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from tierod.core.errors import InputError
-from tierod.monitors.motor_angle.signals import MotorAngleSample
+from tierod.monitors.motor_angle.observer import MotorAngleSample
 
 SAMPLE_TIME = 1e-4
 """Sampling interval of control and recording [s]."""

@@ -10,7 +10,7 @@ import numpy as np
 from tierod.core.block import Block
 from tierod.core.graph import Result, scan
 from tierod.core.graph.trace import trace
-from tierod.monitors.motor_angle.signals import MotorAngleSample
+from tierod.monitors.motor_angle.observer import MotorAngleSample
 from tierod_lab.ground.cars.motor_bench import MotorBench
 from tierod_lab.papers.motor_angle.fault_kinds import Fault
 

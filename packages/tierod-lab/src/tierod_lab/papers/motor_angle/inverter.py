@@ -13,10 +13,9 @@ from tierod.core.graph import scan
 from tierod.methods.identification.inverter import InverterFit, identify_inverter
 from tierod.methods.identification.motor_recording import MotorRecording
 from tierod.models.stator_frame_motor import CommandedMotorParameters
-from tierod.monitors.motor_angle.drive import InverterLoss
-from tierod.monitors.motor_angle.finding import inverter_remarks
-from tierod.monitors.motor_angle.observer import MotorAngleObserver
-from tierod.monitors.motor_angle.signals import COMMANDED, MotorAngleTuning
+from tierod.monitors.motor_angle.evidence import InverterLoss
+from tierod.monitors.motor_angle.facts import inverter_remarks
+from tierod.monitors.motor_angle.observer import COMMANDED, MotorAngleObserver, MotorAngleTuning
 from tierod.vehicles import load
 from tierod_lab.ground.motor import Inverter
 from tierod_lab.papers.motor_angle.observer_drives import SAMPLE_TIME, ObserverDrive, parameters, rms, to_and_fro

@@ -13,7 +13,7 @@ from tierod.methods.estimators.kernels import predict_covariance
 from tierod.methods.estimators.linear_algebra import Noise
 from tierod.methods.estimators.shapes import Belief, leaf_values
 from tierod.models.discretise import discretise
-from tierod.monitors.motor_angle.signals import MotorAngleTuning
+from tierod.monitors.motor_angle.observer import MotorAngleTuning
 from tierod.physics.clarke_park import RotorVector
 from tierod_lab.papers.motor_angle.dq_motor import DqMotor, DqMotorParameters, LoadedDqMotor
 

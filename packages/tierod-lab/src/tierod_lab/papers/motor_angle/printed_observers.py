@@ -13,8 +13,7 @@ from tierod.core.fields import POSITIVE
 from tierod.core.graph.maths import both, either, present, where
 from tierod.models.linear import LinearSystem
 from tierod.models.stator_frame_motor import SampledMotorParameters
-from tierod.monitors.motor_angle.observer import MotorAngleObserver
-from tierod.monitors.motor_angle.signals import MotorAngleTuning
+from tierod.monitors.motor_angle.observer import MotorAngleObserver, MotorAngleTuning
 from tierod.physics.angle import wrapped
 from tierod.physics.clarke_park import RotorVector, StatorVector, direction, electrical_angle, park
 from tierod.physics.pm_motor import stator_flux_rate

@@ -20,8 +20,7 @@ from tierod.methods.identification.modulation import Modulation
 from tierod.methods.identification.motor import identify_motor
 from tierod.methods.identification.regression import Fit, Rows, regress
 from tierod.models.stator_frame_motor import MotorParameters, SampledMotorParameters
-from tierod.monitors.motor_angle.observer import MotorAngleObserver
-from tierod.monitors.motor_angle.signals import MotorAngleTuning
+from tierod.monitors.motor_angle.observer import MotorAngleObserver, MotorAngleTuning
 from tierod_lab.papers.motor_angle.feedforward import FeedforwardAngle
 from tierod_lab.papers.motor_angle.flux_observer import FluxObserver
 from tierod_lab.papers.real_data import NO_DATA, path_of

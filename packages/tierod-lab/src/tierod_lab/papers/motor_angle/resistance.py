@@ -12,8 +12,7 @@ import numpy as np
 from tierod.core.claims import Claim, at_most
 from tierod.core.content import Chart, Heading, Item, Lines, Panel, Table
 from tierod.models.stator_frame_motor import SampledMotorParameters
-from tierod.monitors.motor_angle.observer import MotorAngleObserver
-from tierod.monitors.motor_angle.signals import MotorAngleTuning
+from tierod.monitors.motor_angle.observer import MotorAngleObserver, MotorAngleTuning
 from tierod_lab.ground.motor import Warming
 from tierod_lab.papers.motor_angle.fault_drives import bench_time, course
 from tierod_lab.papers.motor_angle.observer_drives import (

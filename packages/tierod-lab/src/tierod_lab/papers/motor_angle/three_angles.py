@@ -12,7 +12,8 @@ from tierod.core.claims import Claim, at_least, exactly
 from tierod.core.content import Heading, Item, Table
 from tierod.core.graph import scan
 from tierod.core.recording import Recording
-from tierod.monitors.motor_angle.monitor import MotorAngleMonitor
+from tierod.monitors.motor_angle.block import MotorAngleMonitor
+from tierod.monitors.motor_angle.observer import MotorAngleSample
 from tierod.monitors.motor_angle.plausibility import (
     MOTOR,
     NONE,
@@ -24,7 +25,6 @@ from tierod.monitors.motor_angle.plausibility import (
     VariableGain,
     WhichAngle,
 )
-from tierod.monitors.motor_angle.signals import MotorAngleSample
 from tierod.vehicles import load
 from tierod_lab.ground import courses
 from tierod_lab.ground.cars import catalogue

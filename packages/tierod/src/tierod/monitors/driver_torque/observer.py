@@ -1,19 +1,127 @@
-"""The default observer of a steering column: torque of the hands, disturbance torque, angles and rates."""
+"""Observers of a steering column: torques of hands and disturbance, at once or some milliseconds later."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, Any, NamedTuple
 
 from tierod.core.block import Scalar, Tree, values_of
-from tierod.core.graph.maths import present, sqrt, where
+from tierod.core.errors import ParameterError
+from tierod.core.graph.maths import all_of, both, either, maximum, present, select, sqrt, where
+from tierod.methods.estimators.fixed_lag import FixedLag
 from tierod.methods.estimators.stationary_bank import StationaryBank
 from tierod.models.column_observation import MotorTorque
 from tierod.models.steering_column import ColumnOutput
-from tierod.monitors.driver_torque.design import Column, Layout, column_of_vehicle, design
-from tierod.monitors.driver_torque.starting import ColumnSample, Phase, Starting, StartState
-from tierod.monitors.driver_torque.tuning import ColumnTuning, usual_tuning
+from tierod.monitors.driver_torque.design import (
+    Column,
+    ColumnTuning,
+    Layout,
+    column_of_vehicle,
+    design,
+    process_noises,
+    usual_tuning,
+)
 from tierod.vehicles import Vehicle
+
+UNKNOWN = 10.0
+"""Standard deviation of an unknown torque [N m]; more than hands usually give."""
+
+
+class ColumnSample(NamedTuple):
+    """Measurements of a column at one instant; NaN where a value is missing.
+
+    Args:
+        motor_torque: torque at the motor's shaft
+        steering_wheel_angle: angle above the torsion bar
+        motor_angle_mechanical: angle of the motor's shaft
+        driver_torque: torque in the torsion bar, positive towards left
+    """
+
+    motor_torque: Annotated[Scalar, "N*m"]
+    steering_wheel_angle: Annotated[Scalar, "rad"]
+    motor_angle_mechanical: Annotated[Scalar, "rad"]
+    driver_torque: Annotated[Scalar, "N*m"]
+
+
+class StartState(NamedTuple):
+    """State of the gap handling.
+
+    Args:
+        motor_torque: last valid motor torque
+        missing: time for which samples have been incomplete [s]
+        started: 1 after the first complete sample
+        settling: remaining settling time after a start [s]
+    """
+
+    motor_torque: Annotated[Scalar, "N*m"]
+    missing: Annotated[Scalar, "s"]
+    started: Annotated[Scalar, ""]
+    settling: Annotated[Scalar, "s"]
+
+    @property
+    def unknown(self) -> Scalar:
+        """Variance that an observer adds to its torques until it has settled [N**2*m**2]."""
+        return where(both(self.started > 0.5, self.settling <= 0.0), 0.0, UNKNOWN**2)
+
+
+class Phase(NamedTuple):
+    """Mode of an observer in a sample.
+
+    Args:
+        motor_torque: torque of the previous sample, which acts until this one; held where it is missing
+        measured: outputs that the observer uses, in the order of the layout
+        restart: 1 where the observer restarts from this sample, as if at rest
+        following: 1 where it continues or restarts; 0 where it is held
+        ready: 1 where the estimate can be used
+    """
+
+    motor_torque: Annotated[Scalar, "N*m"]
+    measured: tuple[Scalar, ...]
+    restart: Annotated[Scalar, ""]
+    following: Annotated[Scalar, ""]
+    ready: Annotated[Scalar, ""]
+
+    def chosen(self, resting: Tree, moved: Tree, held: Tree) -> Tree:
+        """The tree that belongs to the phase: restarted, updated or held."""
+        return select(self.following, select(self.restart, resting, moved), held)
+
+
+@dataclass(frozen=True)
+class Starting:
+    """Start at the first complete sample, and restart after a gap longer than `longest_gap`; shorter ones are bridged.
+
+    Args:
+        layout: layout of the observer
+        longest_gap: longest bridged gap; 0.05 s is a quarter of the period at which a driver still turns the wheel
+            (5 Hz)
+        settling_time: settling time after a start with a turning wheel; ten time constants of the filter for jumps
+    """
+
+    layout: Layout
+    longest_gap: Annotated[float, "s"] = 0.05
+    settling_time: Annotated[float, "s"] = 0.1
+
+    Sample = ColumnSample
+
+    def init(self) -> StartState:
+        """State before the first sample: not started."""
+        return StartState(0.0, 0.0, 0.0, 0.0)
+
+    def step(self, state: StartState, sample: ColumnSample) -> tuple[StartState, Phase]:
+        """Process one sample."""
+        measured = tuple(getattr(sample, name) for name in self.layout.outputs)
+        motor = where(present(sample.motor_torque), sample.motor_torque, state.motor_torque)
+        complete = all_of(present(sample.motor_torque), *(present(value) for value in measured))
+        missing = where(complete, 0.0, state.missing + self.layout.sample_time)
+        restart = where(complete, either(state.started < 0.5, state.missing > self.longest_gap), 0.0)
+        started = where(complete, 1.0, state.started)
+        following = all_of(started > 0.5, missing <= self.longest_gap)
+        left = maximum(state.settling - self.layout.sample_time, 0.0)
+        settling = where(restart, self.settling_time, where(following, left, state.settling))
+        ready = where(all_of(following, settling <= 0.0), 1.0, 0.0)
+        return StartState(motor, missing, started, settling), Phase(
+            state.motor_torque, measured, restart, following, ready
+        )
 
 
 class ColumnEstimate(NamedTuple):
@@ -178,3 +286,123 @@ def resting_state(model: Any, layout: Layout, sample: ColumnSample) -> Tree:
 
 def _there(value: Scalar) -> Scalar:
     return where(present(value), value, 0.0)
+
+
+DELAY = 0.02
+"""Default lag [s]; long enough to see an edge from both sides."""
+
+RATE_WALK = 40.0
+"""Random walk of the torque's rate [N m/s^1.5], tuned on simulated benches with hands that jump and hands that pull
+within 100 ms; samples after an edge are known here, so it may be larger than without a lag."""
+
+
+DISTURBANCE_WALK = 0.3
+"""Random walk of the disturbance torque [N m/s^0.5], from the same runs; one filter for steady and reversing
+friction."""
+
+
+def smoothing(tuning: ColumnTuning) -> ColumnTuning:
+    """A tuning without jumps and reversals: one filter, with the walks of this module as lower bounds."""
+    return replace(
+        tuning,
+        hand_torque_walk=0.0,
+        reversal_walk=0.0,
+        hand_torque_rate_walk=max(tuning.hand_torque_rate_walk, RATE_WALK),
+        disturbance_torque_walk=max(tuning.disturbance_torque_walk, DISTURBANCE_WALK),
+    )
+
+
+class DelayedEstimate(NamedTuple):
+    """Delayed torque of the hands, its standard deviation, and whether it can be used."""
+
+    hand_torque: Annotated[Scalar, "N*m"]
+    hand_torque_deviation: Annotated[Scalar, "N*m"]
+    ready: Annotated[Scalar, ""]
+
+
+class DelayedState(NamedTuple):
+    """State of the smoother, and of the gaps in its samples."""
+
+    smoother: Tree
+    start: StartState
+
+
+@dataclass(frozen=True)
+class DelayedHandTorque:
+    """Torque of the hands `smoother.lag` samples ago, from all samples up to now.
+
+    One filter suffices: a lag of 20 ms shows an edge from both sides, and smooths jumping and pulling hands equally
+    well. Gaps are treated as in `ColumnObserver`; the deviation grows with the gap.
+
+    Args:
+        smoother: fixed-lag smoother with stationary gain
+        starting: behaviour in gaps
+    """
+
+    smoother: FixedLag
+    starting: Starting
+
+    Sample = ColumnSample
+
+    @classmethod
+    def of_vehicle(
+        cls, vehicle: Vehicle, sample_time: float = 1e-3, delay: float = DELAY, tuning: ColumnTuning | None = None
+    ) -> DelayedHandTorque:
+        """The smoother of a vehicle's column, see `ColumnObserver.of_vehicle`.
+
+        Args:
+            vehicle: vehicle with gear stiffness, or with the inertia of its whole column
+            sample_time: sampling interval [s]
+            delay: lag, at least a sample [s]
+            tuning: tuning; where None that of a bench or of the road, see `usual_tuning`
+        """
+        return cls.of_parameters(
+            column_of_vehicle(vehicle, sample_time), sample_time, delay, tuning or usual_tuning(vehicle)
+        )
+
+    @classmethod
+    def of_parameters(
+        cls, parameters: Column, sample_time: float = 1e-3, delay: float = DELAY, tuning: ColumnTuning | None = None
+    ) -> DelayedHandTorque:
+        """The smoother of a column.
+
+        Args:
+            parameters: `ColumnParameters` or `TwoInertiaParameters`
+            sample_time: sampling interval [s]
+            delay: lag [s]
+            tuning: tuning, that of a bench where None; its walks count where they are larger than those of this module
+
+        Raises:
+            ParameterError: as in `require_fit`, or a delay shorter than a sample
+        """
+        if not delay >= sample_time:
+            raise ParameterError(f"delay is {delay} s; expected at least a sample of {sample_time} s")
+        smooth = smoothing(tuning or ColumnTuning())
+        made = design(parameters, sample_time, smooth)
+        (noise,) = process_noises(made.observation.discrete.states, parameters, sample_time, smooth)
+        smoother = FixedLag.design(
+            made.observation.discrete,
+            made.observation.model,
+            made.observation.parameters,
+            noise,
+            smooth.variances(),
+            ("hand_torque",),
+            round(delay / sample_time),
+        )
+        return cls(smoother, Starting(made.layout))
+
+    def init(self) -> DelayedState:
+        """State before the first sample: not started."""
+        return DelayedState(self.smoother.init(), self.starting.init())
+
+    def step(self, state: DelayedState, sample: ColumnSample) -> tuple[DelayedState, DelayedEstimate]:
+        """Process one sample."""
+        start, phase = self.starting.step(state.start, sample)
+        given = self.smoother.Sample(MotorTorque(phase.motor_torque), self.smoother.model.Output(*phase.measured))
+        moved, estimate = self.smoother.step(state.smoother, given)
+        resting = self.smoother.at(resting_state(self.smoother.model, self.starting.layout, sample))
+        smoother = phase.chosen(resting, moved, state.smoother)
+        growth = self.starting.layout.hand_torque_growth * start.missing
+        variance = self.smoother.variances[0] + growth + start.unknown
+        oldest = phase.chosen(resting.recent[0][-1], estimate.smoothed.hand_torque, state.smoother.recent[0][-1])
+        return DelayedState(smoother, start), DelayedEstimate(oldest, sqrt(variance), phase.ready)

@@ -22,8 +22,7 @@ from tierod.monitors.harness.baseline import Baseline
 from tierod.monitors.harness.session import Conclusion, Monitor, Session, Variant
 from tierod.monitors.harness.spread.advice import baseline_command, cure
 from tierod.monitors.harness.verdict import Obstacle, withheld
-from tierod.monitors.hysteresis.assist_ratio import torque_defects
-from tierod.monitors.hysteresis.increase import (
+from tierod.monitors.hysteresis.facts import (
     FAULT_FREE_TEST,
     GAIN,
     INCREASE,
@@ -33,6 +32,7 @@ from tierod.monitors.hysteresis.increase import (
     IncreaseLimits,
     over_baseline,
     over_nominal,
+    torque_defects,
 )
 from tierod.vehicles import Vehicle
 from tierod.vehicles.uncertain import held_deviation, torque_gain_deviation

@@ -1,16 +1,34 @@
-"""Comparison of the motor's angle sensor with the observer: when it counts, CUSUMs, tests of standstill and sense."""
+"""Tests of the motor's angle sensor: beside the observer, of its electrical signals, and beside its target."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import Annotated, NamedTuple
 
 from tierod.core.block import Scalar
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE, check_ranges
-from tierod.core.graph.maths import absolute, all_of, any_of, both, log, maximum, minimum, negated, present, sign, where
+from tierod.core.graph.maths import (
+    absolute,
+    all_of,
+    any_of,
+    arctan2,
+    both,
+    cos,
+    greatest_of,
+    hypot,
+    log,
+    maximum,
+    minimum,
+    negated,
+    present,
+    sign,
+    sin,
+    where,
+)
 from tierod.methods.detectors.control_charts import Cusum
 from tierod.methods.detectors.threshold import Debounce
-from tierod.monitors.motor_angle.observer import MotorAngleObserver
+from tierod.monitors.motor_angle.observer import MotorAngleObserver, MotorAngleSample
 from tierod.physics.angle import wrapped
 
 ANGLE_DRIFT, ANGLE_THRESHOLD = 0.044, 0.9
@@ -321,3 +339,294 @@ class SensorComparison:
             against.up,
             still.turned,
         )
+
+
+LEARNT = 0.2
+"""Initial time over which the amplitude of sine and cosine is averaged [s]."""
+
+
+class ElectricalAlarms(NamedTuple):
+    """1 while a check fails, 0 while it passes or its inputs are missing.
+
+    Args:
+        supply_low: supply of the controller too low
+        angle_timeout: no reading of the angle for too long
+        angle_gradient: a step that no motor can make
+        resolver_amplitude: sine and cosine have left their initial circle
+        resolver_mismatch: the angle differs from that of its sine and cosine
+        current_sum: phase currents do not add up to zero
+        current_saturated, voltage_saturated: a signal stands still at its peak while the motor turns
+    """
+
+    supply_low: Annotated[Scalar, ""]
+    angle_timeout: Annotated[Scalar, ""]
+    angle_gradient: Annotated[Scalar, ""]
+    resolver_amplitude: Annotated[Scalar, ""]
+    resolver_mismatch: Annotated[Scalar, ""]
+    current_sum: Annotated[Scalar, ""]
+    current_saturated: Annotated[Scalar, ""]
+    voltage_saturated: Annotated[Scalar, ""]
+
+
+class ElectricalFigures(NamedTuple):
+    """Statistics that the checks compare with their limits; 0 where an input is missing.
+
+    Args:
+        angle_age: age of the last reading of the angle
+        angle_step: step between two readings, over the largest that a motor can make
+        resolver_amplitude: amplitude over the initial one, less one
+        resolver_mismatch: electrical angle less that of sine and cosine
+        current_sum: sum of the phase currents
+        same_current, same_voltage: longest standstill of a current or a voltage at a peak, in samples, while the motor
+            turned
+    """
+
+    angle_age: Annotated[Scalar, "s"]
+    angle_step: Annotated[Scalar, ""]
+    resolver_amplitude: Annotated[Scalar, ""]
+    resolver_mismatch: Annotated[Scalar, "rad"]
+    current_sum: Annotated[Scalar, "A"]
+    same_current: Annotated[Scalar, ""]
+    same_voltage: Annotated[Scalar, ""]
+
+
+class Clipped(NamedTuple):
+    """A signal, the number of samples for which it has stood still away from zero, and the angle at their start."""
+
+    last: Annotated[Scalar, ""]
+    same: Annotated[Scalar, ""]
+    since: Annotated[Scalar, "rad"]
+
+
+@dataclass(frozen=True)
+class ElectricalChecks:
+    """Checks of range, gradient, timeout, amplitude, sums and saturation.
+
+    Args:
+        pole_pairs: pole pairs of the motor [-]
+        sample_time: sampling interval [s]
+        least_supply: supply below which the inverter of a 12 V system may not reach its voltage [V]
+        longest_gap: longest time without a reading of the angle, ten frames of a millisecond [s]
+        greatest_speed: largest speed of the motor, twice that at which the back-EMF equals the supply [rad/s]
+        step_margin: additional step of the angle, for noise and resolution [rad]
+        amplitude_margin: share by which the amplitude may change [-]
+        greatest_mismatch: largest mismatch of the electrical angle: noise of both, and half a sample at full speed
+            [rad]
+        greatest_sum: largest sum of the phase currents, ten times the noise of one [A]
+        least_peak_current, least_peak_voltage: values below which nothing saturates [A], [V]
+        same_samples: number of equal samples that noise rules out without saturation [-]
+        least_turn: electrical turn meanwhile, over which the top of a sine falls by 3 %, more than a converter's step
+            [rad]
+        hold: time for which a check must fail [s]
+    """
+
+    pole_pairs: Annotated[float, "", POSITIVE]
+    sample_time: Annotated[float, "s", POSITIVE] = 1e-4
+    least_supply: Annotated[float, "V", POSITIVE] = 9.0
+    longest_gap: Annotated[float, "s", POSITIVE] = 0.01
+    greatest_speed: Annotated[float, "rad/s", POSITIVE] = 600.0
+    step_margin: Annotated[float, "rad", POSITIVE] = 0.02
+    amplitude_margin: Annotated[float, "", POSITIVE] = 0.15
+    greatest_mismatch: Annotated[float, "rad", POSITIVE] = 0.06
+    greatest_sum: Annotated[float, "A", POSITIVE] = 3.0
+    least_peak_current: Annotated[float, "A", POSITIVE] = 2.0
+    least_peak_voltage: Annotated[float, "V", POSITIVE] = 1.0
+    same_samples: Annotated[float, "", POSITIVE] = 20.0
+    least_turn: Annotated[float, "rad", POSITIVE] = 0.5
+    hold: Annotated[float, "s", POSITIVE] = 0.01
+    holding: Debounce = field(init=False, repr=False)
+
+    Sample = MotorAngleSample
+
+    class Output(NamedTuple):
+        """Output of one sample."""
+
+        alarms: ElectricalAlarms
+        figures: ElectricalFigures
+
+    class State(NamedTuple):
+        """Last angle, its age, whether there is one; amplitude, time learnt; last mismatch; clipped signals; holds."""
+
+        angle: Annotated[Scalar, "rad"]
+        age: Annotated[Scalar, "s"]
+        begun: Annotated[Scalar, ""]
+        amplitude: Annotated[Scalar, "V"]
+        learnt: Annotated[Scalar, "s"]
+        mismatched: Annotated[Scalar, ""]
+        clipped: tuple[Clipped, ...]
+        held: tuple[Debounce.State, ...]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "holding", Debounce(self.hold, self.hold, self.sample_time))
+        check_ranges(self)
+
+    def init(self) -> State:
+        """State before the first sample."""
+        fresh = Clipped(0.0, 0.0, 0.0)
+        return self.State(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, (fresh,) * 7, (self.holding.init(),) * 4)
+
+    def step(self, state: State, sample: MotorAngleSample) -> tuple[State, Output]:
+        """Process one sample."""
+        age, timeout, gradient, leap = self._angle(state, sample)
+        amplitude, learnt, strange, mismatched, resolver = self._resolver(state, sample)
+        total = sample.motor_current_a + sample.motor_current_b + sample.motor_current_c
+        conditions = (
+            (sample.supply_voltage < self.least_supply, present(sample.supply_voltage)),
+            strange,
+            (mismatched, 1.0),
+            (absolute(total) > self.greatest_sum, present(total)),
+        )
+        steps = [
+            self.holding.step(held, where(fails, 1.0, 0.0), enabled=known)
+            for held, (fails, known) in zip(state.held, conditions, strict=True)
+        ]
+        low, strange_now, mismatch_now, sum_now = (out.active for _, out in steps)
+        clipped, (current, voltage), same = self._saturation(state, sample)
+        fresh = present(sample.motor_angle_mechanical)
+        after = self.State(
+            where(fresh, sample.motor_angle_mechanical, state.angle),
+            age,
+            where(fresh, 1.0, state.begun),
+            amplitude,
+            learnt,
+            mismatched,
+            clipped,
+            tuple(held for held, _ in steps),
+        )
+        alarms = ElectricalAlarms(low, timeout, gradient, strange_now, mismatch_now, sum_now, current, voltage)
+        summed = where(present(total), total, 0.0)
+        return after, self.Output(alarms, ElectricalFigures(age, leap, *resolver, summed, *same))
+
+    def _angle(self, state: State, sample: MotorAngleSample) -> tuple[Scalar, Scalar, Scalar, Scalar]:
+        """Age of the last reading, timeout, leap of the new reading, and its step over the largest possible one."""
+        fresh = present(sample.motor_angle_mechanical)
+        waited = minimum(state.age + self.sample_time, 1.0)
+        age = where(fresh, 0.0, waited)
+        timeout = both(state.begun, age > self.longest_gap)
+        step = absolute(wrapped(where(fresh, sample.motor_angle_mechanical, state.angle) - state.angle))
+        longest = minimum(self.greatest_speed * waited, 0.5 * math.pi) + self.step_margin
+        leaps = where(all_of(fresh, state.begun, step > longest), 1.0, 0.0)
+        return where(state.begun, age, 0.0), where(timeout, 1.0, 0.0), leaps, where(state.begun, step / longest, 0.0)
+
+    def _resolver(
+        self, state: State, sample: MotorAngleSample
+    ) -> tuple[Scalar, Scalar, tuple[Scalar, Scalar], Scalar, tuple[Scalar, Scalar]]:
+        """Learnt amplitude and learning time; wrong amplitude and whether judged; angle mismatch; both statistics."""
+        there = both(present(sample.resolver_sine), present(sample.resolver_cosine))
+        sine, cosine = where(there, sample.resolver_sine, 0.0), where(there, sample.resolver_cosine, 0.0)
+        size = hypot(sine, cosine)
+        learning = both(there, state.learnt < LEARNT)
+        learnt = state.learnt + where(learning, self.sample_time, 0.0)
+        share = self.sample_time / maximum(learnt, self.sample_time)
+        amplitude = state.amplitude + where(learning, share * (size - state.amplitude), 0.0)
+        strange = absolute(size - amplitude) > self.amplitude_margin * amplitude
+        known = both(there, present(sample.motor_angle_mechanical))
+        angle = self.pole_pairs * where(known, sample.motor_angle_mechanical, 0.0)
+        # Cross and dot product with the resolver vector need neither unwrapping nor a division by its amplitude.
+        across = sine * cos(angle) - cosine * sin(angle)
+        along = sine * sin(angle) + cosine * cos(angle)
+        mismatch = any_of(along < 0.0, absolute(across) > self.greatest_mismatch * size)
+        judged = both(there, negated(learning))
+        change = where(both(judged, amplitude > 0.0), size / maximum(amplitude, 1e-12) - 1.0, 0.0)
+        apart = where(both(known, size > 0.0), arctan2(across, along), 0.0)
+        mismatched = where(known, mismatch, state.mismatched)
+        return amplitude, learnt, (strange, judged), mismatched, (change, apart)
+
+    def _saturation(
+        self, state: State, sample: MotorAngleSample
+    ) -> tuple[tuple[Clipped, ...], tuple[Scalar, Scalar], tuple[Scalar, Scalar]]:
+        """Signals that stand still, saturation of a current or voltage, and the longest standstill of each."""
+        names = (
+            "current_alpha",
+            "current_beta",
+            "current_a",
+            "current_b",
+            "current_c",
+            "voltage_alpha",
+            "voltage_beta",
+        )
+        fresh = present(sample.motor_angle_mechanical)
+        angle = where(fresh, sample.motor_angle_mechanical, state.angle)
+        clipped, flags, counts = [], [], []
+        for old, name in zip(state.clipped, names, strict=True):
+            value = getattr(sample, f"motor_{name}")
+            there = present(value)
+            least = self.least_peak_current if name.startswith("current") else self.least_peak_voltage
+            here = both(absolute(value) > least, absolute(value - old.last) < 1e-9)
+            same = where(there, where(here, minimum(old.same + 1.0, self.same_samples), 0.0), old.same)
+            since = where(there, where(here, old.since, angle), old.since)
+            turned = self.pole_pairs * absolute(wrapped(angle - since))
+            clipped.append(Clipped(where(there, value, old.last), same, since))
+            counts.append(where(turned > self.least_turn, same, 0.0))
+            flags.append(counts[-1] > self.same_samples - 0.5)
+        saturated = where(any_of(*flags[:5]), 1.0, 0.0), where(any_of(*flags[5:]), 1.0, 0.0)
+        return tuple(clipped), saturated, (greatest_of(*counts[:5]), greatest_of(*counts[5:]))
+
+
+@dataclass(frozen=True)
+class NotFollowing:
+    """Alarm for a sensor that stays away from its target: the drive has stalled, and its currents give no angle.
+
+    A sensor that is stuck, or whose sine and cosine are swapped, makes the current control hold the rotor; so does a
+    blocked motor. This test cannot separate them.
+
+    Args:
+        widest: largest following error of a fault-free drive, with a margin [rad]
+        hold: time for which the error must be larger [s]
+        confirmed_hold: the same time where currents and voltages confirm the sensor [s]; a load beyond the motor's
+            torque, or a target beyond its speed, is not a fault while it passes
+        sample_time: sampling interval [s]
+        least_course: least change of a target for the test [rad]; a smaller one is not the target of the control
+    """
+
+    sample_time: Annotated[float, "s", POSITIVE] = 1e-4
+    widest: Annotated[float, "rad", POSITIVE] = 1.0
+    hold: Annotated[float, "s", POSITIVE] = 0.02
+    confirmed_hold: Annotated[float, "s", POSITIVE] = 0.5
+    least_course: Annotated[float, "rad", POSITIVE] = 0.5
+    holding: Debounce = field(init=False, repr=False)
+    holding_on: Debounce = field(init=False, repr=False)
+
+    Sample = MotorAngleSample
+
+    class State(NamedTuple):
+        """Target, sensor, whether each was received, first target, whether it has moved since, and the holds."""
+
+        target: Annotated[Scalar, "rad"]
+        sensor: Annotated[Scalar, "rad"]
+        seen_target: Annotated[Scalar, ""]
+        seen_sensor: Annotated[Scalar, ""]
+        first: Annotated[Scalar, "rad"]
+        moved: Annotated[Scalar, ""]
+        held: Debounce.State
+        held_on: Debounce.State
+
+    class Output(NamedTuple):
+        """Following error, 0 without a target, and whether it has been too large for too long (1.0, 0.0)."""
+
+        error: Annotated[Scalar, "rad"]
+        alarm: Annotated[Scalar, ""]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "holding", Debounce(self.hold, 0.0, self.sample_time))
+        object.__setattr__(self, "holding_on", Debounce(self.confirmed_hold, 0.0, self.sample_time))
+        check_ranges(self)
+
+    def init(self) -> State:
+        """State before the first sample."""
+        return self.State(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, self.holding.init(), self.holding_on.init())
+
+    def step(self, state: State, sample: MotorAngleSample, confirmed: Scalar | bool = False) -> tuple[State, Output]:
+        """Process one sample; `confirmed` (logic) where currents and voltages agree with the sensor."""
+        wanted, fresh = present(sample.target_motor_angle_mechanical), present(sample.motor_angle_mechanical)
+        target = where(wanted, sample.target_motor_angle_mechanical, state.target)
+        sensor = where(fresh, sample.motor_angle_mechanical, state.sensor)
+        seen = where(wanted, 1.0, state.seen_target), where(fresh, 1.0, state.seen_sensor)
+        first = where(both(wanted, state.seen_target < 0.5), target, state.first)
+        moved = where(both(seen[0], absolute(target - first) > self.least_course), 1.0, state.moved)
+        error = where(all_of(*seen, moved), target - sensor, 0.0)
+        away = absolute(error) > self.widest
+        held, out = self.holding.step(state.held, where(both(away, negated(confirmed)), 1.0, 0.0))
+        held_on, out_on = self.holding_on.step(state.held_on, where(away, 1.0, 0.0))
+        alarm = maximum(out.active, out_on.active)
+        return self.State(target, sensor, *seen, first, moved, held, held_on), self.Output(error, alarm)

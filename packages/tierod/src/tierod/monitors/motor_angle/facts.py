@@ -6,7 +6,9 @@ import math
 from dataclasses import replace
 
 from tierod.core.findings import Episode, Estimate, Finding, Status
-from tierod.monitors.motor_angle.drive import (
+from tierod.monitors.motor_angle.balance import FITS
+from tierod.monitors.motor_angle.block import ALARMS, BY_NAME
+from tierod.monitors.motor_angle.evidence import (
     COMPARED,
     DRIFT,
     GAIN,
@@ -18,10 +20,8 @@ from tierod.monitors.motor_angle.drive import (
     InverterLoss,
     Shape,
 )
-from tierod.monitors.motor_angle.monitor import ALARMS, BY_NAME
+from tierod.monitors.motor_angle.observer import IN_WORDS, MEASURED
 from tierod.monitors.motor_angle.plausibility import MOTOR, NOT_MOTOR, PINION, WHEEL
-from tierod.monitors.motor_angle.signals import IN_WORDS, MEASURED
-from tierod.monitors.motor_angle.voltage_balance import FITS
 from tierod.vehicles import Vehicle
 
 LEAST_KNOWN = 1.0

@@ -12,11 +12,16 @@ from tierod.core.findings import Status
 from tierod.core.graph import Result
 from tierod.core.statement import code_of
 from tierod.methods.analysis.consistency import Consistency, ConsistencyAccumulator
-from tierod.monitors.driver_torque.column_regression import BelowBarOverDrive, ColumnGeometry, GeometryOverDrive
-from tierod.monitors.driver_torque.contradicting import Contradiction, ContradictionOverDrive
+from tierod.monitors.driver_torque.block import SignVerdict, WorkOverDrive, wrong_signs
+from tierod.monitors.driver_torque.column import (
+    BelowBarOverDrive,
+    ColumnGeometry,
+    Contradiction,
+    ContradictionOverDrive,
+    GeometryOverDrive,
+)
+from tierod.monitors.driver_torque.design import usual_tuning
 from tierod.monitors.driver_torque.hands import OFF, ON, UNCERTAIN
-from tierod.monitors.driver_torque.signs import SignVerdict, WorkOverDrive, wrong_signs
-from tierod.monitors.driver_torque.tuning import usual_tuning
 from tierod.vehicles import Vehicle
 
 TRUTH = "truth_hand_torque"

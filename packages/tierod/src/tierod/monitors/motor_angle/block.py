@@ -10,11 +10,18 @@ from tierod.core.findings import Status
 from tierod.core.graph.maths import absolute, both, greatest_of, maximum, present, where
 from tierod.core.statement import Statement, code_of
 from tierod.methods.detectors.control_charts import Cusum
-from tierod.monitors.motor_angle.comparison import Increments, ResidualGate, SensorBesideObserver, SensorComparison
-from tierod.monitors.motor_angle.electrical import ElectricalAlarms, ElectricalChecks, ElectricalFigures, NotFollowing
-from tierod.monitors.motor_angle.observer import MotorAngleObserver
+from tierod.monitors.motor_angle.comparison import (
+    ElectricalAlarms,
+    ElectricalChecks,
+    ElectricalFigures,
+    Increments,
+    NotFollowing,
+    ResidualGate,
+    SensorBesideObserver,
+    SensorComparison,
+)
+from tierod.monitors.motor_angle.observer import MEASURED, MotorAngleObserver, MotorAngleSample, MotorVoltages
 from tierod.monitors.motor_angle.plausibility import AnglePlausibility
-from tierod.monitors.motor_angle.signals import MEASURED, MotorAngleSample, MotorVoltages
 from tierod.vehicles import Vehicle
 
 MODEL_DRIFT, MODEL_THRESHOLD = 8.0, 400.0

@@ -1,0 +1,582 @@
+"""Decisions of the monitor of the driver's hands, and the design of their thresholds."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+from typing import Annotated
+
+import numpy as np
+
+from tierod.core.findings import Estimate, Finding, Status
+from tierod.methods.detectors import Detector
+from tierod.methods.detectors.control_charts import Cusum
+from tierod.methods.detectors.rule_design import RuleDesign, RunLengthLine, alarms_at
+from tierod.methods.detectors.stopping_rules import CusumRule, HoldRule
+from tierod.monitors.driver_torque.column import GeometryOverDrive, described
+from tierod.monitors.driver_torque.design import usual_tuning
+from tierod.monitors.driver_torque.evidence import Drive
+from tierod.monitors.driver_torque.hands import THRESHOLDS
+from tierod.monitors.harness.decision import Decision, Demonstrated
+from tierod.vehicles import Vehicle
+from tierod.vehicles.uncertain import is_guess, torque_gain_deviation
+
+INERTIA_SPREAD, STIFFNESS_SPREAD, RATIO_SPREAD, MOTOR_INERTIA_SPREAD = 0.026, 0.064, 0.005, 0.104
+"""Relative standard deviations of fault-free cars from their vehicle files [-]: the wheel's inertia as weighed and
+learnt; bars scatter, or have a gear in series; gains of angle sensors, for a design value; the motor's inertia, which a
+sweep to 30 Hz makes 1.2 times as large."""
+
+OFFSET_SPREAD: Annotated[float, "N*m"] = 0.026
+"""Standard deviation of a torque offset beyond the learnt one, which hands may imitate [N*m]; a sixth of the torque
+that reveals them."""
+
+LAG_SPREAD: Annotated[float, "s"] = 5e-4
+"""Standard deviation of a signal's lag [s]; 1 ms costs a sixth of the accuracy, and at low rates samples are held
+longer."""
+
+MISFIT_SPREAD = 0.62
+"""Standard deviation of the logarithm of the mean NIS per measurement [-]; three times the expected noise is 3.7 of
+them away."""
+
+DOUBTED = 2.0
+"""Threshold of these standard deviations for a remark on the mean NIS; one fault-free recording in 44 exceeds it by
+chance."""
+
+FIT_DESIGN = RuleDesign(HoldRule(1), values=1e4, shift=6.0, spacing=math.inf)
+MISFIT_DESIGN = RuleDesign(HoldRule(1, sides="upper"), values=1e4, shift=6.0, spacing=math.inf)
+"""One decision at the end of a recording."""
+
+OFF_DESIGN = RuleDesign(
+    CusumRule(0.0, sides="upper"),
+    values=3.60e8,
+    shift=0.094,
+    spacing=1e-3,
+    line=RunLengthLine(start=8.629, slope=0.3421, observed=3.65e6),
+)
+"""Design of the CUSUM for hands off at 1 kHz: counted on 2 h of benches that are 2 % off, by `design_thresholds` of the
+study of the column. 100 h between false alarms while holding need 32.4 nats; 33 are used. Hands that
+leave give a nat in 10.6 ms (thresholds from 8 to 45)."""
+
+
+COLUMN, INNOVATIONS = "column as the vehicle file says", "innovations as expected"
+"""Names of the decisions on the agreement of vehicle file and recording."""
+
+
+@dataclass(frozen=True)
+class FitRules:
+    """Rules that decide whether vehicle file and recording agree.
+
+    Args:
+        either: rule for a distance with a sign
+        above: rule for a distance that can only be too large
+    """
+
+    either: Detector = field(default_factory=FIT_DESIGN.block)
+    above: Detector = field(default_factory=MISFIT_DESIGN.block)
+
+    def apart(self, difference: float, spread: float) -> bool:
+        """Whether a difference exceeds what chance explains.
+
+        Args:
+            difference: observed less expected value
+            spread: its standard deviation [same unit]
+        """
+        return alarms_at(self.either, difference / spread)
+
+    def misfit(self, nis: float) -> bool:
+        """Whether a mean NIS per measurement exceeds that of a matching column; NaN does not."""
+        return nis > 0.0 and alarms_at(self.above, misfit(nis))
+
+    def beyond(self, name: str, distance: float) -> bool:
+        """Whether the decision of this name alarms at a distance [standard deviations]."""
+        return alarms_at(self.above if name == INNOVATIONS else self.either, distance)
+
+
+def misfit(nis: float) -> float:
+    """Distance of a mean NIS per measurement from that of a matching column [standard deviations].
+
+    Args:
+        nis: mean NIS, above zero
+    """
+    return math.log(nis) / MISFIT_SPREAD
+
+
+_BENCHES = "benches with parameter errors of 2 %, 10 h and another 2 h (tierod study column)"
+
+DECISIONS = (
+    Decision(
+        name="hands on",
+        distance="log-likelihood ratio of hands on against hands off, nats per sample",
+        rule=Cusum(0.0, THRESHOLDS[0], THRESHOLDS[0], "upper"),
+        place="block.hands.to_on",
+        mean_time_between_false_alarms=None,
+        demonstrated=Demonstrated(12.0),
+        source=f"{_BENCHES}; 100 h need 6 nats by the fitted line; 30 nats allow for larger parameter errors",
+        statistic="evidence_for_hands",
+        levels=(1.0,),
+    ),
+    Decision(
+        name="hands off",
+        distance="log-likelihood ratio of hands off against hands on, nats per sample",
+        rule=Cusum(0.0, THRESHOLDS[1], THRESHOLDS[1], "lower"),
+        place="block.hands.to_off",
+        mean_time_between_false_alarms=100.0,
+        demonstrated=Demonstrated(12.0, 1),
+        source=f"{_BENCHES}; extrapolated to over a thousand times the measured distance",
+        design=OFF_DESIGN,
+        statistic="evidence_for_hands",
+        levels=(-1.0,),
+    ),
+    Decision(
+        name=COLUMN,
+        distance="inertia of wheel and motor, stiffness, ratio, offset and lag of a signal, each less its expected "
+        "value, in standard deviations over fault-free cars",
+        rule=FIT_DESIGN.block(),
+        place="rules.either",
+        mean_time_between_false_alarms=1e4,
+        demonstrated=Demonstrated(24.0),
+        source="Gaussian scatter of each quantity; benches with parameter errors of 2 %, a minute each (inertia 2 to "
+        "5 % off, stiffness 4 to 8 %)",
+        unit="recording",
+        design=FIT_DESIGN,
+    ),
+    Decision(
+        name=INNOVATIONS,
+        distance="log of the mean NIS per measurement, in standard deviations over fault-free columns",
+        rule=MISFIT_DESIGN.block(),
+        place="rules.above",
+        mean_time_between_false_alarms=1e4,
+        demonstrated=Demonstrated(24.0),
+        source="lognormal NIS; benches with parameter errors of 2 %, a minute each (0.68 to 2.1)",
+        unit="recording",
+        design=MISFIT_DESIGN,
+    ),
+)
+"""Decisions of every variant."""
+
+
+MOTOR_RATIO = "motor_ratio"
+
+
+def ratio_spread(vehicle: Vehicle) -> float:
+    """Relative standard deviation of the motor ratio; 0 where the file gives none, since `RATIO_SPREAD` is added.
+
+    Args:
+        vehicle: vehicle of the column
+    """
+    known = vehicle.parameters[MOTOR_RATIO]
+    return (known.standard_deviation or 0.0) / known.value
+
+
+def ratio_is_guessed(vehicle: Vehicle) -> bool:
+    """Whether the ratio is less certain than a design value; one wrong by more imitates torques.
+
+    Args:
+        vehicle: vehicle of the column
+    """
+    return is_guess(vehicle.parameters[MOTOR_RATIO], RATIO_SPREAD)
+
+
+def ratio_of_angles(
+    vehicle: Vehicle, wheel_angle: np.ndarray, motor_angle: np.ndarray, driver_torque: np.ndarray, rate: float
+) -> float | None:
+    """The ratio of the angles; None where they do not give it within `RATIO_SPREAD`.
+
+    Args:
+        vehicle: vehicle of the column
+        wheel_angle, motor_angle: angles of the first piece [rad], (n,)
+        driver_torque: torque in the bar [N*m], (n,)
+        rate: sampling rate [Hz]
+    """
+    geometry = GeometryOverDrive(rate)
+    geometry.add(wheel_angle, motor_angle, driver_torque)
+    found = geometry.found()
+    return None if found is None or found.ratio_uncertainty > RATIO_SPREAD else found.ratio
+
+
+def ratio_fits(vehicle: Vehicle, ratio: float, rules: FitRules) -> bool:
+    """Whether an identified ratio agrees with that of the vehicle file within its standard deviation.
+
+    Args:
+        vehicle: vehicle of the column
+        ratio: ratio of the angles [-]
+        rules: rules on the agreement of vehicle file and recording
+    """
+    return not rules.apart(ratio / vehicle[MOTOR_RATIO] - 1.0, ratio_spread(vehicle))
+
+
+def with_ratio(vehicle: Vehicle, ratio: float) -> Vehicle:
+    """The vehicle with an identified ratio.
+
+    Args:
+        vehicle: vehicle whose file guesses the ratio
+        ratio: ratio of the angles [-]
+    """
+    # Zero, so that the identified ratio no longer counts as a guess.
+    known = replace(vehicle.parameters[MOTOR_RATIO], value=ratio, standard_deviation=0.0)
+    return replace(vehicle, parameters={**vehicle.parameters, MOTOR_RATIO: known})
+
+
+def ratio_remark(vehicle: Vehicle, ratio: float | None) -> str:
+    """Notice that the ratio was guessed, and what was used instead.
+
+    Args:
+        vehicle: vehicle as in its file
+        ratio: ratio of the angles over the drive [-]; None where they do not give it
+    """
+    known = vehicle.parameters[MOTOR_RATIO]
+    file = f"{MOTOR_RATIO} is {known.value:.4g} ± {known.standard_deviation or 0.0:.2g} in the vehicle file"
+    if ratio is None:
+        return f"motor_angle_mechanical is not used: {file}, and the angles at the beginning do not determine it"
+    return f"{file}, but the ratio of the angles is {ratio:.4g}, which is used: enter {MOTOR_RATIO} = {ratio:.4g}"
+
+
+DEGREES, UNIT_MARGIN = math.degrees(1.0), 0.1
+"""Factor between an angle in degrees and in radians, and tolerance on the logarithm of a ratio near that factor."""
+UNNAMED = "the innovations"
+"""Start of the sentence on a misfit that names no parameter."""
+OF_ANGLES = "(motor_angle_mechanical over steering_wheel_angle)"
+NO_THIRD = (
+    "steering_wheel_angle or driver_torque may be wrong; motor_angle_mechanical, named in the channel map or recorded, "
+    "would show which"
+)
+
+
+def misfits(drive: Drive, vehicle: Vehicle, rules: FitRules) -> list[str]:
+    """Contradictions between the vehicle file and the data, a half-sentence each.
+
+    Args:
+        drive: results of the drive
+        vehicle: vehicle of the column
+        rules: rules on the agreement of vehicle file and recording
+    """
+    if unit := _wrong_unit(drive, vehicle):
+        return [unit]
+    wrong = _of_the_column(drive, vehicle, rules)
+    # A slow change of a gain or zero appears as a wrong stiffness, an offset or a delay, whichever fits best.
+    found = drive.contradiction
+    if wrong and found is not None and found.creeps:
+        return [described(found)]
+    # Signals that contradict each other make large innovations suspicious that alone would only be remarked on.
+    if not wrong and found is not None and found.names and drive.nis > 0.0 and misfit(drive.nis) > DOUBTED:
+        return [_surprising(drive)]
+    return wrong
+
+
+def _of_the_column(drive: Drive, vehicle: Vehicle, rules: FitRules) -> list[str]:
+    """Contradictions on the assumption that each signal had a constant gain, offset and delay."""
+    if is_late(drive, vehicle, rules):
+        return _misshapen(drive, vehicle, rules)
+    wrong = []
+    inertia = vehicle["steering_wheel_inertia"]
+    if rules.apart(_departures(drive, vehicle)["inertia"], 1.0):
+        there = inertia + drive.inertia_error
+        wrong.append(
+            f"steering_wheel_inertia is {inertia:.3g} kg·m², but the motion without hands shows {there:.3g} "
+            "(driver_torque over the acceleration of steering_wheel_angle)"
+        )
+    wrong += _misshapen(drive, vehicle, rules)
+    if rules.misfit(drive.nis) and (drive.geometry is None or not wrong):
+        wrong.append(_surprising(drive))
+    return wrong
+
+
+def _surprising(drive: Drive) -> str:
+    """Sentence on innovations that are too large."""
+    return (
+        f"{innovations_of(drive)} are {math.sqrt(drive.nis):.2g} times as large as the observer expects; a signal may "
+        "be late, have an offset or the wrong sign, or motor_inertia, gear_stiffness or the noise of the sensors may "
+        "be wrong"
+    )
+
+
+def innovations_of(drive: Drive) -> str:
+    """The innovations with the signals that they are of."""
+    third = "" if drive.contradiction is None else ", motor_angle_mechanical"
+    return f"{UNNAMED} of steering_wheel_angle{third} and driver_torque"
+
+
+def suspected(drive: Drive, wrong: list[str]) -> tuple[str, ...]:
+    """Signals that may be wrong instead of the vehicle file, as half-sentences.
+
+    Args:
+        drive: results of the drive
+        wrong: result of `misfits`
+    """
+    found = drive.contradiction
+    if found is None:
+        return (NO_THIRD,)
+    if found.creeps:
+        return ()
+    if found.names:
+        return (described(found),)
+    if drive.motor and all(each.startswith(UNNAMED) for each in wrong):
+        return (f"the angles and the torque of the bar fit each other, so that {drive.motor} is suspected",)
+    return ()
+
+
+def _misshapen(drive: Drive, vehicle: Vehicle, rules: FitRules) -> list[str]:
+    """Contradictions between angles and torque of the bar; a late signal distorts stiffness and offset."""
+    found = drive.geometry
+    if found is None:
+        return []
+    wrong = []
+    ratio, bar = vehicle["motor_ratio"], vehicle["torsion_bar_stiffness"]
+    apart = _departures(drive, vehicle)
+    if rules.apart(apart["ratio"], 1.0):
+        wrong.append(f"motor_ratio is {ratio:.4g}, but the ratio of the angles is {found.ratio:.4g} {OF_ANGLES}")
+    if is_late(drive, vehicle, rules):
+        others = "the others" if found.lag > 0.0 else "both others, which may themselves be late"
+        when = "late" if found.lag > 0.0 else "early"
+        return [*wrong, f"{found.late} is about {1e3 * abs(found.lag):.0f} ms {when} relative to {others}"]
+    if rules.apart(apart["stiffness"], 1.0):
+        wrong.append(
+            f"torsion_bar_stiffness is {bar:.3g} N·m/rad, but the twist of the bar shows {found.stiffness:.3g} "
+            "(driver_torque over steering_wheel_angle less motor_angle_mechanical)"
+        )
+    elif rules.apart(apart.get("offset", 0.0), 1.0):
+        offset, turn = found.torque_offset, math.degrees(abs(found.torque_offset) / found.stiffness)
+        way = "high" if offset > 0.0 else "low"
+        wrong.append(
+            f"driver_torque is {abs(offset):.2f} N·m too {way} for the twist of the bar (or steering_wheel_angle and "
+            f"motor_angle_mechanical, which should agree on the unloaded bar, differ by {turn:.2f} degrees); correct "
+            "the offset in the channel map"
+        )
+    return wrong
+
+
+def is_late(drive: Drive, vehicle: Vehicle, rules: FitRules) -> bool:
+    """Whether a signal is late by more than the sampling interval, and the observer's innovations confirm it.
+
+    Args:
+        drive: results of the drive
+        vehicle: vehicle of the column
+        rules: rules on the agreement of vehicle file and recording
+    """
+    unfit = math.isnan(drive.nis) or rules.misfit(drive.nis)
+    if drive.geometry is None or not unfit:
+        return False
+    return rules.apart(_departures(drive, vehicle)["lag"], 1.0)
+
+
+def _wrong_unit(drive: Drive, vehicle: Vehicle) -> str:
+    """Sentence on an angle with degrees and radians confused; "" for none."""
+    if drive.geometry is None:
+        return ""
+    factor = drive.geometry.ratio / vehicle["motor_ratio"]
+    if abs(abs(math.log(factor)) - math.log(DEGREES)) > UNIT_MARGIN:
+        return ""
+    larger, smaller = "motor_angle_mechanical", "steering_wheel_angle"
+    if factor < 1.0:
+        larger, smaller = smaller, larger
+    return (
+        f"{larger} is {DEGREES:.1f} times too large relative to {smaller} for a motor_ratio of "
+        f"{vehicle['motor_ratio']:.4g}: one of them has degrees and radians confused"
+    )
+
+
+def distances(drive: Drive, vehicle: Vehicle) -> dict[str, float]:
+    """Distances of the recording from the vehicle file [standard deviations], by the name of the decision.
+
+    Args:
+        drive: results of the drive
+        vehicle: vehicle of the column
+    """
+    furthest = max(_departures(drive, vehicle).values(), key=abs)
+    innovations = {INNOVATIONS: misfit(drive.nis)} if drive.nis > 0.0 else {}
+    return {COLUMN: furthest} | innovations
+
+
+def _departures(drive: Drive, vehicle: Vehicle) -> dict[str, float]:
+    """Distance of each property of the column from that of the vehicle file [standard deviations]."""
+    apart = {"inertia": drive.inertia_error / (INERTIA_SPREAD * vehicle["steering_wheel_inertia"])}
+    if (found := drive.geometry) is None:
+        return apart
+    spread = math.hypot(RATIO_SPREAD, found.ratio_uncertainty, ratio_spread(vehicle))
+    apart["ratio"] = (found.ratio / vehicle["motor_ratio"] - 1.0) / spread
+    apart["lag"] = found.lag / LAG_SPREAD if abs(found.lag) > drive.sample_time else 0.0
+    bar = found.stiffness / vehicle["torsion_bar_stiffness"]
+    apart["stiffness"] = math.log(bar) / STIFFNESS_SPREAD if bar > 0.0 else -math.inf
+    if is_zeroed(vehicle):
+        apart["offset"] = (found.torque_offset - drive.torque_offset) / OFFSET_SPREAD
+    return apart
+
+
+def is_zeroed(vehicle: Vehicle) -> bool:
+    """Whether the angles are zero on the unloaded bar, so that they reveal the offset of its torque."""
+    return usual_tuning(vehicle).offset is None
+
+
+LEAST_READY = 5.0
+"""Least time with a known torque for a finding [s]; some seconds of every state."""
+STILL_TORQUE, STILL_ANGLE = 0.1, math.radians(0.5)
+"""Ranges of torque [N*m] and angle [rad] below which the wheel stood still; noise and rounding of its sensors."""
+LOCKED_TORQUE = 5.0
+"""Range of the bar's torque above which a still wheel is locked rather than held by hands [N m]."""
+LONG_OFF = 5.0
+"""Duration above which stretches without hands are listed one by one [s]; driver assistance warns there or later."""
+MOST_LISTED = 20
+"""Largest number of listed stretches, the longest ones."""
+UNCHECKED = (
+    "without motor_angle_mechanical gain and offset of driver_torque and of steering_wheel_angle are not checked"
+)
+UNSIGNED = "without motor_torque and motor_angle_mechanical the sign of driver_torque is not checked"
+
+
+def judge(drive: Drive, vehicle: Vehicle, name: str, rules: FitRules, remarks: tuple[str, ...] = ()) -> Finding:
+    """The finding over a drive.
+
+    Args:
+        drive: results of the drive
+        vehicle: vehicle of the column
+        name: name of monitor and variant
+        rules: rules on the agreement of vehicle file and recording
+        remarks: notices on the adaptation of the observer
+    """
+    evidence = _evidence(drive, vehicle, rules)
+    if reason := _obstacle(drive):
+        status, cause, action = reason
+        headline = f"Torque of the driver's hands: {status.value}; {cause}."
+        return Finding(name, status, headline, evidence=evidence, cause=cause, action=action)
+    if wrong := misfits(drive, vehicle, rules):
+        cause = "; ".join((*wrong, *suspected(drive, wrong)))
+        action = (
+            "correct the vehicle file, or identify the column; if the file is right, check gain and delay of the "
+            "sensors"
+        )
+        headline = f"Torque of the driver's hands: withheld; vehicle file and recording do not fit: {cause}."
+        notice = ("the torque of the hands, and when they were on the wheel, are withheld", *remarks)
+        decided_by = tuple(name for name, distance in distances(drive, vehicle).items() if rules.beyond(name, distance))
+        return Finding(
+            name, Status.INCONSISTENT, headline, evidence=evidence, cause=cause, action=action, warnings=notice,
+            decided_by=decided_by,
+        )  # fmt: skip
+    evidence |= _value(drive)
+    estimate, gain = None, torque_gain_deviation(vehicle)  # without a deviation there is no interval
+    if drive.hand_deviation > 0.0:
+        whole = math.hypot(drive.hand_deviation, gain.value * drive.hand_rms)
+        assumed, given = gain.parts(drive.hand_rms)
+        quantity = "torque of the driver's hands, rms"
+        estimate = Estimate(quantity, drive.hand_rms, whole, "N*m", assumed=assumed, given=given)
+    notices = _notices(drive, vehicle, rules)
+    action = "correct the vehicle file before the disturbance torque is used" if notices else "none"
+    notices += (*remarks, *_doubts(drive))
+    notices += _unchecked(drive)
+    if drive.contradiction is not None and drive.contradiction.names:
+        notices += (described(drive.contradiction),)
+    status = Status.CONSISTENT
+    if drive.contradiction is None or drive.contradiction.names:
+        status = Status.ESTIMATED
+    return Finding(
+        name, status, _headline(drive, estimate, gain.value), None, estimate, evidence, action=action, warnings=notices
+    )
+
+
+def _notices(drive: Drive, vehicle: Vehicle, rules: FitRules) -> tuple[str, ...]:
+    """Defects of the vehicle file that hardly affect the torque of the hands."""
+    if drive.motor_inertia is None or not is_zeroed(vehicle) or "motor_inertia" not in vehicle:
+        return ()
+    gear = vehicle["gear_inertia"] / vehicle["motor_ratio"] ** 2 if "gear_inertia" in vehicle else 0.0
+    expected = vehicle["motor_inertia"] + gear
+    if not rules.apart(math.log(drive.motor_inertia / expected), MOTOR_INERTIA_SPREAD):
+        return ()
+    return (
+        f"motor_inertia with that of the gear is {expected:.2g} kg·m² at the motor's shaft, but the recording shows "
+        f"{drive.motor_inertia:.2g}; the disturbance torque is wrong by as much, the torque of the hands hardly "
+        "affected",
+    )
+
+
+def _doubts(drive: Drive) -> tuple[str, ...]:
+    """Notice that the observer is overconfident, though not by so much that the torque is withheld."""
+    if not drive.nis > 0.0 or misfit(drive.nis) <= DOUBTED:
+        return ()
+    return (
+        f"{innovations_of(drive)} are {math.sqrt(drive.nis):.1f} times as large as the observer expects: the standard "
+        "deviation of the torque of the hands may be too small by this factor",
+    )
+
+
+def _unchecked(drive: Drive) -> tuple[str, ...]:
+    """Properties of the signals that the recording cannot reveal."""
+    if drive.contradiction is not None:
+        return ()
+    return (UNCHECKED,) if drive.motor else (*(drive.doubts or (UNSIGNED,)), UNCHECKED)
+
+
+def _headline(drive: Drive, estimate: Estimate | None, gain: float) -> str:
+    share = drive.on / drive.ready if drive.ready > 0.0 else 0.0
+    longest = max((each.duration for each in drive.stretches), default=0.0)
+    unsure = f", {drive.uncertain / drive.ready:.0%} uncertain" if drive.uncertain > 0.005 * drive.ready else ""
+    off = f"off for {longest:.1f} s at the longest" if longest > 0.0 else "never off"
+    known_to = "" if estimate is None else f" ± {estimate.standard_deviation:.2f}"
+    included = "" if estimate is None else f" (torque gain ± {100.0 * gain:.2g} % included)"
+    # With the same share of the gain, which scales every torque alike.
+    peak_deviation = math.hypot(drive.peak_deviation, gain * drive.peak)
+    peak_known_to = "" if estimate is None else f" ± {peak_deviation:.2f}"
+    torque = f"they give {drive.hand_rms:.2f}{known_to} N·m rms{included}"
+    torque += f", up to {abs(drive.peak):.2f}{peak_known_to} N·m"
+    return f"Hands on the wheel {share:.0%} of the time, {off}{unsure}; {torque}."
+
+
+def _value(drive: Drive) -> dict[str, float]:
+    """Evidence on the hands, where vehicle file and recording agree."""
+    found = {
+        "hands_on_s": drive.on,
+        "hands_off_s": drive.off,
+        "hands_uncertain_s": drive.uncertain,
+        "longest_hands_off_s": max((each.duration for each in drive.stretches), default=0.0),
+        "hands_off_stretches": float(len(drive.stretches)),
+        "hand_torque_rms_Nm": drive.hand_rms,
+        "hand_torque_peak_Nm": drive.peak,
+    }
+    if math.isfinite(drive.error):
+        found["error_against_truth_rms_Nm"] = drive.error
+    long = sorted((each for each in drive.stretches if each.duration > LONG_OFF), key=lambda each: -each.duration)
+    for number, each in enumerate(sorted(long[:MOST_LISTED]), start=1):
+        found[f"hands_off_{number}_from_s"] = each.start
+        found[f"hands_off_{number}_for_s"] = each.duration
+    return found
+
+
+def _evidence(drive: Drive, vehicle: Vehicle, rules: FitRules) -> dict[str, float]:
+    """Evidence on signals and innovations, whether or not the torque of the hands is stated."""
+    found = {
+        "ready_s": drive.ready,
+        "torsion_bar_torque_span_Nm": drive.torque_span,
+        "steering_wheel_angle_span_rad": drive.angle_span,
+        "learnt_torque_offset_Nm": drive.torque_offset,
+        "learnt_inertia_error_kgm2": drive.inertia_error,
+    }
+    if math.isfinite(drive.nis):
+        found["nis_mean"] = drive.nis
+    if drive.geometry is not None:
+        found["motor_ratio_in_recording"] = drive.geometry.ratio
+        found["stiffness_in_recording_Nm_per_rad"] = drive.geometry.stiffness
+        if is_zeroed(vehicle):
+            found["torque_offset_in_recording_Nm"] = drive.geometry.torque_offset
+        if is_late(drive, vehicle, rules):
+            found[f"{drive.geometry.late}_lag_s"] = drive.geometry.lag
+    return found
+
+
+def _obstacle(drive: Drive) -> tuple[Status, str, str] | None:
+    """Why no statement is possible: status, cause, action; None where one is possible."""
+    if drive.turned:
+        return Status.NOT_TESTABLE, "; ".join(drive.turned), "correct the channel map and judge the recording again"
+    if drive.ready < LEAST_READY:
+        cause = f"the driver torque could be estimated for {drive.ready:.1f} s only; {LEAST_READY:g} s are needed"
+        return Status.NOT_ENABLED, cause, "record longer, with steering_wheel_angle and driver_torque throughout"
+    if drive.torque_span < STILL_TORQUE and drive.angle_span < STILL_ANGLE:
+        cause = (
+            f"the wheel stood still: its angle changed by {math.degrees(drive.angle_span):.2f} degrees, the torque of "
+            f"the bar by {drive.torque_span:.2f} N·m"
+        )
+        return Status.NOT_ENABLED, cause, "record a drive, or let the motor turn the column"
+    if drive.torque_span > LOCKED_TORQUE and drive.angle_span < STILL_ANGLE:
+        cause = (
+            f"the wheel was locked: its angle changed by {math.degrees(drive.angle_span):.2f} degrees, the torque of "
+            f"the bar by {drive.torque_span:.0f} N·m"
+        )
+        return Status.NOT_ENABLED, cause, "record with the wheel free or in a driver's hands"
+    return None
