@@ -29,12 +29,7 @@ CORRECT = "correct it in the channel map (factor -1)"
 
 
 class WorkOverDrive:
-    """Work of motor and bar, and time with opposed hands and motor, over the pieces of a recording.
-
-    Args:
-        ratio: turns of the motor per turn of the wheel
-        rate: sampling rate [Hz]
-    """
+    """Work of motor and bar, and time with opposed hands and motor, over the pieces of a recording."""
 
     def __init__(self, ratio: float, rate: float) -> None:
         self._ratio, self._rate, self._angle = ratio, rate, np.nan
@@ -42,13 +37,6 @@ class WorkOverDrive:
         self._motor = self._bar = self._alone = 0.0
 
     def add(self, angle: np.ndarray, bar: np.ndarray, motor: np.ndarray) -> None:
-        """Add the next piece; NaN where a value is missing.
-
-        Args:
-            angle: steering wheel angle [rad], (n,)
-            bar: torque of the bar [N*m], (n,)
-            motor: torque at the motor's shaft [N*m], (n,)
-        """
         worked = (np.abs(bar) > WORKED) & np.isfinite(motor) & (motor != 0.0)
         self._worked += int(np.count_nonzero(worked))
         self._opposed += int(np.count_nonzero(worked & (bar * motor < 0.0)))
@@ -61,11 +49,7 @@ class WorkOverDrive:
         self._angle = float(angle[-1]) if len(angle) else self._angle
 
     def wrong_signs(self, motor: str) -> tuple[str, ...]:
-        """A sentence for the signal with the wrong sign; none where all signs may be right.
-
-        Args:
-            motor: the signal that gave the motor's torque
-        """
+        """A sentence for the signal with the wrong sign; none where all signs may be right."""
         share = self._opposed / max(self._worked, 1)
         if self._worked >= LEAST_WORKED * self._rate and share > WRONG_SIGN_SHARE:
             # Hands may pull against a motor that turns the wheel; a motor that only brakes is not an assist.
@@ -173,11 +157,9 @@ class ColumnSigns:
     Sample = ColumnSample
 
     def init(self) -> SignState:
-        """State before the first sample."""
         return SignState(0.0, (0.0,) * 3, (0.0,) * len(_PAIRS), (0.0, 0.0), 0.0, 0.0)
 
     def step(self, state: SignState, sample: ColumnSample) -> tuple[SignState, SignVerdict]:
-        """Process one sample; an incomplete one changes nothing."""
         whole = all_of(*(present(value) for value in sample))
         values = [sample.steering_wheel_angle, sample.motor_angle_mechanical / self.motor_ratio, sample.driver_torque]
         values = [where(whole, value, mean) for value, mean in zip(values, state.means, strict=True)]
@@ -199,7 +181,6 @@ class ColumnSigns:
         return following, self._verdict(following)
 
     def _work(self, state: SignState, sample: ColumnSample, counts: Scalar, kept: Scalar) -> tuple[Scalar, Scalar]:
-        """Exponentially weighted work of motor and bar after the travel since the previous sample."""
         travel = where(counts, sample.motor_angle_mechanical - state.angle, 0.0)
         motor = where(counts, sample.motor_torque, 0.0)
         bar = where(counts, sample.driver_torque, 0.0) / self.motor_ratio
@@ -245,12 +226,7 @@ _REASONS = {
 
 
 def wrong_signs(verdict: SignVerdict, motor: str = "motor_torque") -> tuple[str, ...]:
-    """A sentence for every signal with a wrong sign.
-
-    Args:
-        verdict: last output of `ColumnSigns` in a drive
-        motor: the signal that gave the motor's torque
-    """
+    """A sentence for every signal with a wrong sign."""
     named = {"motor_torque": motor}
     return tuple(
         f"{named.get(name, name)} has the wrong sign: {reason}; correct it in the channel map (factor -1)"
@@ -275,8 +251,6 @@ class DriverTorqueMonitor:
     signs: ColumnSigns
 
     class Sample(NamedTuple):
-        """Input of the monitor; a missing motor torque is replaced by its target, or by the last one."""
-
         steering_wheel_angle: Annotated[Scalar, "rad"]
         driver_torque: Annotated[Scalar, "N*m"]
         motor_torque: Annotated[Scalar, "N*m"]
@@ -284,8 +258,6 @@ class DriverTorqueMonitor:
         motor_angle_mechanical: Annotated[Scalar, "rad"]
 
     class State(NamedTuple):
-        """State of all three, and the last valid motor torque."""
-
         observer: Tree
         hands: HandsMonitor.State
         signs: SignState
@@ -316,11 +288,9 @@ class DriverTorqueMonitor:
         turned: SignVerdict
 
     def init(self) -> State:
-        """State before the first sample."""
         return self.State(self.observer.init(), self.hands.init(), self.signs.init(), 0.0)
 
     def step(self, state: State, sample: Sample) -> tuple[State, Output]:
-        """Process one sample."""
         # The hands monitor runs first: its learnt offset corrects the torque that the observer gets.
         hands, found = self.hands.step(state.hands, HandsSample(sample.steering_wheel_angle, sample.driver_torque))
         wanted = where(present(sample.motor_target_torque), sample.motor_target_torque, state.motor_torque)

@@ -64,11 +64,7 @@ class GeometryOverDrive:
 
     A late signal is its value less its rate times the lag, to second order: the rates of motor angle and torque as
     further regressors give the lags between the three, and the motor's acceleration absorbs the remainder of a late
-    angle.
-
-    Args:
-        rate: sampling rate [Hz]
-    """
+    angle."""
 
     def __init__(self, rate: float = 1000.0) -> None:
         self._half, self._rate = max(round(HALF * rate), 1), rate
@@ -77,7 +73,6 @@ class GeometryOverDrive:
         self._products = np.zeros((7, 7))
 
     def add(self, wheel_angle: np.ndarray, motor_angle: np.ndarray, driver_torque: np.ndarray) -> None:
-        """Add the next piece: angles [rad] and torque of the bar [N*m], (n,) each; NaN where missing."""
         rows = np.vstack([self._before, np.column_stack([wheel_angle, motor_angle, driver_torque])])
         self._before = rows[-2 * self._half :]
         if len(rows) <= 2 * self._half:
@@ -149,19 +144,13 @@ def _latest(shares: Solution) -> tuple[str, float]:
 class BelowBarOverDrive:
     """Least squares of motor torque + bar torque / ratio = inertia, damping, dry friction and a constant, piecewise.
 
-    Valid on a bench; in a car rack and road act as well. A few samples are lost at the cuts between pieces.
-
-    Args:
-        ratio: turns of the motor per turn of the wheel
-        rate: sampling rate [Hz]
-    """
+    Valid on a bench; in a car rack and road act as well. A few samples are lost at the cuts between pieces."""
 
     def __init__(self, ratio: float, rate: float) -> None:
         self._ratio, self._rate, self._step = ratio, rate, max(round(SPAN * rate), 1)
         self._products = np.zeros((5, 5))
 
     def add(self, motor_torque: np.ndarray, motor_angle: np.ndarray, driver_torque: np.ndarray) -> None:
-        """Add the next piece: torques [N*m] and angle of the motor [rad], (n,) each; NaN where missing."""
         step, span = self._step, self._step / self._rate
         if len(motor_angle) <= 2 * step:
             return
@@ -254,13 +243,7 @@ class Contradiction(NamedTuple):
 
 
 class ContradictionOverDrive:
-    """Collector of the three signals of a torsion bar over a recording.
-
-    Args:
-        ratio: turns of the motor per turn of the wheel
-        stiffness: stiffness of the bar [N*m/rad]
-        rate: sampling rate [Hz]
-    """
+    """Collector of the three signals of a torsion bar over a recording."""
 
     def __init__(self, ratio: float, stiffness: float, rate: float):
         self._scales = np.array([1.0, -1.0 / ratio, -1.0 / stiffness])
@@ -269,7 +252,6 @@ class ContradictionOverDrive:
         self._kept = Rows(3, round(LONGEST * self._rate))
 
     def add(self, wheel_angle: np.ndarray, motor_angle: np.ndarray, driver_torque: np.ndarray) -> None:
-        """Add the next piece: angles [rad] and torque of the bar [N*m], (n,) each; NaN where missing."""
         kept = self._stride.over(len(wheel_angle))
         self._kept.add(np.column_stack([wheel_angle, motor_angle, driver_torque])[kept] * self._scales)
 
@@ -319,7 +301,6 @@ def _averaged(values: np.ndarray, count: int) -> np.ndarray:
 
 
 def _gain(rows: np.ndarray, column: int) -> tuple[float, float]:
-    """Variance that remains after one signal is divided by its gain, and that gain."""
     others = np.delete(rows, column, axis=1).sum(axis=1)
     signal = rows[:, column]
     power = float(signal @ signal)
@@ -332,7 +313,6 @@ def _gain(rows: np.ndarray, column: int) -> tuple[float, float]:
 
 
 def _delay(rows: np.ndarray, column: int, most: int) -> tuple[float, int]:
-    """Least variance that remains after one signal is advanced, and the advance in samples."""
     others, signal = np.delete(rows, column, axis=1).sum(axis=1), rows[:, column].copy()
     found = [(_variance(signal[late:] + others[: max(len(others) - late, 0)]), late) for late in range(1, most + 1)]
     left, late = min(found)
@@ -363,7 +343,6 @@ def _creeping(rows: np.ndarray) -> Contradiction | None:
 
 
 def _left_by(values: np.ndarray, terms: np.ndarray) -> float:
-    """Variance that remains after least squares on terms, means removed."""
     terms, values = terms - terms.mean(axis=0), values - values.mean()
     found, *_ = np.linalg.lstsq(terms, values, rcond=None)
     return float(np.var(values - terms @ found))
@@ -391,11 +370,7 @@ def _following(rows: np.ndarray) -> tuple[str, ...]:
 
 
 def described(found: Contradiction) -> str:
-    """A contradiction as half a sentence.
-
-    Args:
-        found: contradiction with at least one signal
-    """
+    """A contradiction as half a sentence."""
     name = found.names[0]
     if found.creeps:
         others = " and ".join(each for each in SIGNALS if each not in found.names) or "the others"

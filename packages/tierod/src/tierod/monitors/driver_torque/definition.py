@@ -92,14 +92,7 @@ class DriverTorqueSession(BlockSession):
     """Run the block over a recording, and collect the state of the hands and deviations of the column from its file.
 
     Args:
-        build: builder of the block
-        usual: noise of the sensors, for recordings too short to measure it
-        vehicle: vehicle of the column
-        rate: sampling rate [Hz]
-        name: name of monitor and variant
-        lacking: outputs that the observer does not have
         delay: delay of the observer's torque; the truth is delayed equally [samples]
-        remark: remark on the observer, for the report
     """
 
     listens = MEASURED
@@ -128,7 +121,6 @@ class DriverTorqueSession(BlockSession):
         self._truth, self._nis = np.full(delay, np.nan), np.empty(0)
 
     def prepared(self, aligned: Aligned) -> Aligned:
-        """The next piece with the truth delayed as the observer; the first one determines the adaptation."""
         columns = aligned.columns
         if self.fitted is None:
             self.refit(self._suited(columns))
@@ -144,12 +136,10 @@ class DriverTorqueSession(BlockSession):
         return replace(aligned, values=values)
 
     def taken(self, aligned: Aligned, result: Result) -> Mapping[str, np.ndarray]:
-        """Collect the block's outputs of a piece, and return the traces over it, (n,) each."""
         shown = {**super().taken(aligned, result), "true_hand_torque": aligned.columns[TRUTH]}
         return {name: self._nis if name == "nis" else trace for name, trace in shown.items()}
 
     def refit(self, fitted: Fitted) -> None:
-        """Rebuild the block for the sensor noise of a recording, with the motor's angle or without it."""
         self.fitted = self._fitted = fitted
         if fitted.motor_ratio is not None:
             self.vehicle = with_ratio(self._given, fitted.motor_ratio)
@@ -157,7 +147,6 @@ class DriverTorqueSession(BlockSession):
         self.block = self._build(self.vehicle, fitted.noise, fitted.with_motor)
 
     def _suited(self, columns: Mapping[str, np.ndarray]) -> Fitted:
-        """Sensor noise and use of the motor's angle, from the first piece of a recording."""
         first = slice(round(MEASURED * self.rate))
         wheel, motor, torque = (columns[name][first] for name in SIGNALS)
         noise = measured_noise(wheel, torque, self.rate, self._usual)
@@ -171,12 +160,10 @@ class DriverTorqueSession(BlockSession):
         return Fitted(noise, True, ratio if ratio_fits(self._given, ratio, self.rules) else None)
 
     def collect(self, time: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
-        """Collect torques, states of the hands and innovations of one piece."""
         self._nis = result["nis"] / np.where(result["present"] > 0.0, result["present"], np.nan)
         self._figures.add(time, signals, result)
 
     def _remarks(self, drive: Drive) -> tuple[str, ...]:
-        """Notices on a motor ratio that the vehicle file guesses."""
         seen = self._fitted.motor_ratio
         if seen is None and not self._fitted.hidden:
             return ()
@@ -184,7 +171,6 @@ class DriverTorqueSession(BlockSession):
         return (ratio_remark(self._given, over_drive),)
 
     def conclude(self) -> Conclusion:
-        """The finding, with the consistency of the observer."""
         drive, found = self._figures.drive(), self._figures.consistency()
         finding = judge(drive, self.vehicle, self.name, self.rules, self._remarks(drive))
         fits, unfit = finding.status.quiet, finding.status.alarm
@@ -223,10 +209,6 @@ def opener(
     """Function that opens a session with an observer.
 
     Args:
-        name: of the variant
-        observer: builder of the observer
-        lacking: outputs that it does not have
-        delay: time by which its torque is late [s]
         whole_column: whether it keeps the gear even where the gear's vibration is too fast for the sampling
     """
 

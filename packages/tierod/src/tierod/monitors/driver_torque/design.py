@@ -62,14 +62,7 @@ def measured_noise(angle: np.ndarray, torque: np.ndarray, rate: float, usual: Se
     """Noise of both sensors per sample.
 
     Second differences contain the white noise, and hardly the motion of a wheel; steps of equal size reveal rounding,
-    whose error lasts for several samples while the wheel turns slowly and then counts as correspondingly more noise.
-
-    Args:
-        angle: steering wheel angle [rad], (n,)
-        torque: torque of the torsion bar [N*m], (n,)
-        rate: sampling rate [Hz]
-        usual: noise for a signal that is too short to measure
-    """
+    whose error lasts for several samples while the wheel turns slowly and then counts as correspondingly more noise."""
     return SensorNoise(
         max(_noise("steering_wheel_angle", angle, rate, usual.angle), 0.5 * FINE.angle),
         max(_noise("driver_torque", torque, rate, usual.torque), 0.5 * FINE.torque),
@@ -149,14 +142,7 @@ def usual_tuning(vehicle: Vehicle) -> ColumnTuning:
 
 
 def tuning_at(rate: float, usual: ColumnTuning, noise: SensorNoise, with_motor: bool) -> ColumnTuning:
-    """The tuning of the observer for a sampling rate and the noise of the sensors.
-
-    Args:
-        rate: sampling rate [Hz]
-        usual: tuning of the vehicle
-        noise: noise of the sensors at the wheel
-        with_motor: whether the motor's angle is measured
-    """
+    """The tuning of the observer for a sampling rate and the noise of the sensors."""
     outputs = ColumnOutput._fields if with_motor else ("steering_wheel_angle", "driver_torque")
     offset = usual.offset if with_motor or usual.offset != "motor_angle_mechanical" else None
     jump = max(usual.jump_time, LONGEST_JUMP / rate)
@@ -238,9 +224,6 @@ def design(parameters: Column, sample_time: float, tuning: ColumnTuning, hand_to
     """Design the filters of the default observer.
 
     Args:
-        parameters: `ColumnParameters` or `TwoInertiaParameters`
-        sample_time: sampling interval [s]
-        tuning: noises
         hand_torque_order: 2 for a torque with a rate; 1 for a random walk, always as fast as in a jump
 
     Raises:
@@ -317,7 +300,6 @@ def _switching(sample_time: float, tuning: ColumnTuning, *, smooth: bool) -> Swi
 
 
 def _stiffness(parameters: Column) -> float:
-    """Stiffness of the torsion bar where there is a gear, else of the single spring."""
     return parameters.torsion_bar_stiffness if isinstance(parameters, ColumnParameters) else parameters.stiffness
 
 
@@ -341,7 +323,6 @@ def column_of_vehicle(vehicle: Vehicle, sample_time: float | None = None) -> Col
     files, the part of `column_inertia` and `column_damping` beyond the steering wheel turns with the motor.
 
     Args:
-        vehicle: vehicle with one of these columns
         sample_time: sampling interval at which the column must be followed; None: not checked [s]
 
     Raises:
@@ -373,12 +354,7 @@ def column_of_vehicle(vehicle: Vehicle, sample_time: float | None = None) -> Col
 
 
 def gear_is_too_fast(vehicle: Vehicle, sample_time: float) -> bool:
-    """Whether the samples would alias the vibration of the gear, but not that of the rest of the column.
-
-    Args:
-        vehicle: vehicle with or without a gear
-        sample_time: sampling interval [s]
-    """
+    """Whether the samples would alias the vibration of the gear, but not that of the rest of the column."""
     if "gear_stiffness" not in vehicle:
         return False
     column = vehicle.parameters_for(ColumnParameters)
@@ -389,7 +365,6 @@ def gear_is_too_fast(vehicle: Vehicle, sample_time: float) -> bool:
 
 
 def _stiff(vehicle: Vehicle) -> TwoInertiaParameters:
-    """A column whose file gives no gear spring: the gear turns with the motor."""
     ratio, inertia = vehicle["motor_ratio"], vehicle["motor_inertia"]
     if "gear_inertia" in vehicle:
         inertia += vehicle["gear_inertia"] / ratio**2

@@ -45,11 +45,7 @@ class Stretch(NamedTuple):
 
 
 class Stretches:
-    """Stretches without hands over the pieces of a recording.
-
-    Args:
-        sample_time: sampling interval [s]
-    """
+    """Stretches without hands over the pieces of a recording."""
 
     def __init__(self, sample_time: float):
         self._sample_time = sample_time
@@ -58,7 +54,6 @@ class Stretches:
         self._last = 0.0
 
     def add(self, time: np.ndarray, hands: np.ndarray) -> None:
-        """Add the next piece: time [s] and codes of the state, (n,) each."""
         off = hands == OFF
         changes = np.flatnonzero(np.diff(off, prepend=self._begun is not None))
         for at in changes.tolist():
@@ -123,13 +118,7 @@ class Drive(NamedTuple):
 
 
 class DriveFigures:
-    """Accumulated statistics over the pieces of a recording.
-
-    Args:
-        vehicle: vehicle of the column
-        rate: sampling rate [Hz]
-        nis: whether the observer gives a NIS
-    """
+    """Accumulated statistics over the pieces of a recording."""
 
     def __init__(self, vehicle: Vehicle, rate: float, nis: bool) -> None:
         ratio, stiffness = vehicle["motor_ratio"], vehicle["torsion_bar_stiffness"]
@@ -148,7 +137,6 @@ class DriveFigures:
         self.powered = False
 
     def add(self, time: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
-        """Add the next piece: time [s], signals and outputs by name, (n,) each."""
         hand, deviation = result["statement.magnitude"], result["statement.deviation"]
         ready = (result["statement.status"] == code_of(Status.ESTIMATED)) & np.isfinite(hand)
         bar = signals["steering_wheel_angle"], signals["motor_angle_mechanical"], signals["driver_torque"]
@@ -224,7 +212,6 @@ class DriveFigures:
         )
 
     def _turned(self) -> tuple[str, ...]:
-        """A sentence for every signal with the wrong sign, from the angles or else from the work of the torques."""
         turned = {name: float(seen > MOSTLY * self.judged) for name, seen in self.turned.items()}
         verdict = SignVerdict(**turned, angles_judged=1.0, torque_judged=1.0, motor_judged=1.0)
         by_work = self._work.wrong_signs(self.motor) if self._work is not None else ()

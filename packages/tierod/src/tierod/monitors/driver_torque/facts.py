@@ -75,12 +75,7 @@ class FitRules:
     above: Detector = field(default_factory=MISFIT_DESIGN.block)
 
     def apart(self, difference: float, spread: float) -> bool:
-        """Whether a difference exceeds what chance explains.
-
-        Args:
-            difference: observed less expected value
-            spread: its standard deviation [same unit]
-        """
+        """Whether a difference exceeds what chance explains."""
         return alarms_at(self.either, difference / spread)
 
     def misfit(self, nis: float) -> bool:
@@ -93,11 +88,7 @@ class FitRules:
 
 
 def misfit(nis: float) -> float:
-    """Distance of a mean NIS per measurement from that of a matching column [standard deviations].
-
-    Args:
-        nis: mean NIS, above zero
-    """
+    """Distance of a mean NIS per measurement from that of a matching column [standard deviations]."""
     return math.log(nis) / MISFIT_SPREAD
 
 
@@ -159,35 +150,20 @@ MOTOR_RATIO = "motor_ratio"
 
 
 def ratio_spread(vehicle: Vehicle) -> float:
-    """Relative standard deviation of the motor ratio; 0 where the file gives none, since `RATIO_SPREAD` is added.
-
-    Args:
-        vehicle: vehicle of the column
-    """
+    """Relative standard deviation of the motor ratio; 0 where the file gives none, since `RATIO_SPREAD` is added."""
     known = vehicle.parameters[MOTOR_RATIO]
     return (known.standard_deviation or 0.0) / known.value
 
 
 def ratio_is_guessed(vehicle: Vehicle) -> bool:
-    """Whether the ratio is less certain than a design value; one wrong by more imitates torques.
-
-    Args:
-        vehicle: vehicle of the column
-    """
+    """Whether the ratio is less certain than a design value; one wrong by more imitates torques."""
     return is_guess(vehicle.parameters[MOTOR_RATIO], RATIO_SPREAD)
 
 
 def ratio_of_angles(
     vehicle: Vehicle, wheel_angle: np.ndarray, motor_angle: np.ndarray, driver_torque: np.ndarray, rate: float
 ) -> float | None:
-    """The ratio of the angles; None where they do not give it within `RATIO_SPREAD`.
-
-    Args:
-        vehicle: vehicle of the column
-        wheel_angle, motor_angle: angles of the first piece [rad], (n,)
-        driver_torque: torque in the bar [N*m], (n,)
-        rate: sampling rate [Hz]
-    """
+    """The ratio of the angles; None where they do not give it within `RATIO_SPREAD`."""
     geometry = GeometryOverDrive(rate)
     geometry.add(wheel_angle, motor_angle, driver_torque)
     found = geometry.found()
@@ -195,23 +171,12 @@ def ratio_of_angles(
 
 
 def ratio_fits(vehicle: Vehicle, ratio: float, rules: FitRules) -> bool:
-    """Whether an identified ratio agrees with that of the vehicle file within its standard deviation.
-
-    Args:
-        vehicle: vehicle of the column
-        ratio: ratio of the angles [-]
-        rules: rules on the agreement of vehicle file and recording
-    """
+    """Whether an identified ratio agrees with that of the vehicle file within its standard deviation."""
     return not rules.apart(ratio / vehicle[MOTOR_RATIO] - 1.0, ratio_spread(vehicle))
 
 
 def with_ratio(vehicle: Vehicle, ratio: float) -> Vehicle:
-    """The vehicle with an identified ratio.
-
-    Args:
-        vehicle: vehicle whose file guesses the ratio
-        ratio: ratio of the angles [-]
-    """
+    """The vehicle with an identified ratio."""
     # Zero, so that the identified ratio no longer counts as a guess.
     known = replace(vehicle.parameters[MOTOR_RATIO], value=ratio, standard_deviation=0.0)
     return replace(vehicle, parameters={**vehicle.parameters, MOTOR_RATIO: known})
@@ -221,7 +186,6 @@ def ratio_remark(vehicle: Vehicle, ratio: float | None) -> str:
     """Notice that the ratio was guessed, and what was used instead.
 
     Args:
-        vehicle: vehicle as in its file
         ratio: ratio of the angles over the drive [-]; None where they do not give it
     """
     known = vehicle.parameters[MOTOR_RATIO]
@@ -243,13 +207,7 @@ NO_THIRD = (
 
 
 def misfits(drive: Drive, vehicle: Vehicle, rules: FitRules) -> list[str]:
-    """Contradictions between the vehicle file and the data, a half-sentence each.
-
-    Args:
-        drive: results of the drive
-        vehicle: vehicle of the column
-        rules: rules on the agreement of vehicle file and recording
-    """
+    """Contradictions between the vehicle file and the data, a half-sentence each."""
     if unit := _wrong_unit(drive, vehicle):
         return [unit]
     wrong = _of_the_column(drive, vehicle, rules)
@@ -282,7 +240,6 @@ def _of_the_column(drive: Drive, vehicle: Vehicle, rules: FitRules) -> list[str]
 
 
 def _surprising(drive: Drive) -> str:
-    """Sentence on innovations that are too large."""
     return (
         f"{innovations_of(drive)} are {math.sqrt(drive.nis):.2g} times as large as the observer expects; a signal may "
         "be late, have an offset or the wrong sign, or motor_inertia, gear_stiffness or the noise of the sensors may "
@@ -297,12 +254,7 @@ def innovations_of(drive: Drive) -> str:
 
 
 def suspected(drive: Drive, wrong: list[str]) -> tuple[str, ...]:
-    """Signals that may be wrong instead of the vehicle file, as half-sentences.
-
-    Args:
-        drive: results of the drive
-        wrong: result of `misfits`
-    """
+    """Signals that may be wrong instead of the vehicle file, as half-sentences."""
     found = drive.contradiction
     if found is None:
         return (NO_THIRD,)
@@ -316,7 +268,6 @@ def suspected(drive: Drive, wrong: list[str]) -> tuple[str, ...]:
 
 
 def _misshapen(drive: Drive, vehicle: Vehicle, rules: FitRules) -> list[str]:
-    """Contradictions between angles and torque of the bar; a late signal distorts stiffness and offset."""
     found = drive.geometry
     if found is None:
         return []
@@ -346,13 +297,7 @@ def _misshapen(drive: Drive, vehicle: Vehicle, rules: FitRules) -> list[str]:
 
 
 def is_late(drive: Drive, vehicle: Vehicle, rules: FitRules) -> bool:
-    """Whether a signal is late by more than the sampling interval, and the observer's innovations confirm it.
-
-    Args:
-        drive: results of the drive
-        vehicle: vehicle of the column
-        rules: rules on the agreement of vehicle file and recording
-    """
+    """Whether a signal is late by more than the sampling interval, and the observer's innovations confirm it."""
     unfit = math.isnan(drive.nis) or rules.misfit(drive.nis)
     if drive.geometry is None or not unfit:
         return False
@@ -360,7 +305,6 @@ def is_late(drive: Drive, vehicle: Vehicle, rules: FitRules) -> bool:
 
 
 def _wrong_unit(drive: Drive, vehicle: Vehicle) -> str:
-    """Sentence on an angle with degrees and radians confused; "" for none."""
     if drive.geometry is None:
         return ""
     factor = drive.geometry.ratio / vehicle["motor_ratio"]
@@ -376,12 +320,7 @@ def _wrong_unit(drive: Drive, vehicle: Vehicle) -> str:
 
 
 def distances(drive: Drive, vehicle: Vehicle) -> dict[str, float]:
-    """Distances of the recording from the vehicle file [standard deviations], by the name of the decision.
-
-    Args:
-        drive: results of the drive
-        vehicle: vehicle of the column
-    """
+    """Distances of the recording from the vehicle file [standard deviations], by the name of the decision."""
     furthest = max(_departures(drive, vehicle).values(), key=abs)
     innovations = {INNOVATIONS: misfit(drive.nis)} if drive.nis > 0.0 else {}
     return {COLUMN: furthest} | innovations
@@ -424,15 +363,7 @@ UNSIGNED = "without motor_torque and motor_angle_mechanical the sign of driver_t
 
 
 def judge(drive: Drive, vehicle: Vehicle, name: str, rules: FitRules, remarks: tuple[str, ...] = ()) -> Finding:
-    """The finding over a drive.
-
-    Args:
-        drive: results of the drive
-        vehicle: vehicle of the column
-        name: name of monitor and variant
-        rules: rules on the agreement of vehicle file and recording
-        remarks: notices on the adaptation of the observer
-    """
+    """The finding over a drive."""
     evidence = _evidence(drive, vehicle, rules)
     if reason := _obstacle(drive):
         status, cause, action = reason
@@ -473,7 +404,6 @@ def judge(drive: Drive, vehicle: Vehicle, name: str, rules: FitRules, remarks: t
 
 
 def _notices(drive: Drive, vehicle: Vehicle, rules: FitRules) -> tuple[str, ...]:
-    """Defects of the vehicle file that hardly affect the torque of the hands."""
     if drive.motor_inertia is None or not is_zeroed(vehicle) or "motor_inertia" not in vehicle:
         return ()
     gear = vehicle["gear_inertia"] / vehicle["motor_ratio"] ** 2 if "gear_inertia" in vehicle else 0.0
@@ -488,7 +418,6 @@ def _notices(drive: Drive, vehicle: Vehicle, rules: FitRules) -> tuple[str, ...]
 
 
 def _doubts(drive: Drive) -> tuple[str, ...]:
-    """Notice that the observer is overconfident, though not by so much that the torque is withheld."""
     if not drive.nis > 0.0 or misfit(drive.nis) <= DOUBTED:
         return ()
     return (
@@ -498,7 +427,6 @@ def _doubts(drive: Drive) -> tuple[str, ...]:
 
 
 def _unchecked(drive: Drive) -> tuple[str, ...]:
-    """Properties of the signals that the recording cannot reveal."""
     if drive.contradiction is not None:
         return ()
     return (UNCHECKED,) if drive.motor else (*(drive.doubts or (UNSIGNED,)), UNCHECKED)
@@ -520,7 +448,6 @@ def _headline(drive: Drive, estimate: Estimate | None, gain: float) -> str:
 
 
 def _value(drive: Drive) -> dict[str, float]:
-    """Evidence on the hands, where vehicle file and recording agree."""
     found = {
         "hands_on_s": drive.on,
         "hands_off_s": drive.off,
@@ -540,7 +467,6 @@ def _value(drive: Drive) -> dict[str, float]:
 
 
 def _evidence(drive: Drive, vehicle: Vehicle, rules: FitRules) -> dict[str, float]:
-    """Evidence on signals and innovations, whether or not the torque of the hands is stated."""
     found = {
         "ready_s": drive.ready,
         "torsion_bar_torque_span_Nm": drive.torque_span,
@@ -561,7 +487,6 @@ def _evidence(drive: Drive, vehicle: Vehicle, rules: FitRules) -> dict[str, floa
 
 
 def _obstacle(drive: Drive) -> tuple[Status, str, str] | None:
-    """Why no statement is possible: status, cause, action; None where one is possible."""
     if drive.turned:
         return Status.NOT_TESTABLE, "; ".join(drive.turned), "correct the channel map and judge the recording again"
     if drive.ready < LEAST_READY:

@@ -92,8 +92,6 @@ class WheelAcceleration:
     Sample = WheelRate
 
     class Output(NamedTuple):
-        """Acceleration in the middle of the next sample."""
-
         steering_wheel_acceleration: Annotated[Scalar, "rad/s**2"]
 
     @classmethod
@@ -106,11 +104,9 @@ class WheelAcceleration:
         )
 
     def init(self) -> Tree:
-        """State before the first sample."""
         return self.slope.init(), self.slow.init()
 
     def step(self, state: Tree, sample: WheelRate) -> tuple[Tree, Output]:
-        """Process one sample."""
         quick, slopes = self.slope.step(state[0], sample)
         now = self.Output(slopes.steering_wheel_rate)
         late, before = self.slow.step(state[1], now)
@@ -122,15 +118,7 @@ class WheelAcceleration:
 def hands_off_filter(
     wheel: SteeringWheelParameters, sample_time: float, hands: Hands, tolerance: Tolerance, noise: SensorNoise
 ) -> KalmanFilter:
-    """The filter that assumes almost no torque, and learns the uncertain parameters of the wheel.
-
-    Args:
-        wheel: wheel as in the vehicle file
-        sample_time: sampling interval [s]
-        hands: torque that remains without hands
-        tolerance: uncertainty of the wheel's parameters
-        noise: noise of the sensors
-    """
+    """The filter that assumes almost no torque, and learns the uncertain parameters of the wheel."""
     model = discretise(augment(SteeringWheel, *LEARNT), "midpoint")
     known = (
         (tolerance.share * wheel.steering_wheel_inertia) ** 2,
@@ -182,11 +170,7 @@ _ANY_RATE = 25.0
 
 
 def log_likelihood(estimate: Tree) -> Scalar:
-    """Log-likelihood of the angle of one sample, less a constant; 0 where it is missing.
-
-    Args:
-        estimate: output of one of the filters
-    """
+    """Log-likelihood of the angle of one sample, less a constant; 0 where it is missing."""
     there = estimate.present > 0.5
     spread = where(there, estimate.innovation_variance.steering_wheel_angle, 1.0)
     nats: Scalar = where(there, -0.5 * (estimate.nis + log(spread)), 0.0)
@@ -194,15 +178,7 @@ def log_likelihood(estimate: Tree) -> Scalar:
 
 
 def begun(start: Belief, motion: Belief, learnt: Belief, begins: Scalar, otherwise: Belief) -> Belief:
-    """A hypothesis that is restarted in this sample, or continued.
-
-    Args:
-        start: initial belief, with the prior of the hands' torque
-        motion: belief of angle and rate
-        learnt: belief of the wheel's parameters
-        begins: whether the hypothesis restarts
-        otherwise: belief that continues where it does not
-    """
+    """A hypothesis that is restarted in this sample, or continued."""
     count = len(start.mean)
     mean = [*motion.mean[:2], start.mean[2], *learnt.mean[3:count]]
     moving, expected, known = unpack(motion.covariance), unpack(start.covariance), unpack(learnt.covariance)
@@ -218,13 +194,7 @@ def begun(start: Belief, motion: Belief, learnt: Belief, begins: Scalar, otherwi
 
 
 def relearning(belief: Belief, learnt: Belief, anew: Scalar) -> Belief:
-    """The belief with its parameters reset to the learnt ones, where learning restarts.
-
-    Args:
-        belief: belief of the wheel without hands
-        learnt: belief with parameters beyond doubt
-        anew: whether to reset
-    """
+    """The belief with its parameters reset to the learnt ones, where learning restarts."""
     return begun(belief, belief, learnt, anew, belief)
 
 
@@ -347,16 +317,7 @@ class HandsMonitor:
         noise: SensorNoise = FINE,
         thresholds: tuple[float, float] = THRESHOLDS,
     ) -> HandsMonitor:
-        """The monitor for a vehicle.
-
-        Args:
-            vehicle: vehicle with inertia and damping of the steering wheel
-            sample_time: sampling interval [s]
-            hands: model of the hands
-            tolerance: uncertainty of the parameters
-            noise: noise of the sensors
-            thresholds: log-likelihood ratios for "on", and for "off" [nat]
-        """
+        """The monitor for a vehicle."""
         wheel = vehicle.parameters_for(SteeringWheelParameters)
         to_on, to_off = thresholds
         return cls(
@@ -371,7 +332,6 @@ class HandsMonitor:
         )
 
     def init(self) -> State:
-        """State before the first sample."""
         off, nothing = self.off.init(), self.Sample(0.0, 0.0)
         sums = self.to_on.init(), self.to_off.init()
         return self.State(
@@ -388,7 +348,6 @@ class HandsMonitor:
         )
 
     def step(self, state: State, sample: HandsSample) -> tuple[State, Output]:
-        """Process one sample."""
         accepted = self._accepted(state, sample)
         state = self._begun(state, accepted, sample)
         # The mean over the sample: the torque at its beginning, held, would lag by half a sample.
@@ -413,7 +372,6 @@ class HandsMonitor:
         return after, self._output(hands, ratio, up.up, down.down, state.learnt.mean, off, on)
 
     def _accepted(self, state: State, sample: HandsSample) -> Scalar:
-        """Whether a sample is present and physically possible; after a long gap every present sample is accepted."""
         elapsed = state.gap + self.sample_time
         moved = sample.steering_wheel_angle - state.last.steering_wheel_angle - state.rate * elapsed
         twisted = sample.driver_torque - state.last.driver_torque
@@ -456,14 +414,12 @@ class HandsMonitor:
         )
 
     def _absurd(self, wheel: Tree) -> Scalar:
-        """Whether the learnt parameters fit no wheel of the vehicle: hands were mistaken for none."""
         return either(
             absolute(wheel.torque_offset) > self.greatest_offset,
             absolute(wheel.inertia_error) > self.greatest_inertia_error,
         )
 
     def _learning(self, state: State) -> tuple[Scalar, ...]:
-        """Switches of the parameters that the filter without hands learns from this sample."""
         alone = either(state.hands > 0.25, state.to_on.up < self.calm * self.to_on.threshold)
         shaken = both(alone, absolute(state.acceleration) > self.least_acceleration)
         turning = both(alone, absolute(state.rate) > self.least_rate)

@@ -104,11 +104,9 @@ class Starting:
     Sample = ColumnSample
 
     def init(self) -> StartState:
-        """State before the first sample: not started."""
         return StartState(0.0, 0.0, 0.0, 0.0)
 
     def step(self, state: StartState, sample: ColumnSample) -> tuple[StartState, Phase]:
-        """Process one sample."""
         measured = tuple(getattr(sample, name) for name in self.layout.outputs)
         motor = where(present(sample.motor_torque), sample.motor_torque, state.motor_torque)
         complete = all_of(present(sample.motor_torque), *(present(value) for value in measured))
@@ -197,8 +195,6 @@ class ColumnObserver:
         """The observer of a vehicle's column, see `column_of_vehicle`.
 
         Args:
-            vehicle: vehicle with gear stiffness, or with the inertia of its whole column
-            sample_time: sampling interval [s]
             tuning: tuning; that of a bench or of the road where None, see `usual_tuning`
 
         Raises:
@@ -213,8 +209,6 @@ class ColumnObserver:
         """The observer of a column.
 
         Args:
-            parameters: `ColumnParameters` (with gear) or `TwoInertiaParameters` (without)
-            sample_time: sampling interval [s]
             tuning: tuning; that of a bench where None
 
         Raises:
@@ -224,11 +218,9 @@ class ColumnObserver:
         return cls(made.bank, Starting(made.layout))
 
     def init(self) -> ColumnMemory:
-        """State before the first sample: not started."""
         return ColumnMemory(self.bank.init(), self.starting.init())
 
     def step(self, state: ColumnMemory, sample: ColumnSample) -> tuple[ColumnMemory, ColumnEstimate]:
-        """Process one sample."""
         start, phase = self.starting.step(state.start, sample)
         given = self.bank.Sample(MotorTorque(phase.motor_torque), self.bank.model.Output(*phase.measured))
         moved, estimate = self.bank.step(state.bank, given)
@@ -261,13 +253,7 @@ class ColumnObserver:
 
 
 def resting_state(model: Any, layout: Layout, sample: ColumnSample) -> Tree:
-    """State of a column filter for a column at rest under this sample; zeros where values are missing.
-
-    Args:
-        model: model of the filter
-        layout: layout of the observer
-        sample: angles and torques
-    """
+    """State of a column filter for a column at rest under this sample; zeros where values are missing."""
     ratio, bar, wheel = layout.motor_ratio, _there(sample.driver_torque), _there(sample.steering_wheel_angle)
     gear = wheel - bar / layout.stiffness
     known_motor = "motor_angle_mechanical" in layout.outputs
@@ -351,9 +337,6 @@ class DelayedHandTorque:
         """The smoother of a vehicle's column, see `ColumnObserver.of_vehicle`.
 
         Args:
-            vehicle: vehicle with gear stiffness, or with the inertia of its whole column
-            sample_time: sampling interval [s]
-            delay: lag, at least a sample [s]
             tuning: tuning; where None that of a bench or of the road, see `usual_tuning`
         """
         return cls.of_parameters(
@@ -367,10 +350,8 @@ class DelayedHandTorque:
         """The smoother of a column.
 
         Args:
-            parameters: `ColumnParameters` or `TwoInertiaParameters`
-            sample_time: sampling interval [s]
-            delay: lag [s]
-            tuning: tuning, that of a bench where None; its walks count where they are larger than those of this module
+            tuning: tuning, that of a bench where None; its walks count where they are larger than those of
+                this module
 
         Raises:
             ParameterError: as in `require_fit`, or a delay shorter than a sample
@@ -392,11 +373,9 @@ class DelayedHandTorque:
         return cls(smoother, Starting(made.layout))
 
     def init(self) -> DelayedState:
-        """State before the first sample: not started."""
         return DelayedState(self.smoother.init(), self.starting.init())
 
     def step(self, state: DelayedState, sample: ColumnSample) -> tuple[DelayedState, DelayedEstimate]:
-        """Process one sample."""
         start, phase = self.starting.step(state.start, sample)
         given = self.smoother.Sample(MotorTorque(phase.motor_torque), self.smoother.model.Output(*phase.measured))
         moved, estimate = self.smoother.step(state.smoother, given)

@@ -71,15 +71,7 @@ INCREASES = ("increase_Nm", "increase_standard_deviation_Nm")
 
 
 class HysteresisSession:
-    """Collect the test, which lasts a minute or two, and judge it as a whole.
-
-    Args:
-        name: name of monitor and variant
-        support: "hoist" or "ground"
-        vehicle: vehicle under test
-        rate: sampling rate [Hz]
-        baseline: friction of the fault-free vehicle on the same support
-    """
+    """Collect the test, which lasts a minute or two, and judge it as a whole."""
 
     signals: tuple[str, ...] = SIGNALS_USED
     traces: Mapping[str, str] = {}
@@ -96,12 +88,10 @@ class HysteresisSession:
         """Refuse nothing: the finding states what cannot be judged."""
 
     def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
-        """Store one more piece."""
         self._pieces.append(aligned)
         return {}
 
     def conclude(self) -> Conclusion:
-        """The friction of the loop, and its judgement."""
         recording = self._recording()
         noise = self.identification.angle_noise(recording)
         if noise.deviation > self.identification.largest_angle_noise:
@@ -138,7 +128,6 @@ class HysteresisSession:
         return alarms_at(self.rule, finding.evidence[INCREASES[0]] / max(found.independent_deviation, 1e-9))
 
     def _torques(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Times, and torques of driver and motor at these, (n,) each; NaN where missing."""
         values = np.vstack([piece.values for piece in self._pieces])
         driver, motor = (values[:, self.signals.index(name)] for name in ("driver_torque", "motor_torque"))
         return np.concatenate([piece.time for piece in self._pieces]), driver, motor
@@ -198,13 +187,11 @@ class HysteresisSession:
 
     @property
     def _gain_in_words(self) -> str:
-        """Assumption on the gains of both torques, in words."""
         cancelled = "" if self.baseline is None else ", cancelled in the baseline"
         return f"torque gains ± {100.0 * self._gain.value:.2g} % included{cancelled}"
 
     @staticmethod
     def _against(increase: Increase) -> str:
-        """The increase in words; its own deviation is that of the friction, where the reference is a number."""
         if increase.reference == "nominal":
             return f"{increase.value:+z.2f} N·m against {increase.base:.1f} N·m nominal"
         return f"{increase.value:+z.2f} ± {increase.deviation:.2f} N·m against {increase.base:.2f} N·m when unfaulted"
@@ -215,7 +202,6 @@ class HysteresisSession:
         return self.vehicle.parameters_for(GroundSuspicion).warnings(friction)
 
     def _estimate(self, found: HysteresisFriction, reference: dict[str, float]) -> Estimate:
-        """Friction with a deviation that includes damping and gains, which nothing in the recording reveals."""
         estimate, gain = found.estimate, self._gain.value * found.friction_torque
         return Estimate(
             estimate.quantity,
@@ -236,7 +222,6 @@ class HysteresisSession:
         )
 
     def _unseen(self, found: HysteresisFriction, increase: Increase) -> Finding:
-        """Finding on a friction whose scatter may hide a fault."""
         part = max(increase.parts, key=lambda name: increase.parts[name])
         cause, action = _PARTS[part]
         worst = max(found.noises, key=lambda each: each.friction_deviation)
@@ -289,7 +274,6 @@ _PARTS = {
 
 
 def _narrow(increase: Increase) -> str:
-    """Cause of a friction far below the reference; "" where it is not."""
     share = 1.0 + increase.value / increase.base
     if share >= SMALLEST_NOMINAL:
         return ""
@@ -297,7 +281,6 @@ def _narrow(increase: Increase) -> str:
 
 
 def _scatter(name: str, noise: Noise) -> str:
-    """The noise of a signal in words."""
     stamps = f", as of time stamps {noise.jitter:.2g} s off" if noise.jitter > 0.0 else ""
     return f"{scatter(name, noise.deviation)}{stamps}"
 

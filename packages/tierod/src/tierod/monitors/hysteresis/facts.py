@@ -40,11 +40,9 @@ def torque_defects(
     """Defects where the motor does not assist as in this car type at standstill; none where the file has no map.
 
     Args:
-        time: times of the torques [s], (n,)
         driver_torque, motor_torque: torques of a standing car [N*m], (n,); NaN where missing
-        vehicle: vehicle with the assist characteristic
-        limits: limits of the ratio of the torques; virtual cars on hoist and ground give 0.97 to 1.00, with 2 to
-            12 N*m of friction
+        limits: limits of the ratio of the torques; virtual cars on hoist and ground give 0.97 to 1.00, with 2
+            to 12 N*m of friction
     """
     limits = limits or GainLimits()
     p = AssistCharacteristic.of(vehicle)
@@ -108,13 +106,7 @@ class IncreaseLimits:
         return self.fault_friction - self.nominal_friction
 
     def status(self, above_nominal: float, deviation: float, rule: HeldThreshold) -> Status:
-        """Status of a friction above the base level; suspect where it exceeds a limit but may do so by chance.
-
-        Args:
-            above_nominal: friction above the base level [N m]
-            deviation: its standard deviation [N m]
-            rule: rule on above_nominal over its deviation
-        """
+        """Status of a friction above the base level; suspect where it exceeds a limit but may do so by chance."""
         if not above_nominal > self.rising_friction - self.nominal_friction:
             return Status.HEALTHY
         if not alarms_at(rule, above_nominal / max(deviation, 1e-9)):
@@ -164,8 +156,6 @@ def over_baseline(found: HysteresisFriction, known: Baseline, gain: float) -> In
     """Increase over a fault-free test of the same car, with the same damping and the same gains of the torques.
 
     Args:
-        found: friction of this test
-        known: friction of the fault-free test
         gain: relative standard deviation of the torques' gain, which scales the increase alone [-]
     """
     value = found.friction_torque - known.value
@@ -179,9 +169,6 @@ def over_nominal(found: HysteresisFriction, nominal: float, nominal_deviation: f
     """Increase over the nominal friction of the vehicle file.
 
     Args:
-        found: friction of this test
-        nominal: friction of a fault-free car [N m]
-        nominal_deviation: its standard deviation [N m]
         gain: relative standard deviation of the torques' gain, which scales the whole friction [-]
     """
     value = found.friction_torque - nominal

@@ -119,11 +119,6 @@ class AxisBalance:
 class VoltageBalance:
     """Sums for u = R i + L di/dt + d(psi e^(j theta))/dt over windows that begin and end with a reading of the angle.
 
-    Args:
-        pole_pairs: electrical turns per turn of the shaft
-        sample_time: sampling interval [s]
-        apart: L_sd less L_sq, over their sum
-
     Vectors are complex numbers; the flux of a salient motor's current is L (i + apart e^(2j theta) conj(i)), with L the
     mean of both inductances. Source: Reinelt et al., eqs (17), (18), integrated over a window.
     """
@@ -135,14 +130,6 @@ class VoltageBalance:
         self._rest = np.zeros((4, 0), complex)
 
     def add(self, current: np.ndarray, voltage: np.ndarray, angle: np.ndarray, signs: np.ndarray) -> None:
-        """Add the next piece.
-
-        Args:
-            current: current in stator coordinates [A], (n,)
-            voltage: mean voltage over the sample that ends [V], (n,)
-            angle: mechanical angle of the sensor; NaN where a sample has none [rad], (n,)
-            signs: signs of the phase currents, where the inverter loses a voltage with them, else zeros (n,)
-        """
         whole = np.concatenate([self._rest, np.vstack([current, voltage, angle, signs])], axis=1)
         readings = np.flatnonzero(np.isfinite(whole[2].real))
         if len(readings) < 2:
@@ -175,18 +162,12 @@ class VoltageBalance:
             self._merge()
 
     def _merge(self) -> None:
-        """Merge pairs of neighbouring parts, so that memory stays bounded over days of driving."""
         pairs = range(0, len(self._parts), 2)
         self._parts = [np.sum(self._parts[k : k + 2], axis=0) for k in pairs]
         self._windows = [sum(self._windows[k : k + 2]) for k in pairs]
 
     def over(self, reading: Reading, share: tuple[float, float] = (0.0, 1.0)) -> Balance | None:
-        """The balance of one reading; None where the windows do not determine its coefficients.
-
-        Args:
-            reading: reading of currents and angle
-            share: first and last share of the voltage's energy over the windows that count
-        """
+        """The balance of one reading; None where the windows do not determine its coefficients."""
         gram, windows = self._sums(share)
         if not windows:
             return None
@@ -199,12 +180,7 @@ class VoltageBalance:
     def axes(
         self, share: tuple[float, float] = (0.0, 1.0), known: tuple[float, float] | None = None
     ) -> AxisBalance | None:
-        """The balance of the recording as it is with free inductances; None where the windows do not determine it.
-
-        Args:
-            share: first and last share of the voltage's energy over the windows that count
-            known: inductances along and across the flux that are not free [H]
-        """
+        """The balance of the recording as it is with free inductances; None where the windows do not determine it."""
         balance = self.over(AS_RECORDED, share)
         gram, windows = self._sums(share)
         if balance is None:
@@ -239,7 +215,6 @@ class VoltageBalance:
         return np.vstack([mean + facing, mean - facing, columns[0], columns[2:]])
 
     def _sums(self, share: tuple[float, float]) -> tuple[np.ndarray, int]:
-        """Sums over a share of the windows, and their number."""
         # By energy, since a motor that stands for half of the drive says nothing about it.
         energy = np.cumsum([part[_VOLTAGE, _VOLTAGE].real for part in self._parts])
         at = energy / max(energy.max(initial=0.0), 1e-12)
@@ -248,7 +223,6 @@ class VoltageBalance:
         return gram, sum(self._windows[k] for k in counted)
 
     def _fitted(self, gram: np.ndarray, reading: Reading, windows: int, zero: float) -> Balance | None:
-        """The balance with the saliency of a flux in this direction, electrical [rad]."""
         columns = self._columns(reading, zero, signs=gram[_SIGNS, _SIGNS].real > 0.0)
         normal = (np.conj(columns) @ gram @ columns.T).real
         right = (np.conj(columns) @ gram[:, _VOLTAGE]).real
@@ -303,12 +277,8 @@ class InducedVoltage:
     does: magnitude and rotation of the induced voltage must give the same speed, independent of the sensor.
 
     Args:
-        resistance: resistance [ohm]
-        inductance: inductance across the flux [H]
-        flux: flux of the magnets [V s]
-        sample_time: sampling interval [s]
-        apart: inductance along the flux less that across [H]: current along the flux then adds to the flux of the
-            magnets, as the active flux psi + (L_sd - L_sq) i_sd
+        apart: inductance along the flux less that across [H]: current along the flux then adds to the flux of
+            the magnets, as the active flux psi + (L_sd - L_sq) i_sd
 
     Source: Reinelt et al., eqs (17), (18), integrated over a window; active flux: Boldea, Paicu, Andreescu, IEEE Trans.
     Power Electronics 23 (2008) 2612.
@@ -323,7 +293,6 @@ class InducedVoltage:
         self._windows, self._apart, self._power = 0, 0.0, 0.0
 
     def add(self, current: np.ndarray, voltage: np.ndarray) -> None:
-        """Add the next piece: complex vectors in stator coordinates, current [A] and voltage [V], (n,) each."""
         whole = np.concatenate([self._rest, np.vstack([current, voltage])], axis=1)
         count = (whole.shape[1] - 1) // self._window
         if count < 1:
@@ -341,12 +310,7 @@ class InducedVoltage:
         self._compare(self._of_magnets(chords, edges) if self._salient else chords)
 
     def _of_magnets(self, chords: np.ndarray, edges: np.ndarray) -> np.ndarray:
-        """Chords of the magnets' flux alone, one less at both ends; the active flux is normal to its own change.
-
-        Args:
-            chords: chords of the active flux (n,)
-            edges: currents between them (n + 1,)
-        """
+        """Chords of the magnets' flux alone, one less at both ends; the active flux is normal to its own change."""
         units = chords / np.maximum(np.abs(chords), 1e-12)
         across, turning = units[1:] + units[:-1], np.angle(chords[1:] * np.conj(chords[:-1]))
         rotor = -1j * np.sign(turning) * across / np.maximum(np.abs(across), 1e-12)
@@ -354,7 +318,6 @@ class InducedVoltage:
         return np.asarray(chords[1:-1] - np.diff(self._salient * along * rotor))
 
     def _compare(self, chords: np.ndarray) -> None:
-        """Compare the magnitude of every chord with the rotation between its neighbours."""
         if len(chords) < 3:
             return
         turns = np.angle(chords[1:] * np.conj(chords[:-1]))
@@ -403,13 +366,7 @@ the inductance too small by 2 / 5^2 = 8 %, less than `ALIKE` allows. Those of ea
 
 
 def misread(collected: VoltageBalance, p: SampledMotorParameters, current_noise: float) -> tuple[str, str] | None:
-    """Cause and action of an error of the whole recording; None where there is none, or no reading explains it.
-
-    Args:
-        collected: balance over the whole recording
-        p: parameters of the motor, from the vehicle file
-        current_noise: standard deviation [A]
-    """
+    """Cause and action of an error of the whole recording; None where there is none, or no reading explains it."""
     balance = collected.best()
     if balance is None or balance.windows < LEAST_WINDOWS or balance.turn < LEAST_TURN:
         return None
@@ -431,13 +388,7 @@ def _agrees(half: Balance | None, whole: Balance) -> bool:
 
 
 def cause_of(balance: Balance, p: SampledMotorParameters, current_noise: float) -> tuple[str, str] | None:
-    """Cause and action from a balance; None where it is that of the motor in the vehicle file.
-
-    Args:
-        balance: balance over the whole recording
-        p: parameters of the motor
-        current_noise: standard deviation [A]
-    """
+    """Cause and action from a balance; None where it is that of the motor in the vehicle file."""
     named = _phases(balance) or _sign(balance)
     return named if named or balance.change < LEAST_CHANGE * current_noise else _scale(balance, p)
 
@@ -534,7 +485,6 @@ class Departure(NamedTuple):
         return " and ".join(apart) and f"{' and '.join(apart)} of the vehicle file{self._scaled()}"
 
     def _scaled(self) -> str:
-        """The wrong scale of the currents that explains the departure, in words; "" without one."""
         if not _near(self.flux, 1.0) or _near(self.across, 1.0) or not _near(self.resistance, self.across, WARMTH):
             return ""
         return f", as with currents {1.0 / self.across:.1f} times the true ones"
@@ -569,7 +519,6 @@ def other_inductances(
 
 
 def _other_inductance(wrong: dict[str, float], whole: Departure, p: SampledMotorParameters) -> tuple[str, str]:
-    """Cause and action for wrong inductances over those of the vehicle file, by axis."""
     are = "inductances {} the flux are" if len(wrong) > 1 else "inductance {} the flux is"
     factors = " and ".join(f"{value:.2f}" for value in wrong.values())
     cause = (

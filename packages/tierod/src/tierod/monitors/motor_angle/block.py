@@ -242,8 +242,6 @@ class MotorAngleMonitor:
     Sample = MotorAngleSample
 
     class State(NamedTuple):
-        """State of the parts, in order; the time, and the start of the present fault."""
-
         observer: MotorAngleObserver.State
         comparison: SensorComparison.State
         electrical: ElectricalChecks.State
@@ -280,9 +278,6 @@ class MotorAngleMonitor:
         """The monitor for a vehicle's motor.
 
         Args:
-            vehicle: vehicle with the motor's parameters
-            sample_time: sampling interval [s]
-            plausibility: test of the angles, where the vehicle has a superposition
             voltages: source of the observer's voltages; measured ones where None
 
         Raises:
@@ -301,7 +296,6 @@ class MotorAngleMonitor:
         )
 
     def init(self) -> State:
-        """State before the first sample."""
         return self.State(
             observer=self.observer.init(),
             comparison=self.comparison.init(),
@@ -315,7 +309,6 @@ class MotorAngleMonitor:
         )
 
     def step(self, state: State, sample: MotorAngleSample) -> tuple[State, Output]:
-        """Process one sample."""
         voltages, voltage = self.voltages.step(state.voltages, sample)
         sensor = sample.motor_angle_mechanical
         fed = self.observer.Sample(sample.motor_current_alpha, sample.motor_current_beta, *voltage, sensor)

@@ -73,8 +73,6 @@ class Increments:
     Sample = SensorBesideObserver
 
     class State(NamedTuple):
-        """Last reading, whether there is one, increment of the sensor, the observer's start, time, standing."""
-
         last: Annotated[Scalar, "rad"]
         begun: Annotated[Scalar, ""]
         gained: Annotated[Scalar, "rad"]
@@ -83,8 +81,6 @@ class Increments:
         stood: Annotated[Scalar, ""]
 
     class Output(NamedTuple):
-        """Increments over the window so far, and whether one with a turning motor ends here (1.0, 0.0)."""
-
         sensor: Annotated[Scalar, "rad"]
         observer: Annotated[Scalar, "rad"]
         complete: Annotated[Scalar, ""]
@@ -93,11 +89,9 @@ class Increments:
         check_ranges(self)
 
     def init(self) -> State:
-        """State before the first sample."""
         return self.State(0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
     def step(self, state: State, sample: SensorBesideObserver) -> tuple[State, Output]:
-        """Process one sample; windows end with a reading."""
         fresh = present(sample.motor_angle_mechanical)
         step = wrapped(where(fresh, sample.motor_angle_mechanical, state.last) - state.last)
         gained = state.gained + where(both(fresh, state.begun), step, 0.0)
@@ -138,16 +132,12 @@ class Stuck:
     Sample = SensorBesideObserver
 
     class State(NamedTuple):
-        """Angles of sensor and observer when the sensor last moved, whether they are valid, and the alarm."""
-
         sensor: Annotated[Scalar, "rad"]
         observer: Annotated[Scalar, "rad"]
         begun: Annotated[Scalar, ""]
         alarm: Annotated[Scalar, ""]
 
     class Output(NamedTuple):
-        """Turn of the observer since the sensor last moved, and whether it is too far (1.0, 0.0)."""
-
         turned: Annotated[Scalar, "rad"]
         alarm: Annotated[Scalar, ""]
 
@@ -155,14 +145,9 @@ class Stuck:
         check_ranges(self)
 
     def init(self) -> State:
-        """State before the first sample."""
         return self.State(0.0, 0.0, 0.0, 0.0)
 
     def step(self, state: State, sample: SensorBesideObserver, enabled: Scalar | bool = True) -> tuple[State, Output]:
-        """Process one sample; the alarm can rise at a reading only.
-
-        A standing motor, or a sample that is not enabled (logic), restarts the test: the angle is then unknown.
-        """
         fresh = present(sample.motor_angle_mechanical)
         away = where(fresh, sample.motor_angle_mechanical, state.sensor) - state.sensor
         moved = all_of(fresh, absolute(wrapped(away)) > self.still)
@@ -205,15 +190,11 @@ class ResidualGate:
     Sample = SensorBesideObserver
 
     class State(NamedTuple):
-        """Times since the start and since a value counted, up to their limits, and the hold."""
-
         elapsed: Annotated[Scalar, "s"]
         since: Annotated[Scalar, "s"]
         held: Debounce.State
 
     class Output(NamedTuple):
-        """Whether the angle of the turning motor is known, and whether this value counts (1.0, 0.0)."""
-
         known: Annotated[Scalar, ""]
         counts: Annotated[Scalar, ""]
 
@@ -222,11 +203,9 @@ class ResidualGate:
         check_ranges(self)
 
     def init(self) -> State:
-        """State before the first sample."""
         return self.State(0.0, self.spacing, self.holding.init())
 
     def step(self, state: State, sample: SensorBesideObserver) -> tuple[State, Output]:
-        """Process one sample."""
         half, seen = 0.5 * self.sample_time, sample.estimate
         elapsed = minimum(state.elapsed + self.sample_time, self.start + self.sample_time)
         flux = log(maximum(seen.motor_flux / self.nominal_flux, 1e-6))
@@ -267,8 +246,6 @@ class SensorComparison:
     Sample = SensorBesideObserver
 
     class State(NamedTuple):
-        """State of the parts, in order."""
-
         gate: ResidualGate.State
         increments: Increments.State
         stuck: Stuck.State
@@ -300,7 +277,6 @@ class SensorComparison:
         turned_meanwhile: Annotated[Scalar, "rad"]
 
     def init(self) -> State:
-        """State before the first sample."""
         return self.State(
             self.gate.init(),
             self.increments.init(),
@@ -311,7 +287,6 @@ class SensorComparison:
         )
 
     def step(self, state: State, sample: SensorBesideObserver) -> tuple[State, Output]:
-        """Process one sample."""
         gate, gated = self.gate.step(state.gate, sample)
         residual = sample.estimate.angle_residual_electrical
         angle, summed = self.angle.step(state.angle, residual, enabled=gated.counts)
@@ -439,14 +414,10 @@ class ElectricalChecks:
     Sample = MotorAngleSample
 
     class Output(NamedTuple):
-        """Output of one sample."""
-
         alarms: ElectricalAlarms
         figures: ElectricalFigures
 
     class State(NamedTuple):
-        """Last angle, its age, whether there is one; amplitude, time learnt; last mismatch; clipped signals; holds."""
-
         angle: Annotated[Scalar, "rad"]
         age: Annotated[Scalar, "s"]
         begun: Annotated[Scalar, ""]
@@ -461,12 +432,10 @@ class ElectricalChecks:
         check_ranges(self)
 
     def init(self) -> State:
-        """State before the first sample."""
         fresh = Clipped(0.0, 0.0, 0.0)
         return self.State(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, (fresh,) * 7, (self.holding.init(),) * 4)
 
     def step(self, state: State, sample: MotorAngleSample) -> tuple[State, Output]:
-        """Process one sample."""
         age, timeout, gradient, leap = self._angle(state, sample)
         amplitude, learnt, strange, mismatched, resolver = self._resolver(state, sample)
         total = sample.motor_current_a + sample.motor_current_b + sample.motor_current_c
@@ -590,8 +559,6 @@ class NotFollowing:
     Sample = MotorAngleSample
 
     class State(NamedTuple):
-        """Target, sensor, whether each was received, first target, whether it has moved since, and the holds."""
-
         target: Annotated[Scalar, "rad"]
         sensor: Annotated[Scalar, "rad"]
         seen_target: Annotated[Scalar, ""]
@@ -602,8 +569,6 @@ class NotFollowing:
         held_on: Debounce.State
 
     class Output(NamedTuple):
-        """Following error, 0 without a target, and whether it has been too large for too long (1.0, 0.0)."""
-
         error: Annotated[Scalar, "rad"]
         alarm: Annotated[Scalar, ""]
 
@@ -613,11 +578,9 @@ class NotFollowing:
         check_ranges(self)
 
     def init(self) -> State:
-        """State before the first sample."""
         return self.State(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, self.holding.init(), self.holding_on.init())
 
     def step(self, state: State, sample: MotorAngleSample, confirmed: Scalar | bool = False) -> tuple[State, Output]:
-        """Process one sample; `confirmed` (logic) where currents and voltages agree with the sensor."""
         wanted, fresh = present(sample.target_motor_angle_mechanical), present(sample.motor_angle_mechanical)
         target = where(wanted, sample.target_motor_angle_mechanical, state.target)
         sensor = where(fresh, sample.motor_angle_mechanical, state.sensor)

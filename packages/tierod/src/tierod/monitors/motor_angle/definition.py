@@ -96,13 +96,7 @@ INVERTER_TRACES = {
 
 
 class MotorAngleSession(BlockSession):
-    """Run the block over a recording, and collect the grounds of the finding on the motor's angle sensor.
-
-    Args:
-        block: the monitor
-        vehicle: vehicle of the motor
-        rate: sampling rate [Hz]
-    """
+    """Run the block over a recording, and collect the grounds of the finding on the motor's angle sensor."""
 
     def __init__(self, block: MotorAngleMonitor, vehicle: Vehicle, rate: float):
         bare = () if block.plausibility is not None else ("plausible.mismatch",)
@@ -112,12 +106,10 @@ class MotorAngleSession(BlockSession):
         self._figures = DriveFigures(block, rate)
 
     def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
-        """Process one more piece and return the traces over it, (n,) each."""
         parts = [self._slice(aligned, start) for start in range(0, len(aligned.time), SLICE)]
         return {name: np.concatenate([part[name] for part in parts]) for name in self.traces}
 
     def refuse(self, aligned: Aligned) -> None:
-        """Refuse currents and voltages at too low a rate, and duty cycles without a supply voltage."""
         self._refuse_slow(aligned)
         self._refuse_without_supply(aligned)
 
@@ -142,7 +134,6 @@ class MotorAngleSession(BlockSession):
             )
 
     def _slice(self, aligned: Aligned, start: int) -> dict[str, np.ndarray]:
-        """The traces of one slice; residuals are shown where they count."""
         time, values = aligned.time[start : start + SLICE], aligned.values[start : start + SLICE]
         result = scan(self.block, Aligned(time, values, aligned.names), self.memory)
         self.memory = result.state
@@ -161,11 +152,9 @@ class MotorAngleSession(BlockSession):
         return shown
 
     def collect(self, time: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
-        """Collect alarms and statistics of one piece."""
         self._figures.add(time, signals, result)
 
     def conclude(self) -> Conclusion:
-        """The finding, and the course of every trouble code."""
         drive, courses = self._figures.drive(), self._figures.courses
         finding = judge(drive, self.vehicle)
         # A wrong recording is no fault of the sensor and must not enter the fault memory.
@@ -184,7 +173,6 @@ class MotorAngleSession(BlockSession):
 
 
 def _stood(values: np.ndarray, fresh: np.ndarray, samples: int) -> np.ndarray:
-    """Values held for so many samples from where they are fresh, else NaN, since single points draw no line."""
     place = np.arange(len(values))
     last = np.maximum.accumulate(np.where(fresh, place, -1))
     return np.where((last >= 0) & (place - last <= samples), values[last], np.nan)
@@ -213,7 +201,6 @@ _SOURCE = (
 
 
 def _numbers(part: type, words: str) -> OwnRule:
-    """Rule of a part in words, filled with the default values of its class."""
     values = {name: float(getattr(part, name)) for _, name, _, _ in Formatter().parse(words) if name}
     return OwnRule(words.format(**values), values)
 
@@ -394,7 +381,6 @@ def _open(voltages: str, vehicle: Vehicle, rate: float, baseline: Baseline | Non
 
 
 def _if_given(vehicle: Vehicle, kind: type[Part]) -> Part | None:
-    """Parameters of this kind; None where the vehicle file leaves them out."""
     try:
         return vehicle.parameters_for(kind)
     except ParameterError:

@@ -114,7 +114,6 @@ class NoiseCourse:
         self._rest, self._kept, self._stride, self._seen = np.zeros((0, 2)), np.zeros((0, 2)), 1, 0
 
     def add(self, time: np.ndarray, angle: np.ndarray) -> None:
-        """Add the next piece: time [s] and mechanical angle [rad], NaN where a sample has no reading, (n,) each."""
         there = np.isfinite(angle)
         rest = np.vstack([self._rest, np.column_stack([time[there], angle[there]])])
         count = max(len(rest) - 3, 0) // READINGS
@@ -145,25 +144,13 @@ class NoiseCourse:
 
 
 class ResidualCourse:
-    """Residuals that counted over a drive, with bounded memory; what is kept does not depend on the pieces.
-
-    Args:
-        pole_pairs: electrical turns per turn of the shaft
-    """
+    """Residuals that counted over a drive, with bounded memory; what is kept does not depend on the pieces."""
 
     def __init__(self, pole_pairs: float):
         self._pole_pairs, self._stride, self._seen = pole_pairs, 1, 0
         self._kept = np.zeros((0, 4))
 
     def add(self, time: np.ndarray, residual: np.ndarray, angle: np.ndarray, total: np.ndarray) -> None:
-        """Add the next residuals.
-
-        Args:
-            time: [s], (n,)
-            residual: sensor less observer, electrical [rad], (n,)
-            angle: of the observer, mechanical [rad], (n,)
-            total: cumulative sum of the decision [rad], (n,)
-        """
         rows = np.column_stack([time, residual, angle, total])
         self._kept = np.vstack([self._kept, rows[-self._seen % self._stride :: self._stride]])
         self._seen += len(rows)
@@ -171,11 +158,7 @@ class ResidualCourse:
             self._kept, self._stride = self._kept[::2], 2 * self._stride
 
     def onset(self, declared: float) -> tuple[float, bool]:
-        """When the error of an alarm began [s], and whether fault-free residuals came before.
-
-        Args:
-            declared: time of the alarm [s]
-        """
+        """When the error of an alarm began [s], and whether fault-free residuals came before."""
         before = self._kept[self._kept[:, 0] <= declared]
         # The sum leaves zero where the change happened (E. S. Page, Biometrika 41 (1954) 100).
         quiet = np.flatnonzero(before[:, 3] <= 0.0)
@@ -219,7 +202,6 @@ class ResidualCourse:
         return Shape(SCATTER, size, float(powers.std()) / math.sqrt(BLOCKS) / (2.0 * size), left, mean)
 
     def _line(self, kind: str, error: np.ndarray, along: np.ndarray) -> Shape:
-        """A drift along the time, or a gain along the angle."""
         away = along - along.mean()
         slope = float(away @ error) / max(float(away @ away), 1e-12)
         mean = float(error.mean())
@@ -365,11 +347,7 @@ KEPT = 0.25
 
 
 class AlarmCourses:
-    """Collector of first times and activity of alarms, and of the courses of trouble codes, over all pieces.
-
-    Args:
-        rate: sampling rate [Hz]
-    """
+    """Collector of first times and activity of alarms, and of the courses of trouble codes, over all pieces."""
 
     def __init__(self, rate: float):
         self._kept = round(KEPT * rate)
@@ -380,7 +358,6 @@ class AlarmCourses:
         self._since = dict.fromkeys((*CODES, ""), self._kept + 1)
 
     def add(self, time: np.ndarray, result: Result) -> None:
-        """Add the next piece."""
         stated = result["statement.status"]
         fault = stated == code_of(Status.FAULT)
         # While another code is in fault, a code without an alarm counts as fault-free.
@@ -398,12 +375,7 @@ class AlarmCourses:
             self._follow(self.codes[code], code, time, np.any(flags, axis=0), otherwise)
 
     def of_code(self, name: str, mute: bool = False) -> tuple[StatusChange, ...]:
-        """The course of one trouble code.
-
-        Args:
-            name: name of the code
-            mute: whether its alarms are consequences of another fault and carry no information
-        """
+        """The course of one trouble code."""
         if not mute:
             return tuple(self.codes[name])
         not_judged = Status.NOT_ENABLED
@@ -413,7 +385,6 @@ class AlarmCourses:
     def _follow(
         self, course: list[StatusChange], name: str, time: np.ndarray, flags: np.ndarray, otherwise: np.ndarray
     ) -> None:
-        """Append the changes of one course; an alarm is held for `KEPT`."""
         place = np.arange(len(flags))
         # The negative start carries the time since the last alarm over from the previous piece.
         last = np.maximum.accumulate(np.where(flags, place, -1 - self._since[name]))
@@ -426,12 +397,7 @@ class AlarmCourses:
 
 
 class DriveFigures:
-    """Accumulated statistics over the pieces of a recording.
-
-    Args:
-        monitor: monitor that gives the outputs
-        rate: sampling rate [Hz]
-    """
+    """Accumulated statistics over the pieces of a recording."""
 
     def __init__(self, monitor: MotorAngleMonitor, rate: float) -> None:
         p = monitor.observer.parameters
@@ -453,7 +419,6 @@ class DriveFigures:
         self.pinion = self.torque = False
 
     def add(self, time: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
-        """Add the next piece: time [s], signals and outputs by name, (n,) each."""
         self.courses.add(time, result)
         self._add_voltages(signals, result)
         self.pinion |= bool(np.isfinite(signals["pinion_angle"]).any())
@@ -563,7 +528,6 @@ class DriveFigures:
         )
 
     def _departure(self) -> tuple[bool, str, float]:
-        """Whether there is a motor that fits since the observer alarmed, what differs of it, and its flux direction."""
         axes, observer = self._contradicting.axes(), self._monitor.observer
         if axes is None or axes.windows < LEAST_WINDOWS or axes.unexplained > CLEAN:
             return False, "", 0.0
@@ -576,5 +540,4 @@ def _complex(vector: StatorVector[NDArray[np.float64]]) -> NDArray[np.complex128
 
 
 def _powers(values: np.ndarray) -> tuple[float, float, float]:
-    """Count, sum and sum of squares."""
     return len(values), float(values.sum()), float((values**2).sum())

@@ -149,12 +149,7 @@ def onset_of(root: str, drive: Drive) -> tuple[float, bool]:
 
 
 def isolated_by(root: str, drive: Drive) -> str:
-    """The alarm whose meaning the root alarm has, often itself; or NOISE, PASSED or UNDECIDED.
-
-    Args:
-        root: name of the root alarm
-        drive: results of the drive
-    """
+    """The alarm whose meaning the root alarm has, often itself; or NOISE, PASSED or UNDECIDED."""
     if root in FROM_NOISE and drive.shape is not None and drive.shape.kind == NOISE:
         return NOISE
     passed = root == "model" and drive.surprised < PASSING
@@ -198,7 +193,6 @@ def cause_of(root: str, drive: Drive, vehicle: Vehicle) -> tuple[str, str]:
 
 
 def _together(drive: Drive) -> str:
-    """The motor and the offset of the sensor that currents, voltages and angle fit together; "" without any."""
     if not drive.closes:
         return ""
     offset = f"an angle sensor that is off by {-math.degrees(drive.turned):+.1f}° electrical"
@@ -206,7 +200,6 @@ def _together(drive: Drive) -> str:
 
 
 def _or_torque(drive: Drive, vehicle: Vehicle) -> str:
-    """The driver's torque as an alternative cause: it gives the twist of the bar between wheel and pinion."""
     if drive.suspect not in (WHEEL, NOT_MOTOR, 0.0) or not drive.mismatch > 0.0:
         return ""
     torque = drive.mismatch * vehicle["torsion_bar_stiffness"] / vehicle["superposition_input_ratio"]
@@ -230,12 +223,7 @@ NOT_THE_SENSOR = ("model", "angle", "speed", "stuck", "backwards", "not_followin
 
 
 def judge(drive: Drive, vehicle: Vehicle) -> Finding:
-    """The finding over a drive, with remarks on the voltages behind it.
-
-    Args:
-        drive: results of the drive
-        vehicle: vehicle of the motor
-    """
+    """The finding over a drive, with remarks on the voltages behind it."""
     finding = _judged(drive, vehicle)
     remarks: tuple[str, ...] = (UNTWISTED,) if drive.untwisted else ()
     if drive.noise > drive.noise_limit and not drive.starts:
@@ -245,7 +233,6 @@ def judge(drive: Drive, vehicle: Vehicle) -> Finding:
 
 
 def _wrong_recording(drive: Drive, vehicle: Vehicle) -> tuple[str, str] | None:
-    """Cause and action of an error of the recording that prevents a judgement of the sensor; None without one."""
     if wrong := wrong_scale(drive, vehicle["motor_pole_pairs"]):
         return wrong
     suspect = root_of(drive) in NOT_THE_SENSOR or (not drive.starts and drive.known < LEAST_KNOWN)
@@ -316,7 +303,6 @@ def _fault(drive: Drive, vehicle: Vehicle, evidence: dict[str, float]) -> Findin
 
 
 def _magnitude(shape: Shape) -> Estimate:
-    """Magnitude of a sensor's error, with a standard deviation from what its shape leaves."""
     quantity = {
         DRIFT: f"drift of {DIFFERENCE}",
         GAIN: "turn of the motor's angle sensor over that which its currents give",
@@ -330,7 +316,6 @@ def _magnitude(shape: Shape) -> Estimate:
 
 
 def _episode(root: str, drive: Drive) -> tuple[Episode, bool]:
-    """Onset, declaration and end of the error behind the root alarm, and whether it was seen to begin."""
     if isolated_by(root, drive) == NOISE:
         lasts = drive.until - drive.end < ENDED
         onset = min(drive.onset, drive.starts[root])
@@ -343,7 +328,6 @@ def _episode(root: str, drive: Drive) -> tuple[Episode, bool]:
 
 
 def _when(episode: Episode, seen: bool) -> str:
-    """Onset, end and declaration in words."""
     begin = f"{episode.start:.2f} s{'' if seen else ' at the latest'}"
     late = "" if episode.belated is None else f", declared at {episode.belated:.2f} s"
     if episode.end is None:
@@ -390,12 +374,7 @@ KNEE_APART, KNEE_SIGMAS = 1.4, 4.0
 
 
 def wrong_scale(drive: Drive, pole_pairs: float) -> tuple[str, str] | None:
-    """Cause and action of a scale that is wrong throughout, so that the error grows with the angle; None without one.
-
-    Args:
-        drive: results of the drive
-        pole_pairs: pole pairs of the motor in the vehicle file
-    """
+    """Cause and action of a scale that is wrong throughout, so that the error grows with the angle."""
     if drive.windows < LEAST_INCREMENTS or drive.agreement < AGREEMENT:
         return None
     slope = drive.slope
@@ -423,7 +402,6 @@ def inverter_remarks(lost: InverterLoss | None, voltages: str) -> tuple[str, ...
 
     Args:
         lost: estimated voltage loss of the inverter; None where the voltages were measured
-        voltages: source of the observer's voltages
     """
     if lost is None:
         return ()

@@ -98,14 +98,10 @@ class MotorVoltages:
     Sample = MotorAngleSample
 
     class State(NamedTuple):
-        """Last supply voltage, and whether there is one."""
-
         supply_voltage: Annotated[Scalar, "V"]
         known: Annotated[Scalar, ""]
 
     class Output(NamedTuple):
-        """Voltage in stator coordinates."""
-
         alpha: Annotated[Scalar, "V"]
         beta: Annotated[Scalar, "V"]
 
@@ -114,11 +110,9 @@ class MotorVoltages:
             raise ParameterError(f"the voltages are '{self.source}'; expected one of {', '.join(SIGNALS)}")
 
     def init(self) -> State:
-        """State before the first sample."""
         return self.State(0.0, 0.0)
 
     def step(self, state: State, sample: MotorAngleSample) -> tuple[State, Output]:
-        """Process one sample."""
         if self.source == MEASURED:
             return state, self.Output(sample.motor_voltage_alpha, sample.motor_voltage_beta)
         if self.source == COMMANDED:
@@ -210,12 +204,7 @@ _TINY = 1e-14
 
 
 def stator_filter(p: SampledMotorParameters, t: MotorAngleTuning) -> KalmanFilter:
-    """The filter of a motor with measured voltages, or with commanded ones where its parameters include an inverter.
-
-    Args:
-        p: parameters of the motor
-        t: noises and initial standard deviations
-    """
+    """The filter of a motor with measured voltages, or with commanded ones where its parameters include an inverter."""
     voltage = (t.voltage_noise * p.sample_time / _least_inductance(p)) ** 2
     first: tuple[float, ...] = (
         t.current_noise,
@@ -247,7 +236,6 @@ def stator_filter(p: SampledMotorParameters, t: MotorAngleTuning) -> KalmanFilte
 
 
 def _least_inductance(p: SampledMotorParameters) -> float:
-    """Smaller inductance of both axes, in which the voltage noise moves the current most [H]."""
     return minimum(p.motor_inductance, p.inductance_across)
 
 
@@ -315,8 +303,6 @@ class MotorAngleObserver:
     filter: KalmanFilter = field(init=False, repr=False)
 
     class Sample(NamedTuple):
-        """Currents, mean voltages over the sample that ends, and the angle sensor that is monitored."""
-
         motor_current_alpha: Annotated[Scalar, "A"]
         motor_current_beta: Annotated[Scalar, "A"]
         motor_voltage_alpha: Annotated[Scalar, "V"]
@@ -324,8 +310,6 @@ class MotorAngleObserver:
         motor_angle_mechanical: Annotated[Scalar, "rad"]
 
     class State(NamedTuple):
-        """Belief of the filter, whether it has begun, last sensor angle, its increment and number of samples, mode."""
-
         belief: Belief
         begun: Annotated[Scalar, ""]
         sensed: Annotated[Scalar, "rad"]
@@ -377,10 +361,9 @@ class MotorAngleObserver:
         """The observer of a vehicle's motor.
 
         Args:
-            vehicle: vehicle with the parameters of `SampledMotorParameters`, or of `CommandedMotorParameters`
-            sample_time: sampling interval [s]
+            vehicle: vehicle with the parameters of `SampledMotorParameters`, or of
+                `CommandedMotorParameters`
             tuning: tuning; the default where None
-            commanded: whether the voltages are those commanded to the inverter
 
         Raises:
             ParameterError: a parameter is missing or invalid
@@ -390,12 +373,10 @@ class MotorAngleObserver:
         return cls(parameters, tuning or MotorAngleTuning())
 
     def init(self) -> State:
-        """State before the first sample."""
         # Starts as standing: errors of resistance and voltage would otherwise turn a motor that stands, as most do.
         return self.State(self.filter.init(), 0.0, 0.0, 0.0, 0.0, Pace(0.0, 1.0, 1.0, 0.0), Surprise(0.0, 0.0))
 
     def step(self, state: State, sample: Sample) -> tuple[State, Output]:
-        """Process one sample."""
         filter_ = self.filter
         belief, begun = self._begun(state, sample)
         pace = state.pace
@@ -426,7 +407,6 @@ class MotorAngleObserver:
         return self.State(after, begun, sensed, gained, waited, advanced, surprise), output
 
     def _begun(self, state: State, sample: Sample) -> tuple[Belief, Scalar]:
-        """The belief, initialised by the first sample with currents and angle."""
         whole = all_of(
             present(sample.motor_current_alpha),
             present(sample.motor_current_beta),
@@ -441,7 +421,6 @@ class MotorAngleObserver:
         return Belief(mean, state.belief.covariance), where(whole, 1.0, state.begun)
 
     def _increment(self, state: State, sample: Sample) -> Scalar:
-        """Increment of the sensor since its last reading, within half a turn [rad]; 0 at the first one."""
         gained = sample.motor_angle_mechanical - state.sensed
         return where(state.begun, wrapped(gained), 0.0 * gained)
 
@@ -473,7 +452,6 @@ class MotorAngleObserver:
         return tuple(noise)
 
     def _surprise(self, before: Surprise, estimate: Tree, begun: Scalar) -> Surprise:
-        """NIS of currents, and of increments at low speed; missing measurements add nothing."""
         last = where(begun, estimate.nis, 0.0)
         if self.commanded:
             # A knee that is not learnt yet causes surprises as a load step does, and more often.
@@ -482,7 +460,6 @@ class MotorAngleObserver:
         return Surprise(last, keep * before.often + where(last > self.tuning.surprising, 1.0, 0.0))
 
     def _kept(self, before: Belief, after: Belief, begun: Scalar) -> Belief:
-        """The belief unchanged until the observer has begun, then with logarithms within their bounds."""
         widest = {"log_knee": self.tuning.widest_knee}
         logarithms = [name for name in after.mean._fields if name.startswith("log_")]
         bounds = {name: widest.get(name, self.tuning.widest) for name in logarithms}

@@ -76,16 +76,12 @@ class WhichAngle:
     Sample = Opinions
 
     class State(NamedTuple):
-        """Whether the angles disagree, the first angle by motion, score of the observer, hold of the deviation."""
-
         apart: Annotated[Scalar, ""]
         by_motion: Annotated[Scalar, ""]
         score: Annotated[Scalar, ""]
         held: Debounce.State
 
     class Output(NamedTuple):
-        """Code of the wrong angle, 0 where none is wrong or isolated."""
-
         suspect: Annotated[Scalar, ""]
 
     def __post_init__(self) -> None:
@@ -93,11 +89,9 @@ class WhichAngle:
         check_ranges(self)
 
     def init(self) -> State:
-        """State before the first sample."""
         return self.State(0.0, NONE, 0.0, self.holding.init())
 
     def step(self, state: State, sample: Opinions) -> tuple[State, Output]:
-        """Process one sample."""
         apart = where(absolute(sample.mismatch) > self.greatest, 1.0, 0.0)
         begins = all_of(apart > 0.5, state.apart < 0.5)
         opinion = where(absolute(sample.residual) < self.agreement, 1.0, -1.0)
@@ -150,7 +144,6 @@ class Held(NamedTuple):
     age: Annotated[Scalar, "s"]
 
     def after(self, value: Scalar, time: Scalar) -> Held:
-        """The state after one sample; the value changes where a new one is present."""
         fresh = present(value)
         older = where(self.age < 1.0, minimum(self.age + time, 0.999), self.age)
         return Held(where(fresh, value, self.value), where(fresh, 0.0, older))
@@ -164,7 +157,6 @@ class Moved(NamedTuple):
     travel: Annotated[Scalar, "rad"]
 
     def after(self, value: Scalar, compares: Scalar, agrees: Scalar) -> Moved:
-        """The state after a new value, where angles are compared; travel restarts where they agree."""
         step = value - self.last
         new = Moved(value, step, where(agrees, 0.0, self.travel + absolute(step)))
         return select(compares, new, self)
@@ -207,8 +199,6 @@ class AnglePlausibility:
     Sample = MotorAngleSample
 
     class State(NamedTuple):
-        """Last readings and turn of the motor; steps of all angles; learnt zeros and last differences; holds."""
-
         motor: Held
         turned: Annotated[Scalar, "rad"]
         wheel: Held
@@ -242,7 +232,6 @@ class AnglePlausibility:
         check_ranges(self)
 
     def init(self) -> State:
-        """State before the first sample."""
         unread, still = Held(0.0, 1.0), Moved(0.0, 0.0, 0.0)
         return self.State(
             motor=unread,
@@ -264,14 +253,6 @@ class AnglePlausibility:
     def step(
         self, state: State, sample: MotorAngleSample, residual: Scalar = 0.0, counts: Scalar = 0.0
     ) -> tuple[State, Output]:
-        """Process one sample; angles are compared at readings of the pinion angle.
-
-        Args:
-            state: state of the previous sample
-            sample: sample of all signals
-            residual: motor angle sensor less observer, electrical [rad]
-            counts: 1 where that residual is known
-        """
         motor = state.motor.after(sample.motor_angle_mechanical, self.sample_time)
         followed = both(present(sample.motor_angle_mechanical), state.motor.age < 1.0)
         turned = state.turned + where(followed, wrapped(motor.value - state.motor.value), 0.0)
@@ -318,13 +299,11 @@ class AnglePlausibility:
         return after, self.Output(mismatch, out.active, by_motion, detour, decided.suspect)
 
     def _expected(self, motor: Scalar, wheel: Scalar, torque: Scalar) -> Scalar:
-        """Pinion angle from motor, steering wheel and twist of the torsion bar [rad]."""
         g = self.gear
         superposed = superposed_angle(motor, wheel, g.superposition_motor_ratio, g.superposition_input_ratio)
         return superposed - torque * g.superposition_input_ratio / g.torsion_bar_stiffness
 
     def _detour(self, motor: Scalar, wheel: Scalar, speed: Scalar) -> Scalar:
-        """Pinion angle from the motor less that from the variable gain [rad]."""
         if self.gain is None:
             return 0.0
         ratios = self.gear.superposition_motor_ratio, self.gear.superposition_input_ratio

@@ -73,7 +73,6 @@ def expected(vehicle: Vehicle, tolerances: Tolerances | None = None) -> Expected
 
     Args:
         vehicle: vehicle; parameters without a standard deviation take that of its class
-        tolerances: tolerances of fault-free cars
     """
     limits = tolerances or Tolerances()
     car, _ = with_spread(vehicle)
@@ -123,7 +122,6 @@ def _understeer(car: Vehicle) -> float:
 
 
 def _understeer_moves(car: Vehicle, limits: Tolerances) -> list[float]:
-    """Change of the understeer gradient for one standard deviation of each parameter [rad*s**2/m]."""
     least = {name: limits.tyres * car[name] for name in STEERING[-2:]}
     wider = {
         name: replace(
@@ -244,7 +242,6 @@ class Consistency:
 
     @cached_property
     def _weights(self) -> np.ndarray:
-        """Inverse covariance of the deviations."""
         at = np.flatnonzero(self._known)
         own = self.noise[np.ix_(at, at)] + np.diag(np.array(self.expected.deviations)[at] ** 2)
         return np.asarray(np.linalg.inv(own))
@@ -295,7 +292,6 @@ class Consistency:
         return tuple(sorted(found, key=lambda each: -each.weight))
 
     def _yaw_rate_offset(self) -> list[Explanation]:
-        """Hypothesis of an offset of the yaw rate, which imitates a zero of the steering angle."""
         if not self.lever > 0.0:
             return []
         found = self._explained("yaw_rate", {"steering_zero": -self.lever}, zero=True)
@@ -303,7 +299,6 @@ class Consistency:
         return [replace(found, words=f"offset of the yaw rate: {size:+.1f} ± {deviation:.1f} degrees per second")]
 
     def _scalable(self, name: str) -> float:
-        """Observed value, by which a scale error moves the observable; 0 where its sign differs from the file's."""
         shown, given = getattr(self.shown, name), getattr(self.expected.values, name)
         return float(shown) if shown * given > 0.0 else 0.0
 
@@ -317,7 +312,6 @@ class Consistency:
 
     @cached_property
     def _names(self) -> tuple[str, ...]:
-        """Observables that the drive determines."""
         return tuple(name for name, known in zip(self.shown._fields, self._known, strict=True) if known)
 
     def file_weight(self) -> float:
@@ -325,11 +319,7 @@ class Consistency:
         return self._free(FILE)[0]
 
     def _free(self, free: Iterable[str]) -> tuple[float, int]:
-        """Reduction of the squared normalised deviations where some observables may have any value, and their number.
-
-        Args:
-            free: observables, with those that the drive does not determine
-        """
+        """Reduction of the squared normalised deviations where these observables are free, and their number."""
         along = np.array([[float(name == each) for name in self._names] for each in free if each in self._names])
         if not len(along):
             return 0.0, 0
@@ -338,12 +328,7 @@ class Consistency:
         return float(right @ np.linalg.solve(information, right)), len(along)
 
     def _leaves(self, explained: float, freedom: int) -> bool:
-        """Whether a hypothesis leaves more of the squared normalised deviations than chance does.
-
-        Args:
-            explained: their reduction by the hypothesis
-            freedom: number of its free quantities
-        """
+        """Whether a hypothesis leaves more of the squared normalised deviations than chance does."""
         rest, number = float(self._off @ self._weights @ self._off) - explained, len(self._names) - freedom
         return number > 0 and 1.0 - lower_gamma(0.5 * number, 0.5 * rest) < self.limits.left
 
@@ -373,7 +358,6 @@ class Consistency:
         return Wrong(names, f"signals and vehicle file contradict each other: {sentence}")
 
     def _of_several(self) -> Wrong:
-        """All signals of the quantities that deviate, where no single hypothesis explains these."""
         off = [name for name, each in self.deviations().items() if abs(each) > DEVIATES] or self._names
         rests_on = RESTS_ON if BESIDE.keys().isdisjoint(off) or self._leaves(*self._free(BESIDE)) else BESIDE
         signals = tuple(dict.fromkeys(signal for name in off for signal in rests_on.get(name, ())))
@@ -384,7 +368,6 @@ class Consistency:
         return Wrong(tuple(name for signal in signals for name in _signals(signal)), sentence, several=True)
 
     def _of_file(self) -> str:
-        """Sentence on the quantities that deviate most from the file."""
         off = {name: each for name, each in self.deviations().items() if name in FILE}
         named = sorted(off, key=lambda name: -abs(off[name]))
         named = [name for name in named if abs(off[name]) > DEVIATES][:3] or named[:1]
@@ -451,10 +434,8 @@ def consistency_of(
     """Consistency of a drive with a vehicle file.
 
     Args:
-        drive: collected observables
-        vehicle: vehicle whose file is tested
-        limits: tolerances and thresholds
-        yaw_rate_offset: offset identified elsewhere [rad/s]; the zero of the steering angle that it imitates is removed
+        yaw_rate_offset: offset identified elsewhere [rad/s]; the zero of the steering angle that it imitates is
+            removed
     """
     shown, noise = drive.found()
     lever = drive.lever(shown.wheelbase, shown.understeer)

@@ -125,11 +125,9 @@ class SideslipMonitor:
         return _sample_class(_fields(self.estimator.Sample))
 
     def init(self) -> Tree:
-        """State of the estimator before the first sample."""
         return self.estimator.init()
 
     def step(self, state: Tree, sample: Tree) -> tuple[Tree, Output]:
-        """Process one sample."""
         kind = self.estimator.Sample
         after, estimate = self.estimator.step(state, kind(*(self._read(name, sample) for name in _fields(kind))))
         statement = Statement(
@@ -159,7 +157,6 @@ class SideslipMonitor:
 
 
 def _fields(kind: type) -> tuple[str, ...]:
-    """Names of the fields of a NamedTuple class."""
     names: tuple[str, ...] = getattr(kind, "_fields", ())
     return names
 
@@ -195,16 +192,7 @@ TRACES = {
 
 
 class SideslipSession(BlockSession):
-    """Run a sideslip estimator over a recording, and test whether signals and parameters fit.
-
-    Args:
-        estimator: a block, see `tierod.monitors.sideslip.definition`
-        vehicle: vehicle with the estimator's parameters
-        rate: sampling rate [Hz]
-        name: name of monitor and variant
-        more: further outputs shown over time: output -> (name in the report, unit)
-        needs_torque: whether the estimator cannot run without the torque of the steering
-    """
+    """Run a sideslip estimator over a recording, and test whether signals and parameters fit."""
 
     def __init__(
         self,
@@ -229,7 +217,6 @@ class SideslipSession(BlockSession):
         self.misfit_rule, self.least_coverage, self.tolerances = MISFIT_DESIGN.block(), LEAST_COVERAGE, Tolerances()
 
     def prepared(self, aligned: Aligned) -> Aligned:
-        """Next piece, with a negative speed where the car is known to reverse, by the sign of its speeds or without."""
         seen = aligned.columns
         wheel = seen["road_wheel_angle"] / self._ratio
         angle = np.where(np.isfinite(wheel), wheel, seen["steering_wheel_angle"])
@@ -244,7 +231,6 @@ class SideslipSession(BlockSession):
         return Aligned(aligned.time, values, aligned.names)
 
     def taken(self, aligned: Aligned, result: Result) -> Mapping[str, np.ndarray]:
-        """Collect the estimator's outputs of a piece, and return the traces over it, (n,) each."""
         shown = dict(super().taken(aligned, result))
         shown["true_sideslip_angle"] = truth_in(aligned.columns)
         self._piece = aligned.time, aligned.columns, shown["sideslip_angle_standard_deviation"]
@@ -253,13 +239,11 @@ class SideslipSession(BlockSession):
         return shown | {name: np.where(held, np.nan, shown[name]) for name in spreads}
 
     def collect(self, time: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
-        """Collect estimates, innovations and signals of one piece."""
         running = result["statement.status"] == code_of(Status.ESTIMATED)
         self._consistency.add(result["estimate.nis"][running], result["estimate.readings"][running])
         self.drive.add(running, self._reverses, signals, result, contradictions=not self.moved)
 
     def conclude(self) -> Conclusion:
-        """The finding, with the consistency of the innovations."""
         reversed_ = (self._reversing.words,) if self._reversing.words else ()
         if reason := obstacle(self.drive, self._needs_torque, self._torque_known, self._reversing.mirrored):
             finding = withheld(self.name, "Sideslip angle", [reason], self.drive.evidence(), reversed_)
@@ -284,7 +268,6 @@ class SideslipSession(BlockSession):
         )
 
     def _contradicting(self, consistency: Consistency, finding: Finding) -> tuple[tuple[Defect, ...], tuple[str, ...]]:
-        """The contradiction, and the traces withheld because of it; a recorded truth within the band lifts that."""
         wrong, motion = consistency.wrong(), self.drive.own_motion.wrong()
         if motion is not None and wrong is None:
             wrong = Wrong((), motion)
@@ -302,7 +285,6 @@ class SideslipSession(BlockSession):
         return {"estimated_motion_share": found.value, "estimated_motion_share_deviation": found.deviation}
 
     def observe(self, traces: Mapping[str, np.ndarray]) -> None:
-        """Collect what the headline shows of the last piece, with bands that include the spread of the parameters."""
         value, deviation = traces["sideslip_angle"], traces["sideslip_angle_standard_deviation"]
         self.drive.own_motion.deviations(deviation)
         assert self._piece is not None
@@ -327,20 +309,11 @@ class SideslipSession(BlockSession):
         )
 
     def _ahead(self, traces: Mapping[str, np.ndarray]) -> np.ndarray:
-        """Whether the limit of grip is announced in each sample of a piece, (n,); never by the paper's observers."""
         return np.zeros(len(traces["held"]), bool)
 
 
 class CombinedSession(SideslipSession):
-    """A `SideslipSession` that also collects stiffness, bank, wind and the limit of grip over the drive.
-
-    Args:
-        estimator: the combined estimator
-        vehicle: vehicle with the estimator's parameters
-        rate: sampling rate [Hz]
-        name: name of monitor and variant
-        more: further outputs shown over time: output -> (name in the report, unit)
-    """
+    """A `SideslipSession` that also collects stiffness, bank, wind and the limit of grip over the drive."""
 
     def __init__(
         self,
@@ -355,19 +328,16 @@ class CombinedSession(SideslipSession):
         self._restarts = 0
 
     def collect(self, time: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
-        """Collect also restarts of the filter."""
         super().collect(time, signals, result)
         self._restarts += int(np.sum(result["estimate.restarted"] > 0.5))
 
     def _ahead(self, traces: Mapping[str, np.ndarray]) -> np.ndarray:
-        """Whether the limit of grip is announced, by bands with the parameters' spread, in each sample, (n,)."""
         forced = self._estimator.limit.forced(
             traces["front_friction_used"], traces["front_friction_used_standard_deviation"]
         )
         return np.asarray((traces["limit_ahead"] > 0.5) & forced)
 
     def conclude(self) -> Conclusion:
-        """The finding, with shares of identified unknowns, the limit of grip, and restarts."""
         conclusion = super().conclude()
         finding = conclusion.finding
         if not (finding.status.judged or finding.status is Status.NOT_IDENTIFIABLE) or self.memory is None:
@@ -390,7 +360,6 @@ class CombinedSession(SideslipSession):
         return replace(conclusion, finding=finding, remarks={"estimate": str(shown)}, further=limit)
 
     def _judged(self, finding: Finding) -> Finding:
-        """The finding; not identifiable where the filter restarted too often."""
         minutes = finding.evidence["enabled_s"] / 60.0
         if finding.status is not Status.NOT_IDENTIFIABLE and self._restarts > max(self.most_restarts * minutes, 1.0):
             cause = f"the filter diverged and restarted {self._restarts} times"

@@ -170,12 +170,6 @@ class Derived(NamedTuple):
 def derived_fields(filter: KalmanFilter, belief: Belief, inputs: Tree, limit_share: Scalar) -> dict[str, Scalar]:
     """Fields of `CombinedEstimate` that follow from a belief.
 
-    Args:
-        filter: filter of the belief
-        belief: belief after a sample
-        inputs: inputs of the model, all finite
-        limit_share: share of the greatest front force at which `limit_distance` is zero
-
     The limit is tested on the scaled slip, which keeps growing where the force no longer does: near the peak an
     uncertain slip would give a force that appears certain.
     """
@@ -213,7 +207,6 @@ def derived_fields(filter: KalmanFilter, belief: Belief, inputs: Tree, limit_sha
 
 
 def _unknowns(filter: KalmanFilter, belief: Belief) -> dict[str, Scalar]:
-    """Unknowns with standard deviations and identified shares; the given value where one is not a state."""
     names = filter.model.State._fields
     variances = dict(zip(names, diagonal(belief.covariance), strict=True))
     priors = dict(zip(names, filter.initial_variance, strict=True))
@@ -347,10 +340,9 @@ class CombinedSideslip:
         Args:
             vehicle: vehicle with mass, yaw inertia, distances and cornering stiffnesses at least, see
                 `LateralParameters`
-            sample_time: sampling interval [s]
             tuning: tuning; the default with the noises of the vehicle file where None
-            steering: whether the road wheels' motion is estimated from the actuator's torque; where None, if the
-                vehicle file gives `road_wheel_inertia`
+            steering: whether the road wheels' motion is estimated from the actuator's torque; where None,
+                if the vehicle file gives `road_wheel_inertia`
 
         Raises:
             ParameterError: the vehicle file lacks a parameter, or the sample time is not positive
@@ -394,11 +386,9 @@ class CombinedSideslip:
         )
 
     def init(self) -> CombinedState:
-        """State before the first sample: straight ahead, parameters as in the vehicle file."""
         return CombinedState(self.filter.init(), self.slowest, 0.0, self.angle_gate.init(), 0.0, 1.0, *self._usual())
 
     def _adapts(self, state: CombinedState) -> Scalar:
-        """Whether a noise is raised, which keeps the innovations small even for a wrong estimate."""
         return state.yaw_noise.logarithm + state.acceleration_noise.logarithm > 0.0
 
     def _within_usual_slip(self, belief: Belief, speed: Scalar, counted: Scalar) -> Belief:
@@ -419,7 +409,6 @@ class CombinedSideslip:
         return self.yaw_noise.init(), self.acceleration_noise.init()
 
     def step(self, state: CombinedState, sample: CombinedSample) -> tuple[CombinedState, CombinedEstimate]:
-        """Process one sample."""
         angle_gate, gated = self.angle_gate.step(state.angle_gate, SteeringAngle(sample.road_wheel_angle))
         moving = both(present(sample.vehicle_speed), sample.vehicle_speed > self.slowest)
         if self.filter.model.steering:
@@ -454,7 +443,6 @@ class CombinedSideslip:
     def _filtered(
         self, state: CombinedState, sample: CombinedSample, inputs: Tree, running: Scalar, free: Scalar
     ) -> tuple[Belief, Tree]:
-        """Filter step, held where nothing runs; a steering angle used as input is its mean over the sample."""
         # Infinity marks a missing input, for which the filter holds its estimate.
         given = inputs._replace(vehicle_speed=where(running, inputs.vehicle_speed, math.inf))
         if not self.filter.model.steering:
@@ -469,7 +457,6 @@ class CombinedSideslip:
         return self.filter.step(state.belief, measured, process_noise=noise, measurement_noise=reading)
 
     def _scales(self, state: CombinedState, estimate: Tree, running: Scalar) -> tuple[ScaleState, ScaleState]:
-        """The noise scales after one sample."""
         seen, expected = estimate.innovation, estimate.innovation_variance
         return (
             self.yaw_noise.after(state.yaw_noise, seen.yaw_rate, expected.yaw_rate, running),
@@ -481,7 +468,6 @@ class CombinedSideslip:
     def _estimate(
         self, after: CombinedState, inputs: Tree, estimate: Tree, running: Scalar, lost: Scalar
     ) -> CombinedEstimate:
-        """The output, computed with speed and angle of the last sample that was used."""
         seen = inputs._replace(vehicle_speed=after.vehicle_speed)
         if not self.filter.model.steering:
             seen = seen._replace(road_wheel_angle=after.road_wheel_angle)
@@ -509,7 +495,6 @@ class CombinedSideslip:
         )
 
     def _inputs(self, sample: CombinedSample) -> tuple[Tree, Scalar]:
-        """Inputs of the model, finite values throughout, and whether the road wheels turn without known torque."""
         along = where(present(sample.longitudinal_acceleration), sample.longitudinal_acceleration, 0.0)
         speed = where(present(sample.vehicle_speed), maximum(sample.vehicle_speed, self.slowest), self.slowest)
         if not self.filter.model.steering:
@@ -523,7 +508,6 @@ class CombinedSideslip:
         return self.filter.model.Output(*(getattr(sample, name) for name in self.filter.model.Output._fields))
 
     def _process_noise(self, state: CombinedState, inputs: Tree, running: Scalar, free: Scalar) -> tuple[Scalar, ...]:
-        """Variance that each state gains in this sample; while the estimate is held only that of the motion grows."""
         factors = self._factors(state, inputs)
         noise = []
         for name, usual, growth, most, now in zip(
@@ -540,7 +524,6 @@ class CombinedSideslip:
         return tuple(noise)
 
     def _factors(self, state: CombinedState, inputs: Tree) -> dict[str, Scalar]:
-        """Factors of the process noise, from innovations, speed (wind) and steering angle (steering ratio)."""
         speed = inputs.vehicle_speed / WIND_SPEED
         factors: dict[str, Scalar] = {
             "yaw_rate": self.yaw_noise.scale(state.yaw_noise),
@@ -553,7 +536,6 @@ class CombinedSideslip:
         return factors
 
     def _smoothed(self, before: Scalar, value: Scalar, time: float) -> Scalar:
-        """First-order low-pass; holds where the value is missing."""
         sample_time: Scalar = self.filter.parameters.sample_time
         share = sample_time / (time + sample_time)
         return where(present(value), before + share * (where(present(value), value, before) - before), before)
@@ -610,7 +592,6 @@ class Identifiability:
         return " ".join(named).removeprefix("+ ")
 
     def __str__(self) -> str:
-        """One or two sentences for a finding."""
         known = [f"{WORDS[name]} ({share:.0%})" for name, share in self.shares.items() if name in self.identified]
         text = f"The drive identifies {', '.join(known)}." if known else "The drive identifies none of the unknowns."
         if self.left <= 1.0 - IDENTIFIED:
@@ -620,10 +601,6 @@ class Identifiability:
 
 def identifiability(estimator: CombinedSideslip, state: CombinedState | Memory) -> Identifiability:
     """Identifiability of the unknowns up to a state.
-
-    Args:
-        estimator: estimator of the state
-        state: state after a sample, or the `state` of a result of `scan`
 
     An eigenvalue near one of the covariance, scaled by the priors, belongs to a direction that the data do not
     identify; parameters may each be identified and yet not be separable, or be separable and yet not identified.

@@ -98,7 +98,6 @@ def parts_of_motions(speed: np.ndarray, reverses: np.ndarray) -> Iterator[Part]:
 
     Args:
         speed: [m/s]; NaN where missing, which ends no motion
-        reverses: whether the car is known to reverse
     """
     moves = ~(np.abs(speed) < STANDING)
     if len(moves) and not moves[0]:
@@ -131,7 +130,6 @@ class FiguresOverMotions:
         return _joined(self._announced, self._moving[1])
 
     def add(self, samples: Samples) -> None:
-        """Add the next piece."""
         for part in parts_of_motions(samples.speed, samples.reverses):
             if part.reversed:
                 self._moving = Largest(), Announced()
@@ -141,7 +139,6 @@ class FiguresOverMotions:
                 self._moving = Largest(), Announced()
 
     def _move(self, samples: Samples) -> None:
-        """Add samples of one motion."""
         largest, announced = self._moving
         known = samples.judged & np.isfinite(samples.deviation)
         if known.any():
@@ -180,13 +177,7 @@ FEWEST = 300
 
 
 class SideslipDrive:
-    """Collector of all statistics over a drive: estimate, signs, sensors, and the motion given by the signals.
-
-    Args:
-        parameters: parameters of the vehicle
-        ratio: road wheel angle over steering wheel angle
-        rate: sampling rate [Hz]
-    """
+    """Collector of all statistics over a drive: estimate, signs, sensors, and the motion given by the signals."""
 
     def __init__(self, parameters: SingleTrack.Parameters, ratio: float, rate: float):
         self.figures, self.signs, self.motions = EstimateFigures(), SignsOverDrive(), FiguresOverMotions()
@@ -211,15 +202,6 @@ class SideslipDrive:
         result: Result,
         contradictions: bool = True,
     ) -> None:
-        """Add the next piece, (n,) each.
-
-        Args:
-            running: where the estimator ran
-            reverses: where the car is known to reverse
-            signals: signals by name; samples without speed and yaw rate are pure predictions and do not count
-            result: outputs of the estimator
-            contradictions: whether to test signals against each other and against the vehicle's parameters
-        """
         speed, yaw_rate = signals["vehicle_speed"], signals["yaw_rate"]
         lateral, along = signals["lateral_acceleration"], signals["longitudinal_acceleration"]
         measured, wheel = signals["road_wheel_angle"], self._ratio * signals["steering_wheel_angle"]
@@ -276,17 +258,6 @@ class EstimateFigures:
         angle: np.ndarray,
         torque: np.ndarray,
     ) -> None:
-        """Add the next piece, (n,) each; NaN where missing.
-
-        Args:
-            running: where the estimator ran
-            reverses: where the car is known to reverse
-            result: outputs of the estimator
-            truth: true sideslip angle [rad]
-            speed: vehicle speed [m/s]
-            angle: road wheel angle [rad]
-            torque: torque of the steering's motor, or its current
-        """
         sideslip, deviation = result["statement.magnitude"], result["statement.deviation"]
         self.seen += len(running)
         judged = running & (speed > WALKING)
@@ -336,7 +307,6 @@ class SignsOverDrive:
         self._counts = np.zeros((size, size))
 
     def add(self, speed: np.ndarray, signals: Mapping[str, np.ndarray]) -> None:
-        """Add the next piece: speed [m/s] and the signals by their name in `TOGETHER`, (n,) each; NaN where missing."""
         rolling = np.isfinite(speed) & (speed > FASTEST_STANDING)
         for (i, one), (j, other) in combinations(enumerate(TOGETHER), 2):
             a, b = signals[one], signals[other]

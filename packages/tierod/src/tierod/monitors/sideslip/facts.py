@@ -150,14 +150,7 @@ LEAST_COMPARED = 5.0
 
 
 def obstacle(drive: SideslipDrive, needs_torque: bool, torque_known: bool, mirrored: bool = False) -> Obstacle | None:
-    """Why no statement is possible; None where one is.
-
-    Args:
-        drive: statistics of the drive
-        needs_torque: whether the estimator cannot run without the torque of the steering
-        torque_known: whether the vehicle file converts the motor's torque into it
-        mirrored: whether every turn mirrors the steering angle
-    """
+    """Why no statement is possible; None where one is."""
     figures = drive.figures
     if mirrored:
         return Obstacle(Status.NOT_TESTABLE, MIRRORED, TURN_FORWARD)
@@ -194,14 +187,7 @@ def obstacle(drive: SideslipDrive, needs_torque: bool, torque_known: bool, mirro
 
 
 def judge(drive: SideslipDrive, name: str, misfit_rule: Detector, nis: float) -> Finding:
-    """The finding where the sideslip was estimated.
-
-    Args:
-        drive: statistics of the drive
-        name: name of monitor and variant
-        misfit_rule: rule that decides whether the parameters fit
-        nis: mean NIS per reading
-    """
+    """The finding where the sideslip was estimated."""
     figures = drive.figures
     evidence = {**drive.evidence(), **figures.beside_truth(), "nis_mean": nis}
     peak = drive.motions.largest
@@ -223,7 +209,6 @@ def judge(drive: SideslipDrive, name: str, misfit_rule: Detector, nis: float) ->
 
 
 def _geometry(peak: Largest) -> str:
-    """Sentence on an angle that is mostly the geometry of a tight turn; empty for one that the tyres make."""
     tyres = abs(peak.value - peak.geometry)
     if abs(peak.geometry) < LARGE_GEOMETRY or tyres > 0.5 * abs(peak.geometry):
         return ""
@@ -231,18 +216,12 @@ def _geometry(peak: Largest) -> str:
 
 
 def confirmed(finding: Finding, drive: SideslipDrive) -> bool:
-    """Whether the band contains a recorded truth for enough of the time.
-
-    Args:
-        finding: result of `judge`
-        drive: statistics of the drive
-    """
+    """Whether the band contains a recorded truth for enough of the time."""
     share = finding.evidence.get("truth_within_band_share", 0.0)
     return share >= LEAST_COVERAGE and drive.figures.compared >= LEAST_COMPARED * drive.rate
 
 
 def _beside_truth(finding: Finding, seconds: float) -> Finding:
-    """The finding, inconsistent where the band does not contain a recorded truth."""
     share = finding.evidence.get("truth_within_band_share", 1.0)
     if not (share < LEAST_COVERAGE and seconds >= LEAST_COMPARED):
         return finding
@@ -260,7 +239,6 @@ def _beside_truth(finding: Finding, seconds: float) -> Finding:
 
 
 def _with_offset(finding: Finding, drive: SideslipDrive) -> Finding:
-    """The finding with the offset of the yaw rate as its cause; then it is inconsistent."""
     if (offset := drive.sensors.offset(*drive.yaw_rate_offsets())) is None:
         return finding
     cause = (
@@ -281,7 +259,6 @@ def _with_offset(finding: Finding, drive: SideslipDrive) -> Finding:
 
 
 def _contradicted(finding: Finding, drive: SideslipDrive) -> Finding:
-    """The finding with the signals that contradict the motion; inconsistent where the estimate rests on one of them."""
     wrong = drive.motion.wrong()
     finding = replace(finding, warnings=(*finding.warnings, *(each.sentence for each in wrong)))
     decisive = [each.sentence for each in wrong if each.names != ("longitudinal_acceleration",)]
@@ -310,5 +287,4 @@ def distances(finding: Finding) -> dict[str, float]:
 
 
 def _signed(value: float, decimals: int) -> str:
-    """Number with its sign, and the minus of reports."""
     return f"{value:+.{decimals}f}".replace("-", "−")

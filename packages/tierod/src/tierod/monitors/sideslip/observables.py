@@ -40,14 +40,7 @@ class Relation(NamedTuple):
 
 
 class BlocksOverDrive:
-    """Fixed blocks of a drive, independent of how it is cut.
-
-    Args:
-        rate: sampling rate [Hz]
-        signals: number of signals
-        seconds: averaging time of a block [s]
-        fewest: least number of samples of a block
-    """
+    """Fixed blocks of a drive, independent of how it is cut."""
 
     def __init__(self, rate: float, signals: int, seconds: float = BLOCK, fewest: int = 2):
         self._size = max(round(seconds * rate), fewest)
@@ -55,11 +48,6 @@ class BlocksOverDrive:
         self._rest = np.empty((0, signals))
 
     def add(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Blocks that the next samples complete (m, samples, signals), and the changes over them, (m, signals).
-
-        Args:
-            rows: the next samples (n, signals)
-        """
         rows, size = np.vstack([self._rest, rows]), self._size
         # The change over a block needs the sample after it, so a block waits for the next piece.
         count = max(len(rows) - 1, 0) // size
@@ -71,11 +59,7 @@ class BlocksOverDrive:
 class RelationOverDrive:
     """One regression over a drive: products of regressors and target, accumulated stretch by stretch.
 
-    The result does not depend on how the recording is cut.
-
-    Args:
-        coefficients: number of coefficients
-    """
+    The result does not depend on how the recording is cut."""
 
     def __init__(self, coefficients: int):
         self._sums = np.zeros((MOST, coefficients + 1, coefficients + 1))
@@ -83,13 +67,6 @@ class RelationOverDrive:
         self._blocks, self._length = 0, STRETCH
 
     def add(self, regressors: Sequence[np.ndarray], target: np.ndarray, counted: np.ndarray) -> None:
-        """Add the next blocks, (n,) each.
-
-        Args:
-            regressors: one array per coefficient; NaN where missing
-            target: NaN where missing
-            counted: blocks that may count
-        """
         rows = np.column_stack([*regressors, target])
         used = counted & np.isfinite(rows).all(axis=1)
         rows = np.where(used[:, None], rows, 0.0)
@@ -106,7 +83,6 @@ class RelationOverDrive:
                 self._join()
 
     def _join(self) -> None:
-        """Merge pairs of stretches, which frees half of them and doubles their length."""
         for kept in (self._sums, self._counts):
             half = kept[0::2] + kept[1::2]
             kept[:] = 0.0
@@ -202,12 +178,7 @@ class ObservableLimits:
 
 
 class ObservablesOverDrive:
-    """Regressions over half-second blocks of a drive, independent of how the recording is cut.
-
-    Args:
-        rate: sampling rate [Hz]
-        limits: validity limits of the relations
-    """
+    """Regressions over half-second blocks of a drive, independent of how the recording is cut."""
 
     def __init__(self, rate: float, limits: ObservableLimits | None = None):
         self._limits = limits or ObservableLimits()
@@ -218,12 +189,6 @@ class ObservablesOverDrive:
         self._speeds, self._turned = np.zeros(3), RelationOverDrive(3)
 
     def add(self, signals: Mapping[str, np.ndarray], angle: np.ndarray) -> None:
-        """Add the next piece, (n,) each; NaN where missing.
-
-        Args:
-            signals: signals by name
-            angle: road wheel angle [rad]
-        """
         names = ("vehicle_speed", "yaw_rate", "lateral_acceleration", "longitudinal_acceleration")
         missing = np.full(len(angle), np.nan)
         wheels = (signals.get(name, missing) for name in WHEELS)
@@ -257,11 +222,7 @@ class ObservablesOverDrive:
         self._gained.add((gained, one), along, gentle)
 
     def lever(self, wheelbase: float, understeer: float) -> float:
-        """Zero of the steering angle that a yaw rate offset imitates, with opposite sign, per offset [s].
-
-        Args:
-            wheelbase, understeer: as in `Observables`
-        """
+        """Zero of the steering angle that a yaw rate offset imitates, with opposite sign, per offset [s]."""
         _, slowness, speed = self._speeds / max(self._speeds[0], 1.0)
         return float(wheelbase * slowness + understeer * speed)
 
@@ -352,12 +313,7 @@ class OwnMotionOverDrive:
 
     In a = v r + vy' the measured a, v and r give vy', which does not depend on stiffness, mass or distances. A place of
     the accelerometer ahead of the centre of gravity enters the term of the yaw acceleration, bank and zeros the
-    constant. A share of one half means that the estimate changes twice as much as the car does.
-
-    Args:
-        rate: sampling rate [Hz]
-        limits: limits of a contradiction
-    """
+    constant. A share of one half means that the estimate changes twice as much as the car does."""
 
     def __init__(self, rate: float, limits: OwnMotionLimits | None = None):
         self.limits = limits or OwnMotionLimits()
@@ -366,14 +322,6 @@ class OwnMotionOverDrive:
         self._angles, self._variance = np.zeros(3), np.zeros(2)
 
     def add(self, speed: np.ndarray, yaw_rate: np.ndarray, lateral: np.ndarray, sideslip: np.ndarray) -> None:
-        """Add the next piece, (n,) each; NaN where missing.
-
-        Args:
-            speed: vehicle speed [m/s]
-            yaw_rate: yaw rate [rad/s]
-            lateral: lateral acceleration [m/s**2]
-            sideslip: estimated sideslip angle [rad]
-        """
         known = np.isfinite(sideslip) & (speed > self.limits.slowest)
         self._angles += (known.sum(), sideslip[known].sum(), sideslip[known] @ sideslip[known])
         blocks, changes = self._blocks.add(np.column_stack([speed, yaw_rate, lateral, speed * np.tan(sideslip)]))

@@ -65,13 +65,7 @@ class Offset(NamedTuple):
 
 
 class SensorsOverDrive:
-    """Sums over a recording that test the plausibility of its sensors.
-
-    Args:
-        p: parameters of the vehicle, for its yaw rate in a steady turn
-        rate: sampling rate [Hz]
-        limits: limits beyond which a signal counts as wrong
-    """
+    """Sums over a recording that test the plausibility of its sensors."""
 
     def __init__(self, p: SingleTrack.Parameters, rate: float, limits: SensorLimits | None = None):
         self.limits, self._rate, self.offset_rule = limits or SensorLimits(), rate, OFFSET_DESIGN.block()
@@ -81,14 +75,6 @@ class SensorsOverDrive:
         self._readings = self._beyond = 0
 
     def add(self, speed: np.ndarray, yaw_rate: np.ndarray, acceleration: np.ndarray, angle: np.ndarray) -> None:
-        """Add the next piece, (n,) each; NaN where missing.
-
-        Args:
-            speed: vehicle speed [m/s]
-            yaw_rate: yaw rate [rad/s]
-            acceleration: lateral acceleration [m/s**2]
-            angle: road wheel angle [rad]
-        """
         known = np.isfinite(speed) & np.isfinite(yaw_rate)
         self._readings += int(np.sum(known))
         self._beyond += int(np.sum(np.abs(yaw_rate[known]) > self.limits.largest))
@@ -138,7 +124,6 @@ class SensorsOverDrive:
         return self._worth_naming(smaller, "compared with both lateral acceleration and steering") if alike else None
 
     def _beside_wheels(self, offset: float) -> Offset | None:
-        """Offset by the rear wheel speeds, which the steering must confirm; None without both."""
         count, beside_steering = self._steered
         if count < self.limits.rolling_time * self._rate or not offset:
             return None
@@ -212,8 +197,6 @@ class MotionLimits:
 
 
 class _Pair:
-    """Sums of two quantities over the blocks in which both are valid."""
-
     def __init__(self) -> None:
         self._sums = np.zeros(6)
 
@@ -233,13 +216,7 @@ class _Pair:
 
 
 class MotionOverDrive:
-    """Sums over a drive in fixed blocks, so that the result does not depend on how the recording is cut.
-
-    Args:
-        p: parameters of the vehicle
-        rate: sampling rate [Hz]
-        limits: limits of a contradiction
-    """
+    """Sums over a drive in fixed blocks, so that the result does not depend on how the recording is cut."""
 
     def __init__(self, p: SingleTrack.Parameters, rate: float, limits: MotionLimits | None = None):
         self.limits = limits or MotionLimits()
@@ -257,14 +234,6 @@ class MotionOverDrive:
         longitudinal: np.ndarray,
         angle: np.ndarray,
     ) -> None:
-        """Add the next piece, (n,) each; NaN where missing.
-
-        Args:
-            speed: vehicle speed [m/s]
-            yaw_rate: yaw rate [rad/s]
-            lateral, longitudinal: accelerations [m/s**2]
-            angle: road wheel angle [rad]
-        """
         blocks, changes = self._blocks.add(np.column_stack([speed, yaw_rate, lateral, longitudinal, angle]))
         if not len(blocks):
             return
@@ -283,7 +252,6 @@ class MotionOverDrive:
         self._leaps += int((steps > self.limits.leap).sum())
 
     def _roll(self, v: np.ndarray, r: np.ndarray, a: np.ndarray) -> None:
-        """Add to the regression of the lateral acceleration, where the car rolls."""
         rows = np.column_stack([(v * r).mean(axis=1), r.mean(axis=1), v.mean(axis=1), np.ones(len(v)), a.mean(axis=1)])
         rows = rows[np.isfinite(rows).all(axis=1) & (rows[:, 2] > self.limits.rolling)]
         self._rolling += rows.T @ rows
@@ -327,7 +295,6 @@ class MotionOverDrive:
         )
 
     def _of_a_turn(self, gain: float) -> Defect:
-        """The one of speed, yaw rate and lateral acceleration that contradicts the steering and the other two."""
         limits = self.limits
         yaw = self._yaw.unexplained(limits.seconds, limits.lateral)
         side = self._side.unexplained(limits.seconds, limits.lateral)

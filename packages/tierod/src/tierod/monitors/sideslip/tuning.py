@@ -62,7 +62,6 @@ class NoiseScale:
     greatest: Annotated[float, "", NOT_NEGATIVE] = 9.0
 
     def init(self) -> ScaleState:
-        """State before the first sample: the noise as given."""
         return ScaleState(0.0, 0.0)
 
     def scale(self, state: ScaleState) -> Scalar:
@@ -70,14 +69,6 @@ class NoiseScale:
         return exp(state.logarithm)
 
     def after(self, state: ScaleState, innovation: Scalar, variance: Scalar, running: Scalar) -> ScaleState:
-        """State after one sample; held where the reading is missing or the filter does not run.
-
-        Args:
-            state: state of the previous sample
-            innovation: measured less predicted [unit of the reading]
-            variance: its variance as predicted by the filter [its square]
-            running: whether the filter ran
-        """
         share = self.sample_time / (self.memory + self.sample_time)
         usable = both(running, present(innovation))
         smoothed = state.innovation + share * (where(usable, innovation, 0.0) - state.innovation)
@@ -124,15 +115,7 @@ class GripLimit:
     def shown(
         self, estimate: Mapping[str, Scalar], speed: Scalar, road_wheel_angle: Scalar, usual: Scalar, yaw_noise: Scalar
     ) -> Scalar:
-        """Whether force and turn of the car are near the limit, and the steering angle fits the yaw rate.
-
-        Args:
-            estimate: fields of the combined estimator's output
-            speed: vehicle speed [m/s]
-            road_wheel_angle: steering angle [rad]
-            usual: lateral acceleration at the limit on a dry road [m/s**2]
-            yaw_noise: factor by which the noise of the yaw rate is raised [-]
-        """
+        """Whether force and turn of the car are near the limit, and the steering angle fits the yaw rate."""
         across = absolute(speed * estimate["corrected_yaw_rate"])
         tight = limit(absolute(road_wheel_angle) / self.tight, 0.0, 1.0)
         needed = self.acceleration + tight * maximum(self.force * usual - self.acceleration, 0.0)
@@ -141,12 +124,7 @@ class GripLimit:
         return shown
 
     def forced(self, used: Share, deviation: Share) -> Share:
-        """Whether the axle uses enough of its largest force; never where the deviation is NaN.
-
-        Args:
-            used: share of the largest force that is in use [-]
-            deviation: its standard deviation [-]
-        """
+        """Whether the axle uses enough of its largest force; never where the deviation is NaN."""
         return used - BAND * deviation > self.force
 
 
@@ -350,12 +328,7 @@ class VehicleTuning:
 
 
 def tuning_of(vehicle: Vehicle, usual: CombinedTuning = USUAL) -> CombinedTuning:
-    """The tuning of the combined estimator for a vehicle.
-
-    Args:
-        vehicle: vehicle whose file may give parameters of `VehicleTuning`
-        usual: tuning where it gives none
-    """
+    """The tuning of the combined estimator for a vehicle."""
     given = vehicle.parameters_for(VehicleTuning)
     stiffness = given.stiffness_wander, given.stiffness_wander_time
     front, rear = usual.log_front_stiffness, usual.log_rear_stiffness
@@ -419,7 +392,6 @@ def _tyres(vehicle: Vehicle, axle: str) -> Wandering:
 
 
 def _wandering(usual: Wandering | None, deviation: float | None, time: float | None) -> Wandering | None:
-    """The process with its given values; None where given as zero, or without a default and a given value."""
     if deviation == 0.0 or (usual is None and deviation is None):
         return None
     start = usual or Wandering(1.0, USUAL_TIME)
@@ -457,14 +429,7 @@ NARROWEST = 1.0
 
 
 def combined_filter(car: LateralParameters, sample_time: float, tuning: CombinedTuning, steering: bool) -> KalmanFilter:
-    """The Kalman filter over the states that the tuning selects.
-
-    Args:
-        car: parameters of the car
-        sample_time: sampling interval [s]
-        tuning: estimated unknowns, and noises
-        steering: whether the road wheels' motion is among the states
-    """
+    """The Kalman filter over the states that the tuning selects."""
     followed = tuning.followed(steering)
     model = lateral_motion(tuple(followed), roll=tuning.roll, steering=steering)
     noises, names = tuning.noises, model.State._fields
@@ -489,13 +454,7 @@ def combined_filter(car: LateralParameters, sample_time: float, tuning: Combined
 
 
 def held_growth(model: Any, noises: Noises, sample_time: float) -> tuple[float, ...]:
-    """Variance that every state gains per sample while the estimate is held, in the order of the states.
-
-    Args:
-        model: model of the filter
-        noises: noises of the tuning
-        sample_time: sampling interval [s]
-    """
+    """Variance that every state gains per sample while the estimate is held, in the order of the states."""
     moving = ("lateral_speed", "yaw_rate", "road_wheel_angle")
     held = {name: per_sample(getattr(noises, f"held_{name}"), sample_time) for name in moving}
     held |= dict.fromkeys(("front_deflection", "rear_deflection"), held["lateral_speed"] * DEFLECTED * DEFLECTED)
@@ -505,13 +464,7 @@ def held_growth(model: Any, noises: Noises, sample_time: float) -> tuple[float, 
 def bounded(filter: KalmanFilter, mean: Tree, lateral: Scalar) -> Tree:
     """The mean of a belief with every factor held within the bounds of its prior.
 
-    Friction is at least what the lateral acceleration proves, as far as that is below the usual friction.
-
-    Args:
-        filter: filter of the belief
-        mean: mean after a sample
-        lateral: smoothed lateral acceleration [m/s**2]
-    """
+    Friction is at least what the lateral acceleration proves, as far as that is below the usual friction."""
     car = filter.parameters.car
     shown = absolute(lateral) / ((1.0 + car.roll_share) * GRAVITY * car.tyre_friction)
     least = log(limit(shown, 1e-3, 1.0))
