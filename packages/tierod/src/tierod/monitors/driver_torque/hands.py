@@ -188,8 +188,7 @@ def begun(start: Belief, motion: Belief, learnt: Belief, begins: Scalar, otherwi
         for i, j in upper(count)
     ]
     return Belief(
-        select(begins, type(start.mean)(*mean), otherwise.mean),
-        select(begins, tuple(covariance), otherwise.covariance),
+        select(begins, type(start.mean)(*mean), otherwise.mean), select(begins, tuple(covariance), otherwise.covariance)
     )
 
 
@@ -335,16 +334,7 @@ class HandsMonitor:
         off, nothing = self.off.init(), self.Sample(0.0, 0.0)
         sums = self.to_on.init(), self.to_off.init()
         return self.State(
-            off,
-            self.on.init(),
-            off,
-            *sums,
-            UNCERTAIN,
-            nothing,
-            self.motion.init(),
-            0.0,
-            0.0,
-            self.longest_gap,
+            off, self.on.init(), off, *sums, UNCERTAIN, nothing, self.motion.init(), 0.0, 0.0, self.longest_gap
         )
 
     def step(self, state: State, sample: HandsSample) -> tuple[State, Output]:

@@ -319,11 +319,7 @@ HYSTERESIS = Monitor(
     maximum_age=0.1,
     variants={
         "hoist": Variant(
-            "hoist",
-            "Wheels hang free: the loop is the friction of the steering.",
-            PAPER,
-            _open("hoist"),
-            (INCREASE,),
+            "hoist", "Wheels hang free: the loop is the friction of the steering.", PAPER, _open("hoist"), (INCREASE,)
         ),
         "ground": Variant(
             "ground",

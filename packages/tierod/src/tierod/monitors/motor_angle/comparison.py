@@ -101,10 +101,7 @@ class Increments:
         ends = both(fresh, elapsed + 0.5 * self.sample_time > self.window)
         turned = seen.motor_angle - state.start
         complete = all_of(
-            ends,
-            stood < 0.5,
-            elapsed < 2.0 * self.window,
-            absolute(turned) > self.least_speed * self.window,
+            ends, stood < 0.5, elapsed < 2.0 * self.window, absolute(turned) > self.least_speed * self.window
         )
         after = self.State(
             where(fresh, sample.motor_angle_mechanical, state.last),

@@ -30,10 +30,7 @@ from tierod.monitors.motor_angle.comparison import (
     NotFollowing,
     Stuck,
 )
-from tierod.monitors.motor_angle.evidence import (
-    NOISE,
-    DriveFigures,
-)
+from tierod.monitors.motor_angle.evidence import NOISE, DriveFigures
 from tierod.monitors.motor_angle.facts import (
     DISTURBING,
     FIVE_DEGREES,
@@ -80,12 +77,7 @@ TRACES = {
 }
 """Outputs of the block that a report shows."""
 
-AT_READINGS = (
-    "leap_of_angle",
-    "change_of_resolver_amplitude",
-    "resolver_mismatch_electrical",
-    "sum_of_phase_currents",
-)
+AT_READINGS = ("leap_of_angle", "change_of_resolver_amplitude", "resolver_mismatch_electrical", "sum_of_phase_currents")
 """Traces that are defined at readings only; 0 stands for no value in between."""
 
 INVERTER_TRACES = {
@@ -427,12 +419,10 @@ MOTOR_ANGLE = Monitor(
         each.name: each
         for each in (
             _variant(
-                MEASURED,
-                "Kalman filter in stator coordinates without the sensor, cumulative sums, further tests.",
+                MEASURED, "Kalman filter in stator coordinates without the sensor, cumulative sums, further tests."
             ),
             _variant(
-                COMMANDED,
-                "The same with the commanded voltages; the voltage loss of the inverter is estimated too.",
+                COMMANDED, "The same with the commanded voltages; the voltage loss of the inverter is estimated too."
             ),
             _variant(
                 DUTY_CYCLES,

@@ -71,10 +71,7 @@ UNSETTLED = (
 )
 """Cause and action of `angle` and `speed` where the induced voltage rotates otherwise than its magnitude requires."""
 
-NOISY_SENSOR = (
-    "the readings of the motor's angle sensor have noise",
-    "check the sensor, its line and its resolution",
-)
+NOISY_SENSOR = ("the readings of the motor's angle sensor have noise", "check the sensor, its line and its resolution")
 """Cause and action of an alarm that noise of the readings explains."""
 
 PASSED, UNDECIDED = "passed", "undecided"
@@ -254,11 +251,7 @@ def _judged(drive: Drive, vehicle: Vehicle) -> Finding:
     estimate = None
     if drive.counted:
         estimate = Estimate(
-            DIFFERENCE,
-            drive.offset,
-            drive.offset_deviation,
-            "rad",
-            {"smallest offset worth an alarm": FIVE_DEGREES},
+            DIFFERENCE, drive.offset, drive.offset_deviation, "rad", {"smallest offset worth an alarm": FIVE_DEGREES}
         )
     if drive.known < LEAST_KNOWN:
         cause = f"the motor turned fast enough for {drive.known:.1f} s only, {LEAST_KNOWN:g} s are needed"

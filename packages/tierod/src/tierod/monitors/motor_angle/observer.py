@@ -9,19 +9,7 @@ from typing import Annotated, Any, Literal, NamedTuple, get_type_hints
 from tierod.core.block import Scalar, Tree
 from tierod.core.errors import ParameterError
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE, check_ranges
-from tierod.core.graph.maths import (
-    absolute,
-    all_of,
-    both,
-    exp,
-    hypot,
-    limit,
-    maximum,
-    minimum,
-    present,
-    sqrt,
-    where,
-)
+from tierod.core.graph.maths import absolute, all_of, both, exp, hypot, limit, maximum, minimum, present, sqrt, where
 from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.methods.estimators.shapes import Belief
 from tierod.models.stator_frame_motor import (

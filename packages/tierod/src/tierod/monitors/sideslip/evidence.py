@@ -1,10 +1,9 @@
-"""Statistics of the sideslip monitor over a drive: motions, estimate against truth, signs of signals."""
+"""Statistics of the sideslip monitor over a drive: estimate, its motions from standstill to standstill, and truth."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from itertools import combinations
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -13,12 +12,16 @@ from tierod.core.graph import Result
 from tierod.core.series import runs
 from tierod.methods.detectors.reversing import ReversingLimits
 from tierod.models.single_track import SingleTrack
-from tierod.monitors.harness.related_signals import odd_ones_out
 from tierod.monitors.sideslip.observables import ObservablesOverDrive, OwnMotionOverDrive
-from tierod.monitors.sideslip.sensors import MotionOverDrive, SensorsOverDrive
+from tierod.monitors.sideslip.sensors import SensorsOverDrive
 from tierod.monitors.sideslip.tuning import BAND
 
-STANDING = ReversingLimits().standing
+TRUTHS = ("sideslip_angle", "truth_sideslip_angle")
+"""Channels with a reference for the estimate: from an optical sensor, or from a simulation."""
+
+WALKING: Annotated[float, "m/s"] = 2.0
+"""Speed up to which no sideslip and no limit of grip enter the headline: there the geometry of the turn makes the
+sideslip, and the slip of a tyre, over a rolling speed near zero, says nothing of its force."""
 
 
 class Largest(NamedTuple):
@@ -29,7 +32,6 @@ class Largest(NamedTuple):
         value, deviation: sideslip angle and its standard deviation, with the spread of the parameters
         own: standard deviation by the estimator alone
         geometry: sideslip angle of the same turn if the rear tyres did not slip
-        speed: vehicle speed
     """
 
     lower: Annotated[float, "rad"] = -math.inf
@@ -53,18 +55,19 @@ class Announced(NamedTuple):
     samples: int = 0
     used: float = 0.0
 
+    def joined(self, other: Announced) -> Announced:
+        return Announced(min(self.first, other.first), self.samples + other.samples, max(self.used, other.used))
+
 
 class Samples(NamedTuple):
     """Samples of the next piece, (n,) each.
 
     Args:
-        time: [s]
-        speed: [m/s]; NaN where missing
         reverses: whether the car is known to reverse
         judged: whether a sample may enter a headline
-        value, deviation, own, geometry: see `Largest` [rad]
+        value, deviation, own, geometry: see `Largest`
         ahead: whether the limit of grip is announced
-        used: share of the front axle's grip in use [-]
+        used: share of the front axle's grip in use
     """
 
     time: np.ndarray
@@ -79,33 +82,18 @@ class Samples(NamedTuple):
     used: np.ndarray
 
 
-class Part(NamedTuple):
-    """Samples of one motion within a piece.
+def parts_of_motions(speed: np.ndarray, reverses: np.ndarray) -> Iterator[tuple[slice, bool, bool]]:
+    """Samples of each motion in the next piece; whether those before them belong to reversing; whether it ends there.
 
-    Args:
-        samples: those that may count
-        reversed: whether all samples of the motion before them belong to reversing
-        ended: whether the motion ends with them
+    A missing speed ends no motion. An empty part comes first where the motion of the previous piece has ended.
     """
-
-    samples: slice
-    reversed: bool
-    ended: bool
-
-
-def parts_of_motions(speed: np.ndarray, reverses: np.ndarray) -> Iterator[Part]:
-    """The motions of the next piece; an empty part of none comes first where the motion before it has ended.
-
-    Args:
-        speed: [m/s]; NaN where missing, which ends no motion
-    """
-    moves = ~(np.abs(speed) < STANDING)
+    moves = ~(np.abs(speed) < ReversingLimits.standing)
     if len(moves) and not moves[0]:
-        yield Part(slice(0, 0), False, ended=True)
+        yield slice(0, 0), False, True
     for start, stop in zip(*runs(moves), strict=True):
         known = np.flatnonzero(reverses[start:stop])
         begin = start + int(known[-1]) + 1 if len(known) else start
-        yield Part(slice(begin, stop), bool(len(known)), ended=stop < len(moves))
+        yield slice(begin, stop), bool(len(known)), stop < len(moves)
 
 
 class FiguresOverMotions:
@@ -121,20 +109,18 @@ class FiguresOverMotions:
 
     @property
     def largest(self) -> Largest:
-        """Sideslip angle with the largest lower bound."""
         return max(self._largest, self._moving[0])
 
     @property
     def announced(self) -> Announced:
-        """Announcements of the limit of grip."""
-        return _joined(self._announced, self._moving[1])
+        return self._announced.joined(self._moving[1])
 
     def add(self, samples: Samples) -> None:
-        for part in parts_of_motions(samples.speed, samples.reverses):
-            if part.reversed:
+        for part, reversed_, ended in parts_of_motions(samples.speed, samples.reverses):
+            if reversed_:
                 self._moving = Largest(), Announced()
-            self._move(Samples(*(each[part.samples] for each in samples)))
-            if part.ended:
+            self._move(Samples(*(each[part] for each in samples)))
+            if ended:
                 self._largest, self._announced = self.largest, self.announced
                 self._moving = Largest(), Announced()
 
@@ -149,50 +135,37 @@ class FiguresOverMotions:
         ahead = samples.ahead & samples.judged
         first = float(samples.time[np.argmax(ahead)]) if ahead.any() else math.inf
         used = float(np.max(samples.used[samples.judged], initial=0.0))
-        self._moving = largest, _joined(announced, Announced(first, int(ahead.sum()), used))
-
-
-def _joined(one: Announced, other: Announced) -> Announced:
-    return Announced(min(one.first, other.first), one.samples + other.samples, max(one.used, other.used))
-
-
-TRUTHS = ("sideslip_angle", "truth_sideslip_angle")
-"""Channels with a reference for the estimate: from an optical sensor, or from a simulation."""
-
-WALKING: Annotated[float, "m/s"] = 2.0
-"""Speed up to which no sideslip and no limit of grip enter the headline: there the geometry of the turn makes the
-sideslip, and the slip of a tyre, over a rolling speed near zero, says nothing of its force."""
-
-TOGETHER = ("steering angle", "yaw rate", "lateral acceleration", "steering torque")
-"""Signals with the same sign in a steady turn."""
-
-CLEAR = 0.5
-"""Magnitude of the correlation from which two signals agree or disagree in sign [-]; slow turns give above 0.9."""
-
-FASTEST_STANDING = 3.0
-"""Speed [m/s] up to which the car counts as manoeuvring, where torque and lateral acceleration are uninformative."""
-
-FEWEST = 300
-"""Least number of samples of a correlation."""
+        self._moving = largest, announced.joined(Announced(first, int(ahead.sum()), used))
 
 
 class SideslipDrive:
-    """Collector of all statistics over a drive: estimate, signs, sensors, and the motion given by the signals."""
+    """Statistics over a drive: the estimate, beside a truth where there is one, and the motion that the signals give.
+
+    Args:
+        ratio: road wheel angle over steering wheel angle
+    """
 
     def __init__(self, parameters: SingleTrack.Parameters, ratio: float, rate: float):
-        self.figures, self.signs, self.motions = EstimateFigures(), SignsOverDrive(), FiguresOverMotions()
-        self.sensors, self.motion = SensorsOverDrive(parameters, rate), MotionOverDrive(parameters, rate)
+        self.motions, self.sensors = FiguresOverMotions(), SensorsOverDrive(parameters, rate)
         self.observables, self.own_motion = ObservablesOverDrive(rate), OwnMotionOverDrive(rate)
         self.rate, self._ratio = rate, ratio
+        self.angles = self.torques = False
+        self.fastest = 0.0
+        self._seen = self._compared = self._covered = 0
+        self._squared_error = self._absolute_error = 0.0
+        # Number of judged samples and sum of their standard deviations: over ended motions, and over the present one.
+        self._judged, self._moving = np.zeros(2), np.zeros(2)
+        self._last_truth = math.nan
 
     @property
     def seconds(self) -> float:
-        """Time for which the sideslip was estimated, above walking pace [s]."""
-        return self.figures.samples / self.rate
+        """Time with an estimate above walking pace, without motions that turned out to reverse [s]."""
+        return float((self._judged + self._moving)[0]) / self.rate
 
-    def yaw_rate_offsets(self) -> tuple[float, float]:
-        """Offset of the yaw rate from the lateral acceleration and from the rear wheel speeds [rad/s]."""
-        return self.motion.yaw_rate_offset(), self.observables.yaw_rate_offset()
+    @property
+    def compared(self) -> float:
+        """Time with a truth [s]."""
+        return self._compared / self.rate
 
     def add(
         self,
@@ -202,131 +175,75 @@ class SideslipDrive:
         result: Result,
         contradictions: bool = True,
     ) -> None:
+        """Add the next piece, (n,) each.
+
+        Args:
+            running: where the estimator ran; without speed and yaw rate its outputs are predictions and do not count
+            reverses: where the car is known to reverse
+            contradictions: whether to test signals against each other and against the vehicle's parameters
+        """
         speed, yaw_rate = signals["vehicle_speed"], signals["yaw_rate"]
         lateral, along = signals["lateral_acceleration"], signals["longitudinal_acceleration"]
-        measured, wheel = signals["road_wheel_angle"], self._ratio * signals["steering_wheel_angle"]
-        angle = np.where(np.isfinite(measured), measured, wheel)
-        torque = np.where(np.isfinite(signals["motor_torque"]), signals["motor_torque"], signals["motor_current"])
+        angle = _present(signals["road_wheel_angle"], self._ratio * signals["steering_wheel_angle"])
+        torque = _present(signals["motor_torque"], signals["motor_current"])
         running = running & np.isfinite(speed) & np.isfinite(yaw_rate)
-        self.figures.add(running, reverses, result, truth_in(signals), speed, angle, torque)
-        self.sensors.add(speed, yaw_rate, lateral, angle)
-        self.motion.add(speed, yaw_rate, lateral, along, angle)
-        self.signs.add(speed, dict(zip(TOGETHER, (angle, yaw_rate, lateral, torque), strict=True)))
+        self.angles |= bool(np.isfinite(angle).any())
+        self.torques |= bool(np.isfinite(torque).any())
+        self.fastest = max(self.fastest, float(np.nanmax(speed, initial=0.0)))
+        self._add_estimate(running, reverses, speed, result, truth_in(signals))
+        self.sensors.add(speed, yaw_rate, lateral, along, angle, torque)
         if contradictions:
             self.observables.add(signals, angle)
             self.own_motion.add(speed, yaw_rate, lateral, np.where(running, result["statement.magnitude"], np.nan))
 
-    def evidence(self) -> dict[str, float]:
-        """Estimated time, and the correlations between signals where a sign is wrong."""
-        found = {"enabled_s": self.seconds, "enabled_share": self.figures.samples / max(self.figures.seen, 1)}
-        if self.motions.largest.speed:
-            found["largest_sideslip_by_geometry_rad"] = self.motions.largest.geometry
-        if self.signs.turned():
-            agreements = self.signs.agreements().items()
-            found |= {f"agreement of {one} and {other}": value for (one, other), value in agreements}
-        return found
-
-
-class EstimateFigures:
-    """Statistics of an estimate over a recording, against the truth where there is one."""
-
-    def __init__(self) -> None:
-        self.seen = self.compared = self.covered = self.angles = self.torques = 0
-        self.fastest = 0.0
-        # Number of judged samples and sum of their standard deviations: over ended motions, and over the present one.
-        self._judged, self._moving = np.zeros(2), np.zeros(2)
-        self.squared_error = self.absolute_error = 0.0
-        self._last_truth = math.nan
-
-    @property
-    def samples(self) -> int:
-        """Number of samples with an estimate above walking pace, without motions that turned out to reverse."""
-        return int((self._judged + self._moving)[0])
-
-    @property
-    def mean_deviation(self) -> float:
-        """Mean standard deviation of the sideslip angle over them [rad]."""
-        return float((self._judged + self._moving)[1]) / max(self.samples, 1)
-
-    def add(
-        self,
-        running: np.ndarray,
-        reverses: np.ndarray,
-        result: Result,
-        truth: np.ndarray,
-        speed: np.ndarray,
-        angle: np.ndarray,
-        torque: np.ndarray,
+    def _add_estimate(
+        self, running: np.ndarray, reverses: np.ndarray, speed: np.ndarray, result: Result, truth: np.ndarray
     ) -> None:
-        sideslip, deviation = result["statement.magnitude"], result["statement.deviation"]
-        self.seen += len(running)
+        deviation = result["statement.deviation"]
+        self._seen += len(running)
         judged = running & (speed > WALKING)
-        for part in parts_of_motions(speed, reverses):
-            counted = deviation[part.samples][judged[part.samples]]
-            self._moving = (0.0 if part.reversed else self._moving) + np.array([len(counted), counted.sum()])
-            if part.ended:
+        for part, reversed_, ended in parts_of_motions(speed, reverses):
+            counted = deviation[part][judged[part]]
+            self._moving = (0.0 if reversed_ else self._moving) + np.array([len(counted), counted.sum()])
+            if ended:
                 self._judged, self._moving = self._judged + self._moving, np.zeros(2)
-        self.angles += int(np.isfinite(angle).sum())
-        self.torques += int(np.isfinite(torque).sum())
-        self.fastest = max(self.fastest, float(np.nanmax(speed, initial=0.0)))
         # A truth that is slower than the grid is held: repeated values are stale and must not count again.
         fresh = np.diff(truth, prepend=self._last_truth) != 0.0
         self._last_truth = float(truth[-1]) if len(truth) else self._last_truth
         known = running & np.isfinite(truth) & fresh
-        error, band = (sideslip - truth)[known], BAND * deviation[known]
-        self.compared += len(error)
-        self.covered += int(np.sum(np.abs(error) <= band))
-        self.squared_error += float(error @ error)
-        self.absolute_error += float(np.abs(error).sum())
+        error = (result["statement.magnitude"] - truth)[known]
+        self._compared += len(error)
+        self._covered += int(np.sum(np.abs(error) <= BAND * deviation[known]))
+        self._squared_error += float(error @ error)
+        self._absolute_error += float(np.abs(error).sum())
+
+    def evidence(self) -> dict[str, float]:
+        """Estimated time, and the correlations between signals where a sign is wrong."""
+        samples = self.seconds * self.rate
+        found = {"enabled_s": self.seconds, "enabled_share": samples / max(self._seen, 1)}
+        if self.motions.largest.speed:
+            found["largest_sideslip_by_geometry_rad"] = self.motions.largest.geometry
+        if self.sensors.turned():
+            agreements = self.sensors.agreements().items()
+            found |= {f"agreement of {one} and {other}": value for (one, other), value in agreements}
+        return found
 
     def beside_truth(self) -> dict[str, float]:
-        """Evidence: errors against the truth where there is one, and the mean standard deviation."""
-        mean = {"mean_deviation_rad": self.mean_deviation}
-        if not self.compared:
-            return mean
-        return {
-            "error_against_truth_rms_rad": math.sqrt(self.squared_error / self.compared),
-            "error_against_truth_mean_absolute_rad": self.absolute_error / self.compared,
-            "truth_within_band_share": self.covered / self.compared,
-            **mean,
-        }
+        """Errors against the truth where there is one, and the mean standard deviation."""
+        samples, deviations = (self._judged + self._moving).tolist()
+        found = {}
+        if self._compared:
+            found["error_against_truth_rms_rad"] = math.sqrt(self._squared_error / self._compared)
+            found["error_against_truth_mean_absolute_rad"] = self._absolute_error / self._compared
+            found["truth_within_band_share"] = self._covered / self._compared
+        return found | {"mean_deviation_rad": deviations / max(samples, 1.0)}
 
 
 def truth_in(signals: Mapping[str, np.ndarray]) -> np.ndarray:
     """Reference for the estimate [rad]; NaN where the recording has none."""
     measured, simulated = (signals[name] for name in TRUTHS)
-    return np.where(np.isfinite(simulated), simulated, measured)
+    return _present(simulated, measured)
 
 
-class SignsOverDrive:
-    """Sums of products of the signals of `TOGETHER` over a recording, where the car rolls."""
-
-    def __init__(self) -> None:
-        size = len(TOGETHER)
-        self._products, self._squares = np.zeros((size, size)), np.zeros((size, size))
-        self._counts = np.zeros((size, size))
-
-    def add(self, speed: np.ndarray, signals: Mapping[str, np.ndarray]) -> None:
-        rolling = np.isfinite(speed) & (speed > FASTEST_STANDING)
-        for (i, one), (j, other) in combinations(enumerate(TOGETHER), 2):
-            a, b = signals[one], signals[other]
-            both = rolling & np.isfinite(a) & np.isfinite(b)
-            x, y = a[both], b[both]
-            self._products[i, j] += x @ y
-            self._squares[i, j] += x @ x
-            self._squares[j, i] += y @ y
-            self._counts[i, j] += len(x)
-
-    def agreements(self) -> dict[tuple[str, str], float]:
-        """Correlation about zero, -1 to 1, of every pair with enough samples."""
-        found = {}
-        for (i, one), (j, other) in combinations(enumerate(TOGETHER), 2):
-            size = np.sqrt(self._squares[i, j] * self._squares[j, i])
-            if self._counts[i, j] >= FEWEST and size > 0.0:
-                found[one, other] = float(self._products[i, j] / size)
-        return found
-
-    def turned(self) -> tuple[str, ...]:
-        """The signal of `TOGETHER` whose sign contradicts the others; several where they cannot be separated."""
-        clear = {pair: value > 0.0 for pair, value in self.agreements().items() if abs(value) > CLEAR}
-        return odd_ones_out(TOGETHER, clear)
+def _present(values: np.ndarray, otherwise: np.ndarray) -> np.ndarray:
+    return np.where(np.isfinite(values), values, otherwise)

@@ -151,19 +151,18 @@ LEAST_COMPARED = 5.0
 
 def obstacle(drive: SideslipDrive, needs_torque: bool, torque_known: bool, mirrored: bool = False) -> Obstacle | None:
     """Why no statement is possible; None where one is."""
-    figures = drive.figures
     if mirrored:
         return Obstacle(Status.NOT_TESTABLE, MIRRORED, TURN_FORWARD)
-    if turned := drive.signs.turned():
+    if turned := drive.sensors.turned():
         names = " or ".join(turned)
         cause = f"the sign of {names} contradicts the other signals of a turning car"
         return Obstacle(Status.NOT_TESTABLE, cause, f"correct the sign of {names} in the channel map")
     if wrong := drive.sensors.wrong_unit():
         return Obstacle(Status.NOT_TESTABLE, wrong, "correct the unit in the channel map")
-    if not figures.angles:
+    if not drive.angles:
         cause = "the recording has neither road_wheel_angle nor steering_wheel_angle"
         return Obstacle(Status.NOT_AVAILABLE, cause, "name one of them in the channel map")
-    if needs_torque and not (figures.torques and torque_known):
+    if needs_torque and not (drive.torques and torque_known):
         missing = "motor_torque or motor_current" if torque_known else "gearhead_ratio in the vehicle file"
         cause = f"this variant needs the torque of the steering, but there is no {missing}"
         return Obstacle(
@@ -172,15 +171,15 @@ def obstacle(drive: SideslipDrive, needs_torque: bool, torque_known: bool, mirro
             "choose a variant that needs no torque (--variant combined), or add what is missing",
         )
     if drive.seconds < LEAST_ENABLED:
-        if 0.0 < figures.fastest <= WALKING:
+        if 0.0 < drive.fastest <= WALKING:
             cause = (
-                f"the car drove at walking pace throughout (fastest {figures.fastest:.1f} m/s), where the geometry of "
+                f"the car drove at walking pace throughout (fastest {drive.fastest:.1f} m/s), where the geometry of "
                 "the turn alone makes the sideslip"
             )
             return Obstacle(Status.NOT_ENABLED, cause, f"record a drive above {WALKING:g} m/s")
         cause = (
             f"it could be estimated for {drive.seconds:.1f} s only, {LEAST_ENABLED:g} s are needed; the car stood, "
-            f"rolled backwards, or speed or angle were missing (fastest {figures.fastest:.1f} m/s)"
+            f"rolled backwards, or speed or angle were missing (fastest {drive.fastest:.1f} m/s)"
         )
         return Obstacle(Status.NOT_ENABLED, cause, "record a drive, with speed and steering angle throughout")
     return None
@@ -188,23 +187,21 @@ def obstacle(drive: SideslipDrive, needs_torque: bool, torque_known: bool, mirro
 
 def judge(drive: SideslipDrive, name: str, misfit_rule: Detector, nis: float) -> Finding:
     """The finding where the sideslip was estimated."""
-    figures = drive.figures
-    evidence = {**drive.evidence(), **figures.beside_truth(), "nis_mean": nis}
+    evidence = {**drive.evidence(), **drive.beside_truth(), "nis_mean": nis}
     peak = drive.motions.largest
     estimate = Estimate("largest sideslip angle at the centre of gravity", peak.value, peak.deviation, "rad")
     largest = f"{_signed(math.degrees(peak.value), 2)} ± {math.degrees(peak.deviation):.2f} degrees"
     if alarms_at(misfit_rule, math.log(max(nis, 1e-12)) / USUAL_MISFIT):
         cause = f"the innovations are {math.sqrt(nis):.1f} times as large as the estimator expects"
         headline = f"Sideslip angle up to {largest}, but the parameters do not fit this car: {cause}."
-        steering = ", and trail, friction and inertia of the steering" if figures.torques else ""
+        steering = ", and trail, friction and inertia of the steering" if drive.torques else ""
         action = f"give a vehicle file that fits this car: mass, stiffness and noise of the sensors{steering}"
         found = Finding(name, Status.NOT_IDENTIFIABLE, headline, None, estimate, evidence, cause, action)
     else:
         headline = f"Sideslip angle up to {largest}, estimated for {drive.seconds:.0f} s.{_geometry(peak)}"
-        compared = figures.compared >= LEAST_COMPARED * drive.rate
-        status = Status.CONSISTENT if compared else Status.ESTIMATED
+        status = Status.CONSISTENT if drive.compared >= LEAST_COMPARED else Status.ESTIMATED
         found = Finding(name, status, headline, None, estimate, evidence, action="none")
-        found = _beside_truth(found, figures.compared / drive.rate)
+        found = _beside_truth(found, drive.compared)
     return _contradicted(_with_offset(found, drive), drive)
 
 
@@ -218,7 +215,7 @@ def _geometry(peak: Largest) -> str:
 def confirmed(finding: Finding, drive: SideslipDrive) -> bool:
     """Whether the band contains a recorded truth for enough of the time."""
     share = finding.evidence.get("truth_within_band_share", 0.0)
-    return share >= LEAST_COVERAGE and drive.figures.compared >= LEAST_COMPARED * drive.rate
+    return share >= LEAST_COVERAGE and drive.compared >= LEAST_COMPARED
 
 
 def _beside_truth(finding: Finding, seconds: float) -> Finding:
@@ -239,7 +236,7 @@ def _beside_truth(finding: Finding, seconds: float) -> Finding:
 
 
 def _with_offset(finding: Finding, drive: SideslipDrive) -> Finding:
-    if (offset := drive.sensors.offset(*drive.yaw_rate_offsets())) is None:
+    if (offset := drive.sensors.offset(drive.observables.yaw_rate_offset())) is None:
         return finding
     cause = (
         f"the yaw rate has an offset of {_signed(math.degrees(offset.value), 1)} degrees per second, shown by its "
@@ -259,16 +256,17 @@ def _with_offset(finding: Finding, drive: SideslipDrive) -> Finding:
 
 
 def _contradicted(finding: Finding, drive: SideslipDrive) -> Finding:
-    wrong = drive.motion.wrong()
-    finding = replace(finding, warnings=(*finding.warnings, *(each.sentence for each in wrong)))
-    decisive = [each.sentence for each in wrong if each.names != ("longitudinal_acceleration",)]
-    if not decisive or not finding.status.quiet:
+    wrong = drive.sensors.wrong_motion()
+    if wrong is None:
+        return finding
+    finding = replace(finding, warnings=(*finding.warnings, wrong.sentence))
+    if wrong.names == ("longitudinal_acceleration",) or not finding.status.quiet:
         return finding
     return replace(
         finding,
         status=Status.INCONSISTENT,
-        headline=f"{finding.headline} But {decisive[0]}.",
-        cause=decisive[0],
+        headline=f"{finding.headline} But {wrong.sentence}.",
+        cause=wrong.sentence,
         action="correct sign and unit of the signal in the channel map, correct its time stamps, or repair the "
         "sensor, and judge again",
     )

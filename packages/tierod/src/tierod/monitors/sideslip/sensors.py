@@ -1,9 +1,10 @@
-"""Plausibility of speed, yaw rate, accelerations and steering over a drive."""
+"""Plausibility of speed, yaw rate, accelerations and steering over a drive: signs, units, offset, one motion."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import combinations
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -14,7 +15,11 @@ from tierod.methods.detectors.rule_design import RuleDesign, alarms_at
 from tierod.methods.detectors.stopping_rules import HoldRule
 from tierod.methods.identification.regression import solved
 from tierod.models.single_track import SingleTrack
+from tierod.monitors.harness.related_signals import odd_ones_out
 from tierod.monitors.sideslip.observables import BlocksOverDrive
+
+TOGETHER = ("steering angle", "yaw rate", "lateral acceleration", "steering torque")
+"""Signals with the same sign in a steady turn."""
 
 USUAL_OFFSET: Annotated[float, "rad/s"] = math.radians(0.12)
 """Standard deviation of a production yaw rate sensor's offset after calibration [rad/s]; 0.12 degrees per second."""
@@ -22,12 +27,21 @@ USUAL_OFFSET: Annotated[float, "rad/s"] = math.radians(0.12)
 OFFSET_DESIGN = RuleDesign(HoldRule(1), values=1e6, shift=8.0, spacing=math.inf)
 """One decision at the end of a recording."""
 
+BLOCK: Annotated[float, "s"] = 1.0
+"""Averaging time; below 1 Hz a car follows its steering wheel without delay."""
+
+STEPS = 5
+"""Steps per block at which changes of the speed are tested."""
+
 
 @dataclass(frozen=True)
 class SensorLimits:
     """Limits beyond which a signal counts as wrong.
 
     Args:
+        turning: speed above which signs are compared; below, torque and lateral acceleration are uninformative
+        clear: correlation from which two signals agree or disagree in sign; slow turns give above 0.9
+        fewest: least number of samples of a correlation
         standing: speed below which the car stands
         still: spread of the yaw rate up to which it really stands
         unseen: speed up to which sensors of wheel speeds may read zero; they end at 0.3 to 0.8 m/s
@@ -42,8 +56,24 @@ class SensorLimits:
             both; in turns to one side this cannot be separated from an offset
         largest: yaw rate that no car reaches
         largest_share: share of the samples above it from which the unit is wrong, rather than a few readings
+        contradicts: share of the larger of two quantities that the other leaves unexplained, mean removed, from which
+            they contradict each other; virtual and real cars stay below 0.45, swapped signals above 0.95
+        agrees: share up to which the two confirm each other
+        lateral: root mean square of the larger one from which turns are compared
+        longitudinal: the same for speed gained in a second; hills alone make less
+        gentle: largest compared change of speed in a second; beyond, wheels slip
+        leap: change of the speed within a fifth of a second that no car makes
+        leaping: share of such changes from which the speed is wrong; locking wheels make 0.02
+        comparing_time: least driving time of the comparisons
+        gaining_time: the same for speed gained; a stop with locking wheels must not decide
+        regressed_time: least time above `turning` for the regression of the lateral acceleration; four terms are
+            estimated, and successive turns err alike
+        condition: largest condition number of that regression; at a single speed it is singular
     """
 
+    turning: Annotated[float, "m/s"] = 3.0
+    clear: Annotated[float, ""] = 0.5
+    fewest: int = 300
     standing: Annotated[float, "m/s"] = 0.1
     still: Annotated[float, "rad/s"] = 0.02
     unseen: Annotated[float, "m/s"] = 0.5
@@ -55,6 +85,17 @@ class SensorLimits:
     scale: Annotated[float, ""] = 0.2
     largest: Annotated[float, "rad/s"] = 3.0
     largest_share: Annotated[float, ""] = 0.01
+    contradicts: Annotated[float, ""] = 0.75
+    agrees: Annotated[float, ""] = 0.4
+    lateral: Annotated[float, "m/s**2"] = 0.5
+    longitudinal: Annotated[float, "m/s"] = 0.8
+    gentle: Annotated[float, "m/s"] = 4.0
+    leap: Annotated[float, "m/s"] = 3.5
+    leaping: Annotated[float, ""] = 0.05
+    comparing_time: Annotated[float, "s"] = 10.0
+    gaining_time: Annotated[float, "s"] = 30.0
+    regressed_time: Annotated[float, "s"] = 60.0
+    condition: Annotated[float, ""] = 1e4
 
 
 class Offset(NamedTuple):
@@ -64,139 +105,9 @@ class Offset(NamedTuple):
     shown_by: str
 
 
-class SensorsOverDrive:
-    """Sums over a recording that test the plausibility of its sensors."""
-
-    def __init__(self, p: SingleTrack.Parameters, rate: float, limits: SensorLimits | None = None):
-        self.limits, self._rate, self.offset_rule = limits or SensorLimits(), rate, OFFSET_DESIGN.block()
-        self._car = p
-        self._standing, self._rolling, self._turning = np.zeros(3), np.zeros(4), np.zeros(6)
-        self._steered = np.zeros(2)
-        self._readings = self._beyond = 0
-
-    def add(self, speed: np.ndarray, yaw_rate: np.ndarray, acceleration: np.ndarray, angle: np.ndarray) -> None:
-        known = np.isfinite(speed) & np.isfinite(yaw_rate)
-        self._readings += int(np.sum(known))
-        self._beyond += int(np.sum(np.abs(yaw_rate[known]) > self.limits.largest))
-        # Below the resolution of its speed a car creeps unseen, and turns if its wheels are turned.
-        creeps = self.limits.unseen * np.abs(np.tan(angle)) / (self._car.front_distance + self._car.rear_distance)
-        still = yaw_rate[known & (np.abs(speed) < self.limits.standing) & ~(creeps > self.limits.crept)]
-        self._standing += (len(still), still.sum(), still @ still)
-        steers = known & (speed > self.limits.rolling) & np.isfinite(angle)
-        beside = yaw_rate[steers] - SingleTrack.steady_yaw_gain(speed[steers], self._car) * angle[steers]
-        self._steered += (len(beside), beside.sum())
-        rolling = known & (speed > self.limits.rolling) & np.isfinite(acceleration)
-        v, r, a = speed[rolling], yaw_rate[rolling], acceleration[rolling]
-        x = v * r
-        self._turning += (len(x), x.sum(), a.sum(), x @ x, a @ a, x @ a)
-        steered = np.isfinite(angle[rolling])
-        v, r, a, d = v[steered], r[steered], a[steered], angle[rolling][steered]
-        gain = SingleTrack.steady_yaw_gain(v, self._car)
-        self._rolling += (len(v), np.sum(r - a / v), np.sum(r - gain * d), np.sum(r))
-
-    def offset(self, beside_turns: float = 0.0, beside_wheels: float = 0.0) -> Offset | None:
-        """Offset of the yaw rate; None where the data give none of reportable size.
-
-        Args:
-            beside_turns: offset from lateral acceleration over speed, see `MotionOverDrive.yaw_rate_offset` [rad/s]
-            beside_wheels: offset from the rear wheel speeds, see `ObservablesOverDrive.yaw_rate_offset` [rad/s]
-        """
-        count, total, squares = self._standing
-        if count >= self.limits.standing_time * self._rate:
-            mean = total / count
-            if math.sqrt(max(squares / count - mean * mean, 0.0)) < self.limits.still:
-                return self._worth_naming(mean, "while the car stands")
-        if found := self._beside_wheels(beside_wheels):
-            return found
-        count, beside_acceleration, beside_steering, turned = self._rolling
-        rolls = count >= self.limits.rolling_time * self._rate
-        one, other = (beside_acceleration / count, beside_steering / count) if rolls else (math.nan, math.nan)
-        found = self._worth_naming(beside_turns, "compared with the lateral acceleration at different speeds")
-        # A drifting offset of the lateral acceleration looks the same, but then the steering agrees with the yaw rate.
-        if found and not abs(other) < abs(found.value) / self.limits.alike:
-            return found
-        if not rolls:
-            return None
-        alike = one * other > 0.0 and 1.0 / self.limits.alike < abs(one / other) < self.limits.alike
-        smaller = min(one, other, key=abs)
-        if abs(smaller) < self.limits.scale * abs(turned / count - smaller):
-            return None
-        return self._worth_naming(smaller, "compared with both lateral acceleration and steering") if alike else None
-
-    def _beside_wheels(self, offset: float) -> Offset | None:
-        count, beside_steering = self._steered
-        if count < self.limits.rolling_time * self._rate or not offset:
-            return None
-        ratio = beside_steering / count / offset
-        if not 1.0 / self.limits.alike < ratio < self.limits.alike:
-            return None
-        return self._worth_naming(offset, "compared with both rear wheel speeds and steering")
-
-    def _worth_naming(self, value: float, shown_by: str) -> Offset | None:
-        named = alarms_at(self.offset_rule, float(value) / USUAL_OFFSET)
-        return Offset(float(value), shown_by) if named else None
-
-    def wrong_unit(self) -> str | None:
-        """Sentence on a signal whose unit cannot be right; None where all can."""
-        if self._beyond > self.limits.largest_share * max(self._readings, 1):
-            return f"the yaw rate is beyond {self.limits.largest:g} rad/s, as if it were in degrees per second"
-        count, x, a, xx, aa, xa = self._turning
-        if count < self.limits.rolling_time * self._rate:
-            return None
-        power, measured, common = xx - x * x / count, aa - a * a / count, xa - x * a / count
-        turns = TurnLimits()
-        least = turns.acceleration**2 * count
-        if max(power, measured) < least or min(power, measured) <= 0.0:
-            return None
-        ratio = math.sqrt(measured / power)
-        together = common / math.sqrt(power * measured) >= turns.correlation
-        if not together or 1.0 / turns.deviation < ratio < turns.deviation:
-            return None
-        return f"the lateral acceleration is {ratio:.2g} times the product of speed and yaw rate; about 1 is expected"
-
-
-BLOCK: Annotated[float, "s"] = 1.0
-"""Averaging time; below 1 Hz a car follows its steering wheel without delay."""
-
-STEPS = 5
-"""Steps per block at which changes of the speed are tested."""
-
-
-@dataclass(frozen=True)
-class MotionLimits:
-    """Limits beyond which two measurements of the same motion contradict each other.
-
-    Args:
-        contradicts: share of the larger quantity that the other leaves unexplained, mean removed; virtual and real
-            cars stay below 0.45, swapped signals above 0.95
-        agrees: share up to which the two confirm each other
-        lateral: root mean square of the larger one from which turns are compared [m/s^2]
-        longitudinal: the same for speed gained in a second [m/s]; hills alone make less
-        gentle: largest compared change of speed in a second [m/s]; beyond, wheels slip
-        leap: change of the speed within a fifth of a second that no car makes [m/s]
-        leaping: share of such changes from which the speed is wrong; locking wheels make 0.02
-        seconds: least driving time of the comparisons
-        gaining: the same for speed gained; a stop with locking wheels must not decide
-        rolling: speed from which turns are used for the offset of the yaw rate [m/s]
-        rolling_time: least time of such driving [s]; four terms are estimated, and successive turns err alike
-        condition: largest condition number of that regression; at a single speed it is singular
-    """
-
-    contradicts: Annotated[float, ""] = 0.75
-    agrees: Annotated[float, ""] = 0.4
-    lateral: Annotated[float, "m/s**2"] = 0.5
-    longitudinal: Annotated[float, "m/s"] = 0.8
-    gentle: Annotated[float, "m/s"] = 4.0
-    leap: Annotated[float, "m/s"] = 3.5
-    leaping: Annotated[float, ""] = 0.05
-    seconds: Annotated[float, "s"] = 10.0
-    gaining: Annotated[float, "s"] = 30.0
-    rolling: Annotated[float, "m/s"] = 3.0
-    rolling_time: Annotated[float, "s"] = 60.0
-    condition: Annotated[float, ""] = 1e4
-
-
 class _Pair:
+    """Sums of two quantities over the blocks in which both are valid."""
+
     def __init__(self) -> None:
         self._sums = np.zeros(6)
 
@@ -215,16 +126,23 @@ class _Pair:
         return math.sqrt(max(xx + yy - 2.0 * xy, 0.0) / larger) if larger > least * least * count else math.nan
 
 
-class MotionOverDrive:
-    """Sums over a drive in fixed blocks, so that the result does not depend on how the recording is cut."""
+class SensorsOverDrive:
+    """Sums over a drive that test the plausibility of its sensors; the result does not depend on how it is cut.
 
-    def __init__(self, p: SingleTrack.Parameters, rate: float, limits: MotionLimits | None = None):
-        self.limits = limits or MotionLimits()
-        self._car = p
+    Args:
+        p: parameters of the vehicle, for its yaw rate in a steady turn
+    """
+
+    def __init__(self, p: SingleTrack.Parameters, rate: float):
+        self.limits, self._rate, self._car = SensorLimits(), rate, p
+        self.offset_rule = OFFSET_DESIGN.block()
+        # Products and squares of the signals of TOGETHER, and numbers of common samples, by pairs.
+        self._products, self._squares, self._common = np.zeros((3, len(TOGETHER), len(TOGETHER)))
+        self._standing, self._rolling, self._turning, self._steered = (np.zeros(n) for n in (3, 4, 6, 2))
+        self._readings = self._beyond = self._leaps = self._steps = 0
         self._blocks = BlocksOverDrive(rate, 5, BLOCK, STEPS)
         self._turn, self._yaw, self._side, self._gain = _Pair(), _Pair(), _Pair(), _Pair()
-        self._leaps = self._steps = 0
-        self._rolling = np.zeros((5, 5))
+        self._regressed = np.zeros((5, 5))
 
     def add(
         self,
@@ -233,88 +151,182 @@ class MotionOverDrive:
         lateral: np.ndarray,
         longitudinal: np.ndarray,
         angle: np.ndarray,
+        torque: np.ndarray,
     ) -> None:
-        blocks, changes = self._blocks.add(np.column_stack([speed, yaw_rate, lateral, longitudinal, angle]))
+        """Add the next piece, (n,) each; NaN where missing; the angle is that of the road wheels."""
+        turns = speed > self.limits.turning
+        rows = np.column_stack([angle, yaw_rate, lateral, torque])[turns]
+        there = np.isfinite(rows)
+        rows = np.where(there, rows, 0.0)
+        self._products += rows.T @ rows
+        self._squares += (rows**2).T @ there
+        self._common += there.T.astype(float) @ there
+        self._add_samples(speed, yaw_rate, lateral, angle)
+        self._add_blocks(np.column_stack([speed, yaw_rate, lateral, longitudinal, angle]))
+
+    def _add_samples(self, speed: np.ndarray, yaw_rate: np.ndarray, lateral: np.ndarray, angle: np.ndarray) -> None:
+        limits = self.limits
+        known = np.isfinite(speed) & np.isfinite(yaw_rate)
+        self._readings += int(np.sum(known))
+        self._beyond += int(np.sum(np.abs(yaw_rate[known]) > limits.largest))
+        # Below the resolution of its speed a car creeps unseen, and turns if its wheels are turned.
+        creeps = limits.unseen * np.abs(np.tan(angle)) / (self._car.front_distance + self._car.rear_distance)
+        still = yaw_rate[known & (np.abs(speed) < limits.standing) & ~(creeps > limits.crept)]
+        self._standing += (len(still), still.sum(), still @ still)
+        rolling = known & (speed > limits.rolling)
+        v, r, a, d = (each[rolling] for each in (speed, yaw_rate, lateral, angle))
+        beside = r - SingleTrack.steady_yaw_gain(v, self._car) * d
+        steers, accelerates = np.isfinite(d), np.isfinite(a)
+        self._steered += (steers.sum(), beside[steers].sum())
+        x, y = (v * r)[accelerates], a[accelerates]
+        self._turning += (len(x), x.sum(), y.sum(), x @ x, y @ y, x @ y)
+        both = steers & accelerates
+        self._rolling += (both.sum(), np.sum((r - a / v)[both]), np.sum(beside[both]), np.sum(r[both]))
+
+    def _add_blocks(self, rows: np.ndarray) -> None:
+        limits = self.limits
+        blocks, changes = self._blocks.add(rows)
         if not len(blocks):
             return
-        gained = changes[:, 0]
         v, r, a, along, d = np.moveaxis(blocks, 2, 0)
-        steered = SingleTrack.steady_yaw_gain(v, self._car) * d
-        self._turn.add((v * r).mean(axis=1), a.mean(axis=1))
-        self._yaw.add((v * r).mean(axis=1), (v * steered).mean(axis=1))
-        self._side.add(a.mean(axis=1), (v * steered).mean(axis=1))
-        along = BLOCK * along.mean(axis=1)
-        gentle = (np.abs(gained) < self.limits.gentle) & (np.abs(along) < self.limits.gentle)
-        self._gain.add(gained[gentle], along[gentle])
-        self._roll(v, r, a)
+        turn, across, steered = (v * r).mean(axis=1), a.mean(axis=1), v * SingleTrack.steady_yaw_gain(v, self._car) * d
+        self._turn.add(turn, across)
+        self._yaw.add(turn, steered.mean(axis=1))
+        self._side.add(across, steered.mean(axis=1))
+        gained, integral = changes[:, 0], BLOCK * along.mean(axis=1)
+        gentle = (np.abs(gained) < limits.gentle) & (np.abs(integral) < limits.gentle)
+        self._gain.add(gained[gentle], integral[gentle])
+        terms = np.column_stack([turn, r.mean(axis=1), v.mean(axis=1), np.ones(len(v)), across])
+        terms = terms[np.isfinite(terms).all(axis=1) & (terms[:, 2] > limits.turning)]
+        self._regressed += terms.T @ terms
         steps = np.abs(np.diff(v[:, :: v.shape[1] // STEPS], axis=1))
         self._steps += int(np.isfinite(steps).sum())
-        self._leaps += int((steps > self.limits.leap).sum())
+        self._leaps += int((steps > limits.leap).sum())
 
-    def _roll(self, v: np.ndarray, r: np.ndarray, a: np.ndarray) -> None:
-        rows = np.column_stack([(v * r).mean(axis=1), r.mean(axis=1), v.mean(axis=1), np.ones(len(v)), a.mean(axis=1)])
-        rows = rows[np.isfinite(rows).all(axis=1) & (rows[:, 2] > self.limits.rolling)]
-        self._rolling += rows.T @ rows
+    def agreements(self) -> dict[tuple[str, str], float]:
+        """Correlation about zero, -1 to 1, of every pair of `TOGETHER` with enough samples."""
+        found = {}
+        for (i, one), (j, other) in combinations(enumerate(TOGETHER), 2):
+            size = np.sqrt(self._squares[i, j] * self._squares[j, i])
+            if self._common[i, j] >= self.limits.fewest and size > 0.0:
+                found[one, other] = float(self._products[i, j] / size)
+        return found
 
-    def yaw_rate_offset(self) -> float:
-        """Offset of the yaw rate, reduced by two standard deviations towards zero [rad/s]; 0 without an estimate.
+    def turned(self) -> tuple[str, ...]:
+        """The signal of `TOGETHER` whose sign contradicts the others; several where they cannot be separated."""
+        clear = {pair: value > 0.0 for pair, value in self.agreements().items() if abs(value) > self.limits.clear}
+        return odd_ones_out(TOGETHER, clear)
+
+    def wrong_unit(self) -> str | None:
+        """Sentence on a signal whose unit cannot be right; None where all can."""
+        if self._beyond > self.limits.largest_share * max(self._readings, 1):
+            return f"the yaw rate is beyond {self.limits.largest:g} rad/s, as if it were in degrees per second"
+        count, x, a, xx, aa, xa = self._turning
+        if count < self.limits.rolling_time * self._rate:
+            return None
+        power, measured, common = xx - x * x / count, aa - a * a / count, xa - x * a / count
+        turns = TurnLimits()
+        if max(power, measured) < turns.acceleration**2 * count or min(power, measured) <= 0.0:
+            return None
+        ratio = math.sqrt(measured / power)
+        together = common / math.sqrt(power * measured) >= turns.correlation
+        if not together or 1.0 / turns.deviation < ratio < turns.deviation:
+            return None
+        return f"the lateral acceleration is {ratio:.2g} times the product of speed and yaw rate; about 1 is expected"
+
+    def offset(self, beside_wheels: float = 0.0) -> Offset | None:
+        """Offset of the yaw rate; None where the data give none of reportable size.
+
+        Args:
+            beside_wheels: offset from the rear wheel speeds, see `ObservablesOverDrive.yaw_rate_offset` [rad/s]
+        """
+        limits = self.limits
+        count, total, squares = self._standing
+        if count >= limits.standing_time * self._rate:
+            mean = total / count
+            if math.sqrt(max(squares / count - mean * mean, 0.0)) < limits.still:
+                return self._worth_naming(mean, "while the car stands")
+        if found := self._beside_wheels(beside_wheels):
+            return found
+        count, beside_acceleration, beside_steering, turned = self._rolling
+        rolls = count >= limits.rolling_time * self._rate
+        one, other = (beside_acceleration / count, beside_steering / count) if rolls else (math.nan, math.nan)
+        found = self._worth_naming(self.beside_turns(), "compared with the lateral acceleration at different speeds")
+        # A drifting offset of the lateral acceleration looks the same, but then the steering agrees with the yaw rate.
+        if found and not abs(other) < abs(found.value) / limits.alike:
+            return found
+        if not rolls:
+            return None
+        alike = one * other > 0.0 and 1.0 / limits.alike < abs(one / other) < limits.alike
+        smaller = min(one, other, key=abs)
+        if not alike or abs(smaller) < limits.scale * abs(turned / count - smaller):
+            return None
+        return self._worth_naming(smaller, "compared with both lateral acceleration and steering")
+
+    def _beside_wheels(self, offset: float) -> Offset | None:
+        """Offset by the rear wheel speeds, which the steering must confirm; None without both."""
+        count, beside_steering = self._steered
+        if count < self.limits.rolling_time * self._rate or not offset:
+            return None
+        ratio = beside_steering / count / offset
+        if not 1.0 / self.limits.alike < ratio < self.limits.alike:
+            return None
+        return self._worth_naming(offset, "compared with both rear wheel speeds and steering")
+
+    def _worth_naming(self, value: float, shown_by: str) -> Offset | None:
+        named = alarms_at(self.offset_rule, float(value) / USUAL_OFFSET)
+        return Offset(float(value), shown_by) if named else None
+
+    def beside_turns(self) -> float:
+        """Offset by the lateral acceleration, reduced by two deviations towards zero [rad/s]; 0 without an estimate.
 
         In a = g v r + c r + o v + k the coefficient o is that of a yaw rate offset -o; an offset of the acceleration or
         bank of the road enters k, an offset of the speed c, roll and gain errors g.
         """
-        limits, count = self.limits, self._rolling[3, 3]
-        matrix, right, power = self._rolling[:4, :4], self._rolling[:4, 4], self._rolling[4, 4]
-        if count * BLOCK < limits.rolling_time:
+        sums, count = self._regressed, self._regressed[3, 3]
+        if count * BLOCK < self.limits.regressed_time:
             return 0.0
-        found = solved(matrix, right, power, count, limits.condition)
+        found = solved(sums[:4, :4], sums[:4, 4], sums[4, 4], count, self.limits.condition)
         if found is None:
             return 0.0
         term, deviation = float(found.values[2]), float(found.deviations[2])
         return -math.copysign(max(abs(term) - 2.0 * deviation, 0.0), term)
 
-    def wrong(self) -> tuple[Defect, ...]:
-        """Defects of signals that contradict the motion given by the others."""
+    def wrong_motion(self) -> Defect | None:
+        """The signal that contradicts the motion given by the others; several where they cannot be separated."""
         limits = self.limits
         leaps = self._leaps / max(self._steps, 1)
-        if self._steps * BLOCK / STEPS >= limits.seconds and leaps > limits.leaping:
+        if self._steps * BLOCK / STEPS >= limits.comparing_time and leaps > limits.leaping:
             fifth = f"{limits.leap:g} m/s within {BLOCK / STEPS:g} s"
             sentence = f"vehicle_speed jumps by more than {fifth} in {100.0 * leaps:.0f} % of the steps"
-            return (Defect(("vehicle_speed",), f"{sentence}, which is impossible"),)
-        turn = self._turn.unexplained(limits.seconds, limits.lateral)
-        gain = self._gain.unexplained(limits.gaining, limits.longitudinal)
+            return Defect(("vehicle_speed",), f"{sentence}, which is impossible")
+        turn = self._turn.unexplained(limits.comparing_time, limits.lateral)
+        gain = self._gain.unexplained(limits.gaining_time, limits.longitudinal)
         if turn > limits.contradicts:
-            return (self._of_a_turn(gain),)
+            return self._wrong_turn(gain > limits.contradicts)
         if not gain > limits.contradicts:
-            return ()
+            return None
         if turn < limits.agrees:
             sentence = "longitudinal_acceleration contradicts the change of vehicle_speed, which the turns confirm"
-            return (Defect(("longitudinal_acceleration",), sentence),)
+            return Defect(("longitudinal_acceleration",), sentence)
         names = ("longitudinal_acceleration", "vehicle_speed")
-        return (
-            Defect(names, "longitudinal_acceleration and vehicle_speed contradict each other: one of them is wrong"),
-        )
+        return Defect(names, f"{' and '.join(names)} contradict each other: one of them is wrong")
 
-    def _of_a_turn(self, gain: float) -> Defect:
+    def _wrong_turn(self, gains_otherwise: bool) -> Defect:
+        """The one of speed, yaw rate and lateral acceleration that contradicts the steering and the other two."""
         limits = self.limits
-        yaw = self._yaw.unexplained(limits.seconds, limits.lateral)
-        side = self._side.unexplained(limits.seconds, limits.lateral)
-        if yaw < limits.agrees and not side < limits.agrees:
-            return Defect(
-                ("lateral_acceleration",),
-                "lateral_acceleration contradicts yaw rate, speed and steering angle, which fit each other",
-            )
-        if side < limits.agrees and not yaw < limits.agrees:
-            return Defect(
-                ("yaw_rate",),
-                "yaw_rate contradicts lateral acceleration, speed and steering angle, which fit each other",
-            )
-        if gain > limits.contradicts:
-            sentence = (
-                "vehicle_speed contradicts yaw rate and lateral acceleration in turns, and longitudinal_acceleration"
-            )
-            return Defect(("vehicle_speed",), sentence)
+        fit = [
+            each.unexplained(limits.comparing_time, limits.lateral) < limits.agrees for each in (self._yaw, self._side)
+        ]
+        for name, other, fits in (
+            ("lateral_acceleration", "yaw rate", fit[0] and not fit[1]),
+            ("yaw_rate", "lateral acceleration", fit[1] and not fit[0]),
+        ):
+            if fits:
+                return Defect((name,), f"{name} contradicts {other}, speed and steering angle, which fit each other")
+        if gains_otherwise:
+            sentence = "contradicts yaw rate and lateral acceleration in turns, and longitudinal_acceleration"
+            return Defect(("vehicle_speed",), f"vehicle_speed {sentence}")
         names = ("vehicle_speed", "yaw_rate", "lateral_acceleration")
-        return Defect(
-            names,
-            "vehicle_speed, yaw_rate and lateral_acceleration contradict each other in turns: one of them is wrong",
-        )
+        sentence = "vehicle_speed, yaw_rate and lateral_acceleration contradict each other in turns"
+        return Defect(names, f"{sentence}: one of them is wrong")

@@ -76,8 +76,7 @@ class NoiseScale:
         excess = limit(smoothed * smoothed / expected - 1.0, -1.0, self.most)
         moved = state.logarithm + self.sample_time * excess / where(excess > 0.0, self.rise, self.fall)
         return ScaleState(
-            where(usable, smoothed, state.innovation),
-            where(usable, limit(moved, 0.0, self.greatest), state.logarithm),
+            where(usable, smoothed, state.innovation), where(usable, limit(moved, 0.0, self.greatest), state.logarithm)
         )
 
 
