@@ -58,7 +58,7 @@ def test_a_rate_against_its_angle():
         channel = Channel("steering_wheel_rate", TIME, sign * rate, "rad/s")
         warnings = sign_warnings(whole.with_channels([channel]))
         assert len(warnings) == count
-        assert all("steering_wheel_rate or steering_wheel_angle probably has" in warning for warning in warnings)
+        assert all("steering_wheel_angle or steering_wheel_rate probably has" in warning for warning in warnings)
 
 
 def test_two_signals_are_both_named():

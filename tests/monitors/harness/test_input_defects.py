@@ -15,14 +15,11 @@ from exact_vehicle import diagnose
 from shared_data import shared_data
 from tierod.core.findings import Defect, Estimate, Finding, Status
 from tierod.core.recording import Channel, Recording
-from tierod.core.residues import residue_of
 from tierod.io.derive import complete
-from tierod.io.quality import LEVELS
 from tierod.io.readers import read
+from tierod.methods.running import BLOCK, RATE
 from tierod.monitors.diagnose import Run, find
-from tierod.monitors.harness.delays import BLOCK, RATE
 from tierod.monitors.harness.input_defects import InputDefects, with_defects
-from tierod.monitors.harness.stuck_over_drive import MAXIMUM_AGE
 from tierod.monitors.registry import MONITORS
 from tierod.vehicles import load
 
@@ -238,22 +235,6 @@ def test_a_pause_of_many_hours_takes_no_memory(healthy):
     tracemalloc.stop()
     assert defects.found() == ()
     assert most < 12e6, "the grid of the pause takes 6 MB of every signal"
-
-
-def test_the_outermost_levels_are_those_of_all_samples_together():
-    chance = np.random.default_rng(8)
-    values = np.round(chance.normal(size=20 * BLOCK), 1)
-    values[chance.random(len(values)) < 0.01] = np.nan
-    time = np.arange(len(values)) / RATE
-    defects = InputDefects(("yaw_rate",))
-    recording = Recording({"yaw_rate": Channel("yaw_rate", time, values, "rad/s")})
-    defects.add(recording, 0.0, float(time[-1]))
-    held = recording.align(("yaw_rate",), RATE, maximum_age=MAXIMUM_AGE).values[:, 0]
-    levels, counts = np.unique(held[np.isfinite(held)], return_counts=True)
-    low, high = defects._ends["yaw_rate"]
-    for end, kept in ((low, slice(None, LEVELS)), (high, slice(-LEVELS, None))):
-        assert sorted(end) == pytest.approx(levels[kept].tolist(), abs=residue_of("yaw_rate"))
-        assert [end[level] for level in sorted(end)] == counts[kept].tolist()
 
 
 def test_without_signals_over_time_the_estimates_stay_the_same(healthy):

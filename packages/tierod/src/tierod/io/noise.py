@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from tierod.core.recording import Recording
@@ -11,6 +9,7 @@ from tierod.core.shown import in_words
 from tierod.core.signals import SIGNALS
 from tierod.io.quality import LIMITS, median_rate, too_slow
 from tierod.methods.analysis.noise import differences, fresh
+from tierod.methods.running import Sizes
 from tierod.methods.trends.robust import DEVIATION_OF_MEDIAN
 
 # Noise of the sensors of usual cars, resolution included [unit of the signal]: no less than that of the virtual cars;
@@ -26,11 +25,7 @@ USUAL = {
 
 LOUD = 5.0  # Multiple of the usual noise that is named [-]; worn sensors of virtual cars have 2
 LEAST_READINGS = 500  # Least number of readings; the noise is then known to 5 %
-
-# Smallest size [unit of the signal], logarithm of the width of a bin, and number of bins of the counted sizes
-_SMALLEST, _GROWTH, _BINS = 1e-6, math.log(1.05), 450
-
-STEP_SHARE = 0.01  # Share of the changes that may be smaller than a step of a sensor with coarse readings [-]
+STEP_SHARE = 0.01  # of the changes that may be smaller than a step of a sensor with coarse readings [-]
 
 
 class Noise:
@@ -41,7 +36,7 @@ class Noise:
     """
 
     def __init__(self) -> None:
-        self._thirds, self._firsts = np.zeros(_BINS), np.zeros(_BINS)
+        self._thirds, self._firsts = Sizes(), Sizes()
         self._last = np.empty(0)
         self._fresh = self._seen = 0
 
@@ -52,8 +47,8 @@ class Noise:
         readings = readings[fresh(readings)]
         self._seen += len(values)
         self._fresh += len(readings) - len(self._last)
-        self._thirds += _counted(differences(readings))
-        self._firsts += _counted(np.diff(readings)[2:])
+        self._thirds.add(differences(readings))
+        self._firsts.add(np.diff(readings)[2:])
         self._last = readings[-3:]
 
     def deviation(self, rate: float) -> float:
@@ -62,10 +57,10 @@ class Noise:
         Args:
             rate: sampling rate [Hz]
         """
-        if self._thirds.sum() < LEAST_READINGS or too_slow(rate * self._fresh / self._seen, LIMITS.slow):
+        if self._thirds.counts.sum() < LEAST_READINGS or too_slow(rate * self._fresh / self._seen, LIMITS.slow):
             return 0.0
-        found = DEVIATION_OF_MEDIAN * _quantile(self._thirds, 0.5)
-        return found if found > _quantile(self._firsts, STEP_SHARE) else 0.0
+        found = DEVIATION_OF_MEDIAN * self._thirds.quantile(0.5)
+        return found if found > self._firsts.quantile(STEP_SHARE) else 0.0
 
     def warning(self, name: str, rate: float) -> str:
         """Sentence on a noise that is far above that of usual sensors; "" for none.
@@ -100,14 +95,3 @@ def noise_warnings(recording: Recording) -> tuple[str, ...]:
             noise.add(recording[name].values)
             found.append(noise.warning(name, median_rate(recording[name].time)))
     return tuple(filter(None, found))
-
-
-def _counted(sizes: np.ndarray) -> np.ndarray:
-    places = np.log(np.maximum(np.abs(sizes), _SMALLEST) / _SMALLEST) / _GROWTH
-    return np.bincount(np.minimum(places.astype(int), _BINS - 1), minlength=_BINS)
-
-
-def _quantile(counts: np.ndarray, share: float) -> float:
-    """Size below which a share of the counted sizes lies: the middle of its bin."""
-    at = int(np.searchsorted(np.cumsum(counts), share * counts.sum()))
-    return _SMALLEST * math.exp((at + 0.5) * _GROWTH)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Annotated, NamedTuple
 
@@ -16,6 +15,7 @@ from tierod.core.series import longest_run, runs
 from tierod.core.shown import in_words
 from tierod.core.signals import SIGNALS
 from tierod.io.held_readings import held_remark, rows_per_reading
+from tierod.methods.running import OuterLevels, piles_up
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,6 @@ IMPOSSIBLE = 10.0
 # Time before and after a run at the extreme over which the change is taken [s]: a hand stops a wheel in 0.3 s
 APPROACH = 0.1
 
-LEVELS = 4  # Number of levels whose samples are counted to detect clipping: an extreme one and the three next to it
 
 _MISSING, _GAP, _PLAUSIBLE = "% of the samples are missing", "the longest gap lasts", "leaves the plausible"
 
@@ -257,13 +256,4 @@ def _is_clipped(seen: np.ndarray, extreme: float, residue: float) -> bool:
     levels, counts = levels_of(seen, residue)
     if abs(extreme - levels[0]) <= residue:
         counts = counts[::-1]
-    return piles_up(int(counts[-1]), counts[-LEVELS:-1].tolist())
-
-
-def piles_up(count: int, nearby: Iterable[int]) -> bool:
-    """Whether a signal has so many samples on its extreme level that it is clipped there.
-
-    Args:
-        nearby: number of samples on each of the next levels; of a free signal no level has four times as many
-    """
-    return count > 4 * max(nearby, default=1)
+    return piles_up(int(counts[-1]), counts[-OuterLevels.KEPT : -1].tolist())

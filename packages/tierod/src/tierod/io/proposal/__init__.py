@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from tierod.io.proposal.propose import Proposal, propose
-from tierod.io.proposal.text import text_of
+from tierod.io.proposal.propose import Proposal, propose, text_of
 
 __all__ = ["Proposal", "propose", "text_of"]

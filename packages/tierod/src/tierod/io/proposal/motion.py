@@ -2,32 +2,28 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 
 from tierod.core.recording import Aligned, Recording
-from tierod.methods.detectors.reversing import STEERING_RATIO, WHEELBASE, reversing_of_any_signs
+from tierod.methods.detectors.reversing import reversing_of_any_signs
+from tierod.methods.relations import RELATIONS, STRONG, compared, related
 
-# Rate of the comparison [Hz], samples of the moving average before it, and length that is compared [s]
-RATE, SMOOTHING, LONGEST = 20.0, 20, 3600.0
+RATE, SMOOTHING, LONGEST = 20.0, 20, 3600.0  # rate [Hz], samples of the moving average, length that is compared [s]
+SECONDS = 5.0  # shortest driving time that two signals must have in common [s]
 
-SECONDS = 5.0  # Shortest driving time that two signals must have in common [s]
-STRONG = 0.6  # Smallest magnitude of the correlation coefficient at which two signals count as related [-]
-
-# Further parameters of a usual car, good enough to separate degrees from radians: [rad s^2/m], [m]
-UNDERSTEER, TRACK = 0.0025, 1.5
+# Relations that decide units; of the fourth and fifth only the first one that is observable, since they are alike.
+PROPOSED = ("turn", "wheels", "steering", "braking", "car", "bend")
 
 
-class Relation(NamedTuple):
-    """Physical relation between two signals of a car."""
+class Seen(NamedTuple):
+    """A relation between signals that the recording shows clearly."""
 
     words: str  # what is compared
-    correlation: float  # correlation coefficient of both, from -1 to 1
-    ratio: float  # magnitude of the first over that of the second, as recorded; 1 with the right units
+    ratio: float  # magnitude of the second quantity over that of the first, as recorded; 1 with the right units
     powers: Mapping[str, int]  # by signal, exponent with which its unit enters the ratio
     spread: float  # standard deviation of the ratio's logarithm between cars
 
@@ -37,7 +33,7 @@ class Motion:
     """The matched columns of a recording as recorded, on one grid and smoothed."""
 
     columns: dict[str, np.ndarray]  # values by signal, (n,) each
-    cache: dict[float, list[Relation]] = field(default_factory=dict)
+    cache: dict[float, list[Seen]] = field(default_factory=dict)
 
     @classmethod
     def of(cls, raw: Recording) -> Motion:
@@ -87,50 +83,30 @@ class Motion:
         pair = self.pair(self.axle) if self.axle else None
         return None if pair is None else np.asarray(pair[1] - pair[0])
 
-    def relations(self, factor: float) -> list[Relation]:
-        """Every relation whose signals are recorded."""
+    def relations(self, factor: float) -> list[Seen]:
+        """Every relation whose signals correlate; `factor` is the speed of one unit of the basis [m/s]."""
         if factor not in self.cache:
             self.cache[factor] = list(self._relations(factor))
         return self.cache[factor]
 
-    def _relations(self, factor: float) -> list[Relation]:
-        speed, basis, found = self.speed(), self.basis, []
-        yaw, lateral, angle, forward = (
-            self.columns.get(name)
-            for name in ("yaw_rate", "lateral_acceleration", "steering_wheel_angle", "longitudinal_acceleration")
-        )
-
-        def add(words: str, a: np.ndarray, b: np.ndarray, powers: dict[str, int], spread: float) -> None:
-            correlation, ratio = compared(a, b)
-            found.append(Relation(words, correlation, ratio, powers, spread))
-
+    def _relations(self, factor: float) -> Iterator[Seen]:
+        speed, basis = self.speed(), self.basis
         if speed is None or basis is None:
-            return []
-        if yaw is not None and lateral is not None:
-            powers = {"lateral_acceleration": 1, basis: -1, "yaw_rate": -1}
-            add("lateral acceleration over speed times yaw rate", lateral, speed * yaw, powers, 0.35)
-        turn = self.turn()
-        if turn is not None and yaw is not None:
-            powers = {basis: 1, "yaw_rate": -1}
-            add("difference of the wheel speeds over track times yaw rate", turn, TRACK * yaw, powers, 0.35)
-        if yaw is not None and angle is not None:
-            bend = WHEELBASE + UNDERSTEER * (factor * speed) ** 2
-            powers = {"yaw_rate": 1, basis: -1, "steering_wheel_angle": -1}
-            words = "yaw rate over that of a usual car at this speed and steering angle"
-            add(words, yaw, speed * angle * STEERING_RATIO / bend, powers, 0.4)
-        elif angle is not None and lateral is not None:
-            bend = WHEELBASE + UNDERSTEER * (factor * speed) ** 2
-            powers = {"lateral_acceleration": 1, basis: -2, "steering_wheel_angle": -1}
-            words = "lateral acceleration over that of a usual car at this speed and steering angle"
-            add(words, lateral, speed**2 * angle * STEERING_RATIO / bend, powers, 0.45)
-        turning = self.columns.get("steering_wheel_rate")
-        if turning is not None and angle is not None:
-            powers = {"steering_wheel_rate": 1, "steering_wheel_angle": -1}
-            add("steering wheel rate over change of its angle", turning, np.gradient(angle) * RATE, powers, 0.25)
-        if forward is not None:
-            powers = {"longitudinal_acceleration": 1, basis: -1}
-            add("longitudinal acceleration over change of speed", forward, np.gradient(speed) * RATE, powers, 0.35)
-        return found
+            return
+        signals = {**self.columns, "vehicle_speed": factor * speed}
+        if self.axle and (pair := self.pair(self.axle)):
+            signals |= {"wheel_speed_left": factor * pair[0], "wheel_speed_right": factor * pair[1]}
+        steered = False
+        for key in PROPOSED:
+            found = None if steered and key == "bend" else related(key, signals, RATE, SECONDS)
+            if found is None:
+                continue
+            steered = steered or key == "car"
+            relation = RELATIONS[key]
+            if abs(found.correlation()) >= STRONG:
+                powers = {basis if name == "vehicle_speed" else name: power for name, power in relation.powers.items()}
+                raw = found.ratio() / factor ** powers.get(basis, 0)
+                yield Seen(" over ".join(relation.words), raw, powers, relation.spread)
 
 
 def _aligned(raw: Recording) -> Aligned:
@@ -140,14 +116,7 @@ def _aligned(raw: Recording) -> Aligned:
     return raw.slice(stop=raw.span[0] + LONGEST).align(raw.names, RATE, maximum_age=0.25)
 
 
-def compared(a: np.ndarray, b: np.ndarray) -> tuple[float, float]:
-    """Correlation coefficient of two signals, and the magnitude of the first over the second; (0, NaN) if unknown."""
-    good = np.isfinite(a) & np.isfinite(b)
-    if np.count_nonzero(good) < SECONDS * RATE:
-        return 0.0, math.nan
-    # Without their means, so that the offset of a sensor has no effect.
-    a, b = a[good] - np.mean(a[good]), b[good] - np.mean(b[good])
-    of_a, of_b = float(a @ a), float(b @ b)
-    if not (of_a > 0.0 and of_b > 0.0):
-        return 0.0, math.nan
-    return float(a @ b) / math.sqrt(of_a * of_b), math.sqrt(of_a / of_b)
+def correlation(a: np.ndarray, b: np.ndarray) -> float:
+    """Correlation coefficient of two signals; 0 where it is not known."""
+    found = compared(a, b, SECONDS * RATE)
+    return 0.0 if found is None else found.correlation()

@@ -6,8 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tierod.io.proposal.motion import STRONG, Motion, compared
+from tierod.io.proposal.motion import Motion, correlation
 from tierod.methods.detectors.reversing import ReversingLimits
+from tierod.methods.relations import STRONG
 
 TURNING = ("yaw_rate", "lateral_acceleration", "steering_wheel_angle")
 
@@ -71,18 +72,23 @@ def _of_turns(motion: Motion) -> dict[str, Sign]:
     signals, turn, speed = _lateral(motion), motion.turn(), motion.speed()
     if turn is not None and speed is not None:
         # Times speed, the difference of the wheel speeds is proportional to the lateral acceleration.
-        by_wheels = {name: compared(values, turn * np.abs(speed))[0] for name, values in signals.items()}
+        by_wheels = {name: correlation(values, turn * np.abs(speed)) for name, values in signals.items()}
         if any(abs(value) >= STRONG for value in by_wheels.values()):
             return _by_wheels(signals, by_wheels, str(motion.axle))
     return _by_majority(signals)
 
 
+def _shown(value: float, words: str) -> Sign | None:
+    """The sign that a correlation with something shows; None where it is weak."""
+    if abs(value) < STRONG:
+        return None
+    figure = f"correlation with {words} {value:+.2f}"
+    return Sign(1, f"kept: {figure}") if value > 0.0 else Sign(-1, f"turned: {figure}")
+
+
 def _by_wheels(signals: dict[str, np.ndarray], by_wheels: dict[str, float], axle: str) -> dict[str, Sign]:
-    found = {}
-    for name, value in by_wheels.items():
-        if abs(value) >= STRONG:
-            figure = f"correlation with right less left {axle} wheel speed {value:+.2f}"
-            found[name] = Sign(1, f"kept: {figure}") if value > 0.0 else Sign(-1, f"turned: {figure}")
+    shown = {name: _shown(value, f"right less left {axle} wheel speed") for name, value in by_wheels.items()}
+    found = {name: sign for name, sign in shown.items() if sign is not None}
     for name in signals:
         if name not in found:
             found[name] = _as(name, signals, {other: found[other].sign for other in signals if other in found})
@@ -91,17 +97,15 @@ def _by_wheels(signals: dict[str, np.ndarray], by_wheels: dict[str, float], axle
 
 def _as(name: str, signals: dict[str, np.ndarray], known: dict[str, int]) -> Sign:
     for other, sign in known.items():
-        value = sign * compared(signals[name], signals[other])[0]
-        if abs(value) >= STRONG:
-            figure = f"correlation with {WORDS[other]} {value:+.2f}"
-            return Sign(1, f"kept: {figure}") if value > 0.0 else Sign(-1, f"turned: {figure}")
+        if found := _shown(sign * correlation(signals[name], signals[other]), WORDS[other]):
+            return found
     return Sign(1, "kept: no redundant signal confirms it; check that left is positive")
 
 
 def _by_majority(signals: dict[str, np.ndarray]) -> dict[str, Sign]:
     """Signs without wheel speeds: two signals that agree are kept, the third follows; the side is not observable."""
     names = list(signals)
-    strong = {(a, b): compared(signals[a], signals[b])[0] for i, a in enumerate(names) for b in names[i + 1 :]}
+    strong = {(a, b): correlation(signals[a], signals[b]) for i, a in enumerate(names) for b in names[i + 1 :]}
     agreeing = max(strong, key=lambda pair: strong[pair], default=None)
     if agreeing is None or strong[agreeing] < STRONG:
         if any(value <= -STRONG for value in strong.values()):
@@ -121,11 +125,9 @@ def _by_majority(signals: dict[str, np.ndarray]) -> dict[str, Sign]:
 def _following(motion: Motion, name: str, others: tuple[str, ...], found: dict[str, Sign]) -> Sign:
     for other in others:
         if other in motion.columns and other in found:
-            value = found[other].sign * compared(motion.columns[name], motion.columns[other])[0]
-            if abs(value) >= STRONG:
-                words = WORDS.get(other, other.replace("_", " "))
-                figure = f"correlation with {words} {value:+.2f}"
-                return Sign(1, f"kept: {figure}") if value > 0.0 else Sign(-1, f"turned: {figure}")
+            value = found[other].sign * correlation(motion.columns[name], motion.columns[other])
+            if sign := _shown(value, WORDS.get(other, other.replace("_", " "))):
+                return sign
     return Sign(1, "kept: no redundant signal confirms it; check that it is positive towards left")
 
 
@@ -137,10 +139,6 @@ def _add_rates(motion: Motion, found: dict[str, Sign]) -> None:
         if name not in columns or of is None:
             continue
         basis = found.get("steering_wheel_angle") if name == "steering_wheel_rate" else None
-        value = (basis.sign if basis else 1) * compared(columns[name], np.gradient(of))[0]
+        value = (basis.sign if basis else 1) * correlation(columns[name], np.gradient(of))
         what = "change of the steering angle" if basis else "change of speed"
-        if abs(value) >= STRONG:
-            figure = f"correlation with {what} {value:+.2f}"
-            found[name] = Sign(1, f"kept: {figure}") if value > 0.0 else Sign(-1, f"turned: {figure}")
-        else:
-            found[name] = Sign(1, "kept: no redundant signal confirms it; check")
+        found[name] = _shown(value, what) or Sign(1, "kept: no redundant signal confirms it; check")

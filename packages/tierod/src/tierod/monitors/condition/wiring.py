@@ -10,9 +10,9 @@ from typing import NamedTuple
 import numpy as np
 
 from tierod.core.findings import Episode
+from tierod.methods.relations import Pair, odd_ones_out
 from tierod.models.rolling_car import RollingCar
 from tierod.monitors.condition.signals import OF_AUTOMATED, SENSORS, WHEELS, CarParameters
-from tierod.monitors.harness.related_signals import Pair, odd_ones_out
 from tierod.physics.single_track import understeer_gradient
 
 MOVING = 2.0

@@ -11,9 +11,9 @@ from tierod.core.block import Block, Scalar, Tree
 from tierod.core.findings import Status
 from tierod.core.graph.maths import absolute, all_of, both, maximum, present, where
 from tierod.core.statement import Statement, code_of
+from tierod.methods.relations import WRONG_SIGN_SHARE
 from tierod.monitors.driver_torque.hands import HandsMonitor, HandsSample
 from tierod.monitors.driver_torque.observer import ColumnSample
-from tierod.monitors.harness.related_signals import WRONG_SIGN_SHARE
 
 WORKED: Annotated[float, "N*m"] = 0.5
 """Torque of the bar from which the motor assists; equal to that of the friction monitors' gate."""

@@ -8,11 +8,11 @@ from dataclasses import dataclass, field
 
 from tierod.core.findings import Status
 from tierod.core.statement import STATUSES
+from tierod.methods.relations import WRONG_SIGN_SHARE
 from tierod.models.friction_estimation import FrictionParameters
 from tierod.monitors.friction.decisions import AlarmTuning
 from tierod.monitors.friction.judged import FrictionFigures, JudgedFriction, Obstacles
 from tierod.monitors.friction.verdict import FrictionLimits, FrictionVerdict
-from tierod.monitors.harness.related_signals import WRONG_SIGN_SHARE
 from tierod.monitors.harness.verdict import Obstacle
 
 GAIN_WARNING = (

@@ -13,7 +13,7 @@ from tierod.core.recording import Aligned, Recording
 from tierod.core.series import Stride
 from tierod.core.shown import in_words
 from tierod.core.signals import SIGNALS
-from tierod.monitors.harness.related_signals import witnesses
+from tierod.methods.relations import witnesses
 from tierod.monitors.harness.stuck_signals import StuckSignals
 
 RATE = 20.0

@@ -20,15 +20,15 @@ from tierod.core.graph.maths import (
     where,
 )
 from tierod.core.residues import residue_of
-from tierod.monitors.harness.related_signals import (
-    FOLLOWS,
+from tierod.methods.relations import (
+    FOLLOWED,
     RATES,
     SAME_SPEED,
     SPEEDS,
     STEERED,
     TURN,
+    is_moved,
     is_ordered,
-    is_turned,
 )
 from tierod.monitors.harness.repeated_values import (
     NEW,
@@ -157,7 +157,7 @@ class StuckSignals:
     @property
     def followers(self) -> tuple[tuple[str, str, float], ...]:
         """(signal, other, share) that are present."""
-        return tuple(entry for entry in FOLLOWS if entry[0] in self.names and self._has(entry[:2]))
+        return tuple(entry for entry in FOLLOWED if entry[0] in self.names and self._has(entry[:2]))
 
     def _has(self, names: tuple[str, ...]) -> bool:
         return all(name in self.all_names for name in names)
@@ -198,7 +198,7 @@ class StuckSignals:
         speeds = [name for name in SPEEDS if name in now]
         known = any_of(0.0, *(present(now[name]) for name in speeds))
         fast = any_of(0.0, *(both(absolute(now[name]) > self.moving, before[name].stuck < 0.5) for name in speeds))
-        forces = [name for name in self.all_names if not is_turned(name) and not is_ordered(name)]
+        forces = [name for name in self.all_names if not is_moved(name) and not is_ordered(name)]
         forces = [name for name in forces if name not in SPEEDS]
         changing = {name: where(is_changing(before[name], now[name], self.jitter), 1.0, 0.0) for name in forces}
         there = sum((where(present(now[name]), 1.0, 0.0) for name in forces), 0.0)

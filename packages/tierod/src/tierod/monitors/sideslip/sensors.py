@@ -14,8 +14,8 @@ from tierod.io.signs import TurnLimits
 from tierod.methods.detectors.rule_design import RuleDesign, alarms_at
 from tierod.methods.detectors.stopping_rules import HoldRule
 from tierod.methods.identification.regression import solved
+from tierod.methods.relations import odd_ones_out
 from tierod.models.single_track import SingleTrack
-from tierod.monitors.harness.related_signals import odd_ones_out
 from tierod.monitors.sideslip.observables import BlocksOverDrive
 
 TOGETHER = ("steering angle", "yaw rate", "lateral acceleration", "steering torque")
