@@ -30,26 +30,14 @@ _TIME = "time"
 
 
 class Blocks:
-    """Cuts a drive into blocks, and stores the rest of each piece for the next one.
-
-    Args:
-        rate: sampling rate [Hz]
-    """
+    """Cuts a drive into blocks, and stores the rest of each piece for the next one."""
 
     def __init__(self, rate: float):
         self.rate, self.width = rate, max(round(BLOCK * rate), 2)
         self._left: dict[str, np.ndarray] = {}
 
     def add(self, time: np.ndarray, signals: Mapping[str, np.ndarray]) -> tuple[dict[str, np.ndarray], list[float]]:
-        """Blocks that the next piece completes, and the end of each.
-
-        Args:
-            time: time stamps [s], (n,); with a leap where a pause of the recording was skipped
-            signals: signals by name, (n,) each; NaN if missing
-
-        Returns:
-            signals by name, (blocks, samples) each, and the ends of the blocks [s], (blocks,)
-        """
+        """Blocks that the next piece completes, and the end of each."""
         pieces = {**signals, _TIME: time}
         whole = {name: np.concatenate([self._left.get(name, values[:0]), values]) for name, values in pieces.items()}
         count = len(whole[_TIME]) // self.width
@@ -75,11 +63,7 @@ class Blocks:
 
 
 def roughness(values: np.ndarray) -> np.ndarray:
-    """Standard deviation of white noise in every block, from the differences of consecutive samples; NaN with too few.
-
-    Args:
-        values: samples, (blocks, samples)
-    """
+    """Standard deviation of white noise in every block, from the differences of consecutive samples; NaN with too few."""
     steps = np.diff(values, axis=1)
     there = np.isfinite(steps)
     count = there.sum(axis=1)
@@ -181,11 +165,7 @@ class _Measure(NamedTuple):
 
 
 class DifferenceCheck:
-    """Compare a difference with its bounds; keep the first one that is sure, or else the first doubtful one.
-
-    Args:
-        bounds: bounds of fault-free differences
-    """
+    """Compare a difference with its bounds; keep the first one that is sure, or else the first doubtful one."""
 
     def __init__(self, bounds: Bounds):
         self._bounds = bounds
@@ -278,22 +258,13 @@ class Motion:
     that one faulty sensor does not matter; if the two wheels disagree, neither is used. Axles slip, and when tyres
     slide, rear wheels and steering angle have similar errors: both accelerations are therefore predicted as close to
     the measured ones as the range of the axles, with and without slip, and that of the yaw rates permit.
-
-    Args:
-        vehicle: parameters of the vehicle
-        rate: sampling rate [Hz]
     """
 
     def __init__(self, vehicle: CarParameters, rate: float):
         self._vehicle, self._blocks = vehicle, Blocks(rate)
 
     def add(self, time: np.ndarray, signals: Mapping[str, np.ndarray]) -> list[Block]:
-        """Blocks that the next piece completes.
-
-        Args:
-            time: time stamps [s], (n,)
-            signals: signals by name, (n,) each; NaN if missing
-        """
+        """Blocks that the next piece completes."""
         cut, ends = self._blocks.add(time, signals)
         if not ends:
             return []
@@ -409,13 +380,7 @@ class Disagreement(NamedTuple):
 
 
 class AccelerationCheck:
-    """Compare both measured accelerations with the motion, piece by piece.
-
-    Args:
-        vehicle: parameters of the vehicle
-        rate: sampling rate [Hz]
-        along, across: bounds for the longitudinal and the lateral acceleration
-    """
+    """Compare both measured accelerations with the motion, piece by piece."""
 
     def __init__(self, vehicle: CarParameters, rate: float, along: Bounds = BOUNDS, across: Bounds = ACROSS):
         self._motion, self._rate = Motion(vehicle, rate), rate
@@ -426,12 +391,7 @@ class AccelerationCheck:
         self._sums = np.zeros((4, 4))
 
     def add(self, time: np.ndarray, signals: Mapping[str, np.ndarray]) -> dict[str, int]:
-        """Add the next piece; returns, for each acceleration that fails in it, the first sample without it.
-
-        Args:
-            time: time stamps [s], (n,)
-            signals: signals by name, (n,) each; NaN if missing
-        """
+        """Add the next piece; returns, for each acceleration that fails in it, the first sample without it."""
         failed = {}
         for block in self._motion.add(time, signals):
             row = np.array([-block.growth, block.read[0], 1.0, block.read[0] - block.rolled])
@@ -481,12 +441,7 @@ The same rounds show .59 in the mean, and a standard deviation of .24 of the mea
 
 
 class TargetCheck:
-    """Compare the targets with the actuators' responses, piece by piece.
-
-    Args:
-        vehicle: parameters of `AutomatedVehicle`
-        rate: sampling rate [Hz]
-    """
+    """Compare the targets with the actuators' responses, piece by piece."""
 
     def __init__(self, vehicle: AutomatedVehicle.Parameters, rate: float):
         self._vehicle, self._blocks = vehicle, Blocks(rate)

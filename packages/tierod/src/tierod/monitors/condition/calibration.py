@@ -183,18 +183,7 @@ def calibrate_condition(
     hours_between_alarms: float = 1000.0,
     progress: Callable[[float], None] = lambda share: None,
 ) -> ConditionCalibration:
-    """Calibrate parameters and limits of a vehicle on its fault-free drives, used in the order in which they are given.
-
-    Args:
-        recordings: recordings of fault-free driving by name: five minutes for the parameters, and an hour or more for
-            the limits
-        vehicle: start of the search and prior
-        hours_between_alarms: required mean time between false alarms [h]
-        progress: called with the completed share, 0 to 1
-
-    Raises:
-        InputError: too little driving, the same drive twice, or recordings without wheel speeds
-    """
+    """Calibrate parameters and limits of a vehicle on its fault-free drives, used in the order in which they are given."""
     drives = healthy_drives(recordings)
     first, rest, seconds = parted(drives, FOR_PARAMETERS)
     _require_enough(seconds, rest)
@@ -234,11 +223,7 @@ def _require_enough(seconds: float, rest: Sequence[HealthyDrive]) -> None:
 
 
 def remark_of_limits(designed: DesignedLimits) -> str:
-    """Remark on the extrapolated false alarm rate of the limits, and on the driving time of their design.
-
-    Args:
-        designed: limits with the data of their design
-    """
+    """Remark on the extrapolated false alarm rate of the limits, and on the driving time of their design."""
     return (
         f"With limits {designed.factor:.2f} times those without a factor one false alarm is expected in "
         f"{_hours(designed.hours_between_alarms)} h, at 95 % confidence in no less than "
@@ -253,14 +238,7 @@ def suspicions_of(
     explanations: Sequence[Hypothesis],
     faulty: tuple[float, float],
 ) -> tuple[Suspicion, ...]:
-    """Most likely single fault of every drive that does not look fault-free.
-
-    Args:
-        drives: drives in their order
-        watched: outputs of the bank on each drive
-        explanations: hypotheses, the fault-free one first
-        faulty: fast and slow mean ratio from which a drive is suspicious [nat]
-    """
+    """Most likely single fault of every drive that does not look fault-free."""
     faults = explanations[1:]
     single = [k for k, each in enumerate(faults) if len(each.suspects) == 1]
     found: dict[str, Suspicion] = {}
@@ -352,18 +330,7 @@ def calibrate_motion(
     hours_between_alarms: float = 1000.0,
     progress: Callable[[float], None] = lambda share: None,
 ) -> MotionCalibration:
-    """Design the limits of a car on its fault-free drives, with wheel speeds, yaw rate and steering angle.
-
-    Args:
-        recordings: recordings of fault-free driving by name, a quarter of an hour or, better, hours
-        vehicle: vehicle with the parameters of `RollingCar`
-        hours_between_alarms: required mean time between false alarms [h]
-        progress: called with the completed share, 0 to 1
-
-    Raises:
-        InputError: too little driving, the same drive twice, or a recording with fewer than four of the sensors
-        ParameterError: parameters are missing
-    """
+    """Design the limits of a car on its fault-free drives, with wheel speeds, yaw rate and steering angle."""
     for name, recording in recordings.items():
         _require_sensors(name, recording)
     drives = healthy_drives(recordings)

@@ -56,13 +56,7 @@ class StatementCourse(NamedTuple):
 
     @classmethod
     def of(cls, result: Result, time: np.ndarray, running: np.ndarray) -> StatementCourse:
-        """Statements in the result of a block whose output is a `ConditionOutput`.
-
-        Args:
-            result: result of the block
-            time: time stamps in the recording [s], (n,)
-            running: time since the start of the block's run [s], (n,)
-        """
+        """Statements in the result of a block whose output is a `ConditionOutput`."""
         status, kind, magnitude, deviation, since = (
             np.column_stack([result[f"statements.{name}.{each}"] for name in ELEMENTS])
             for each in ("status", "kind", "magnitude", "deviation", "since")
@@ -80,23 +74,14 @@ class StatementCourse(NamedTuple):
 
     @classmethod
     def unjudged(cls, count: int) -> StatementCourse:
-        """Statements over samples that are not judged: not testable.
-
-        Args:
-            count: number of samples
-        """
+        """Statements over samples that are not judged: not testable."""
         no, unknown = np.zeros((count, len(ELEMENTS)), bool), np.full((count, len(ELEMENTS)), np.nan)
         status = np.full(no.shape, NOT_TESTABLE)
         no_kind = np.zeros(no.shape)
         return cls(status, no, unknown, no_kind, unknown, unknown, no[:, 0], unknown[:, 0], unknown, unknown, no)
 
     def where_available(self, available: np.ndarray, moving: np.ndarray) -> StatementCourse:
-        """Statements with "not available" where an element has no signal; a declared fault is kept.
-
-        Args:
-            available: whether each sensor is read, or each actuator's target is known, (n, elements)
-            moving: whether the vehicle moves, (n,)
-        """
+        """Statements with "not available" where an element has no signal; a declared fault is kept."""
         testable = self.testable & available & moving[:, None]
         quiet = np.where(testable, HEALTHY, NOT_TESTABLE)
         status = np.select(
@@ -122,14 +107,7 @@ class Description(NamedTuple):
 
 
 def described(element: str, kind: float, magnitude: float) -> Description:
-    """Description of a kind of fault; empty if none is identified.
-
-    Args:
-        element: faulty element
-        kind: number of the kind
-        magnitude: offset or noise in the unit of the signal, drift in that unit per second, factor of a gain or an
-            outlier, delay [s], share of a loss of torque
-    """
+    """Description of a kind of fault; empty if none is identified."""
     if kind == LOST_TORQUE:
         return Description("loss of torque", "lost share of the torque", "percent", 100.0)
     unit = SIGNALS[element].unit if element in SIGNALS else ""
@@ -147,12 +125,7 @@ def described(element: str, kind: float, magnitude: float) -> Description:
 
 
 def shown(value: float, unit: str) -> str:
-    """Value in a customary unit as text: angles in degrees, speeds in km/h.
-
-    Args:
-        value: value in the unit
-        unit: unit as in a `Description`
-    """
+    """Value in a customary unit as text: angles in degrees, speeds in km/h."""
     return in_words(value, unit)
 
 
@@ -252,13 +225,7 @@ class ElementCourse:
         return self.available_samples * self.period
 
     def add(self, time: np.ndarray, stated: StatementCourse, available: np.ndarray) -> None:
-        """Add the next piece.
-
-        Args:
-            time: time stamps [s], (n,)
-            stated: statements about all elements
-            available: whether this sensor is read, or the target of this actuator is known, (n,)
-        """
+        """Add the next piece."""
         place = ELEMENTS.index(self.element)
         status, testable = stated.status[:, place], stated.testable[:, place]
         self.available_samples += int(np.count_nonzero(available))
@@ -340,14 +307,7 @@ class ElementCourse:
         magnitude: tuple[float, float],
         rivals: Collection[str] = (),
     ) -> None:
-        """Add a fault detected by a check beside the bank, or a doubt between several elements.
-
-        Args:
-            span: begin, detection and end of the fault [s]
-            kind: number of the kind
-            magnitude: magnitude and its standard deviation, in the unit that `described` expects
-            rivals: other elements that explain it as well
-        """
+        """Add a fault detected by a check beside the bank, or a doubt between several elements."""
         start, found, end = span
         fault = Stretch(found, max(found, end), start, end, 1, np.array([float(each in rivals) for each in ELEMENTS]))
         fault.add(kind, 1, *magnitude)
@@ -358,13 +318,7 @@ class ElementCourse:
     def brief(
         self, longest: float, spans: Sequence[tuple[float, float, float]], alike: Collection[str]
     ) -> list[Stretch]:
-        """Faults that lasted for less than a time, and of which onset or declaration was in one of several spans.
-
-        Args:
-            longest: that time [s]
-            spans: bounds of the spans [s], and sign of the errors that belong to them; 0 for both
-            alike: elements with which a doubt counts as well
-        """
+        """Faults that lasted for less than a time, and of which onset or declaration was in one of several spans."""
         lasting = [each for each in self.doubts if each.end - each.start >= LEAST_DOUBT]
         doubts = [(each, each.end) for each in lasting if {*self._others(each)} <= {*alike}]
         return [
@@ -375,14 +329,7 @@ class ElementCourse:
         ]
 
     def forget(self, start: float, end: float) -> bool:
-        """Withdraw faults and doubts that began in a time in which an input of the filters was faulty.
-
-        Args:
-            start, end: bounds of that time [s]
-
-        Returns:
-            whether a fault or a lasting doubt was withdrawn
-        """
+        """Withdraw faults and doubts that began in a time in which an input of the filters was faulty."""
         withdrawn = any(start <= each.declared_at <= end for each in self.episodes(np.inf))
         for stretches in (self.faults, self.doubts):
             stretches[:] = [each for each in stretches if not start <= each.start <= end]

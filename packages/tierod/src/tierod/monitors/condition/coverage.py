@@ -61,14 +61,6 @@ class Absence:
     gaps: list[tuple[float, float]] = field(default_factory=list)
 
     def add(self, time: np.ndarray, there: np.ndarray, parked: np.ndarray, others: np.ndarray | None = None) -> None:
-        """Add the next piece, (n,) each.
-
-        Args:
-            time: time [s]
-            there: whether the signal is present
-            parked: whether the vehicle is parked
-            others: whether other signals are present; None if gaps are not wanted
-        """
         lacks = ~there & ~parked
         if others is not None:
             self._follow(time, there, lacks & others)
@@ -93,32 +85,19 @@ class Absence:
 
     @property
     def came(self) -> bool:
-        """Whether the signal was ever present."""
         return not math.isnan(self.last)
 
     @property
     def since(self) -> float | None:
         """Time from which the signal is missing until the end [s]; None if it was present at the end, or never."""
-        return (
-            max(self.last - self.borne + self.period, 0.0) if self.came and self.lately * self.period > LEAST else None
-        )
-
-    @property
-    def mostly(self) -> bool:
-        """Whether the signal was present, but missing for more than half of the drive."""
-        return self.came and self.lacked > self.there and self.lacked * self.period > LEAST
+        lost = self.came and self.lately * self.period > LEAST
+        return max(self.last - self.borne + self.period, 0.0) if lost else None
 
     def loss(self, status: Status, gone: str, rare: str) -> Loss | None:
-        """Loss in words; None if there is none.
-
-        Args:
-            status: status of the affected element
-            gone: description of the time since the loss, in words
-            rare: description of the time with the signal, in words
-        """
+        """Loss until the end, or for more than half of the drive, in words; None if there is none."""
         if self.since is not None:
             return Loss(status, f"{gone} since {self.since:.2f} s", self.since)
-        if self.mostly:
+        if self.came and self.lacked > self.there and self.lacked * self.period > LEAST:
             whole = (self.there + self.lacked) * self.period
             return Loss(status, f"{rare} for only {self.there * self.period:.0f} of {whole:.0f} s of driving", None)
         if self.gaps:
@@ -161,11 +140,6 @@ class Constancy:
     """Follows piece by piece for how long the reading stays exactly the same; standstill and gaps do not count.
 
     A sensor that fails to a plausible value, such as a yaw rate of zero on a straight road, contradicts no other.
-
-    Args:
-        period: sampling interval [s]
-        noisy: whether only a reading that otherwise never stays the same is judged: a driver may hold a speed, which a
-            coarse sensor repeats
     """
 
     def __init__(self, period: float, noisy: bool = False):
@@ -174,15 +148,7 @@ class Constancy:
         self._longest: list[Same] = []
 
     def add(self, time: np.ndarray, readings: np.ndarray, moving: np.ndarray, others: np.ndarray) -> None:
-        """Add the next piece, (n,) each.
-
-        Args:
-            time: time [s]
-            readings: readings; NaN if missing
-            moving: whether the vehicle moves
-            others: value of the same signal by other sensors: of a yaw rate by the steering angle, of a wheel speed by
-                all wheels [unit of the reading]; NaN if missing
-        """
+        """Add the next piece, (n,) each."""
         counts = np.flatnonzero(np.isfinite(readings) & moving)
         if not len(counts):
             return
@@ -221,11 +187,7 @@ class Constancy:
 
 
 def stuck_readings(spans: Iterable[Stuck]) -> dict[str, Loss]:
-    """Sensors whose readings stayed the same while related signals moved, at the first such time of each.
-
-    Args:
-        spans: spans in which signals were stuck, in the order of time
-    """
+    """Sensors whose readings stayed the same while related signals moved, at the first such time of each."""
     found: dict[str, Loss] = {}
     for each in spans:
         if each.name in SENSORS:
@@ -282,10 +244,6 @@ class Coverage:
     """Follows which signals are available; the result does not depend on how a recording is cut into pieces.
 
     Without the targets the cause of a motion is unknown, and the sensors would be declared faulty for it.
-
-    Args:
-        rate: sampling rate [Hz]
-        asked: whether the targets are needed; they are not if the filters allow any motion
     """
 
     def __init__(self, rate: float, asked: bool = True):
@@ -298,14 +256,7 @@ class Coverage:
         self._parked: bool | None = None
 
     def add(self, values: np.ndarray) -> tuple[np.ndarray, Covered]:
-        """Add the next piece.
-
-        Args:
-            values: columns of `ConditionSample`, (n, signals); NaN if missing
-
-        Returns:
-            the values, NaN during a shared failure of all sensors, and their coverage
-        """
+        """Add the next piece."""
         if not len(values):
             no = np.zeros(0, bool)
             return values, Covered(np.zeros((0, len(self._limits)), bool), no, no, no, no, no)
@@ -352,11 +303,7 @@ class Coverage:
 
 
 def all_zero(readings: np.ndarray) -> np.ndarray:
-    """Whether all available sensors read exactly zero: a failed bus or supply, or a vehicle at standstill.
-
-    Args:
-        readings: readings, (n, sensors); NaN if missing
-    """
+    """Whether all available sensors read exactly zero: a failed bus or supply, or a vehicle at standstill."""
     there = np.isfinite(readings)
     return np.asarray((there.sum(axis=1) >= ALL) & (~there | (readings == 0.0)).all(axis=1))
 
@@ -369,11 +316,7 @@ class ImpossibleValues:
         self._largest = np.zeros(len(ConditionSample._fields))
 
     def add(self, values: np.ndarray) -> np.ndarray:
-        """Next piece with NaN in place of impossible values.
-
-        Args:
-            values: columns of `ConditionSample`, (n, signals); NaN if missing
-        """
+        """Next piece with NaN in place of impossible values."""
         pairs = zip(ConditionSample._fields, values.T, strict=True)
         far = np.column_stack([impossible(name, column) for name, column in pairs])
         if not far.any():
@@ -404,11 +347,7 @@ _PLACES = [ConditionSample._fields.index(name) for name in TARGETS]
 
 
 class TargetPace:
-    """Measures the mean sampling interval of each target; gaps longer than `LOST` are losses and do not count.
-
-    Args:
-        rate: sampling rate of the grid [Hz]
-    """
+    """Measures the mean sampling interval of each target; gaps longer than `LOST` are losses and do not count."""
 
     def __init__(self, rate: float):
         self._rate = rate

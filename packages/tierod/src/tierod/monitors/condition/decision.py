@@ -39,16 +39,6 @@ def selected_lane(
     Normally this is the active lane. If the sample is practically impossible for it, the most likely lane is used that
     suspects at least the same elements. Lanes that suspect only actuators are excluded unless active, since the
     estimated loss of a fault-free actuator follows any disturbance.
-
-    Args:
-        hypotheses: hypotheses in the order of the lanes
-        likelihoods: log-likelihood of this sample for each hypothesis [nat]
-        active: number of the active hypothesis
-        impossible: log-likelihood ratio to the best lane from which a sample is practically impossible [nat]
-        slides: whether tyres slide, so that the lanes of sliding tyres, which come last, may be used
-
-    Returns:
-        number of the lane, and for each lane whether the sample is practically impossible
     """
     best, top = active, chosen(likelihoods, active)
     own = top
@@ -69,11 +59,6 @@ def best_pair_containing(
 
     If two sensors disagree, either may be faulty. A lane that continued from a lane which uses the other sensor would
     support the wrong hypothesis from then on; the pair uses neither.
-
-    Args:
-        hypotheses: hypotheses in the order of the lanes
-        likelihoods: log-likelihood of this sample for each hypothesis [nat]
-        impossible: log-likelihood ratio to the best lane from which a sample is practically impossible [nat]
     """
     top = greatest_of(*likelihoods)
     nearest = []
@@ -100,17 +85,6 @@ def adopted(
 
     A lane that suspects only actuators adopts no state until a fault is declared: it estimates the loss within some
     samples, and the state of a lane that leaves out sensors instead would lead it away from that estimate.
-
-    Args:
-        hypotheses: hypotheses in the order of the lanes
-        source: number of the lane whose state is adopted
-        nearest: for each lane, the lane that it adopts in preference, see `best_pair_containing`; 0 for none
-        far_off: for each lane, whether the sample is practically impossible
-        changed: whether the active hypothesis has changed, in which case all lanes adopt the source
-        active: number of the active hypothesis from now on
-
-    Returns:
-        for each lane, the number of the adopted lane, or `KEEP`
     """
     adopting = []
     for number, own in enumerate(hypotheses):
@@ -179,14 +153,7 @@ class Diagnosis(NamedTuple):
 def gated(
     readings: Sequence[Scalar], estimate: LeaveOutFilter.Output, faulty: Elements, deviations: Scalar
 ) -> Readings:
-    """Flags of outlying readings of sensors that are not declared.
-
-    Args:
-        readings: readings of all sensors
-        estimate: output of the selected lane
-        faulty: declared elements
-        deviations: number of standard deviations beyond which a reading is an outlier
-    """
+    """Flags of outlying readings of sensors that are not declared."""
     # Sensors come first in `faulty`: the shorter lists end before its actuators.
     known = zip(readings, estimate.prediction, estimate.deviation, faulty, strict=False)
     return Readings(
@@ -202,14 +169,7 @@ def gated(
 
 
 def values_of(readings: Sequence[Scalar], estimate: LeaveOutFilter.Output, faulty: Elements, off: Readings) -> Readings:
-    """Value of every sensor: its reading if it is trusted, else the estimate of the selected lane.
-
-    Args:
-        readings: readings of all sensors
-        estimate: output of the selected lane
-        faulty: declared elements
-        off: flags of outlying readings, see `gated`
-    """
+    """Value of every sensor: its reading if it is trusted, else the estimate of the selected lane."""
     known = zip(readings, estimate.estimate, faulty, off, strict=False)
     return Readings(
         *(
@@ -324,22 +284,13 @@ class Decision:
     small_leads: SmallLeads | None = None
 
     def feedback(self) -> Tree:
-        """No feedback to the lanes; they adopt states of other lanes instead."""
         return ()
 
     def init(self) -> DecisionState:
-        """State before the first sample: fault-free."""
         none = Elements(*(0.0,) * len(ELEMENTS)), Readings(*(0.0,) * len(SENSORS))
         return DecisionState(self.weighing.init(), 0.0, 0.0, 0.0, 0.0, *none, self.low_grip.init(), 0.0)
 
     def step(self, state: DecisionState, sample: JudgeSample, effects: Tree = None) -> tuple[DecisionState, Verdict]:
-        """Process one sample.
-
-        Args:
-            state: state after the previous sample
-            sample: sample of the bank, and the outputs of all lanes
-            effects: change that the fault of each sensor adds to its reading; None assumes a total loss
-        """
         lanes, readings = sample.lanes, readings_of(sample.sample)
         likelihoods = [lane.log_likelihood for lane in lanes]
         grip = self._grip(state, sample, likelihoods)
@@ -444,11 +395,7 @@ class Decision:
         return weights, self.weighing.ranking(weights, state.active, open_.widening, open_.hypotheses)
 
     def _counted(self, state: DecisionState, ranking: Ranking, small: Scalar) -> tuple[Scalar, Scalar]:
-        """Number of consecutive samples of the best hypothesis' lead, and of any hypothesis beyond its limit.
-
-        Args:
-            small: whether a small lead counts in this sample
-        """
+        """Number of consecutive samples of the best hypothesis' lead, and of any hypothesis beyond its limit."""
         leads: Scalar = ranking.lead > self.weighing.limits.gap
         counts: Scalar = 1.0
         if self.small_leads is not None:
@@ -467,13 +414,7 @@ class Decision:
         unread: Sequence[Scalar],
         grip: Grip,
     ) -> Scalar:
-        """Whether a small lead counts in this sample, which must itself support the best hypothesis.
-
-        Args:
-            likelihoods: log-likelihoods of this sample, by hypothesis
-            shows: whether the filters describe the motion, without braking
-            unread: see `DecisionState`
-        """
+        """Whether a small lead counts in this sample, which must itself support the best hypothesis."""
         if self.small_leads is None:
             return 0.0
         most = self.testability.missing / self.weighing.sample_time

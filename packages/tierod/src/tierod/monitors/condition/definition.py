@@ -48,16 +48,7 @@ ALIKE = 2.0 * Wander().steering
 
 
 def condition_monitor(vehicle: Vehicle, sample_time: float = 0.01, codes: TroubleCodes | None = None) -> Bank:
-    """Condition monitor of a vehicle, with or without a calibration.
-
-    Args:
-        vehicle: vehicle with the parameters of `AutomatedVehicle`, or else of `RollingCar`
-        sample_time: sampling interval [s]
-        codes: table of trouble codes; None takes the shipped one
-
-    Raises:
-        ParameterError: parameters are missing
-    """
+    """Condition monitor of a vehicle, with or without a calibration."""
     return rolling_monitor(vehicle, None, sample_time, codes) if rolls(vehicle) else _whole(vehicle, sample_time, codes)
 
 
@@ -88,18 +79,7 @@ def rolling_limits() -> Limits:
 def rolling_monitor(
     vehicle: Vehicle, limits: Limits | None = None, sample_time: float = 0.01, codes: TroubleCodes | None = None
 ) -> Bank:
-    """Condition monitor of a car without known torques: wheel speeds, yaw rate and steering angle by the motion alone.
-
-    Args:
-        vehicle: vehicle with the parameters of `RollingCar`
-        limits: limits of all hypotheses but the fault-free one; None takes those of the vehicle file, or else those
-            from real cars
-        sample_time: sampling interval [s]
-        codes: table of trouble codes; None takes the shipped one
-
-    Raises:
-        ParameterError: parameters are missing
-    """
+    """Condition monitor of a car without known torques: wheel speeds, yaw rate and steering angle by the motion alone."""
     base, explanations = RollingFilter.of_vehicle(vehicle, sample_time), hypotheses_of_cars()
     kinds = tuple(
         replace(
@@ -118,22 +98,12 @@ def rolling_monitor(
 
 
 def rolling_lanes(base: RollingFilter) -> tuple[RollingFilter, ...]:
-    """Filters of all hypotheses for a rolling car, and the two of sliding tyres at the end.
-
-    Args:
-        base: filter of the fault-free hypothesis
-    """
+    """Filters of all hypotheses for a rolling car, and the two of sliding tyres at the end."""
     return (*(base.leaving_out(each) for each in hypotheses_of_cars()), ploughing(base), skidding(base))
 
 
 def rolling_decision(base: RollingFilter, limits: Limits, sample_time: float = 0.01) -> Decision:
-    """Decision between the hypotheses for a rolling car.
-
-    Args:
-        base: filter of the fault-free hypothesis
-        limits: limits of all hypotheses but the fault-free one
-        sample_time: sampling interval [s]
-    """
+    """Decision between the hypotheses for a rolling car."""
     costs = prices(base.sensor_noise, base.plausible)
     weighing = Weighing(hypotheses_of_cars(), limits, sample_time, prices=costs)
     # A sensor that a car never has must not widen limits that were designed without it.

@@ -124,12 +124,7 @@ class Driven:
         self._follow(_ENOUGH, time, reading.sum(axis=1) >= ALL, covered.parked)
 
     def leave_out(self, cause: str, there: np.ndarray) -> None:
-        """Add samples of the next piece that are not judged although all sensors give readings.
-
-        Args:
-            cause: cause, such as `REVERSED`
-            there: whether they are not judged, (n,)
-        """
+        """Add samples of the next piece that are not judged although all sensors give readings."""
         self._count(cause, there)
         self.judged -= int(np.count_nonzero(there))
 
@@ -139,13 +134,7 @@ class Driven:
         return (self.unjudged.get(SLID, 0) + self.unjudged.get(SLIPPED, 0)) * self.period
 
     def add_low_grip(self, time: np.ndarray, slid: np.ndarray, values: np.ndarray) -> None:
-        """Add the slides within the last piece; standstill and reversing are judged in no case, and do not count.
-
-        Args:
-            time: time stamps [s], (n,)
-            slid: whether the tyres slid, (n,)
-            values: columns of `ConditionSample`, (n, signals); NaN if missing
-        """
+        """Add the slides within the last piece; standstill and reversing are judged in no case, and do not count."""
         times, forward = self._forward
         slid = slid & forward[np.searchsorted(times, time)]
         self._count(SLID, slid)
@@ -174,13 +163,7 @@ class Driven:
         self.absences.setdefault(name, Absence(self.period, borne)).add(time, there, parked, others)
 
     def loss(self, element: str, observed: float) -> Loss | None:
-        """Loss of a signal without which an element cannot be judged: of its own, or else of others; None without one.
-
-        Args:
-            element: sensor or actuator
-            observed: time at which a fault of it would last have shown [s]; an element that remained testable with few
-                sensors has lost none
-        """
+        """Loss of a signal without which an element cannot be judged: of its own, or else of others; None without one."""
         sensor = element in SENSORS
         gone = self.now if sensor and self.now in ALL_GONE else "no reading" if sensor else "no target"
         own = self.absences[element].loss(Status.NOT_AVAILABLE, gone, "read" if sensor else "its target was known")

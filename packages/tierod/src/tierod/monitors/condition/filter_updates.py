@@ -64,11 +64,7 @@ class Seen(NamedTuple):
     correction: Correction
 
     def of_sensors(self, names: Sequence[str]) -> tuple[Readings, Readings, Readings]:
-        """Predictions, standard deviations of reading less prediction, and estimates after the correction.
-
-        Args:
-            names: names of the sensors, in the order of the first readings
-        """
+        """Predictions, standard deviations of reading less prediction, and estimates after the correction."""
         rows = zip(names, self.expected, self.spread, self.rows, strict=False)
         known = [(name, value, sqrt(spread), row) for name, value, spread, row in rows]
         return (
@@ -78,12 +74,7 @@ class Seen(NamedTuple):
         )
 
     def moved(self, mean: Vector, most: Vector) -> list[Scalar]:
-        """Mean after the correction, limited to its bounds.
-
-        Args:
-            mean: mean before the correction, (n,)
-            most: largest magnitude of each state, (n,)
-        """
+        """Mean after the correction, limited to its bounds."""
         shifted = (value + shift for value, shift in zip(mean, self.correction.shift, strict=True))
         return [limit(value, -bound, bound) for value, bound in zip(shifted, most, strict=True)]
 
@@ -102,16 +93,7 @@ def observed(
     trusted: Vector,
     influence: Scalar,
 ) -> Seen:
-    """Innovations and correction of a sample by a filter that may leave readings out.
-
-    Args:
-        covariance: covariance P before the correction, packed
-        expected: expected readings, (m,)
-        rows: their derivatives by the state, m rows of n
-        readings: readings, (m,); NaN if missing
-        noise, usual, influence: see `update`
-        trusted: 1, or 0 for a reading that is left out, (m,)
-    """
+    """Innovations and correction of a sample by a filter that may leave readings out."""
     innovations = tuple(reading - value for reading, value in zip(readings, expected, strict=True))
     used = [both(present(each), use > 0.5) for each, use in zip(innovations, trusted, strict=True)]
     spread = [plus(spread_of(covariance, row), variance) for row, variance in zip(rows, noise, strict=True)]
@@ -128,17 +110,7 @@ def update(
     used: Vector,
     influence: Scalar,
 ) -> Correction:
-    """Sequential scalar updates; equal to the joint update with diagonal noise while no innovation is bounded.
-
-    Args:
-        covariance: covariance P, packed
-        rows: derivatives of the expected readings by the state, m rows of n
-        innovations: reading less expected reading, (m,); NaN if missing
-        noise: noise variance of each reading, (m,)
-        usual: nominal noise variance of each reading, the reference of `Correction.widening`, (m,)
-        used: whether each reading is used, (m,)
-        influence: bound of a normalised innovation in the correction of the mean, in standard deviations
-    """
+    """Sequential scalar updates; equal to the joint update with diagonal noise while no innovation is bounded."""
     after = unpack(covariance)
     n = len(after)
     shift: list[Scalar] = [0.0] * n
@@ -162,16 +134,7 @@ def update(
 def log_likelihood(
     correction: Correction, innovations: Vector, used: Vector, usual: Vector, widths: Vector, influence: Scalar
 ) -> Scalar:
-    """Log-likelihood of the present readings: normal innovations if used, uniform over a range if left out [nat].
-
-    Args:
-        correction: correction by the readings
-        innovations: reading less expected reading, (m,); NaN if missing
-        used: whether each reading is used, (m,)
-        usual: nominal noise variance of each reading, (m,)
-        widths: width of the range of each reading that is left out, (m,)
-        influence: bound of a normalised innovation in the likelihood, in standard deviations
-    """
+    """Log-likelihood of the present readings: normal innovations if used, uniform over a range if left out [nat]."""
     squares: Scalar = 0.0
     widening: Scalar = 1.0
     for over, wide in zip(correction.whitened, correction.widening, strict=True):

@@ -47,15 +47,7 @@ def elements(
     graph: SubstitutionGraph,
     lost: Mapping[str, Loss] | None = None,
 ) -> tuple[Element, ...]:
-    """State of every sensor and actuator.
-
-    Args:
-        courses: courses of all elements
-        drive: figures of the drive
-        problems: wiring errors
-        graph: graph of the substitutes
-        lost: losses of signals, and other times in which an element was not judged; None takes `losses` alone
-    """
+    """State of every sensor and actuator."""
     codes = load_trouble_codes().codes
     found, open_, lost = [], unresolved(courses, drive.end), losses(courses, drive) if lost is None else lost
     for name, course in courses.items():
@@ -72,13 +64,7 @@ def elements(
 
 
 def with_smallest(element: Element, courses: Mapping[str, ElementCourse], multiples: Mapping[str, float]) -> Element:
-    """A fault-free element with the smallest fault that would have been seen while it was testable.
-
-    Args:
-        element: state of an element
-        courses: courses of all elements
-        multiples: smallest lasting change that is seen, in standard deviations, by element; without one none is stated
-    """
+    """A fault-free element with the smallest fault that would have been seen while it was testable."""
     if element.status is not Status.HEALTHY or element.name not in multiples:
         return element
     smallest = multiples[element.name] * courses[element.name].spread
@@ -91,11 +77,7 @@ def with_smallest(element: Element, courses: Mapping[str, ElementCourse], multip
 
 
 def acceleration_elements(disagreeing: Sequence[Disagreement]) -> tuple[Element, ...]:
-    """States of the accelerations that have failed, without substitutes.
-
-    Args:
-        disagreeing: accelerations that are inconsistent with the motion; only the sure ones count
-    """
+    """States of the accelerations that have failed, without substitutes."""
     return tuple(
         Element(
             each.element,
@@ -116,12 +98,7 @@ def acceleration_elements(disagreeing: Sequence[Disagreement]) -> tuple[Element,
 
 
 def losses(courses: Mapping[str, ElementCourse], drive: Driven) -> dict[str, Loss]:
-    """Losses of signals during the drive, and doubts about one element, by the elements that could not be judged then.
-
-    Args:
-        courses: courses of all elements
-        drive: figures of the drive
-    """
+    """Losses of signals during the drive, and doubts about one element, by the elements that could not be judged then."""
     found = {name: drive.loss(name, course.observed) for name, course in courses.items() if course.available > 0.0}
     return _doubted(courses, drive.end) | {name: loss for name, loss in found.items() if loss is not None}
 
@@ -148,12 +125,7 @@ def _overlap(fault: Episode, doubt: Episode, end: float) -> bool:
 
 
 def unresolved(courses: Mapping[str, ElementCourse], end: float) -> dict[str, tuple[Episode, ...]]:
-    """Faults of every element, and doubts that no declaration of one of the candidates has ended.
-
-    Args:
-        courses: courses of all elements
-        end: end of the recording [s]
-    """
+    """Faults of every element, and doubts that no declaration of one of the candidates has ended."""
     all_ = {name: course.episodes(end) for name, course in courses.items()}
     faults = {name: [each for each in found if not each.candidates] for name, found in all_.items()}
 
@@ -249,12 +221,7 @@ def _substitute(name: str, status: Status, drive: Driven, graph: SubstitutionGra
 
 
 def code_courses(courses: Mapping[str, ElementCourse], end: float) -> dict[str, tuple[StatusChange, ...]]:
-    """Changes of the verdict on every trouble code.
-
-    Args:
-        courses: courses of all elements
-        end: end of the recording [s]
-    """
+    """Changes of the verdict on every trouble code."""
     found = {name.replace("_", "-"): tuple(course.course) for name, course in courses.items()}
     begun = min(course[0].time for course in found.values())
     episodes = [episode for each in unresolved(courses, end).values() for episode in each]
@@ -311,19 +278,7 @@ def judge(
     notes: Sequence[str] = (),
     causes: OtherCauses | None = None,
 ) -> Finding:
-    """Finding over all elements.
-
-    Args:
-        name: name of monitor and variant
-        states: states of all elements
-        drive: figures of the drive
-        problems: wiring errors
-        lost: losses of signals during the drive, by element
-        interruptions: number of times that the judgement was interrupted
-        calibrated: whether the limits were designed on this individual vehicle
-        notes: further warnings
-        causes: other explanations of the declared faults
-    """
+    """Finding over all elements."""
     evidence = _evidence(states, drive, interruptions)
     warnings = (*(() if calibrated else (UNCALIBRATED,)), *notes, *_not_judged(drive))
     if problems:

@@ -127,15 +127,7 @@ class SpanOfFault:
     def after(
         self, before: Evidence, time: Scalar, residual: Residual, declared: Scalar, was_declared: Scalar
     ) -> Evidence:
-        """Evidence after one sample.
-
-        Args:
-            before: evidence after the previous sample
-            time: time of this sample [s]
-            residual: residual of the element
-            declared: whether the element is declared faulty
-            was_declared: whether it was at the previous sample
-        """
+        """Evidence after one sample."""
         known, ratio = residual.known, self._ratio(residual, declared)
         bound = self.forgotten
         amount = maximum(before.amount + where(known, ratio, 0.0), 0.0)
@@ -219,11 +211,7 @@ class Spans(NamedTuple):
         return Elements(*(each.supported for each in self.evidence))
 
     def ended(self, of: SpanOfFault) -> Elements:
-        """Whether the residuals have contradicted each declared fault since then.
-
-        Args:
-            of: estimator of the spans
-        """
+        """Whether the residuals have contradicted each declared fault since then."""
         declared = [each == code_of(Status.FAULT) for each in self.status]
         lost = [each.largest - each.amount > of.forgotten for each in self.evidence]
         return Elements(*(where(both(*each), 1.0, 0.0) for each in zip(declared, lost, strict=True)))
@@ -239,11 +227,6 @@ class Spans(NamedTuple):
         """State after one sample, and the dated statements.
 
         The time of a fault, or of a doubt, is that of the first evidence for it; of another status, that of its change.
-
-        Args:
-            statements: statements without times
-            residuals: residuals by element; without one, an onset is the time of the declaration
-            of: estimator of the spans
         """
         began, evidence, dated = [], [], []
         places = zip(ELEMENTS, statements, self.status, self.began, self.evidence, strict=True)
@@ -324,11 +307,9 @@ class ConditionJudge:
     loss_time: Annotated[float, "s"] = 2.0
 
     def feedback(self) -> Tree:
-        """No feedback to the lanes."""
         return ()
 
     def init(self) -> JudgeState:
-        """State before the first sample: fault-free."""
         return JudgeState(
             self.decision.init(),
             tuple(kind.init() for kind in self.kinds),
@@ -340,7 +321,6 @@ class ConditionJudge:
         )
 
     def step(self, state: JudgeState, sample: JudgeSample) -> tuple[JudgeState, Verdict]:
-        """Process one sample."""
         decided, verdict = self.decision.step(state.decision, sample, state.effects)
         diagnosis: Diagnosis = verdict.output
         predicted = {name: self._predicted(sample.lanes, diagnosis, SENSORS.index(name)) for name in self.judged}

@@ -157,38 +157,18 @@ PRICE = 5.0
 
 
 def delays_of(jumps: bool, sample_time: float) -> tuple[int, ...]:
-    """Delays that are compared for a sensor, in samples.
-
-    Args:
-        jumps: whether its signal has jumps
-        sample_time: sampling interval [s]
-    """
+    """Delays that are compared for a sensor, in samples."""
     delays = DENSE if jumps else DELAYS
     return tuple(sorted({max(round(delay / sample_time), 1) for delay in delays}))
 
 
 def log_density(off: Scalar, variance: Scalar, share: Scalar) -> Scalar:
-    """Contribution of one reading to a log-likelihood.
-
-    Args:
-        off: reading less expected reading
-        variance: variance of that difference
-        share: weight of the reading, below 1 for autocorrelated errors
-    """
+    """Contribution of one reading to a log-likelihood."""
     return -0.5 * share * (minimum(off * off / variance, INFLUENCE * INFLUENCE) + log(2.0 * math.pi * variance))
 
 
 def fitted(fit: Fit, reading: Scalar, row: Scalar, square: Scalar, alike: Scalar, share: Scalar) -> Fit:
-    """Recursive least squares for one parameter: reading = row * parameter.
-
-    Args:
-        fit: estimate before the reading
-        reading: reading of the sensor, or its deviation from the prediction
-        row: regressor
-        square: variance of the reading
-        alike: correlation time of the errors, in samples
-        share: see `log_density`
-    """
+    """Recursive least squares for one parameter: reading = row * parameter."""
     off, known = reading - row * fit.value, row * row * fit.variance
     gain = fit.variance * row / (known + square * alike)
     return Fit(
@@ -199,16 +179,7 @@ def fitted(fit: Fit, reading: Scalar, row: Scalar, square: Scalar, alike: Scalar
 
 
 def sloped(fit: SlopeFit, off: Scalar, time: Scalar, square: Scalar, alike: Scalar, share: Scalar) -> SlopeFit:
-    """Recursive least squares for start and slope of a deviation.
-
-    Args:
-        fit: estimate before the reading
-        off: deviation of the reading from its prediction
-        time: time since the start [s]
-        square: variance of the deviation
-        alike: correlation time of the errors, in samples
-        share: see `log_density`
-    """
+    """Recursive least squares for start and slope of a deviation."""
     error = off - fit.start - time * fit.slope
     to_start, to_slope = fit.start_variance + time * fit.covariance, fit.covariance + time * fit.slope_variance
     known = to_start + time * to_slope
@@ -231,16 +202,6 @@ def delay_of(
     For a smooth signal the squared deviations grow with the square of the error of the delay, so that their minimum
     between the compared delays follows. The residual counts as noise of unknown variance, since a prediction never has
     exactly the shape of the signal.
-
-    Args:
-        state: state with the squared deviations of each delay
-        lines: compared delays, in samples
-        step: sampling interval [s]; rounding to it is a part of the uncertainty
-        longer: correlation time for the uncertainty of magnitudes over that for the likelihoods [-]
-        prediction: prediction of this reading, without delay
-
-    Returns:
-        log-likelihood [nat], delay [s], its standard deviation [s], and its effect on this reading
     """
     # The best delay needs a neighbour on either side: no delay before the shortest, a mirrored one after the longest.
     misses = (state.undelayed, *state.delays, state.delays[-2])
@@ -267,12 +228,7 @@ def delay_of(
 
 
 def lowest(places: Sequence[Scalar], values: Sequence[Scalar]) -> tuple[Scalar, Scalar, Scalar]:
-    """Minimum of a parabola through three points between the outer ones, its value there, and its width.
-
-    Args:
-        places: three abscissae, ascending
-        values: values there, of which the middle one is the lowest
-    """
+    """Minimum of a parabola through three points between the outer ones, its value there, and its width."""
     left, right = places[1] - places[0], places[2] - places[1]
     down, up = (values[1] - values[0]) / left, (values[2] - values[1]) / right
     bend = maximum((up - down) / (0.5 * (left + right)), 1e-9)
@@ -283,26 +239,14 @@ def lowest(places: Sequence[Scalar], values: Sequence[Scalar]) -> tuple[Scalar, 
 
 
 def between(place: Scalar, places: Sequence[Scalar], values: Sequence[Scalar]) -> Scalar:
-    """Linear interpolation between three points.
-
-    Args:
-        place: abscissa, between the outer ones
-        places: three abscissae, ascending
-        values: values there
-    """
+    """Linear interpolation between three points."""
     early = (values[1] - values[0]) / (places[1] - places[0])
     late = (values[2] - values[1]) / (places[2] - places[1])
     return values[1] + (place - places[1]) * where(place < places[1], early, late)
 
 
 def likeliest(options: Sequence[tuple[Scalar, ...]], doubt: Scalar) -> tuple[Scalar, ...]:
-    """Number, magnitude and standard deviation of the most likely kind, and the smallest effect of all likely kinds.
-
-    Args:
-        options: per kind its number, whether it may be named, score [nat], magnitude, standard deviation and effect;
-            the first kind may always be named
-        doubt: difference of scores within which a kind is as likely as the best [nat]
-    """
+    """Number, magnitude and standard deviation of the most likely kind, and the smallest effect of all likely kinds."""
     best = options[0]
     for option in options[1:]:
         better = both(option[1], option[2] > best[2])
@@ -417,7 +361,6 @@ class KindOfFault:
         )
 
     def init(self) -> KindState:
-        """State before the first sample: no fault declared."""
         empty = (0.0,) * len(self.delays)
         fit = Fit(0.0, 1.0, 0.0)
         lines = tuple(Ring(delay) for delay in self.delays)
@@ -425,7 +368,6 @@ class KindOfFault:
         return KindState(*(0.0,) * 4, 1.0, 0.0, fit, fit, fit, slope, *(0.0,) * 8, empty, lines, NOTHING, -1.0, 0.0)
 
     def step(self, state: KindState, sample: Sample) -> tuple[KindState, Kind]:
-        """Process one sample."""
         known = all_of(present(sample.reading), present(sample.prediction), present(sample.deviation))
         declared = where(present(sample.declared), sample.declared, 0.0) > 0.5
         paused = where(present(sample.recovering), sample.recovering, 0.0) > 0.5

@@ -37,32 +37,17 @@ MOVING = 1.0
 
 
 def sampled(recording: Recording, rate: float = RATE) -> Aligned:
-    """Samples of a recording as the monitor receives them.
-
-    Args:
-        recording: recording with signals of `ConditionSample`; missing ones become NaN
-        rate: sampling rate [Hz]
-    """
+    """Samples of a recording as the monitor receives them."""
     return recording.align(ConditionSample._fields, rate, maximum_age=MAXIMUM_AGE)
 
 
 def aligned(recording: Recording, rate: float = RATE) -> np.ndarray:
-    """Values of a recording on the grid, (n, signals).
-
-    Args:
-        recording: recording with signals of `ConditionSample`; missing ones become NaN
-        rate: sampling rate [Hz]
-    """
+    """Values of a recording on the grid, (n, signals)."""
     return sampled(recording, rate).values
 
 
 def moving(rows: np.ndarray, rate: float = RATE) -> np.ndarray:
-    """Whether the vehicle moves, forwards or backwards, according to the available rear wheels, (n,).
-
-    Args:
-        rows: wheel speeds in the first two columns; NaN if missing, (n, 2 or more)
-        rate: sampling rate [Hz]
-    """
+    """Whether the vehicle moves, forwards or backwards, according to the available rear wheels, (n,)."""
     place, found = np.arange(len(rows)), np.zeros(len(rows), bool)
     for speed in rows[:, : len(WHEELS)].T:
         last = np.maximum.accumulate(np.where(np.isfinite(speed), place, -1))
@@ -72,15 +57,7 @@ def moving(rows: np.ndarray, rate: float = RATE) -> np.ndarray:
 
 
 def wheel_of(name: str, recording: Recording) -> str:
-    """Name of the wheel speed signal of a recording, that of the rear left wheel if it has both rear wheels.
-
-    Args:
-        name: name of the recording, for the message
-        recording: recording to be searched
-
-    Raises:
-        InputError: the recording has neither signal, or its rate is too low
-    """
+    """Name of the wheel speed signal of a recording, that of the rear left wheel if it has both rear wheels."""
     there = [each for each in WHEELS if each in recording and len(recording[each].time)]
     if not there:
         raise InputError(
@@ -116,15 +93,7 @@ class HealthyDrive(NamedTuple):
 
 
 def healthy_drives(recordings: Mapping[str, Recording]) -> list[HealthyDrive]:
-    """Split recordings into drives, in their order.
-
-    Args:
-        recordings: recordings by name
-
-    Raises:
-        InputError: a recording lacks the speeds of the rear wheels, or their rate or that of the actuator targets is
-            too low; or two recordings hold the same drive
-    """
+    """Split recordings into drives, in their order."""
     drives: list[HealthyDrive] = []
     seen: dict[bytes, str] = {}
     for name, recording in recordings.items():
@@ -150,15 +119,7 @@ def _refuse_slow_targets(name: str, drives: Sequence[HealthyDrive]) -> None:
 def parted(
     drives: Sequence[HealthyDrive], seconds: float
 ) -> tuple[list[HealthyDrive], list[HealthyDrive], Annotated[float, "s"]]:
-    """Split drives after a given time of driving.
-
-    Args:
-        drives: drives in their order
-        seconds: time of driving of the first part, standstill not counted [s]
-
-    Returns:
-        drives of the first part, drives of the rest, and the time of driving of the first part [s]
-    """
+    """Split drives after a given time of driving."""
     first: list[HealthyDrive] = []
     rest: list[HealthyDrive] = []
     driven = 0.0
@@ -233,15 +194,12 @@ class Watching:
     decision: Decision
 
     def feedback(self) -> Tree:
-        """Feedback of the decision to the lanes."""
         return self.decision.feedback()
 
     def init(self) -> DecisionState:
-        """State before the first sample: fault-free."""
         return self.decision.init()
 
     def step(self, state: DecisionState, sample: JudgeSample) -> tuple[DecisionState, Verdict]:
-        """Process one sample."""
         after, verdict = self.decision.step(state, sample)
         return after, verdict._replace(output=after.weights)
 
@@ -264,14 +222,7 @@ def watch(
     progress: Callable[[float], None] = lambda share: None,
     bank: Bank | None = None,
 ) -> list[Watched]:
-    """Ratios of all hypotheses on fault-free drives, without any declaration.
-
-    Args:
-        recordings: recordings of fault-free driving
-        vehicle: vehicle with calibrated parameters
-        progress: called with the completed share, 0 to 1
-        bank: bank whose judge is a `Watching`; None takes the bank of the whole vehicle
-    """
+    """Ratios of all hypotheses on fault-free drives, without any declaration."""
     bank, watched = bank or _watching(LeaveOutFilter.of_vehicle(vehicle), hypotheses()), []
     for place, recording in enumerate(recordings):
         watched.append(_watched(bank, aligned(recording)))
@@ -299,11 +250,7 @@ def _watching(base: LeaveOutFilter, explanations: tuple[Hypothesis, ...]) -> Ban
 
 
 def unreachable(explanations: Sequence[Hypothesis]) -> Limits:
-    """Limits that no ratio exceeds, so that no fault is declared.
-
-    Args:
-        explanations: hypotheses, the fault-free one first
-    """
+    """Limits that no ratio exceeds, so that no fault is declared."""
     count = len(explanations) - 1
     return Limits((_NEVER,) * count, (_NEVER,) * count, 1.0, 1.0)
 
@@ -312,10 +259,6 @@ def block_maxima(ratios: np.ndarray, settling: float = SETTLING) -> np.ndarray:
     """Largest ratio of every block without the fault-free hypothesis, (blocks, 2 x hypotheses).
 
     Only ratios that last for three samples count, since the judge decides nothing earlier.
-
-    Args:
-        ratios: fast and slow means, the fault-free hypothesis first in both, (samples, 2 x hypotheses)
-        settling: warm-up that is ignored [s]
     """
     count = ratios.shape[1] // 2
     width, skipped = round(BLOCK * RATE), round(settling * RATE)
@@ -325,11 +268,7 @@ def block_maxima(ratios: np.ndarray, settling: float = SETTLING) -> np.ndarray:
 
 
 def lasting(ratios: np.ndarray) -> np.ndarray:
-    """Minimum over three consecutive samples, (..., samples - 2, ratios).
-
-    Args:
-        ratios: ratios, (..., samples, ratios)
-    """
+    """Minimum over three consecutive samples, (..., samples - 2, ratios)."""
     return np.asarray(np.minimum(np.minimum(ratios[..., 2:, :], ratios[..., 1:-1, :]), ratios[..., :-2, :]))
 
 
@@ -378,18 +317,7 @@ def design_limits(
     hours_between_alarms: float = 1000.0,
     progress: Callable[[float], None] = lambda share: None,
 ) -> DesignedLimits:
-    """Design the limits of a vehicle on fault-free drives, for a mean time between false alarms of the whole bank.
-
-    Args:
-        recordings: recordings of fault-free driving, one hour or more, not used for the estimation of the parameters
-        vehicle: vehicle with calibrated parameters
-        hours_between_alarms: required mean time between false alarms [h]
-        progress: called with the completed share, 0 to 1
-
-    Raises:
-        InputError: less than a quarter of an hour of driving
-        ParameterError: the required time is not above zero
-    """
+    """Design the limits of a vehicle on fault-free drives, for a mean time between false alarms of the whole bank."""
     _require_time(hours_between_alarms)
     watched = watch(recordings, vehicle, progress)
     blocks = np.concatenate([np.empty((0, 2 * len(hypotheses()) - 2)), *(each.blocks for each in watched)])
@@ -403,15 +331,6 @@ def designed_on(blocks: np.ndarray, hours_between_alarms: float, hours: float | 
     other half (cross-validation): the largest ratio of every block over its limit has a tail, modelled as exponential,
     which is extrapolated to the required time. The limits are that factor times the mean of both halves' limits, and
     not below the limits without factor of the whole driving.
-
-    Args:
-        blocks: block maxima, (blocks, 2 x hypotheses), see `block_maxima`
-        hours_between_alarms: required mean time between false alarms [h]
-        hours: time for which the vehicle moves; None takes the whole time of the blocks [h]
-
-    Raises:
-        InputError: less than a quarter of an hour of driving
-        ParameterError: the required time is not above zero
     """
     _require_time(hours_between_alarms)
     hours = len(blocks) * BLOCK / 3600.0 if hours is None else hours
@@ -434,14 +353,7 @@ def designed_on(blocks: np.ndarray, hours_between_alarms: float, hours: float | 
 
 
 def require_hours(hours: float) -> None:
-    """Refuse too little driving for the design of limits.
-
-    Args:
-        hours: time of driving that is not used for the estimation of parameters [h]
-
-    Raises:
-        InputError: less than a quarter of an hour of driving
-    """
+    """Refuse too little driving for the design of limits."""
     if hours < LEAST_HOURS:
         raise InputError(
             f"the recordings hold {60.0 * hours:.1f} minutes of driving; limits need {60.0 * LEAST_HOURS:.0f} minutes "
@@ -492,13 +404,7 @@ def _bare(blocks: np.ndarray) -> np.ndarray:
 def table_of(
     designed: DesignedLimits, source: str, explanations: Sequence[Hypothesis] | None = None
 ) -> dict[str, float | str | Mapping[str, float]]:
-    """Table of the limits for a vehicle file.
-
-    Args:
-        designed: limits with the data of their design
-        source: source of the drives
-        explanations: hypotheses of the limits, the fault-free one first; None takes those of the whole vehicle
-    """
+    """Table of the limits for a vehicle file."""
     names = [each.name for each in (explanations or hypotheses())[1:]]
     return {
         "source": source,
@@ -520,15 +426,7 @@ def has_own_limits(vehicle: Vehicle) -> bool:
 
 
 def limits_of(vehicle: Vehicle, explanations: Sequence[Hypothesis] | None = None) -> Limits:
-    """Limits of a vehicle file.
-
-    Args:
-        vehicle: vehicle with its table of thresholds
-        explanations: hypotheses of the limits, the fault-free one first; None takes those of the whole vehicle
-
-    Raises:
-        ParameterError: the file has no limits, or they do not match the hypotheses
-    """
+    """Limits of a vehicle file."""
     table = vehicle.thresholds.get(NAME)
     if table is None:
         raise ParameterError(

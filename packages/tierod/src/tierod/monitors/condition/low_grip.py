@@ -129,7 +129,6 @@ class LowGrip:
     largest: Annotated[float, ""] = 20.0
 
     def init(self) -> LowGripState:
-        """State before the first sample: the tyres grip."""
         return LowGripState(*(0.0,) * len(LowGripState._fields))
 
     def after(
@@ -142,17 +141,7 @@ class LowGrip:
         moving: Scalar,
         sample_time: float,
     ) -> tuple[LowGripState, Scalar]:
-        """State after one sample, and whether tyres slide.
-
-        Args:
-            state: state after the previous sample
-            likelihood: log-likelihood of this sample with sliding tyres [nat]
-            others: log-likelihoods of all hypotheses with tyres that grip, the fault-free one first [nat]
-            drives: log-likelihoods of the hypotheses that suspect one drive alone [nat]
-            lack: forces that axles lack
-            moving: whether the vehicle moves forward; otherwise the filters cannot recover and no time counts
-            sample_time: sampling interval [s]
-        """
+        """State after one sample, and whether tyres slide."""
         healthy, best = others[0], greatest_of(*others)
 
         def on(mean: Scalar, against: Scalar, time: float, largest: float) -> Scalar:
@@ -194,11 +183,7 @@ class LowGrip:
 
 
 def sliding(base: LeaveOutFilter) -> LeaveOutFilter:
-    """Filter of sliding tyres: all sensors, large errors of the axle forces, and a common lost share of both drives.
-
-    Args:
-        base: filter of the fault-free hypothesis
-    """
+    """Filter of sliding tyres: all sensors, large errors of the axle forces, and a common lost share of both drives."""
     error = replace(
         base.model_error,
         acceleration=ACCELERATION,
@@ -216,20 +201,12 @@ LACKS = 0.7
 
 
 def ploughing(base: RollingFilter) -> RollingFilter:
-    """Filter of a car with a sliding front axle, which does not turn as it is steered.
-
-    Args:
-        base: filter of the fault-free hypothesis
-    """
+    """Filter of a car with a sliding front axle, which does not turn as it is steered."""
     return replace(base, model_error=replace(base.model_error, lateral_jerk=5.0, steering=0.5, steering_share=0.0))
 
 
 def skidding(base: RollingFilter) -> RollingFilter:
-    """Filter of a car with all tyres sliding: any motion is possible, and no two wheels turn alike.
-
-    Args:
-        base: filter of the fault-free hypothesis
-    """
+    """Filter of a car with all tyres sliding: any motion is possible, and no two wheels turn alike."""
     error = replace(
         base.model_error,
         jerk=20.0,

@@ -68,11 +68,9 @@ class WhitenedInnovations:
     )
 
     def init(self) -> LeaveOutFilter.State:
-        """Initial state of the filter."""
         return self.filter.init()
 
     def step(self, state: LeaveOutFilter.State, sample: ConditionSample) -> tuple[LeaveOutFilter.State, Tree]:
-        """Normalised innovations, and the logarithms of their standard deviations over the sensors' noise."""
         after, seen = self.filter.corrected(state, sample)
         correction = seen.correction
         return after, self.Output(*correction.whitened, *(0.5 * logarithm(wide) for wide in correction.widening))
@@ -120,16 +118,7 @@ class Found(NamedTuple):
 
 
 class Search:
-    """Damped Gauss-Newton search in units of prior standard deviations; one batch computes all finite differences.
-
-    Args:
-        vehicle: start of the search, with the prior standard deviations
-        drives: drives as rows of `ConditionSample`
-        free: names of the free parameters; those without a standard deviation in the vehicle file are fixed
-
-    Raises:
-        InputError: the vehicle file gives no standard deviation of any free parameter
-    """
+    """Damped Gauss-Newton search in units of prior standard deviations; one batch computes all finite differences."""
 
     def __init__(self, vehicle: Vehicle, drives: Sequence[np.ndarray], free: Sequence[str]):
         self.vehicle, self.drives = vehicle, drives
@@ -198,11 +187,7 @@ class Search:
         return float(total) if np.isfinite(total) else np.inf
 
     def run(self, progress: Callable[[float], None]) -> Found:
-        """Search over all stages.
-
-        Args:
-            progress: called with the completed share, 0 to 1
-        """
+        """Search over all stages."""
         place, steps, converged = np.zeros(len(self.names)), 0, False
         stages = self.stages()
         self.stage = stages[-1]
@@ -311,14 +296,6 @@ def calibrate(
 
     The values of the vehicle file with their standard deviations are the prior. Offsets and wheel differences, which
     the filter otherwise estimates as slow states, are held constant, so that the parameters take them.
-
-    Args:
-        recordings: recordings of fault-free driving, with bends to both sides, accelerating and braking
-        vehicle: start of the search and prior
-        progress: called with the completed share, 0 to 1
-
-    Raises:
-        InputError: less than a minute of driving, or a vehicle file without standard deviations
     """
     drives = [aligned(each) for each in recordings]
     driven = sum(int(moving(each).sum()) for each in drives) / RATE

@@ -49,12 +49,7 @@ _OF_CARS = {"name": FILTER, "needs": [], "source": "fault-free beginnings of the
 
 @lru_cache(maxsize=4)
 def substitution_graph(calibrated: bool = True, filters: bool = True) -> SubstitutionGraph:
-    """Substitutes of every sensor, the best first, with their measured errors.
-
-    Args:
-        calibrated: whether the errors are those of calibrated vehicles, or of a vehicle without calibration
-        filters: whether there is a bank with the filter of the other sensors; rules have none
-    """
+    """Substitutes of every sensor, the best first, with their measured errors."""
     from tierod.core.toml import Document
 
     path = Path(__file__).with_name("substitutes.toml")
@@ -83,10 +78,6 @@ def _way(row: Mapping[str, Any], calibrated: bool) -> dict[str, Any]:
 
 def plain_relations(readings: ConditionSample, vehicle: CarParameters) -> dict[str, dict[str, Scalar]]:
     """Substitutes by algebraic relations: sensor -> name of the substitute -> value [unit of the sensor].
-
-    Args:
-        readings: a `ConditionSample`
-        vehicle: parameters of `AutomatedVehicle` or `RollingCar`
 
     Validity: rolling rear tyres, gentle turns, and fault-free sensors on the right-hand side of the relation.
     Source: Li, Frey, Gauterin, eqs (7), (9), (30) to (33), (46), simplified and corrected.
@@ -162,28 +153,14 @@ class Reconfiguration:
 
     @classmethod
     def of_car(cls, parameters: RollingCar.Parameters, sample_time: float = 0.01) -> Reconfiguration:
-        """Reconfiguration of a car: the filter of the other sensors alone, with its errors on two real cars.
-
-        Args:
-            parameters: parameters of `RollingCar`
-            sample_time: sampling interval [s]
-        """
+        """Reconfiguration of a car: the filter of the other sensors alone, with its errors on two real cars."""
         return cls(_switchover(graph_of_cars(), sample_time), parameters)
 
     @classmethod
     def of_vehicle(
         cls, vehicle: Vehicle, sample_time: float = 0.01, calibrated: bool = True, filters: bool = True
     ) -> Reconfiguration:
-        """Reconfiguration of a whole vehicle by the shipped graph of substitutes.
-
-        Args:
-            vehicle: vehicle with the parameters of `AutomatedVehicle`
-            sample_time: sampling interval [s]
-            calibrated, filters: see `substitution_graph`
-
-        Raises:
-            ParameterError: parameters are missing
-        """
+        """Reconfiguration of a whole vehicle by the shipped graph of substitutes."""
         switchover = _switchover(substitution_graph(calibrated, filters), sample_time)
         return cls(switchover, vehicle.parameters_for(AutomatedVehicle.Parameters))
 
@@ -193,11 +170,9 @@ class Reconfiguration:
         return self.switchover.Output
 
     def init(self) -> tuple[SupplyState, ...]:
-        """State before the first sample."""
         return self.switchover.init()
 
     def step(self, state: tuple[SupplyState, ...], sample: Sample) -> tuple[tuple[SupplyState, ...], Tree]:
-        """Process one sample."""
         relations = plain_relations(sample.readings, self.vehicle)
         graph = self.switchover.graph
         offered = []
@@ -305,13 +280,7 @@ class FaultReaction:
     def of(
         cls, reconfiguration: Reconfiguration, sample_time: float = 0.01, codes: TroubleCodes | None = None
     ) -> FaultReaction:
-        """Reaction with the debouncing of a table of trouble codes.
-
-        Args:
-            reconfiguration: substitutes of the sensors
-            sample_time: sampling interval [s]
-            codes: table of trouble codes; None takes the shipped one
-        """
+        """Reaction with the debouncing of a table of trouble codes."""
         table = codes or load_trouble_codes()
         causes = tuple(
             tuple(sorted(CODES.index(each) for each in table.causes(name) if each in CODES)) for name in CODES
@@ -320,19 +289,11 @@ class FaultReaction:
         return cls(reconfiguration, counters, sample_time)
 
     def init(self) -> ReactionState:
-        """State before the first sample: nothing supplied, nothing counted."""
         return ReactionState(self.reconfiguration.init(), self.counters.init(), 0.0)
 
     def step(
         self, state: ReactionState, sample: ConditionSample, judged: Judged
     ) -> tuple[ReactionState, ConditionOutput]:
-        """Process one sample.
-
-        Args:
-            state: state after the previous sample
-            sample: sample of the vehicle
-            judged: judgement of the variant on this sample
-        """
         supply, supplied = self._supplied(state.supply, sample, judged)
         suspected = [each.status == code_of(Status.SUSPECT) for each in judged.statements]
         doubted = where(any_of(0.0, *suspected), state.doubted + 1.0, 0.0)

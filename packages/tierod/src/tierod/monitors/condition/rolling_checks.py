@@ -72,11 +72,7 @@ class Slip(NamedTuple):
 
 
 class AxleSlip:
-    """Recognises piece by piece when both wheels of an axle spin or skid; the cut into pieces does not matter.
-
-    Args:
-        limits: limits of the decision
-    """
+    """Recognises piece by piece when both wheels of an axle spin or skid; the cut into pieces does not matter."""
 
     def __init__(self, limits: AxleSlipLimits | None = None):
         self._limits = limits or AxleSlipLimits()
@@ -101,12 +97,7 @@ class AxleSlip:
         return tuple(merged)
 
     def add(self, time: np.ndarray, wheels: np.ndarray) -> np.ndarray:
-        """Add the next piece, and return whether an axle slips, or did shortly before, at each sample, (n,).
-
-        Args:
-            time: time stamps [s], (n,)
-            wheels: speeds of the wheels in the order of `ALL_WHEELS` [m/s], (n, 4); NaN if missing
-        """
+        """Add the next piece, and return whether an axle slips, or did shortly before, at each sample, (n,)."""
         if not len(time):
             return np.zeros(0, bool)
         limits, speeds = self._limits, np.abs(self._read.held(time, wheels))
@@ -189,11 +180,7 @@ def _named(spins: np.ndarray, skids: np.ndarray, gained: np.ndarray) -> tuple[st
 
 
 def slips_in_words(found: Sequence[Slip]) -> str:
-    """Sentence on the times in which both wheels of an axle spun or skidded; "" if they never did.
-
-    Args:
-        found: slips in the order of time
-    """
+    """Sentence on the times in which both wheels of an axle spun or skidded; "" if they never did."""
     if not found:
         return ""
     named = ", ".join(
@@ -259,10 +246,6 @@ class SteeringZero:
     which yaw rate and angle both require less lateral acceleration than every road permits, so that no tyre slides. A
     wrong yaw rate shifts the zero as a wrong angle does. The rear wheels isolate the sensor if the change of
     the yaw rate against them excludes the other one.
-
-    Args:
-        vehicle: parameters of the vehicle
-        rate: sampling rate [Hz]
     """
 
     def __init__(self, vehicle: RollingCar.Parameters, rate: float):
@@ -275,12 +258,7 @@ class SteeringZero:
         self._found, self._most = np.nan, 0.0
 
     def add(self, time: np.ndarray, signals: Mapping[str, np.ndarray]) -> None:
-        """Add the next piece.
-
-        Args:
-            time: time stamps [s], (n,)
-            signals: signals by name, (n,) each; NaN if missing
-        """
+        """Add the next piece."""
         cut, ends = self._blocks.add(time, signals)
         if not ends:
             return

@@ -52,20 +52,11 @@ class SmallestSteps(NamedTuple):
 
     @classmethod
     def unseen(cls, coarsest: Sequence[float]) -> SmallestSteps:
-        """State before the first reading.
-
-        Args:
-            coarsest: step of every sensor that is assumed until its readings have shown a smaller one
-        """
+        """State before the first reading."""
         return cls((0.0,) * len(coarsest), tuple(coarsest))
 
     def after(self, readings: Sequence[Scalar], residues: Sequence[float]) -> SmallestSteps:
-        """State after one more reading of every sensor.
-
-        Args:
-            readings: readings; NaN if missing
-            residues: changes that may be rounding residues of arithmetic, see `residue_of`
-        """
+        """State after one more reading of every sensor."""
         here = [present(each) for each in readings]
         changes = [
             absolute(where(there, each, before) - before)
@@ -124,12 +115,7 @@ class Hands(NamedTuple):
     waited: Annotated[Scalar, "s"]
 
     def after(self, reading: Scalar, sample_time: float) -> Hands:
-        """State after one sample; a missing reading leaves angle and rate as they are.
-
-        Args:
-            reading: reading of the angle [rad]; NaN if missing
-            sample_time: sampling interval [s]
-        """
+        """State after one sample; a missing reading leaves angle and rate as they are."""
         # Before the first reading the angle is infinite, so that the change is not finite and no jump.
         change = reading - self.angle
         waited = self.waited + sample_time
@@ -151,11 +137,6 @@ def lacking(state: RollingCar.State, p: RollingCar.Parameters, hands: Hands) -> 
     The front axle slides if the car turns less than it is steered, or in the opposite direction. The rear axle slides
     if the lateral acceleration is not that of the turn, or if the yaw rate changes fast. A car that steadily turns more
     than it is steered has a wrong steering angle instead, and so has one whose angle has jumped.
-
-    Args:
-        state: state of a filter of sliding tyres after a sample
-        p: parameters of the car
-        hands: steering wheel angle and rate
     """
     wheelbase = p.front_distance + p.rear_distance
     gradient = understeer_gradient(
@@ -272,12 +253,7 @@ LEAST = {"yaw_rate_offset": 0.002, "angle_offset": 0.01, "wheel_speed_difference
 
 
 def model_error_of(vehicle: Vehicle) -> RollingError:
-    """Model errors from the uncertainty of a vehicle file: offsets, steering ratio, distances, understeer gradient.
-
-    Args:
-        vehicle: vehicle with the parameters of `RollingCar`; a parameter without a standard deviation gets that of its
-            class
-    """
+    """Model errors from the uncertainty of a vehicle file: offsets, steering ratio, distances, understeer gradient."""
     # The errors below contain distances, ratio, stiffness and offsets; other parameters matter less than the defaults.
     hold_spread(vehicle, vehicle.parameters)
     car = with_spread(vehicle)[0]
@@ -343,15 +319,7 @@ class RollingFilter:
 
     @classmethod
     def of_vehicle(cls, vehicle: Vehicle, sample_time: float = 0.01) -> RollingFilter:
-        """Filter of the fault-free hypothesis.
-
-        Args:
-            vehicle: vehicle with the parameters of `RollingCar`; `yaw_rate_resolution` for a sensor with coarse steps
-            sample_time: sampling interval [s]
-
-        Raises:
-            ParameterError: parameters are missing
-        """
+        """Filter of the fault-free hypothesis."""
         parameters = replace(vehicle.parameters_for(RollingCar.Parameters), sample_time=sample_time)
         known = vehicle.parameters
         step = known["yaw_rate_resolution"].value if "yaw_rate_resolution" in known else 0.0
@@ -359,7 +327,6 @@ class RollingFilter:
         return cls(parameters, noise, model_error_of(vehicle))
 
     def init(self) -> State:
-        """State before the first sample: unknown speed, wheels approximately straight ahead."""
         error = self.model_error
         difference = error.wheel_speed_difference
         offsets = (error.yaw_rate_offset, error.angle_offset, difference, error.track_width)
@@ -372,7 +339,6 @@ class RollingFilter:
         return self.State(*at_rest, SmallestSteps.unseen(COARSEST), Hands(inf, 0.0, 0.0, 0.0))
 
     def step(self, state: State, sample: ConditionSample) -> tuple[State, LeaveOutFilter.Output]:
-        """Process one sample."""
         p = self.vehicle
         rows = jacobian(lambda at: RollingCar.transition(at, (), p), state.mean)
         covariance = predict_covariance(rows, state.covariance, self._process_noise(state.mean))
@@ -474,9 +440,5 @@ class RollingFilter:
         return self.vehicle.front_distance + self.vehicle.rear_distance
 
     def leaving_out(self, hypothesis: Hypothesis) -> RollingFilter:
-        """Filter of a hypothesis, derived from that of the fault-free hypothesis.
-
-        Args:
-            hypothesis: hypothesis with the suspected elements
-        """
+        """Filter of a hypothesis, derived from that of the fault-free hypothesis."""
         return replace(self, trusted=self.trusted._replace(**dict.fromkeys(hypothesis.suspects, 0.0)))

@@ -89,19 +89,7 @@ class Car(NamedTuple):
 
 
 class ConditionSession:
-    """Runs a variant over a recording, piece by piece.
-
-    Args:
-        name: name of monitor and variant
-        block: block of the variant, whose output is a `ConditionOutput`
-        graph: graph of the substitutes that the block supplies
-        vehicle: vehicle that is judged
-        rate: sampling rate [Hz]
-        calibrated: whether the limits were designed on this individual vehicle
-        decision: name of the decision that declares a fault
-        multiples: smallest lasting change of each element that is seen, in standard deviations; empty states none
-        car: car without known torques; None if the vehicle file describes the whole vehicle
-    """
+    """Runs a variant over a recording, piece by piece."""
 
     def __init__(
         self,
@@ -344,15 +332,7 @@ class ConditionSession:
         return shift.suspects
 
     def _withdraw(self, spans: Iterable[tuple[float, float]], but: Collection[str] = ()) -> dict[str, Loss]:
-        """Withdraw what was declared in times in which an input of the filters or their model was wrong.
-
-        Args:
-            spans: bounds of these times [s]
-            but: elements that explain it
-
-        Returns:
-            elements of which a fault was withdrawn, as not testable, by name
-        """
+        """Withdraw what was declared in times in which an input of the filters or their model was wrong."""
         found: dict[str, Loss] = {}
         for start, end in spans:
             for name in self._courses.keys() - {*but}:

@@ -160,21 +160,12 @@ PLACES = [ConditionSample._fields.index(name) for name in SENSORS]
 
 
 def readings_of(sample: ConditionSample) -> Readings:
-    """Readings of all sensors.
-
-    Args:
-        sample: sample of the vehicle
-    """
+    """Readings of all sensors."""
     return Readings(*(getattr(sample, name) for name in SENSORS))
 
 
 def readings_by(values: Mapping[str, Scalar], other: Scalar = 0.0) -> Readings:
-    """One number per sensor.
-
-    Args:
-        values: numbers by name of the sensor
-        other: number for sensors that the vehicle does not have
-    """
+    """One number per sensor."""
     return Readings(*(values.get(name, other) for name in SENSORS))
 
 
@@ -205,9 +196,6 @@ class Hypothesis:
         """Whether both suspect the same actuators, or one of them suspects none.
 
         The lost torque is one state of a lane: the joint loss of two actuators is another quantity than that of one.
-
-        Args:
-            other: hypothesis
         """
         return not self.actuators or not other.actuators or self.actuators == other.actuators
 

@@ -55,11 +55,7 @@ def _asked(u: _Actuated.Input) -> AutomatedVehicle.Input:
 
 
 def rolls(vehicle: Vehicle) -> bool:
-    """Whether a vehicle is judged by its motion: its file lacks more parameters of the whole vehicle than of the car.
-
-    Args:
-        vehicle: vehicle to be judged
-    """
+    """Whether a vehicle is judged by its motion: its file lacks more parameters of the whole vehicle than of the car."""
     return len(_lacking(vehicle, RollingCar.Parameters)) < len(_lacking(vehicle, AutomatedVehicle.Parameters))
 
 
@@ -69,16 +65,7 @@ def _lacking(vehicle: Vehicle, wanted: type[Any]) -> list[str]:
 
 
 def rolling_structure(vehicle: Vehicle, without: Collection[str] = (), steering_known: bool = True) -> StructuralModel:
-    """Structural model of a car without known torques: speed and yaw rate may change arbitrarily at any time.
-
-    Args:
-        vehicle: vehicle with the parameters of `RollingCar`
-        without: sensors that the car or the recording does not have, accelerations included
-        steering_known: whether the car turns as it is steered; if not, the angle does not give the yaw rate
-
-    Raises:
-        ParameterError: parameters are missing
-    """
+    """Structural model of a car without known torques: speed and yaw rate may change arbitrarily at any time."""
     motion = ("speed", "acceleration", "yaw_rate", "yaw_acceleration", *(() if steering_known else ("steering_error",)))
     model = structure_of(
         RollingCar,
@@ -91,17 +78,7 @@ def rolling_structure(vehicle: Vehicle, without: Collection[str] = (), steering_
 
 
 def vehicle_structure(vehicle: Vehicle, without: Collection[str] = (), forces_known: bool = True) -> StructuralModel:
-    """Structural model of a vehicle with its sensors and actuators; every fault has the name of its element.
-
-    Args:
-        vehicle: vehicle with the parameters of `AutomatedVehicle`, or else of `RollingCar`
-        without: sensors that the car or the recording does not have, accelerations included
-        forces_known: whether the forces of tyres and tie rods follow from the model; if not, they are unknown inputs,
-            and only kinematics and the balance of the steering remain
-
-    Raises:
-        ParameterError: parameters are missing, or there is no such sensor
-    """
+    """Structural model of a vehicle with its sensors and actuators; every fault has the name of its element."""
     for name in without:
         if name not in (*SENSORS, *ACCELERATIONS):
             raise ParameterError(f"there is no sensor '{name}'{nearest(name, (*SENSORS, *ACCELERATIONS))}")
@@ -144,12 +121,7 @@ SHOWN = 3
 
 
 def limitations(vehicle: Vehicle, missing: Collection[str]) -> tuple[str, ...]:
-    """Sentences on faults that are not detectable or not isolable without some sensors.
-
-    Args:
-        vehicle: vehicle to be judged
-        missing: sensors that the recording lacks, accelerations included
-    """
+    """Sentences on faults that are not detectable or not isolable without some sensors."""
     model = vehicle_structure(vehicle, missing)
     single, pairs = isolability(model), isolability(model, at_once=2)
     lack = f"without {listed(sorted(missing))}, " if missing else ""

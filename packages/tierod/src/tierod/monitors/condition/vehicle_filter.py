@@ -103,13 +103,6 @@ def prices(noise: Measured | RollingCar.Output, plausible: Readings) -> tuple[fl
     """Costs of leaving out each sensor, per sample with fault-free readings [nat].
 
     A cost is the mean log density of a normal innovation less the log density of the plausible range.
-
-    Args:
-        noise: standard deviations of the sensors, which make up most of the innovations
-        plausible: widths of the ranges in which failed sensors may read
-
-    Returns:
-        costs in the order of `SENSORS`; 0 for sensors that the vehicle does not have
     """
     pairs = ((width, getattr(noise, name, None)) for name, width in zip(SENSORS, plausible, strict=True))
     return tuple(0.0 if known is None else log(width / (known * root_of(2.0 * pi * e))) for width, known in pairs)
@@ -121,11 +114,7 @@ parameters are evaluated."""
 
 
 def widened(vehicle: Vehicle) -> tuple[Measured, ModelError]:
-    """Noises of sensors and model for a vehicle, widened by the standard deviations of its parameters.
-
-    Args:
-        vehicle: vehicle; a calibrated one widens hardly anything
-    """
+    """Noises of sensors and model for a vehicle, widened by the standard deviations of its parameters."""
 
     def spread(name: str, relative: bool = False) -> float:
         deviation = held_deviation(vehicle, name) if name in vehicle else 0.0
@@ -170,11 +159,7 @@ explain readings by a bank of thirty degrees, tyres of another size or a motor t
 
 
 def start_deviations(error: ModelError) -> AutomatedVehicle.State:
-    """Standard deviations of the initial state: unknown speed, wheels approximately straight ahead.
-
-    Args:
-        error: standard deviations of the model error
-    """
+    """Standard deviations of the initial state: unknown speed, wheels approximately straight ahead."""
     return AutomatedVehicle.State(
         *(20.0, 0.5, 0.5, 0.02, 0.02, 4.0, 2.0, 0.7, error.force, error.force, error.tie_rod + error.standing),
         *(error.loss, error.yaw_rate_offset, error.angle_offset, error.road, error.road),
@@ -188,14 +173,7 @@ def process_noise(
     mean: AutomatedVehicle.State,
     inputs: AutomatedVehicle.Input,
 ) -> AutomatedVehicle.State:
-    """Process noise: variance that each state gains per sample; for the force errors it grows with the forces.
-
-    Args:
-        error: standard deviations of the model error
-        vehicle: parameters of `AutomatedVehicle`
-        mean: state before the sample
-        inputs: inputs of the sample
-    """
+    """Process noise: variance that each state gains per sample; for the force errors it grows with the forces."""
     fading, step = vehicle.fading, vehicle.sample_time
     forces = AutomatedVehicle.forces(mean, inputs, vehicle)
     standing = error.standing / (1.0 + mean.speed * mean.speed)
@@ -231,13 +209,7 @@ def process_noise(
 
 
 def with_torque_noise(covariance: Vector, vehicle: AutomatedVehicle.Parameters, variance: Scalar) -> Vector:
-    """Covariance with the effect of an error of the steering torque on column angle and rate.
-
-    Args:
-        covariance: packed covariance
-        vehicle: parameters of `AutomatedVehicle`
-        variance: variance of the mean torque over a sample [N**2*m**2]
-    """
+    """Covariance with the effect of an error of the steering torque on column angle and rate."""
     full = unpack(covariance)
     # The torque error is constant over a sample: its effects on angle and rate are fully correlated.
     turning = turning_column(vehicle)
@@ -274,13 +246,6 @@ def torques_of(
 
     The targets are interpolated linearly between samples, and the first-order lag of the actuators is integrated
     exactly for that. A missing target is held, and a target beyond the greatest torque of a motor is limited.
-
-    Args:
-        sample: a `ConditionSample`
-        memory: torques of the previous sample
-        vehicle: parameters of `AutomatedVehicle`
-        suspected: 1 for an actuator that may have lost torque, else 0, in the order of `ACTUATORS`
-        started: whether there was a previous sample; if not, the actuators are in steady state at their targets
     """
     targets = (
         sample.steering_motor_1_target_torque,
@@ -416,24 +381,17 @@ class LeaveOutFilter:
 
     @classmethod
     def of_vehicle(cls, vehicle: Vehicle, sample_time: float = 0.01) -> LeaveOutFilter:
-        """Filter of the fault-free hypothesis; the spread of the vehicle's parameters widens its noises.
-
-        Args:
-            vehicle: vehicle with the parameters of `AutomatedVehicle`
-            sample_time: sampling interval [s]
-        """
+        """Filter of the fault-free hypothesis; the spread of the vehicle's parameters widens its noises."""
         parameters = replace(vehicle.parameters_for(AutomatedVehicle.Parameters), sample_time=sample_time)
         return cls(parameters, *widened(vehicle))
 
     def init(self) -> State:
-        """State before the first sample: unknown speed, wheels approximately straight ahead."""
         deviations = start_deviations(self.model_error)
         covariance = from_diagonal([value * value for value in deviations])
         mean = skeleton(AutomatedVehicle.State)
         return self.State(mean, tuple(value + 0.0 for value in covariance), no_torques(), 0.0)
 
     def step(self, state: State, sample: ConditionSample) -> tuple[State, Output]:
-        """Process one sample."""
         after, seen = self.corrected(state, sample)
         # The first innovation after the judged sensors is that of the longitudinal acceleration; NaN is not braking.
         judged, mean = len(OF_AUTOMATED), after.mean
@@ -515,11 +473,7 @@ class LeaveOutFilter:
         return mean, with_torque_noise(covariance, self.vehicle, torque)
 
     def leaving_out(self, hypothesis: Hypothesis) -> LeaveOutFilter:
-        """Filter of a hypothesis, derived from that of the fault-free hypothesis.
-
-        Args:
-            hypothesis: hypothesis with the suspected elements
-        """
+        """Filter of a hypothesis, derived from that of the fault-free hypothesis."""
         error, vehicle = self.model_error, self.vehicle
         if not {*SCALED}.isdisjoint(hypothesis.sensors):
             error = replace(error, wheel_speed_scale=error.wheel_speed_scale_alone)

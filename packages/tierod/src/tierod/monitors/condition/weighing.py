@@ -107,21 +107,13 @@ class Weighing:
                 )
 
     def init(self) -> Weights:
-        """Weights before the first sample: all ratios are zero."""
         zeros = (0.0,) * len(self.hypotheses)
         return Weights(zeros, zeros)
 
     def smoothed(
         self, weights: Weights, likelihoods: Sequence[Scalar], active: Scalar, counting: Sequence[Scalar] | None = None
     ) -> Weights:
-        """Weights after one sample.
-
-        Args:
-            weights: weights after the previous sample
-            likelihoods: log-likelihood of this sample for each hypothesis [nat]
-            active: number of the active hypothesis
-            counting: whether the sample may count in favour of each hypothesis; None lets it count for all
-        """
+        """Weights after one sample."""
         best = greatest_of(*likelihoods)
         limited = [maximum(value, best - self.largest) for value in likelihoods]
         own = chosen(limited, active)
@@ -136,11 +128,6 @@ class Weighing:
 
         In the long mean, evidence against hypotheses that leave out a sensor is kept, since their cost continues.
         Without it, a bump of the road at that moment would suffice to declare a second fault.
-
-        Args:
-            weights: weights after this sample, against the previously active hypothesis
-            active: number of the hypothesis that is active now
-            changed: whether the active hypothesis has changed
         """
         own = chosen(weights.slow, active)
         against = [
@@ -154,14 +141,7 @@ class Weighing:
     def ranking(
         self, weights: Weights, active: Scalar, widening: Scalar = 1.0, observable: Sequence[Scalar] | None = None
     ) -> Ranking:
-        """Ranking of the hypotheses that may follow the active one.
-
-        Args:
-            weights: weights after this sample
-            active: number of the active hypothesis
-            widening: factor on all limits
-            observable: whether each hypothesis may be declared with the available readings; None allows all
-        """
+        """Ranking of the hypotheses that may follow the active one."""
         holds = [active == number for number in range(len(self.hypotheses))]
         allowed = [self._is_new(number, holds) for number in range(len(self.hypotheses))]
         scores = [
@@ -337,10 +317,6 @@ class Testability:
         """Smallest lasting change of an element that is seen, in standard deviations of its prediction by the others.
 
         A change of x of them has a log-likelihood ratio of x^2 / 2 less the cost of leaving out the sensor.
-
-        Args:
-            weighing: weighing of the hypotheses, with their limits and costs
-            name: element with a hypothesis of its own
         """
         number = weighing.number(name)
         assert number is not None
@@ -349,14 +325,7 @@ class Testability:
         return factor * math.sqrt(2.0 * (cost + weighing.limits.fast[number - 1]))
 
     def cornered(self, before: Scalar, acceleration: Scalar, lacks: Scalar, sample_time: float) -> Scalar:
-        """Number of samples for which tyres may still slide; without the acceleration no hard cornering is detected.
-
-        Args:
-            before: number after the previous sample
-            acceleration: lateral acceleration; NaN if missing
-            lacks: whether an axle lacks force, which prolongs a slide that has begun
-            sample_time: sampling interval [s]
-        """
+        """Number of samples for which tyres may still slide; without the acceleration no hard cornering is detected."""
         hard = absolute(where(present(acceleration), acceleration, 0.0)) > self.cornering
         return where(either(hard, both(before > 0.5, lacks)), self.stays / sample_time, maximum(before - 1.0, 0.0))
 
@@ -366,13 +335,7 @@ class Testability:
         return [braked if {*ALL_WHEELS} & {*each.sensors} else follows for each in weighing.hypotheses]
 
     def open(self, weighing: Weighing, unread: Sequence[Scalar], suspected: Elements) -> Open:
-        """Hypotheses that may be declared with the available sensors.
-
-        Args:
-            weighing: weighing of the hypotheses
-            unread: number of samples without a reading of each sensor
-            suspected: declared elements
-        """
+        """Hypotheses that may be declared with the available sensors."""
         most = self.missing / weighing.sample_time
         gone = {name: where(unread[SENSORS.index(name)] > most, 1.0, 0.0) for name in self.judged}
         newly = {name: both(each, negated(getattr(suspected, name))) for name, each in gone.items()}
@@ -396,13 +359,6 @@ class Testability:
         """Whether a total loss of each element would show and may be declared, and the deviations that decide it.
 
         It shows if the predicted reading is far enough from zero, or the lost share of torque is known well enough.
-
-        Args:
-            weighing: weighing of the hypotheses
-            lanes: outputs of all lanes
-            suspected: declared elements
-            seen: output of the selected lane
-            open_: whether each hypothesis may be declared
         """
         flags, spread = [], []
         for place, name in enumerate(ELEMENTS):
@@ -453,13 +409,6 @@ class Returning:
         """Number of samples for which each declared element has been consistent.
 
         A sample without a reading, or in which the fault would not show, does not count; an inconsistent one resets.
-
-        Args:
-            before: numbers after the previous sample
-            suspected: declared elements
-            readings: readings of all sensors
-            seen: output of the selected lane
-            effects: change that the fault of each sensor adds to its reading; None assumes a total loss
         """
         counts = []
         for place, (name, count) in enumerate(zip(ELEMENTS, before, strict=True)):
@@ -483,14 +432,7 @@ class Returning:
         return Elements(*(both(each, count > hoped) for each, count in zip(faulty, good, strict=True)))
 
     def after(self, weighing: Weighing, active: Scalar, suspected: Elements, good: Sequence[Scalar]) -> Scalar:
-        """Number of the active hypothesis without the elements that have recovered.
-
-        Args:
-            weighing: weighing of the hypotheses
-            active: number of the active hypothesis
-            suspected: elements that it suspects
-            good: number of samples for which each of them has been consistent
-        """
+        """Number of the active hypothesis without the elements that have recovered."""
         back = [
             both(each, count * weighing.sample_time >= self.recovers)
             for each, count in zip(suspected, good, strict=True)

@@ -144,12 +144,7 @@ class Problem(NamedTuple):
 
 
 def turned(estimates: Mapping[str, np.ndarray], witnesses: Mapping[str, Witness]) -> tuple[Problem, ...]:
-    """Problem that one estimate has the wrong sign; empty if none or several may have it.
-
-    Args:
-        estimates: estimates by name of the witness; NaN where one is not valid
-        witnesses: witnesses by name
-    """
+    """Problem that one estimate has the wrong sign; empty if none or several may have it."""
     found = {pair: _correlation(estimates[pair[0]], estimates[pair[1]]) for pair in combinations(estimates, 2)}
     odd = odd_ones_out(tuple(estimates), {pair: value > 0.0 for pair, value in found.items() if abs(value) > CLEAR})
     if len(odd) != 1:
@@ -159,13 +154,7 @@ def turned(estimates: Mapping[str, np.ndarray], witnesses: Mapping[str, Witness]
 
 
 def late(estimates: Mapping[str, np.ndarray], witnesses: Mapping[str, Witness], limit: float) -> tuple[Problem, ...]:
-    """Problem that one estimate is delayed, or early, against the others; empty if none or several may be.
-
-    Args:
-        estimates: estimates by name of the witness, one value every `STEP`
-        witnesses: witnesses by name
-        limit: shift in time from which an estimate is wrong [s]
-    """
+    """Problem that one estimate is delayed, or early, against the others; empty if none or several may be."""
     shifts = {}
     for one, other in combinations(estimates, 2):
         shift = _shift(estimates[one], estimates[other])
@@ -208,13 +197,7 @@ def _correlation(one: np.ndarray, other: np.ndarray) -> float:
 
 
 def scaled(estimates: Mapping[str, np.ndarray], witnesses: Mapping[str, Witness], limit: float) -> tuple[Problem, ...]:
-    """Problem that one estimate has the wrong scale; empty if none or several may have it.
-
-    Args:
-        estimates: estimates by name of the witness, with their mean removed
-        witnesses: witnesses by name
-        limit: ratio of amplitudes from which an estimate is wrong
-    """
+    """Problem that one estimate has the wrong scale; empty if none or several may have it."""
     found = {pair: _ratio(estimates[pair[0]], estimates[pair[1]]) for pair in combinations(estimates, 2)}
     ratios: dict[Pair, float] = {pair: ratio for pair, ratio in found.items() if np.isfinite(ratio)}
     odd = odd_ones_out(tuple(estimates), {pair: 1.0 / limit < ratio < limit for pair, ratio in ratios.items()})
@@ -239,10 +222,6 @@ def misread_speed(estimates: Mapping[str, np.ndarray], limit: float) -> tuple[Pr
 
     If they read k times the truth, wheels and steering angle give k times the yaw rate, and the lateral acceleration
     gives it over k.
-
-    Args:
-        estimates: estimates of the yaw rate by name of the witness, with their mean removed
-        limit: ratio of amplitudes from which an estimate is wrong
     """
     if not {YAW_SENSOR, *TIMES_SPEED, OVER_SPEED} <= set(estimates):
         return ()
@@ -293,15 +272,7 @@ class CloseLimits(NamedTuple):
 
 
 class Wiring:
-    """Checks the beginning of a drive for signals that were connected or described wrongly.
-
-    Args:
-        vehicle: parameters of the vehicle
-        rate: sampling rate [Hz]
-        scale: ratio of amplitudes from which an estimate is wrong
-        late: shift in time from which an estimate is wrong [s]
-        close: tighter limits between sensors alone, for a calibrated vehicle; None without a calibration
-    """
+    """Checks the beginning of a drive for signals that were connected or described wrongly."""
 
     def __init__(
         self,
@@ -407,13 +378,7 @@ def _bridged(values: np.ndarray, most: int) -> np.ndarray:
 def _scaled(
     by_geometry: Mapping[str, np.ndarray], understeering: Mapping[str, np.ndarray], limit: float
 ) -> tuple[Problem, ...]:
-    """Problem of a wrong scale that no understeer between none and that of the vehicle file, often a guess, explains.
-
-    Args:
-        by_geometry: estimates without understeer
-        understeering: estimates with that of the vehicle file
-        limit: ratio of amplitudes from which an estimate is wrong
-    """
+    """Problem of a wrong scale that no understeer between none and that of the vehicle file, often a guess, explains."""
     without = {each.elements for each in scaled(by_geometry, YAW, limit)}
     return tuple(each for each in scaled(understeering, UNDERSTEERING, limit) if each.elements in without)
 
@@ -435,9 +400,6 @@ class ClockLeap:
     A single late sensor is a fault. If two sensors of one bus are declared, and the angle is late or early against the
     other estimates of the yaw rate, the bus has lost its time base. Two faults of which one is a delay of the angle
     look the same.
-
-    Args:
-        look: function that makes a check of the wiring, for the signals from then on
     """
 
     def __init__(self, look: Callable[[], Wiring]):
@@ -446,13 +408,7 @@ class ClockLeap:
         self._since = 0.0
 
     def add(self, time: np.ndarray, signals: Mapping[str, np.ndarray], faulty: np.ndarray) -> None:
-        """Add the next piece.
-
-        Args:
-            time: time stamps [s], (n,)
-            signals: signals by name, (n,) each; NaN if missing
-            faulty: whether each element is declared, the sensors first, (n, elements)
-        """
+        """Add the next piece."""
         first = 0
         if self._wiring is None:
             together = np.zeros(len(time), bool)
@@ -465,11 +421,7 @@ class ClockLeap:
         self._wiring.add({name: values[first:] for name, values in signals.items()})
 
     def problems(self, episodes: Sequence[Episode]) -> tuple[Problem, ...]:
-        """Problem that the buses have lost their common time base; empty if not, or if a fault began earlier.
-
-        Args:
-            episodes: episodes of all faults of the drive
-        """
+        """Problem that the buses have lost their common time base; empty if not, or if a fault began earlier."""
         if self._wiring is None or any(each.declared_at < self._since - BEFORE for each in episodes):
             return ()
         return tuple(
