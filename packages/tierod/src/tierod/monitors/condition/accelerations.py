@@ -63,7 +63,7 @@ class Blocks:
 
 
 def roughness(values: np.ndarray) -> np.ndarray:
-    """Standard deviation of white noise in every block, from the differences of consecutive samples; NaN with too few."""
+    """Standard deviation of white noise in every block, from differences of consecutive samples; NaN with too few."""
     steps = np.diff(values, axis=1)
     there = np.isfinite(steps)
     count = there.sum(axis=1)

@@ -183,7 +183,7 @@ def calibrate_condition(
     hours_between_alarms: float = 1000.0,
     progress: Callable[[float], None] = lambda share: None,
 ) -> ConditionCalibration:
-    """Calibrate parameters and limits of a vehicle on its fault-free drives, used in the order in which they are given."""
+    """Calibrate parameters and limits of a vehicle on its fault-free drives, used in their order."""
     drives = healthy_drives(recordings)
     first, rest, seconds = parted(drives, FOR_PARAMETERS)
     _require_enough(seconds, rest)

@@ -79,7 +79,7 @@ def rolling_limits() -> Limits:
 def rolling_monitor(
     vehicle: Vehicle, limits: Limits | None = None, sample_time: float = 0.01, codes: TroubleCodes | None = None
 ) -> Bank:
-    """Condition monitor of a car without known torques: wheel speeds, yaw rate and steering angle by the motion alone."""
+    """Condition monitor of a car without known torques, by its motion alone."""
     base, explanations = RollingFilter.of_vehicle(vehicle, sample_time), hypotheses_of_cars()
     kinds = tuple(
         replace(

@@ -163,7 +163,7 @@ class Driven:
         self.absences.setdefault(name, Absence(self.period, borne)).add(time, there, parked, others)
 
     def loss(self, element: str, observed: float) -> Loss | None:
-        """Loss of a signal without which an element cannot be judged: of its own, or else of others; None without one."""
+        """Loss of a signal without which an element cannot be judged: its own, or else others."""
         sensor = element in SENSORS
         gone = self.now if sensor and self.now in ALL_GONE else "no reading" if sensor else "no target"
         own = self.absences[element].loss(Status.NOT_AVAILABLE, gone, "read" if sensor else "its target was known")

@@ -98,7 +98,7 @@ def acceleration_elements(disagreeing: Sequence[Disagreement]) -> tuple[Element,
 
 
 def losses(courses: Mapping[str, ElementCourse], drive: Driven) -> dict[str, Loss]:
-    """Losses of signals during the drive, and doubts about one element, by the elements that could not be judged then."""
+    """Losses of signals and doubts about one element, by the elements that could not be judged then."""
     found = {name: drive.loss(name, course.observed) for name, course in courses.items() if course.available > 0.0}
     return _doubted(courses, drive.end) | {name: loss for name, loss in found.items() if loss is not None}
 

@@ -55,7 +55,7 @@ def _asked(u: _Actuated.Input) -> AutomatedVehicle.Input:
 
 
 def rolls(vehicle: Vehicle) -> bool:
-    """Whether a vehicle is judged by its motion: its file lacks more parameters of the whole vehicle than of the car."""
+    """Whether a vehicle is judged by its motion: its file lacks more parameters of a whole vehicle than of a car."""
     return len(_lacking(vehicle, RollingCar.Parameters)) < len(_lacking(vehicle, AutomatedVehicle.Parameters))
 
 

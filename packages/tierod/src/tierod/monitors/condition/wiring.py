@@ -378,7 +378,7 @@ def _bridged(values: np.ndarray, most: int) -> np.ndarray:
 def _scaled(
     by_geometry: Mapping[str, np.ndarray], understeering: Mapping[str, np.ndarray], limit: float
 ) -> tuple[Problem, ...]:
-    """Problem of a wrong scale that no understeer between none and that of the vehicle file, often a guess, explains."""
+    """Wrong scale that no understeer between none and that of the vehicle file, often a guess, explains."""
     without = {each.elements for each in scaled(by_geometry, YAW, limit)}
     return tuple(each for each in scaled(understeering, UNDERSTEERING, limit) if each.elements in without)
 
