@@ -51,7 +51,6 @@ from tierod.monitors.friction.presliding import PreslidingFrictionFilter
 from tierod.monitors.friction.signals import SteeringConditioning, SteeringSample
 from tierod.monitors.friction.verdict import FrictionLimits, FrictionVerdict
 from tierod.monitors.harness.stuck_signals import StuckSignals
-from tierod.monitors.motor_angle.block import MotorAngleMonitor
 from tierod.monitors.motor_angle.comparison import (
     ElectricalChecks,
     Increments,
@@ -60,6 +59,7 @@ from tierod.monitors.motor_angle.comparison import (
     SensorComparison,
     Stuck,
 )
+from tierod.monitors.motor_angle.definition import MotorAngleMonitor
 from tierod.monitors.motor_angle.observer import MotorAngleObserver, MotorVoltages
 from tierod.monitors.motor_angle.plausibility import AnglePlausibility, Superposition, WhichAngle
 from tierod.monitors.sideslip.definition import SideslipMonitor

@@ -10,7 +10,7 @@ import numpy as np
 from tierod.core.graph import scan, trace
 from tierod.core.recording import Channel, Recording
 from tierod.core.signals import SIGNALS
-from tierod.monitors.motor_angle.block import MotorAngleMonitor
+from tierod.monitors.motor_angle.definition import MotorAngleMonitor
 from tierod.monitors.motor_angle.observer import MotorAngleSample
 from tierod.vehicles import load
 from tierod_lab.papers.motor_angle.fault_drives import RATE, drive

@@ -7,7 +7,7 @@ from monitors.motor_angle.monitored import COLUMN, FAULT_FREE, MONITOR, alarms_o
 from tierod.core.findings import Status
 from tierod.core.graph import scan
 from tierod.core.statement import code_of
-from tierod.monitors.motor_angle.block import ALARMS
+from tierod.monitors.motor_angle.alarms import ALARMS
 from tierod_lab.papers.motor_angle.fault_drives import RATE, drive
 from tierod_lab.papers.motor_angle.fault_kinds import FAULTS, FIVE_DEGREES
 

@@ -16,7 +16,7 @@ from tierod.core.graph import Result, scan
 from tierod.core.recording import Channel, Recording
 from tierod.core.signals import SIGNALS
 from tierod.monitors.diagnose import diagnose
-from tierod.monitors.motor_angle.block import MotorAngleMonitor
+from tierod.monitors.motor_angle.definition import MotorAngleMonitor
 from tierod.monitors.motor_angle.observer import MotorAngleSample
 from tierod.vehicles import Vehicle, load
 from tierod_lab.papers.foreign.motor_drives import MACHINES, SAMPLE_TIME, MotorDrive, motor_drive

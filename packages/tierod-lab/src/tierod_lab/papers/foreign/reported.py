@@ -22,7 +22,7 @@ def _friction() -> Sequence[Block]:
 
 
 def _motors() -> Sequence[Block]:
-    from tierod.monitors.motor_angle.block import MotorAngleMonitor
+    from tierod.monitors.motor_angle.definition import MotorAngleMonitor
 
     return (MotorAngleMonitor.of_vehicle(load("motor-bench"), 1e-4),)
 

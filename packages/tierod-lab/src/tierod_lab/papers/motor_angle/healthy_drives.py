@@ -11,7 +11,7 @@ import numpy as np
 from tierod.core.block import Scalar, Tree
 from tierod.core.graph import scan
 from tierod.core.graph.maths import greatest_of, maximum
-from tierod.monitors.motor_angle.block import MotorAngleMonitor
+from tierod.monitors.motor_angle.definition import MotorAngleMonitor
 from tierod.monitors.motor_angle.observer import MotorAngleSample
 from tierod.vehicles import load
 from tierod_lab.papers.motor_angle.fault_drives import RATE, clean_drive, noisy

@@ -10,7 +10,7 @@ from tierod_lab.papers.seeds import ReportedSeeds
 
 
 def _judged() -> Sequence[Block]:
-    from tierod.monitors.motor_angle.block import MotorAngleMonitor
+    from tierod.monitors.motor_angle.definition import MotorAngleMonitor
     from tierod.monitors.motor_angle.observer import MotorAngleObserver
 
     vehicle, sample_time = load("motor-bench"), 1e-4

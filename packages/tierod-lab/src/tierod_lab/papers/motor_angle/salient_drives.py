@@ -9,7 +9,7 @@ import numpy as np
 
 from tierod.core.graph import scan
 from tierod.models.stator_frame_motor import SampledMotorParameters
-from tierod.monitors.motor_angle.block import MotorAngleMonitor
+from tierod.monitors.motor_angle.definition import MotorAngleMonitor
 from tierod_lab.ground.cars.motor_bench import MotorBench
 from tierod_lab.papers.motor_angle.fault_drives import RATE, BenchDrive, bench_time, clean_drive, course, noisy
 from tierod_lab.papers.motor_angle.fault_kinds import Fault

@@ -12,7 +12,7 @@ from tierod.core.claims import Claim, at_least, exactly
 from tierod.core.content import Heading, Item, Table
 from tierod.core.graph import scan
 from tierod.core.recording import Recording
-from tierod.monitors.motor_angle.block import MotorAngleMonitor
+from tierod.monitors.motor_angle.definition import MotorAngleMonitor
 from tierod.monitors.motor_angle.observer import MotorAngleSample
 from tierod.monitors.motor_angle.plausibility import (
     MOTOR,

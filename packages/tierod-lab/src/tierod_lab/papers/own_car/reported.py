@@ -15,7 +15,7 @@ def _judged() -> Sequence[Block]:
     from tierod.monitors.driver_torque.hands import HandsMonitor
     from tierod.monitors.driver_torque.observer import ColumnObserver
     from tierod.monitors.friction.monitor import FrictionMonitor
-    from tierod.monitors.motor_angle.block import MotorAngleMonitor
+    from tierod.monitors.motor_angle.definition import MotorAngleMonitor
     from tierod.monitors.sideslip.estimator import CombinedSideslip
 
     car, step = load("midsize-eps"), 0.01

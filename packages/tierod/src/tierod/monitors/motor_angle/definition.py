@@ -1,48 +1,270 @@
-"""The monitor of the motor's angle sensor: its session over one recording, its decisions, and its variants."""
+"""The monitor of the motor's angle sensor: its block, its session over one recording, and its variants."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import partial
-from string import Formatter
-from typing import Annotated, TypeVar
+from typing import Annotated, NamedTuple, TypeVar
 
 import numpy as np
 
+from tierod.core.block import Scalar, leaves
 from tierod.core.errors import InputError, ParameterError
 from tierod.core.findings import Status
 from tierod.core.graph import Result, scan
+from tierod.core.graph.maths import absolute, both, greatest_of, maximum, present, where
 from tierod.core.recording import Aligned
+from tierod.core.statement import Statement, code_of
 from tierod.methods.detectors.control_charts import Cusum
-from tierod.methods.detectors.rule_design import RuleDesign, RunLengthLine
-from tierod.methods.detectors.stopping_rules import CusumRule
 from tierod.monitors.harness.baseline import Baseline
-from tierod.monitors.harness.decision import Decision, Demonstrated, OwnRule
 from tierod.monitors.harness.session import BlockSession, Conclusion, Monitor, Variant
-from tierod.monitors.motor_angle.block import BY_NAME, MODEL_DRIFT, MODEL_THRESHOLD, MotorAngleMonitor
+from tierod.monitors.motor_angle.alarms import ALARMS, BY_NAME, MODEL_DRIFT, MODEL_THRESHOLD
 from tierod.monitors.motor_angle.comparison import (
-    ANGLE_DRIFT,
-    ANGLE_THRESHOLD,
-    BACKWARDS,
-    SPEED_DRIFT,
-    SPEED_THRESHOLD,
+    ElectricalAlarms,
     ElectricalChecks,
+    ElectricalFigures,
+    Increments,
     NotFollowing,
-    Stuck,
+    ResidualGate,
+    SensorBesideObserver,
+    SensorComparison,
 )
 from tierod.monitors.motor_angle.evidence import NOISE, DriveFigures
-from tierod.monitors.motor_angle.facts import (
-    DISTURBING,
-    FIVE_DEGREES,
-    LEAST_KNOWN,
-    PASSING,
-    isolated_by,
-    judge,
-    root_of,
+from tierod.monitors.motor_angle.facts import DISTURBING, LEAST_KNOWN, PASSING, isolated_by, judge, root_of
+from tierod.monitors.motor_angle.observer import (
+    COMMANDED,
+    DUTY_CYCLES,
+    MEASURED,
+    SIGNALS,
+    VARIANTS,
+    MotorAngleObserver,
+    MotorAngleSample,
+    MotorVoltages,
 )
-from tierod.monitors.motor_angle.observer import COMMANDED, DUTY_CYCLES, MEASURED, SIGNALS, VARIANTS, MotorVoltages
 from tierod.monitors.motor_angle.plausibility import AnglePlausibility, Superposition, VariableGain, WhichAngle
 from tierod.vehicles import Vehicle
+
+CONFIRMED: Annotated[float, "rad"] = 0.1
+"""Electrical residual within which the observer confirms the sensor; fault-free ones stay below 0.05 rad."""
+
+
+class Alarms(NamedTuple):
+    """1 while a test of the angle alarms.
+
+    Args:
+        angle: CUSUM of the difference from the observer
+        speed: CUSUM of the difference of the increments
+        backwards: the sensor turns against the observer
+        stuck: the observer turns, the sensor stands still
+        model: currents and voltages are not those of one motor
+        not_following: the sensor stays away from its target
+        plausibility: pinion, motor and steering wheel disagree
+        electrical: see `ElectricalAlarms`
+    """
+
+    angle: Annotated[Scalar, ""]
+    speed: Annotated[Scalar, ""]
+    backwards: Annotated[Scalar, ""]
+    stuck: Annotated[Scalar, ""]
+    model: Annotated[Scalar, ""]
+    not_following: Annotated[Scalar, ""]
+    plausibility: Annotated[Scalar, ""]
+    electrical: ElectricalAlarms
+
+    def in_order(self) -> list[Scalar]:
+        """All alarms, in the order of `ALARMS`."""
+        flags = dict(leaves(self))
+        return [flags[each.name] for each in ALARMS]
+
+
+class Tested(NamedTuple):
+    """Test statistics that no other output contains.
+
+    Args:
+        model_sum: CUSUM of the innovations
+        backwards_sum: windows in which the sensor turned against the observer, less those with it
+        turned_meanwhile: turn of the observer while the sensor stood still
+        following_error: target less sensor; 0 without a target
+        electrical: see `ElectricalFigures`
+    """
+
+    model_sum: Annotated[Scalar, ""]
+    backwards_sum: Annotated[Scalar, ""]
+    turned_meanwhile: Annotated[Scalar, "rad"]
+    following_error: Annotated[Scalar, "rad"]
+    electrical: ElectricalFigures
+
+
+@dataclass(frozen=True)
+class MotorAngleMonitor:
+    """Observer of the motor's angle, with every test of its sensor.
+
+    Args:
+        observer: observer from currents and voltages
+        comparison: comparison of the sensor with the observer
+        electrical: checks of the sensor's own signals, currents and supply
+        not_following: test of the sensor against its target
+        plausibility: test of the three angles of a superposition; None for a motor on a bench
+        voltages: source of the observer's voltages
+        model: CUSUM of the innovations
+    """
+
+    observer: MotorAngleObserver
+    comparison: SensorComparison
+    electrical: ElectricalChecks
+    not_following: NotFollowing
+    plausibility: AnglePlausibility | None = None
+    voltages: MotorVoltages = field(default_factory=MotorVoltages)
+    model: Cusum = field(
+        default_factory=lambda: Cusum(MODEL_DRIFT, MODEL_THRESHOLD, 2.0 * MODEL_THRESHOLD, sides="upper")
+    )
+
+    Sample = MotorAngleSample
+
+    class State(NamedTuple):
+        observer: MotorAngleObserver.State
+        comparison: SensorComparison.State
+        electrical: ElectricalChecks.State
+        not_following: NotFollowing.State
+        plausibility: AnglePlausibility.State | tuple[()]
+        model: Cusum.State
+        voltages: MotorVoltages.State
+        time: Annotated[Scalar, "s"]
+        since: Annotated[Scalar, "s"]
+
+    class Output(NamedTuple):
+        """Estimate of the observer, test statistics, alarms, statement, and the voltage that the observer used.
+
+        The kind of the statement is the position of the alarm in `ALARMS`, its magnitude the electrical difference of
+        the sensor from the observer.
+        """
+
+        estimate: MotorAngleObserver.Output
+        compared: SensorComparison.Output
+        plausible: AnglePlausibility.Output
+        alarms: Alarms
+        statement: Statement
+        voltage: MotorVoltages.Output
+        tested: Tested
+
+    @classmethod
+    def of_vehicle(
+        cls,
+        vehicle: Vehicle,
+        sample_time: float,
+        plausibility: AnglePlausibility | None = None,
+        voltages: MotorVoltages | None = None,
+    ) -> MotorAngleMonitor:
+        """The monitor for a vehicle's motor.
+
+        Args:
+            voltages: source of the observer's voltages; measured ones where None
+
+        Raises:
+            ParameterError: a parameter is missing or invalid
+        """
+        voltages = voltages or MotorVoltages()
+        observer = MotorAngleObserver.of_vehicle(vehicle, sample_time, commanded=voltages.source != MEASURED)
+        p = observer.parameters
+        return cls(
+            observer,
+            SensorComparison(ResidualGate(p.motor_pole_pairs, p.motor_flux, sample_time), Increments(sample_time)),
+            ElectricalChecks(p.motor_pole_pairs, sample_time),
+            NotFollowing(sample_time),
+            plausibility,
+            voltages,
+        )
+
+    def init(self) -> State:
+        return self.State(
+            observer=self.observer.init(),
+            comparison=self.comparison.init(),
+            electrical=self.electrical.init(),
+            not_following=self.not_following.init(),
+            plausibility=() if self.plausibility is None else self.plausibility.init(),
+            model=self.model.init(),
+            voltages=self.voltages.init(),
+            time=0.0,
+            since=-1.0,
+        )
+
+    def step(self, state: State, sample: MotorAngleSample) -> tuple[State, Output]:
+        voltages, voltage = self.voltages.step(state.voltages, sample)
+        sensor = sample.motor_angle_mechanical
+        fed = self.observer.Sample(sample.motor_current_alpha, sample.motor_current_beta, *voltage, sensor)
+        observer, estimate = self.observer.step(state.observer, fed)
+        comparison, compared = self.comparison.step(state.comparison, SensorBesideObserver(estimate, sensor))
+        agrees = absolute(estimate.angle_residual_electrical) < CONFIRMED
+        confirmed = both(compared.known > 0.5, agrees)
+        following, behind = self.not_following.step(state.not_following, sample, confirmed)
+        model, fitting = self.model.step(state.model, estimate.nis)
+        electrical, checks = self.electrical.step(state.electrical, sample)
+        plausibility, fits = self._plausible(state, sample, estimate.angle_residual_electrical, compared.counts)
+        alarms = Alarms(
+            compared.angle_alarm,
+            compared.speed_alarm,
+            compared.backwards_alarm,
+            compared.stuck_alarm,
+            fitting.alarm,
+            behind.alarm,
+            fits.alarm,
+            checks.alarms,
+        )
+        tested = Tested(fitting.up, compared.backwards_sum, compared.turned_meanwhile, behind.error, checks.figures)
+        statement = self._stated(state, estimate, compared, alarms, tested)
+        after = self.State(
+            observer,
+            comparison,
+            electrical,
+            following,
+            plausibility,
+            model,
+            voltages,
+            state.time + self.observer.parameters.sample_time,
+            statement.since,
+        )
+        return after, self.Output(estimate, compared, fits, alarms, statement, voltage, tested)
+
+    def _plausible(
+        self, state: State, sample: MotorAngleSample, residual: Scalar, counts: Scalar
+    ) -> tuple[AnglePlausibility.State | tuple[()], AnglePlausibility.Output]:
+        if self.plausibility is None or not isinstance(state.plausibility, AnglePlausibility.State):
+            return (), AnglePlausibility.Output(0.0, 0.0, 0.0, 0.0, 0.0)
+        return self.plausibility.step(state.plausibility, sample, residual, counts)
+
+    def _stated(
+        self,
+        state: State,
+        estimate: MotorAngleObserver.Output,
+        compared: SensorComparison.Output,
+        alarms: Alarms,
+        tested: Tested,
+    ) -> Statement:
+        flags = alarms.in_order()
+        fault = greatest_of(*flags) > 0.5
+        running = where(compared.known, code_of(Status.HEALTHY), code_of(Status.NOT_ENABLED))
+        running = where(compared.early, code_of(Status.NOT_READY), running)
+        known = both(compared.known > 0.5, present(estimate.angle_residual_electrical))
+        pole_pairs = self.observer.parameters.motor_pole_pairs
+        kind: Scalar = 0.0
+        # Backwards, so that of several alarms the first in the order of causes is stated.
+        for place in range(len(flags), 0, -1):
+            kind = where(flags[place - 1] > 0.5, float(place), kind)
+        sums = (
+            compared.angle_sum / self.comparison.angle.threshold,
+            compared.speed_sum / self.comparison.speed.threshold,
+            tested.model_sum / self.model.threshold,
+        )
+        return Statement(
+            status=where(fault, code_of(Status.FAULT), running),
+            since=where(fault, where(state.since < 0.0, state.time, state.since), -1.0),
+            kind=kind,
+            magnitude=where(known, estimate.angle_residual_electrical, 0.0),
+            deviation=where(known, pole_pairs * estimate.motor_angle_standard_deviation, 0.0),
+            evidence=maximum(greatest_of(*sums), where(fault, 1.0, 0.0)),
+        )
+
 
 LEAST_SHARE = 0.8
 """Least share of the samples with currents and voltages."""
@@ -95,7 +317,7 @@ class MotorAngleSession(BlockSession):
         shown = TRACES | (INVERTER_TRACES if block.observer.commanded else {})
         super().__init__(block, {output: name for output, name in shown.items() if output not in bare})
         self.monitor, self.vehicle, self.rate = block, vehicle, rate
-        self._figures = DriveFigures(block, rate)
+        self._figures = DriveFigures(block.observer, block.voltages.source, block.plausibility is not None, rate)
 
     def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
         parts = [self._slice(aligned, start) for start in range(0, len(aligned.time), SLICE)]
@@ -170,192 +392,7 @@ def _stood(values: np.ndarray, fresh: np.ndarray, samples: int) -> np.ndarray:
     return np.where((last >= 0) & (place - last <= samples), values[last], np.nan)
 
 
-BORNE: Annotated[float, "rad"] = 2.5 * 0.0066
-"""Standard deviation of the residuals that the CUSUM of the angle is designed for; two and a half times the bench's."""
-
-ANGLE_DESIGN = RuleDesign(
-    CusumRule(ANGLE_DRIFT / BORNE),
-    values=300.0 * 3.6e6,
-    shift=FIVE_DEGREES / BORNE,
-    spacing=1e-3,
-    line=RunLengthLine(start=7.794, slope=14.55 * BORNE, observed=0.69 * 3.6e6),
-)
-"""Design of the CUSUM of the angle: counted on residuals scaled by two and a half, 239 and 13 alarms at 0.1 and 0.3 rad
-in 0.69 h of turning (docs/explanation/motor-angle.md), and extrapolated to 0.9 rad."""
-
-TURNING, DRIVEN = Demonstrated(10.4), Demonstrated(15.0)
-"""Hours of 900 fault-free drives with wrong parameters: turning, and in total; docs/explanation/motor-angle.md."""
-
-_SOURCE = (
-    "fault-free drives on the bench, voltages measured, with wrong resistance, flux and inductance "
-    "(docs/explanation/motor-angle.md); hours of turning"
-)
-
-
-def _numbers(part: type, words: str) -> OwnRule:
-    values = {name: float(getattr(part, name)) for _, name, _, _ in Formatter().parse(words) if name}
-    return OwnRule(words.format(**values), values)
-
-
-def _decision(
-    name: str,
-    distance: str,
-    rule: Cusum | OwnRule,
-    place: str,
-    statistic: str,
-    levels: tuple[float, ...],
-    demonstrated: Demonstrated | None = TURNING,
-    below: bool = False,
-) -> Decision:
-    source = _SOURCE if demonstrated is TURNING else _SOURCE.replace("hours of turning", "hours driven")
-    source = source if demonstrated else "set beyond what fault-free parts show; not demonstrated, because the "
-    "bench's drives lack its signals"
-    return Decision(
-        name, distance, rule, f"block.{place}", None, demonstrated, source, "h", None, statistic, levels, below=below
-    )
-
-
-def _electrical(
-    name: str,
-    distance: str,
-    words: str,
-    statistic: str,
-    levels: tuple[float, ...],
-    demonstrated: Demonstrated | None = None,
-    below: bool = False,
-) -> Decision:
-    rule = _numbers(ElectricalChecks, words)
-    return _decision(name, distance, rule, "electrical", statistic, levels, demonstrated, below)
-
-
-def _either(level: float) -> tuple[float, float]:
-    return level, -level
-
-
-DECISIONS = (
-    Decision(
-        name="angle",
-        distance="sensor less observer, electrical, one value per millisecond [rad]; designed for a standard "
-        f"deviation of {BORNE:.4f} rad",
-        rule=Cusum(ANGLE_DRIFT, ANGLE_THRESHOLD, 2.0 * ANGLE_THRESHOLD),
-        place="block.comparison.angle",
-        mean_time_between_false_alarms=300.0,
-        demonstrated=TURNING,
-        source=f"residuals scaled by 2.5, extrapolated; demonstrated: {_SOURCE}",
-        design=ANGLE_DESIGN,
-        statistic="angle_residual_sum",
-        levels=(ANGLE_THRESHOLD,),
-    ),
-    _decision(
-        "speed",
-        "change of the sensor over 10 ms less that of the observer [rad/s]",
-        Cusum(SPEED_DRIFT, SPEED_THRESHOLD, 2.0 * SPEED_THRESHOLD),
-        "comparison.speed",
-        "speed_residual_sum",
-        (SPEED_THRESHOLD,),
-    ),
-    _decision(
-        "model",
-        "normalised innovation squared of three measurements",
-        Cusum(MODEL_DRIFT, MODEL_THRESHOLD, 2.0 * MODEL_THRESHOLD, "upper"),
-        "model",
-        "innovation_sum",
-        (MODEL_THRESHOLD,),
-        DRIVEN,
-    ),
-    _decision(
-        "backwards",
-        "opposite signs of the changes of sensor and observer over 10 ms",
-        Cusum(0.0, BACKWARDS, BACKWARDS, "upper"),
-        "comparison.backwards",
-        "turned_backwards",
-        (BACKWARDS,),
-    ),
-    _decision(
-        "stuck",
-        "travel of the observer while the sensor stands still",
-        _numbers(Stuck, "more than {travel:g} rad within {still:g} rad of the sensor"),
-        "comparison.stuck",
-        "turned_while_sensor_stood",
-        _either(Stuck.travel),
-    ),
-    _decision(
-        "not following",
-        "sensor less its target",
-        _numbers(NotFollowing, "more than {widest:g} rad for {hold:g} s"),
-        "not_following",
-        "following_error",
-        _either(NotFollowing.widest),
-        DRIVEN,
-    ),
-    _decision(
-        "plausibility",
-        "pinion less the angle from motor, steering wheel and torsion bar",
-        _numbers(AnglePlausibility, "more than {greatest:g} rad for {hold:g} s"),
-        "plausibility",
-        "pinion_angle_mismatch",
-        _either(AnglePlausibility.greatest),
-        None,
-    ),
-    _electrical(
-        "supply low",
-        "supply",
-        "below {least_supply:g} V for {hold:g} s",
-        "supply_voltage",
-        (ElectricalChecks.least_supply,),
-        below=True,
-    ),
-    _electrical(
-        "angle lost",
-        "age of the last reading",
-        "above {longest_gap:g} s",
-        "age_of_angle",
-        (ElectricalChecks.longest_gap,),
-        DRIVEN,
-    ),
-    _electrical(
-        "angle leaps",
-        "change from one reading to the next",
-        "beyond {greatest_speed:g} rad/s and {step_margin:g} rad",
-        "leap_of_angle",
-        (1.0,),
-        DRIVEN,
-    ),
-    _electrical(
-        "resolver amplitude",
-        "amplitude of sine and cosine over that of the start, less one",
-        "beyond {amplitude_margin:g} for {hold:g} s",
-        "change_of_resolver_amplitude",
-        _either(ElectricalChecks.amplitude_margin),
-    ),
-    _electrical(
-        "resolver mismatch",
-        "angle less that of its own sine and cosine",
-        "beyond {greatest_mismatch:g} rad for {hold:g} s",
-        "resolver_mismatch_electrical",
-        _either(ElectricalChecks.greatest_mismatch),
-    ),
-    _electrical(
-        "current sum",
-        "sum of the phases",
-        "beyond {greatest_sum:g} A for {hold:g} s",
-        "sum_of_phase_currents",
-        _either(ElectricalChecks.greatest_sum),
-    ),
-    *(
-        _electrical(
-            f"{quantity} saturated",
-            f"samples for which a {quantity} stays constant at its peak while the motor turns",
-            f"{{same_samples:g}} samples beyond {{least_peak_{quantity}:g}} {unit}",
-            f"samples_of_a_still_{quantity}",
-            (ElectricalChecks.same_samples,),
-            DRIVEN,
-        )
-        for quantity, unit in (("current", "A"), ("voltage", "V"))
-    ),
-)
-"""Decisions of every variant; those on commanded voltages decide alike, but only measured ones were tested so long."""
-
+DECISIONS = tuple(each.decision for each in ALARMS)
 
 PAPER = "Reinelt, Lundquist, Johansson, On-line sensor monitoring in an active front steering system, SAE 2005-01-1271"
 
@@ -386,7 +423,14 @@ def _required(voltages: str) -> tuple[str, ...]:
 def _variant(voltages: str, summary: str) -> Variant:
     source = f"beyond {PAPER}; docs/explanation/motor-angle.md"
     opener = partial(_open, voltages)
-    return Variant(VARIANTS[voltages], summary, source, opener, DECISIONS, required=_required(voltages))
+    return Variant(
+        VARIANTS[voltages],
+        summary,
+        source,
+        opener,
+        tuple(each.decision for each in ALARMS),
+        required=_required(voltages),
+    )
 
 
 MOTOR_ANGLE = Monitor(

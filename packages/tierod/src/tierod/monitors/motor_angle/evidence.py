@@ -16,9 +16,9 @@ from tierod.methods.analysis.noise import differences
 from tierod.methods.trends.robust import DEVIATION_OF_MEDIAN
 from tierod.models.stator_frame_motor import CommandedMotorParameters
 from tierod.monitors.harness.session import StatusChange
+from tierod.monitors.motor_angle.alarms import CODES
 from tierod.monitors.motor_angle.balance import CLEAN, LEAST_WINDOWS, Departure, InducedVoltage, VoltageBalance, misread
-from tierod.monitors.motor_angle.block import CODES, MotorAngleMonitor
-from tierod.monitors.motor_angle.observer import MEASURED, VARIANTS
+from tierod.monitors.motor_angle.observer import MEASURED, VARIANTS, MotorAngleObserver
 from tierod.monitors.motor_angle.plausibility import NOT_MOTOR
 from tierod.physics.clarke_park import StatorVector
 from tierod.physics.inverter import phase_signs
@@ -399,9 +399,10 @@ class AlarmCourses:
 class DriveFigures:
     """Accumulated statistics over the pieces of a recording."""
 
-    def __init__(self, monitor: MotorAngleMonitor, rate: float) -> None:
-        p = monitor.observer.parameters
-        self._monitor, self._rate, self.courses = monitor, rate, AlarmCourses(rate)
+    def __init__(self, observer: MotorAngleObserver, voltages: str, superposed: bool, rate: float) -> None:
+        p = observer.parameters
+        self._observer, self._voltages, self._superposed = observer, voltages, superposed
+        self._rate, self.courses = rate, AlarmCourses(rate)
         across = p.inductance_across
         apart = p.motor_inductance - across
         self._balance = VoltageBalance(p.motor_pole_pairs, p.sample_time, apart / (p.motor_inductance + across))
@@ -452,7 +453,7 @@ class DriveFigures:
 
     def _add_voltages(self, signals: Mapping[str, np.ndarray], result: Result) -> None:
         current = StatorVector(signals["motor_current_alpha"], signals["motor_current_beta"])
-        parameters = self._monitor.observer.parameters
+        parameters = self._observer.parameters
         taken = StatorVector(np.zeros(len(current.alpha)), np.zeros(len(current.alpha)))
         if isinstance(parameters, CommandedMotorParameters):
             taken = phase_signs(current, parameters.inverter_knee_current)
@@ -467,14 +468,14 @@ class DriveFigures:
 
     def drive(self) -> Drive:
         """The results so far."""
-        monitor, rate = self._monitor, self._rate
+        observer, rate = self._observer, self._rate
         count, total, squares = self.residuals
         mean = float(total) / max(count, 1.0)
         windows, together, observed, sensed = self.gains.tolist()
         energy = (observed * sensed) ** 0.5
-        parameters, lost = monitor.observer.parameters, None
+        parameters, lost = observer.parameters, None
         if isinstance(parameters, CommandedMotorParameters):
-            widest = monitor.observer.tuning.widest_knee
+            widest = observer.tuning.widest_knee
             lost = InverterLoss(*self.inverter, parameters.inverter_knee_current, widest)
         courses = self.courses
         declared = min((courses.starts[name] for name in COMPARED if name in courses.starts), default=None)
@@ -486,7 +487,7 @@ class DriveFigures:
             shape = self._course.shape(declared, end)
         last = max((each.last for each in courses.spells.values()), default=self._until)
         noise, deviation = self._noise.between(min(courses.starts.values(), default=0.0), last)
-        limit = NOISY * monitor.observer.tuning.sensor_noise
+        limit = NOISY * observer.tuning.sensor_noise
         if noise > limit:
             shape, (onset, end) = Shape(NOISE, noise, deviation, 0.0), self._noise.span(limit)
         model = courses.spells.get("model")
@@ -509,9 +510,9 @@ class DriveFigures:
             starts=dict(self.courses.starts),
             spells=dict(self.courses.spells),
             until=self._until,
-            voltages=monitor.voltages.source,
+            voltages=self._voltages,
             lost=lost,
-            misread=misread(self._balance, parameters, monitor.observer.tuning.current_noise),
+            misread=misread(self._balance, parameters, observer.tuning.current_noise),
             contradicting=self._induced.share(),
             closes=closes,
             departure=departure,
@@ -524,11 +525,11 @@ class DriveFigures:
             noise=noise,
             noise_limit=limit,
             rms_since_model=math.nan if model is None else self._course.root_mean_square(model.last),
-            untwisted=monitor.plausibility is not None and self.pinion and not self.torque,
+            untwisted=self._superposed and self.pinion and not self.torque,
         )
 
     def _departure(self) -> tuple[bool, str, float]:
-        axes, observer = self._contradicting.axes(), self._monitor.observer
+        axes, observer = self._contradicting.axes(), self._observer
         if axes is None or axes.windows < LEAST_WINDOWS or axes.unexplained > CLEAN:
             return False, "", 0.0
         departure = Departure.of(axes, observer.parameters, observer.tuning.current_noise).in_words()

@@ -6,8 +6,8 @@ import math
 from dataclasses import replace
 
 from tierod.core.findings import Episode, Estimate, Finding, Status
+from tierod.monitors.motor_angle.alarms import ALARMS, BY_NAME
 from tierod.monitors.motor_angle.balance import FITS
-from tierod.monitors.motor_angle.block import ALARMS, BY_NAME
 from tierod.monitors.motor_angle.evidence import (
     COMPARED,
     DRIFT,
@@ -289,7 +289,7 @@ def _fault(drive: Drive, vehicle: Vehicle, evidence: dict[str, float]) -> Findin
         evidence,
         cause,
         action,
-        decided_by=(BY_NAME[root].decision,),
+        decided_by=(BY_NAME[root].decision.name,),
         declared=episode.declared,
         end=episode.end,
     )

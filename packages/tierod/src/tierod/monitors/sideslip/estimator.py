@@ -386,7 +386,8 @@ class CombinedSideslip:
         )
 
     def init(self) -> CombinedState:
-        return CombinedState(self.filter.init(), self.slowest, 0.0, self.angle_gate.init(), 0.0, 1.0, *self._usual())
+        usual = self.yaw_noise.init(), self.acceleration_noise.init()
+        return CombinedState(self.filter.init(), self.slowest, 0.0, self.angle_gate.init(), 0.0, 1.0, *usual)
 
     def _adapts(self, state: CombinedState) -> Scalar:
         return state.yaw_noise.logarithm + state.acceleration_noise.logarithm > 0.0
@@ -401,12 +402,6 @@ class CombinedSideslip:
         noise = USUAL_SLIP * USUAL_SLIP * SLIP_TIME / sampled.sample_time
         correction = correct(belief.covariance, [row], [where(counted, -slip, math.inf)], [noise], mean)
         return Belief(type(mean)(*correction.shift), correction.covariance)
-
-    def _fresh(self, scale: ScaleState, lost: Scalar) -> ScaleState:
-        return ScaleState(*(where(lost, 0.0, each) for each in scale))
-
-    def _usual(self) -> tuple[ScaleState, ScaleState]:
-        return self.yaw_noise.init(), self.acceleration_noise.init()
 
     def step(self, state: CombinedState, sample: CombinedSample) -> tuple[CombinedState, CombinedEstimate]:
         angle_gate, gated = self.angle_gate.step(state.angle_gate, SteeringAngle(sample.road_wheel_angle))
@@ -436,7 +431,7 @@ class CombinedSideslip:
             angle_gate,
             lateral,
             where(anew, 1.0, misfit),
-            *(self._fresh(now, anew) for now in self._scales(state, estimate, running)),
+            *(ScaleState(*(where(anew, 0.0, each) for each in now)) for now in self._scales(state, estimate, running)),
         )
         return after, self._estimate(after, inputs, estimate, running, lost)
 
@@ -448,12 +443,12 @@ class CombinedSideslip:
         if not self.filter.model.steering:
             given = given._replace(road_wheel_angle=0.5 * (state.road_wheel_angle + inputs.road_wheel_angle))
         noise = self._process_noise(state, inputs, running, free)
-        scale = self.acceleration_noise.scale(state.acceleration_noise)
+        scale, output = self.acceleration_noise.scale(state.acceleration_noise), self.filter.model.Output
         reading = tuple(
             scale * each if name == "lateral_acceleration" else each
-            for name, each in zip(self.filter.model.Output._fields, self.filter.measurement_noise, strict=True)
+            for name, each in zip(output._fields, self.filter.measurement_noise, strict=True)
         )
-        measured = self.filter.Sample(given, self._measured(sample))
+        measured = self.filter.Sample(given, output(*(getattr(sample, name) for name in output._fields)))
         return self.filter.step(state.belief, measured, process_noise=noise, measurement_noise=reading)
 
     def _scales(self, state: CombinedState, estimate: Tree, running: Scalar) -> tuple[ScaleState, ScaleState]:
@@ -503,9 +498,6 @@ class CombinedSideslip:
         known = present(sample.road_wheel_torque)
         torque = where(known, sample.road_wheel_torque, 0.0)
         return self.filter.model.Input(speed, along, torque, where(known, 1.0, 0.0)), where(known, 0.0, 1.0)
-
-    def _measured(self, sample: CombinedSample) -> Tree:
-        return self.filter.model.Output(*(getattr(sample, name) for name in self.filter.model.Output._fields))
 
     def _process_noise(self, state: CombinedState, inputs: Tree, running: Scalar, free: Scalar) -> tuple[Scalar, ...]:
         factors = self._factors(state, inputs)
