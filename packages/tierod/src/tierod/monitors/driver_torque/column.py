@@ -10,6 +10,7 @@ import numpy as np
 from tierod.core.residues import residue_between
 from tierod.core.series import Rows, Stride
 from tierod.methods.identification.regression import Solution, solved
+from tierod.methods.running import Moments
 
 CLEAR = 5.0
 """Least ratio of an estimate to its standard error."""
@@ -36,7 +37,7 @@ LEAST = 50.0
 SLIDING = 0.5
 """Speed of the motor over which dry friction changes its sign [rad/s]."""
 
-_WHEEL, _MOTOR, _BAR, _MOTOR_RATE, _BAR_RATE, _MOTOR_BEND, _ONE = range(7)
+_WHEEL, _MOTOR, _BAR, _MOTOR_RATE, _BAR_RATE, _MOTOR_BEND = range(6)
 
 
 class ColumnGeometry(NamedTuple):
@@ -64,13 +65,13 @@ class GeometryOverDrive:
 
     A late signal is its value less its rate times the lag, to second order: the rates of motor angle and torque as
     further regressors give the lags between the three, and the motor's acceleration absorbs the remainder of a late
-    angle."""
+    angle.
+    """
 
     def __init__(self, rate: float = 1000.0) -> None:
         self._half, self._rate = max(round(HALF * rate), 1), rate
-        self._first: np.ndarray | None = None
         self._before = np.empty((0, 3))
-        self._products = np.zeros((7, 7))
+        self._moments = Moments(6)
 
     def add(self, wheel_angle: np.ndarray, motor_angle: np.ndarray, driver_torque: np.ndarray) -> None:
         rows = np.vstack([self._before, np.column_stack([wheel_angle, motor_angle, driver_torque])])
@@ -80,20 +81,11 @@ class GeometryOverDrive:
         behind, now, ahead = rows[: -2 * self._half], rows[self._half : -self._half], rows[2 * self._half :]
         span = self._half / self._rate
         rates = (ahead - behind)[:, 1:] / (2.0 * span)
-        bend = (ahead - 2.0 * now + behind)[:, 1] / span**2
-        rows = np.column_stack([now, rates, bend])
-        rows = rows[np.isfinite(rows).all(axis=1)]
-        if not len(rows):
-            return
-        if self._first is None:
-            # Products about the first row, or the squares of large constant angles would cancel badly.
-            self._first = np.array([*rows[0, :3], 0.0, 0.0, 0.0])
-        whole = np.column_stack([rows - self._first, np.ones(len(rows))])
-        self._products += whole.T @ whole
+        self._moments.add(now, rates, (ahead - 2.0 * now + behind)[:, 1] / span**2)
 
     def found(self) -> ColumnGeometry | None:
         """The geometry that the pieces identify; None where it is not clear, or a sign is wrong."""
-        if self._first is None or self._products[_ONE, _ONE] < FEWEST:
+        if self._moments.count < FEWEST:
             return None
         rates = (_MOTOR, _BAR, _MOTOR_RATE, _BAR_RATE)
         # In a sine, angle and acceleration are linearly dependent; the acceleration is then left out.
@@ -102,23 +94,18 @@ class GeometryOverDrive:
         if shares is None or not _clear(shares):
             return None
         by_motor, by_bar = shares.values[:2].tolist()
-        means = self._first[:3] + self._products[_ONE, :3] / self._products[_ONE, _ONE]
-        constant = float(means[_WHEEL] - by_motor * means[_MOTOR] - by_bar * means[_BAR])
+        wheel, motor, bar = self._moments.means[:3].tolist()
         late = ("", 0.0) if moving is None else _latest(moving)
-        return ColumnGeometry(1.0 / by_motor, 1.0 / by_bar, -constant / by_bar, *late, self._uncertainty(shares))
-
-    def _uncertainty(self, shares: Solution) -> float:
-        """Relative uncertainty: residual over motion, since the residual is not white and may correlate with it."""
-        count = self._products[_ONE, _ONE]
-        power = self._products[_MOTOR, _MOTOR] - self._products[_MOTOR, _ONE] ** 2 / count
-        return math.sqrt(max(shares.left, 0.0) / power) / abs(float(shares.values[0]))
+        # Residual over motion, since the residual is not white and may correlate with it.
+        left = math.sqrt(max(shares.left, 0.0) / self._moments.products[_MOTOR, _MOTOR])
+        offset = (by_motor * motor + by_bar * bar - wheel) / by_bar
+        return ColumnGeometry(1.0 / by_motor, 1.0 / by_bar, offset, *late, left / abs(by_motor))
 
     def _shares(self, signals: tuple[int, ...]) -> Solution | None:
         """Coefficients of these signals in the wheel angle; None where the signals are linearly dependent."""
-        count = self._products[_ONE, _ONE]
-        centred = self._products - np.outer(self._products[:, _ONE], self._products[_ONE]) / count
-        normal, right = centred[np.ix_(signals, signals)], centred[list(signals), _WHEEL]
-        return solved(normal, right, centred[_WHEEL, _WHEEL], count)
+        products = self._moments.products
+        normal, right = products[np.ix_(signals, signals)], products[list(signals), _WHEEL]
+        return solved(normal, right, products[_WHEEL, _WHEEL], self._moments.count)
 
 
 def _clear(shares: Solution) -> bool:
@@ -144,11 +131,12 @@ def _latest(shares: Solution) -> tuple[str, float]:
 class BelowBarOverDrive:
     """Least squares of motor torque + bar torque / ratio = inertia, damping, dry friction and a constant, piecewise.
 
-    Valid on a bench; in a car rack and road act as well. A few samples are lost at the cuts between pieces."""
+    Valid on a bench; in a car rack and road act as well. A few samples are lost at the cuts between pieces.
+    """
 
     def __init__(self, ratio: float, rate: float) -> None:
         self._ratio, self._rate, self._step = ratio, rate, max(round(SPAN * rate), 1)
-        self._products = np.zeros((5, 5))
+        self._moments = Moments(4)
 
     def add(self, motor_torque: np.ndarray, motor_angle: np.ndarray, driver_torque: np.ndarray) -> None:
         step, span = self._step, self._step / self._rate
@@ -156,18 +144,15 @@ class BelowBarOverDrive:
             return
         behind, now, ahead = motor_angle[: -2 * step], motor_angle[step:-step], motor_angle[2 * step :]
         speed = (ahead - behind) / (2.0 * span)
-        bend = (ahead - 2.0 * now + behind) / span**2
         torque = (motor_torque + driver_torque / self._ratio)[step:-step]
-        rows = np.column_stack([torque, bend, speed, np.tanh(speed / SLIDING), np.ones(len(now))])
-        rows = rows[np.isfinite(rows).all(axis=1)]
-        self._products += rows.T @ rows
+        self._moments.add((ahead - 2.0 * now + behind) / span**2, speed, np.tanh(speed / SLIDING), torque)
 
     def inertia(self) -> float | None:
         """Inertia of motor and gear at the motor's shaft [kg m^2]; None where it is not identifiable."""
-        count, normal = self._products[4, 4], self._products[1:, 1:]
-        if normal[0, 0] < LEAST**2 * count:
+        products = self._moments.products
+        if not self._moments.deviation() > LEAST:
             return None
-        found = solved(normal, self._products[1:, 0], self._products[0, 0], count)
+        found = solved(products[:3, :3], products[:3, 3], products[3, 3], self._moments.count)
         if found is None or not found.values[0] > CLEAR_INERTIA * found.deviations[0]:
             return None
         return float(found.values[0])

@@ -10,11 +10,12 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from tierod.core.findings import Defect
-from tierod.io.signs import TurnLimits
+from tierod.io.signs import TurnLimits, turn_ratio
 from tierod.methods.detectors.rule_design import RuleDesign, alarms_at
 from tierod.methods.detectors.stopping_rules import HoldRule
 from tierod.methods.identification.regression import solved
 from tierod.methods.relations import odd_ones_out
+from tierod.methods.running import Moments
 from tierod.models.single_track import SingleTrack
 from tierod.monitors.sideslip.observables import BlocksOverDrive
 
@@ -105,25 +106,13 @@ class Offset(NamedTuple):
     shown_by: str
 
 
-class _Pair:
-    """Sums of two quantities over the blocks in which both are valid."""
-
-    def __init__(self) -> None:
-        self._sums = np.zeros(6)
-
-    def add(self, x: np.ndarray, y: np.ndarray) -> None:
-        there = np.isfinite(x) & np.isfinite(y)
-        x, y = x[there], y[there]
-        self._sums += (len(x), x.sum(), y.sum(), x @ x, y @ y, x @ y)
-
-    def unexplained(self, seconds: float, least: float) -> float:
-        """Share of the larger quantity that the other does not explain; NaN with too little driving."""
-        count, x, y, xx, yy, xy = self._sums
-        if count * BLOCK < seconds:
-            return math.nan
-        xx, yy, xy = xx - x * x / count, yy - y * y / count, xy - x * y / count
-        larger = max(xx, yy)
-        return math.sqrt(max(xx + yy - 2.0 * xy, 0.0) / larger) if larger > least * least * count else math.nan
+def _unexplained(pair: Moments, seconds: float, least: float) -> float:
+    """Share of the larger of two quantities that the other does not explain; NaN with too little driving."""
+    first, second = np.diag(pair.products)
+    larger = max(first, second)
+    if pair.count * BLOCK < seconds or not larger > least * least * pair.count:
+        return math.nan
+    return math.sqrt(max(first + second - 2.0 * float(pair.products[0, 1]), 0.0) / larger)
 
 
 class SensorsOverDrive:
@@ -138,10 +127,10 @@ class SensorsOverDrive:
         self.offset_rule = OFFSET_DESIGN.block()
         # Products and squares of the signals of TOGETHER, and numbers of common samples, by pairs.
         self._products, self._squares, self._common = np.zeros((3, len(TOGETHER), len(TOGETHER)))
-        self._standing, self._rolling, self._turning, self._steered = (np.zeros(n) for n in (3, 4, 6, 2))
+        self._standing, self._rolling, self._steered = (np.zeros(n) for n in (3, 4, 2))
         self._readings = self._beyond = self._leaps = self._steps = 0
         self._blocks = BlocksOverDrive(rate, 5, BLOCK, STEPS)
-        self._turn, self._yaw, self._side, self._gain = _Pair(), _Pair(), _Pair(), _Pair()
+        self._turning, self._turn, self._yaw, self._side, self._gain = (Moments() for _ in range(5))
         self._regressed = np.zeros((5, 5))
 
     def add(
@@ -178,8 +167,7 @@ class SensorsOverDrive:
         beside = r - SingleTrack.steady_yaw_gain(v, self._car) * d
         steers, accelerates = np.isfinite(d), np.isfinite(a)
         self._steered += (steers.sum(), beside[steers].sum())
-        x, y = (v * r)[accelerates], a[accelerates]
-        self._turning += (len(x), x.sum(), y.sum(), x @ x, y @ y, x @ y)
+        self._turning.add(v * r, a)
         both = steers & accelerates
         self._rolling += (both.sum(), np.sum((r - a / v)[both]), np.sum(beside[both]), np.sum(r[both]))
 
@@ -221,16 +209,11 @@ class SensorsOverDrive:
         """Sentence on a signal whose unit cannot be right; None where all can."""
         if self._beyond > self.limits.largest_share * max(self._readings, 1):
             return f"the yaw rate is beyond {self.limits.largest:g} rad/s, as if it were in degrees per second"
-        count, x, a, xx, aa, xa = self._turning
-        if count < self.limits.rolling_time * self._rate:
-            return None
-        power, measured, common = xx - x * x / count, aa - a * a / count, xa - x * a / count
         turns = TurnLimits()
-        if max(power, measured) < turns.acceleration**2 * count or min(power, measured) <= 0.0:
+        ratio = turn_ratio(self._turning, turns)
+        if ratio is None or self._turning.count < self.limits.rolling_time * self._rate:
             return None
-        ratio = math.sqrt(measured / power)
-        together = common / math.sqrt(power * measured) >= turns.correlation
-        if not together or 1.0 / turns.deviation < ratio < turns.deviation:
+        if 1.0 / turns.deviation < ratio < turns.deviation:
             return None
         return f"the lateral acceleration is {ratio:.2g} times the product of speed and yaw rate; about 1 is expected"
 
@@ -300,8 +283,8 @@ class SensorsOverDrive:
             fifth = f"{limits.leap:g} m/s within {BLOCK / STEPS:g} s"
             sentence = f"vehicle_speed jumps by more than {fifth} in {100.0 * leaps:.0f} % of the steps"
             return Defect(("vehicle_speed",), f"{sentence}, which is impossible")
-        turn = self._turn.unexplained(limits.comparing_time, limits.lateral)
-        gain = self._gain.unexplained(limits.gaining_time, limits.longitudinal)
+        turn = _unexplained(self._turn, limits.comparing_time, limits.lateral)
+        gain = _unexplained(self._gain, limits.gaining_time, limits.longitudinal)
         if turn > limits.contradicts:
             return self._wrong_turn(gain > limits.contradicts)
         if not gain > limits.contradicts:
@@ -316,7 +299,8 @@ class SensorsOverDrive:
         """The one of speed, yaw rate and lateral acceleration that contradicts the steering and the other two."""
         limits = self.limits
         fit = [
-            each.unexplained(limits.comparing_time, limits.lateral) < limits.agrees for each in (self._yaw, self._side)
+            _unexplained(each, limits.comparing_time, limits.lateral) < limits.agrees
+            for each in (self._yaw, self._side)
         ]
         for name, other, fits in (
             ("lateral_acceleration", "yaw rate", fit[0] and not fit[1]),
