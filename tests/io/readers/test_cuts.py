@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tierod.core.recording import Channel, Recording
-from tierod.io.readers import content, mat, mdf_child, open_chunks, parquet, read, vendor_can
+from tierod.io.readers import content, mdf_child, open_chunks, parquet, read, vectors, vendor_can
 from tierod.io.readers.chunks import slices
 from tierod.io.readers.limits import Allowance
 from tierod.io.readers.source import Piece
@@ -108,7 +108,7 @@ def cut(monkeypatch, tmp_path, size: int) -> None:
     """Let every reader take pieces of about so many samples."""
     monkeypatch.setattr(content, "BLOCK", 20 * size)
     monkeypatch.setattr(parquet, "BATCH", size)
-    monkeypatch.setattr(mat, "SAMPLES", size)
+    monkeypatch.setattr(vectors, "SAMPLES", size)
     monkeypatch.setattr(vendor_can, "BLOCK", size)
     source = Path(mdf_child.__file__).read_text()
     (tmp_path / "child.py").write_text(source.replace("FRAGMENT = 1 << 22", f"FRAGMENT = {24 * size}"))

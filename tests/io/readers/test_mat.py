@@ -41,5 +41,5 @@ def test_general_words_in_one_of_several_structures_are_not_taken_for_the_vehicl
 
 
 def test_no_time(tmp_path):
-    with pytest.raises(InputError, match="no vectors beside a time vector; save a vector 't' in seconds"):
+    with pytest.raises(InputError, match="no vectors beside a time vector; save a vector 'time' in seconds"):
         read(saved(tmp_path, speed=TIME))

@@ -51,6 +51,9 @@ def find_layout(data: bytes) -> Layout:
         data: the file, or enough from its beginning; UTF-8 or Latin-1
     """
     lines = _lines(data)
+    about = _about(lines)
+    if "layout" in about:  # a file of tierod, which may hold a missing value in every cell
+        return _layout(lines, ",", ".", about)
     best: tuple[float, str, str] = (0.0, "", "")
     plain = [line for _, line in lines if not line.startswith("#")]
     for delimiter in ",;\t|":
@@ -58,7 +61,7 @@ def find_layout(data: bytes) -> Layout:
             best = max(best, (_score(plain, delimiter, decimal), delimiter, decimal))
     if not best[0]:
         raise InputError("holds no table of numbers; export the signals as columns with one row of names above them")
-    return _layout(lines, best[1], best[2], _about(lines))
+    return _layout(lines, best[1], best[2], about)
 
 
 def _lines(data: bytes) -> list[tuple[int, str]]:

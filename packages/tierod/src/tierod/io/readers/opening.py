@@ -32,8 +32,8 @@ _REFUSED = (
 _OWN = {
     "mdf": "tierod.io.readers.mdf:FORMAT",
     "parquet": "tierod.io.readers.parquet:FORMAT",
-    "mat": "tierod.io.readers.mat:FORMAT",
-    "hdf5": "tierod.io.readers.hdf5:FORMAT",
+    "mat": "tierod.io.readers.vectors:MAT",
+    "hdf5": "tierod.io.readers.vectors:HDF5",
     "arrow": "tierod.io.readers.arrow:FORMAT",
     "mcap": "tierod.io.readers.listed:MCAP",
     "ros1": "tierod.io.readers.listed:ROS1",

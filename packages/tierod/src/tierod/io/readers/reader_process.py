@@ -22,7 +22,7 @@ import numpy as np
 from tierod.core.errors import DamagedFile
 from tierod.core.processes import runs
 from tierod.io.libraries import require_library
-from tierod.io.readers import mat_child, mdf_child
+from tierod.io.readers import mdf_child
 from tierod.io.readers.limits import VARIABLE, Limits, limits
 from tierod.io.readers.reader_template import Started, TemplateEnded, started
 
@@ -138,13 +138,6 @@ class MdfProcess(ReaderProcess):
         self._lanes += 1
         request = {"lane": self._lanes, "group": group, "channels": channels}
         yield from (arrays for _, arrays in self.answers(request))
-
-
-class MatProcess(ReaderProcess):
-    """A process that reads one MATLAB file."""
-
-    def __init__(self, path: Path):
-        super().__init__(path, mat_child, "SciPy", "MATLAB file")
 
 
 def reading_folder() -> Path | None:
