@@ -12,8 +12,8 @@ from tierod.core.block import Block
 from tierod.core.graph.kernel import kernel
 from tierod.core.graph.trace import initial_memory
 from tierod.methods.estimators.kalman import KalmanFilter
-from tierod_lab.papers.motor_angle.observer_drives import SAMPLE_TIME, parameters, to_and_fro
-from tierod_lab.papers.motor_angle.printed_observers import RotorFrameObserver, extended_kalman, luenberger
+from tierod_lab.papers.motor_angle.bench import SAMPLE_TIME, parameters, to_and_fro
+from tierod_lab.papers.motor_angle.observers import RotorFrameObserver, extended_kalman, luenberger
 
 STEPS, PEER_STEPS = 20_000, 2_000
 REPEATS, PEER_REPEATS = 9, 3

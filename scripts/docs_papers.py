@@ -36,9 +36,8 @@ def overview() -> str:
         )
     return page(
         "The five papers",
-        "Every numbered equation, table and figure of the papers that tierod carries out: where it is implemented, "
-        "tested and reproduced, and what was corrected. The tables are read from `contents.toml` beside each study; a "
-        "test holds that every number is covered, and that every function, test and part that they name is there.",
+        "Every numbered equation, table and figure of the papers that tierod carries out: where it is implemented, and "
+        "what was corrected. A test requires that every number is covered and every named function exists.",
         table(("paper", "equations", "tables", "figures", "entries with misprints", "explanation"), rows),
     )
 
@@ -48,14 +47,12 @@ def paper(package: str) -> str:
     held = contents(package)
     return page(
         held.paper,
-        f"[What is corrected and why](../../explanation/papers/{held.explanation}.md). The parts of the study are run "
-        f"by `tierod study {_file(package)}`.",
-        table(("of the paper", "what", "implemented in", "tested by", "study", "verdict"), map(_row, held.rows)),
+        f"[What is corrected and why](../../explanation/papers/{held.explanation}.md). `tierod study {_file(package)}` "
+        "measures its claims.",
+        table(("of the paper", "what", "implemented in", "verdict"), map(_row, held.rows)),
     )
 
 
 def _row(entry: Entry) -> tuple[str, ...]:
-    code = ", ".join(f"`{each.removeprefix('tierod.').replace(':', '.')}`" for each in entry.code)
-    tests = ", ".join(f"`{each.removeprefix('tests/').removesuffix('.py')}`" for each in entry.tests)
-    study = ", ".join(f"`{each.partition('.')[2]}`" for each in entry.study)
-    return entry.of, entry.what, code, tests, study, entry.verdict
+    code = ", ".join(f"`{each.replace(':', '.').removeprefix('tierod.')}`" for each in entry.code)
+    return entry.of, entry.what, code, entry.verdict

@@ -12,7 +12,7 @@ from tierod.io.writers import write
 from tierod.vehicles import load
 from tierod.vehicles.vehicle import SHIPPED
 from tierod_lab.ground.motor import Inverter
-from tierod_lab.papers.motor_angle.observer_drives import to_and_fro
+from tierod_lab.papers.motor_angle.bench import to_and_fro
 
 NAMES = (
     "motor_current_alpha",

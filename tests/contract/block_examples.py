@@ -84,11 +84,9 @@ from tierod_lab.papers.friction.linearised import LinearisedFrictionMonitor, lin
 from tierod_lab.papers.friction.presets import consistent, unscented
 from tierod_lab.papers.friction.refined import RefinedFrictionMonitor
 from tierod_lab.papers.friction.variance_method import RollingVariance, VarianceFrictionMonitor, VarianceParameters
+from tierod_lab.papers.motor_angle.back_emf import FeedforwardAngle, FeedforwardWithLoad, FluxObserver
 from tierod_lab.papers.motor_angle.dq_motor import DqMotorParameters
-from tierod_lab.papers.motor_angle.feedforward import FeedforwardAngle, FeedforwardWithLoad
-from tierod_lab.papers.motor_angle.flux_observer import FluxObserver
-from tierod_lab.papers.motor_angle.printed_kalman import PrintedJacobianFilter
-from tierod_lab.papers.motor_angle.printed_observers import RotorFrameObserver, extended_kalman
+from tierod_lab.papers.motor_angle.observers import PrintedJacobianFilter, RotorFrameObserver, extended_kalman
 from tierod_lab.papers.sideslip.conventional import (
     ConventionalKalman,
     ConventionalPoles,

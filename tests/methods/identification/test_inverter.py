@@ -10,7 +10,7 @@ from tierod.core.errors import InputError, ParameterError
 from tierod.core.recording import Channel, Recording
 from tierod.methods.identification.inverter import identified_inverter
 from tierod_lab.ground.motor import Inverter
-from tierod_lab.papers.motor_angle.observer_drives import to_and_fro
+from tierod_lab.papers.motor_angle.bench import to_and_fro
 
 MOTOR = (0.05, 1e-4, 0.0085)
 NAMES = ("motor_current_alpha", "motor_current_beta", "motor_target_voltage_alpha", "motor_target_voltage_beta")

@@ -14,10 +14,9 @@ from tierod.core.signals import SIGNALS
 from tierod.methods.identification.motor import identify_motor
 from tierod.monitors.motor_angle.observer import MotorAngleObserver, MotorAngleSample
 from tierod.physics.clarke_park import StatorVector, inverse_clarke
-from tierod_lab.papers.motor_angle import identified as study
-from tierod_lab.papers.motor_angle.fault_drives import course
-from tierod_lab.papers.motor_angle.observer_drives import bench, drive, locked
-from tierod_lab.papers.motor_angle.salient_drives import salient_bench, salient_drive
+from tierod_lab.papers.motor_angle import drawn_motors as study
+from tierod_lab.papers.motor_angle.bench import bench, course, locked, observed_drive
+from tierod_lab.papers.motor_angle.salient_bench import salient_bench, salient_drive
 
 
 def electrical(recording):
@@ -115,9 +114,8 @@ def test_a_drawn_motor_of_the_bench_is_found(driven, known):
     motor, result = driven[0], known
     assert not result.unidentified
     assert not result.doubt
-    for name, each in study.errors([motor], [result]).items():
-        assert abs(each.errors[0]) < 4.0 * each.deviations[0], name
-        assert each.deviations[0] < 0.05, name
+    for each in study.parameter_errors(motor, result):
+        assert abs(each["error"]) < 4.0 * each["deviation"] < 0.2, each["parameter"]
     assert any("no load_torque was recorded" in remark for remark in result.remarks)
     assert not any("samples" in remark for remark in result.remarks)
 
@@ -142,8 +140,9 @@ def test_noise_in_the_loop_of_the_current_control_makes_no_bias():
         channels = {name: Channel(name, fine, values, "") for name, values in readings.items()}
         channels["motor_temperature"] = Channel("motor_temperature", fine, np.full(100_000, motor.temperature), "K")
         result = identify_motor(FILE, {"drive": Recording(channels)})
-        errors = study.errors([motor], [result])
-        off.append([errors[name].errors[0] / errors[name].deviations[0] for name in ("motor_resistance", "motor_flux")])
+        rows = study.parameter_errors(motor, result)
+        errors = {each["parameter"]: each["error"] / each["deviation"] for each in rows}
+        off.append([errors[name] for name in ("motor_resistance", "motor_flux")])
     assert np.all(np.abs(np.mean(off, axis=0)) < 2.0)
 
 
@@ -167,7 +166,7 @@ def test_a_measured_torque_is_held_against_that_of_the_currents(driven, known):
 
 def test_at_one_speed_and_current_resistance_and_flux_do_not_separate():
     time = np.arange(4000) * 1e-3
-    seen = drive(bench(stiffness=0.0), 30.0 * time, np.full(4000, 0.2), 3)
+    seen = observed_drive(bench(stiffness=0.0), 30.0 * time, np.full(4000, 0.2), 3)
     result = identify_motor(FILE, {"drive": study.recording(seen)})
     assert {"motor_resistance", "motor_flux"} <= {each.name for each in result.unidentified}
     with pytest.raises(InputError, match="not identifiable here: motor_flux"):

@@ -13,7 +13,7 @@ from tierod.core.signals import SIGNALS
 from tierod.monitors.motor_angle.definition import MotorAngleMonitor
 from tierod.monitors.motor_angle.observer import MotorAngleSample
 from tierod.vehicles import load
-from tierod_lab.papers.motor_angle.fault_drives import RATE, drive
+from tierod_lab.papers.motor_angle.bench import RATE, drive
 
 MONITOR = MotorAngleMonitor.of_vehicle(load("motor-bench"), 1.0 / RATE)
 FAULT_FREE = lru_cache(maxsize=8)(lambda seed=3, seconds=9.0: drive(seed, seconds))

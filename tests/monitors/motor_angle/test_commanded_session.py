@@ -15,7 +15,7 @@ from tierod.monitors.motor_angle.observer import MotorAngleObserver
 from tierod.physics.clarke_park import StatorVector, inverse_clarke
 from tierod.vehicles import load
 from tierod_lab.ground.motor import Inverter
-from tierod_lab.papers.motor_angle.observer_drives import to_and_fro
+from tierod_lab.papers.motor_angle.bench import to_and_fro
 
 DRIVE = to_and_fro(82, 9.0, inverter=Inverter(dead_time=1e-6, forward_drop=0.7, knee_current=1.0))
 TARGETS = ("motor_target_voltage_alpha", "motor_target_voltage_beta")

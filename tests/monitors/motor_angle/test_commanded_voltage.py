@@ -10,7 +10,7 @@ from tierod.models.stator_frame_motor import CommandedMotorParameters, SampledMo
 from tierod.monitors.motor_angle.observer import MotorAngleObserver, MotorAngleTuning
 from tierod.vehicles import load
 from tierod_lab.ground.motor import Inverter
-from tierod_lab.papers.motor_angle.observer_drives import SAMPLE_TIME, to_and_fro
+from tierod_lab.papers.motor_angle.bench import SAMPLE_TIME, to_and_fro
 
 VEHICLE = load("motor-bench")
 OBSERVER = MotorAngleObserver.of_vehicle(VEHICLE, SAMPLE_TIME, commanded=True)

@@ -9,8 +9,8 @@ from exact_vehicle import diagnose
 from monitors.motor_angle.monitored import COLUMN, FAULT_FREE, changed, recording
 from tierod.core.findings import Status
 from tierod.diagnosis.fault_memory import FaultMemory
-from tierod_lab.papers.motor_angle.fault_drives import RATE, drive
-from tierod_lab.papers.motor_angle.fault_kinds import offset
+from tierod_lab.papers.motor_angle.bench import RATE, drive
+from tierod_lab.papers.motor_angle.sensor_faults import offset
 
 ANGLE = FAULT_FREE().samples[:, COLUMN["motor_angle_mechanical"]]
 TIME = np.arange(len(ANGLE)) / RATE

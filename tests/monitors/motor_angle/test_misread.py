@@ -12,8 +12,7 @@ from tierod.core.recording import Recording
 from tierod.models.stator_frame_motor import SampledMotorParameters
 from tierod.monitors.motor_angle.balance import AS_RECORDED, Balance, Reading, cause_of
 from tierod.vehicles import load
-from tierod_lab.papers.motor_angle.fault_drives import course
-from tierod_lab.papers.motor_angle.observer_drives import bench, drive
+from tierod_lab.papers.motor_angle.bench import bench, course, observed_drive
 
 P = load("motor-bench").parameters_for(SampledMotorParameters)
 CURRENTS, VOLTAGES = (("motor_current_alpha", "motor_current_beta"), ("motor_voltage_alpha", "motor_voltage_beta"))
@@ -121,7 +120,7 @@ def test_what_changed_on_the_way_is_a_fault(start):
 def test_a_drive_too_slow_to_be_judged_is_not_called_wrong(share):
     """The noise of the current makes its inductance seem small."""
     time = np.arange(7000) * 1e-3
-    slow = drive(bench(), share * course(time, 7), np.zeros(len(time)), 7)
+    slow = observed_drive(bench(), share * course(time, 7), np.zeros(len(time)), 7)
     samples = np.full((len(slow.angle), len(COLUMN)), np.nan)
     samples[:, :5] = slow.samples
     found = finding(recording(samples))

@@ -8,8 +8,8 @@ from tierod.core.findings import Status
 from tierod.core.graph import scan
 from tierod.core.statement import code_of
 from tierod.monitors.motor_angle.alarms import ALARMS
-from tierod_lab.papers.motor_angle.fault_drives import RATE, drive
-from tierod_lab.papers.motor_angle.fault_kinds import FAULTS, FIVE_DEGREES
+from tierod_lab.papers.motor_angle.bench import RATE, drive
+from tierod_lab.papers.motor_angle.sensor_faults import FAULTS, FIVE_DEGREES
 
 FAULT, HEALTHY = code_of(Status.FAULT), code_of(Status.HEALTHY)
 NOT_ENABLED, NOT_READY = code_of(Status.NOT_ENABLED), code_of(Status.NOT_READY)

@@ -12,9 +12,8 @@ from exact_vehicle import diagnose
 from monitors.motor_angle.monitored import COLUMN, FAULT_FREE, recording, vehicle_with
 from tierod.core.findings import Status
 from tierod.core.graph import scan
-from tierod_lab.papers.motor_angle.fault_drives import RATE
-from tierod_lab.papers.motor_angle.fault_kinds import offset
-from tierod_lab.papers.motor_angle.salient_drives import (
+from tierod_lab.papers.motor_angle.bench import RATE
+from tierod_lab.papers.motor_angle.salient_bench import (
     RIGHT,
     Assumed,
     fast_drive,
@@ -23,6 +22,7 @@ from tierod_lab.papers.motor_angle.salient_drives import (
     salient_monitor,
     stepping_load,
 )
+from tierod_lab.papers.motor_angle.sensor_faults import offset
 
 driven = lru_cache(maxsize=8)(salient_drive)
 """Drives that several tests watch; one that changes the samples changes a copy."""

@@ -10,8 +10,8 @@ from tierod.core.errors import InputError
 from tierod.core.findings import Status
 from tierod.core.recording import Channel, Recording
 from tierod.diagnosis.fault_memory import FaultMemory
-from tierod_lab.papers.motor_angle.fault_drives import RATE, drive
-from tierod_lab.papers.motor_angle.fault_kinds import FAULTS, FIVE_DEGREES, offset
+from tierod_lab.papers.motor_angle.bench import RATE, drive
+from tierod_lab.papers.motor_angle.sensor_faults import FAULTS, FIVE_DEGREES, offset
 
 ANGLE = FAULT_FREE().samples[:, COLUMN["motor_angle_mechanical"]]
 LATE = np.arange(len(ANGLE)) >= 62_000

@@ -15,8 +15,8 @@ from tierod.core.findings import Status
 from tierod.diagnosis.fault_memory import FaultMemory
 from tierod.report import print_table, to_json
 from tierod.report.page import render
-from tierod_lab.papers.motor_angle.fault_drives import RATE, drive
-from tierod_lab.papers.motor_angle.fault_kinds import DEGREE, offset
+from tierod_lab.papers.motor_angle.bench import RATE, drive
+from tierod_lab.papers.motor_angle.sensor_faults import DEGREE, offset
 
 ANGLE = FAULT_FREE().samples[:, COLUMN["motor_angle_mechanical"]]
 TIME = np.arange(len(ANGLE)) / RATE

@@ -12,7 +12,7 @@ from monitors.motor_angle.monitored import COLUMN, FAULT_FREE, changed, recordin
 from tierod.core.findings import Status
 from tierod.monitors.motor_angle.balance import AS_RECORDED, FITS, READINGS, InducedVoltage, VoltageBalance
 from tierod.vehicles import load
-from tierod_lab.papers.motor_angle.fault_drives import RATE
+from tierod_lab.papers.motor_angle.bench import RATE
 
 RESISTANCE, INDUCTANCE, FLUX, PAIRS, STEP = 0.05, 1e-4, 0.0085, 4.0, 1e-4
 TIME = np.arange(20_000) * STEP

@@ -3,14 +3,20 @@ import math
 import numpy as np
 import pytest
 
-from tierod.core.claims import Claim
-from tierod.core.content import Table
 from tierod.monitors.motor_angle.observer import MotorAngleSample
-from tierod_lab.papers.motor_angle import sensor_faults
-from tierod_lab.papers.motor_angle.fault_drives import RATE, drive
-from tierod_lab.papers.motor_angle.fault_kinds import (
+from tierod_lab.papers.motor_angle.bench import FLUX, INDUCTANCE, RESISTANCE, drive
+from tierod_lab.papers.motor_angle.fault_trials import (
+    Found,
+    Trial,
+    anywhere,
+    begin,
+    bench_monitor,
+    found,
+    other_motor,
+    target,
+)
+from tierod_lab.papers.motor_angle.sensor_faults import (
     DEGREE,
-    FAULTS,
     FIVE_DEGREES,
     STUCK,
     coarse,
@@ -19,9 +25,6 @@ from tierod_lab.papers.motor_angle.fault_kinds import (
     intermittent,
     offset,
 )
-from tierod_lab.papers.motor_angle.fault_trials import Found, Trial, anywhere, begin, found, found_in, target
-from tierod_lab.papers.motor_angle.sensor_faults import Delays, items
-from tierod_lab.studies.effort import Effort
 
 ANGLE = MotorAngleSample._fields.index("motor_angle_mechanical")
 
@@ -93,40 +96,17 @@ def test_a_trial_and_a_whole_drive_with_the_same_fault_show_the_same(begun):
     np.testing.assert_array_equal(again.monitor.values, begun.monitor.values)
 
 
-@pytest.mark.slow
-def test_processes_change_nothing():
-    trials = [Trial(11, 60.0), Trial(12, 60.0)]
-    assert found_in(trials, Effort(processes=2)) == found_in(trials, Effort(processes=1))
-
-
 def test_a_stuck_sensor_is_found_from_any_instant():
     assert math.isfinite(anywhere(STUCK, 7).delay)
 
 
-def test_quantiles_of_what_was_not_found_are_infinite():
-    delays = Delays((Found(10.0, 5.0, "angle"), Found(math.inf, math.inf, "")))
-    assert delays.share == 0.5
-    assert (delays.quantile(0.0, turning=True), delays.quantile(0.95)) == (5.0, math.inf)
-    assert delays.first == "angle 1"
-
-
-def test_the_quick_study_names_every_fault(monkeypatch):
-    monkeypatch.setattr(sensor_faults, "SPEEDS", (30.0, 100.0))
-    found = list(items(Effort(quick=True, processes=1)))
-    table = next(item for item in found if isinstance(item, Table))
-    assert [row[0] for row in table.rows] == [fault.name for fault in FAULTS]
-    claims = {item.id: item for item in found if isinstance(item, Claim)}
-    assert claims["faults.offset-median"].met
-
-
-@pytest.mark.slow
-def test_the_study_meets_what_it_claims_but_for_delays_while_the_motor_reverses_or_stands():
-    claims = [item for item in items(Effort()) if isinstance(item, Claim)]
-    failed = [claim for claim in claims if claim.met is False]
-    assert {claim.id for claim in failed} <= {"faults.offset-clock", "faults.drift-clock"}
-    assert all("the motor reverses or stands before the alarm" in claim.cause for claim in failed)
-
-
-def test_times_are_in_samples_of_the_modulation():
-    assert RATE == 1e4
-    assert len(drive(1, 0.2).samples) == 2000
+def test_motors_in_a_row_spread_over_their_ranges():
+    p = bench_monitor().observer.parameters
+    drawn = [other_motor(number).observer.parameters for number in range(3, 63)]
+    for name, (low, high) in (
+        ("motor_resistance", RESISTANCE),
+        ("motor_flux", FLUX),
+        ("motor_inductance", INDUCTANCE),
+    ):
+        shares = np.sort([(getattr(p, name) / getattr(each, name) - low) / (high - low) for each in drawn])
+        assert np.abs(shares - (np.arange(60) + 0.5) / 60.0).max() < 0.06

@@ -72,12 +72,17 @@ def _run(chosen: Study, effort: Effort, folder: Path) -> list[Path]:
     from tierod.core.content import Item, Table
     from tierod.core.files import write_text
     from tierod.core.version import __version__
+    from tierod_lab.studies.metrics import Frame
     from tierod_lab.studies.page import StudyPage, render_study
 
     _require_writable(folder)
     items: list[Item] = []
+    written: list[Path] = []
     with _shown_progress(chosen.name) as progress:
         for item in chosen.items(effort, progress):
+            if isinstance(item, Frame):
+                written += [item.write(folder)] if len(item) else []
+                continue
             items.append(item)
             if isinstance(item, Table):
                 sys.stdout.write(item.markdown() + "\n")
@@ -102,7 +107,7 @@ def _run(chosen: Study, effort: Effort, folder: Path) -> list[Path]:
         "report.html": render_study(page),
         "claims.json": claims_document([item for item in items if isinstance(item, Claim)]),
     }
-    return [write_text(folder / file, text) for file, text in texts.items()]
+    return [*written, *(write_text(folder / file, text) for file, text in texts.items())]
 
 
 def _require_writable(folder: Path) -> None:

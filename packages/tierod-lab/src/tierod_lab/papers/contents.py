@@ -27,16 +27,12 @@ class Entry:
         of: the part, such as "(3), (4)", "(7) to (10)", "Table 2", "Figures 5, 6" or a section in words
         what: subject of the part
         code: "module:name" of every object that implements it
-        tests: paths of its test files
-        study: "package.module" of the parts of the studies that reproduce it
         verdict: whether it is right as printed, and what was corrected
     """
 
     of: str
     what: str
     code: tuple[str, ...]
-    tests: tuple[str, ...]
-    study: tuple[str, ...]
     verdict: str
 
     @property

@@ -8,6 +8,7 @@ from importlib import import_module
 
 from tierod.core.content import Item
 from tierod_lab.studies.effort import Effort, Progress
+from tierod_lab.studies.metrics import Frame
 
 
 @dataclass(frozen=True)
@@ -25,15 +26,15 @@ class Study:
     name: str
     title: str
     summary: str
-    items: Callable[[Effort, Progress], Iterator[Item]]
+    items: Callable[[Effort, Progress], Iterator[Item | Frame]]
     groups: Mapping[str, str] = field(default_factory=dict)
 
 
-def _items(package: str) -> Callable[[Effort, Progress], Iterator[Item]]:
+def _items(package: str) -> Callable[[Effort, Progress], Iterator[Item | Frame]]:
     """Function that imports the study of a package below `tierod_lab.papers` on its first call and yields its items."""
 
-    def items(effort: Effort, progress: Progress) -> Iterator[Item]:
-        worked_out: Iterator[Item] = import_module(f"tierod_lab.papers.{package}.study").items(effort, progress)
+    def items(effort: Effort, progress: Progress) -> Iterator[Item | Frame]:
+        worked_out: Iterator[Item | Frame] = import_module(f"tierod_lab.papers.{package}.study").items(effort, progress)
         return worked_out
 
     return items
@@ -92,14 +93,14 @@ STUDIES: Mapping[str, Study] = {
             "The paper of Reinelt et al. claim by claim, and how exact and how soon tierod watches the motor's sensor.",
             _items("motor_angle"),
             {
-                "motor-angle": "The observers as printed",
+                "observers": "The observers as printed",
+                "operations": "What a step costs",
                 "car": "In the car",
                 "accuracy": "Motors that differ from the vehicle file",
+                "commanded": "Voltages as commanded",
                 "standing": "Standing, and a wrong beginning",
-                "temperature": "Temperature",
                 "faults": "Faults of the angle sensor",
                 "angles": "Which of three angles is wrong",
-                "run-length": "Time between false alarms",
                 "salient": "Salient motors, and loads that step",
                 "identified": "Parameters from a drive",
                 "real": "Recordings of a real drive",

@@ -1,17 +1,25 @@
-"""Trials of a fault: a fault-free drive up to a time at which the motor turns, continued with the fault."""
+"""The bench's monitor, faults put into a drive of it, and the delays until its alarms."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import NamedTuple
+from dataclasses import dataclass, replace
+from functools import cache
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
+from tierod.core.block import Scalar, Tree
 from tierod.core.graph import Memory, Result, scan
+from tierod.core.graph.maths import greatest_of, maximum
+from tierod.monitors.motor_angle.definition import MotorAngleMonitor
+from tierod.monitors.motor_angle.observer import MotorAngleSample
+from tierod.vehicles import load
 from tierod_lab.ground.cars.motor_bench import MotorBench
-from tierod_lab.papers.motor_angle.fault_drives import (
+from tierod_lab.papers.motor_angle.bench import (
+    FLUX,
+    INDUCTANCE,
     RATE,
+    RESISTANCE,
     SUBSTEPS,
     bench_inputs,
     course,
@@ -19,31 +27,64 @@ from tierod_lab.papers.motor_angle.fault_drives import (
     faulty_ports,
     noisy,
     recorded,
+    with_true,
 )
-from tierod_lab.papers.motor_angle.fault_kinds import FAULTS, Fault
-from tierod_lab.papers.motor_angle.healthy_drives import bench_monitor
-from tierod_lab.studies.effort import Effort
+from tierod_lab.papers.motor_angle.sensor_faults import Fault
 
 EARLIEST, LATEST, AFTER = 5.5, 7.0, 1.5
 """Earliest and latest start of a fault, and time for which it is watched [s]."""
-
 STROKE = 0.6
 """Time between reversals of the motor in drives at one speed [s]."""
-
 SHARPNESS = 8.0
 """Steepness of the reversals, which take about 0.05 s [-]."""
+STEPS = (0.819173, 0.671044, 0.549700)
+"""Increments of an additive recurrence that fills three ranges evenly: powers of 1/1.220744, root of x^4 = x + 1."""
 
 
-class Trial(NamedTuple):
-    """A drive for the injection of faults.
+@cache
+def bench_monitor() -> MotorAngleMonitor:
+    """The monitor of the bench, with the parameters of its vehicle file."""
+    return MotorAngleMonitor.of_vehicle(load("motor-bench"), 1.0 / RATE)
+
+
+def other_motor(number: int) -> MotorAngleMonitor:
+    """The bench's monitor with the parameters of another motor.
 
     Args:
-        seed: seed of course and noise
-        speed: speed of its strokes [rad/s]; None for a course of many speeds
+        number: number of the motor; successive numbers fill the ranges of three parameters evenly
     """
+    monitor = bench_monitor()
+    shares = [(0.5 + number * step) % 1.0 for step in STEPS]
+    factors = [
+        low + share * (high - low) for (low, high), share in zip((RESISTANCE, FLUX, INDUCTANCE), shares, strict=True)
+    ]
+    assumed = with_true(monitor.observer.parameters, *factors)
+    return replace(monitor, observer=replace(monitor.observer, parameters=assumed))
 
-    seed: int
-    speed: float | None
+
+@dataclass(frozen=True)
+class AlarmWatch:
+    """A monitor reduced to the outputs that a count of false alarms needs."""
+
+    monitor: MotorAngleMonitor
+
+    Sample = MotorAngleSample
+
+    class State(NamedTuple):
+        monitor: Tree
+        alarmed: Scalar
+
+    class Output(NamedTuple):
+        known: Annotated[float, ""]
+        alarmed: Annotated[float, ""]
+
+    def init(self) -> State:
+        return self.State(self.monitor.init(), 0.0)
+
+    def step(self, state: State, sample: MotorAngleSample) -> tuple[State, Output]:
+        after, output = self.monitor.step(state.monitor, sample)
+        alarmed = maximum(state.alarmed, greatest_of(*output.alarms.in_order()))
+        return self.State(after, alarmed), self.Output(output.compared.known, alarmed)
 
 
 class Found(NamedTuple):
@@ -60,19 +101,21 @@ class Found(NamedTuple):
     first: str
 
 
-NOTHING = Found(np.inf, np.inf, "")
-"""Outcome of an undetected fault."""
+class Trial(NamedTuple):
+    """A drive for the injection of faults.
+
+    Args:
+        seed: seed of course and noise
+        speed: speed of its strokes [rad/s]; 0 for a course of many speeds
+    """
+
+    seed: int
+    speed: float = 0.0
 
 
 @dataclass(frozen=True)
 class Begun:
-    """State of bench and monitor before a fault.
-
-    Args:
-        trial: the trial
-        step: next step of the bench, the last fault-free one
-        bench, monitor: their states before that step
-    """
+    """State of bench and monitor before a fault, and the next step of the bench, the last fault-free one."""
 
     trial: Trial
     step: int
@@ -83,47 +126,11 @@ class Begun:
 def target(trial: Trial, steps: int) -> np.ndarray:
     """Target angle of the motor every millisecond [rad]."""
     time = np.arange(steps) * SUBSTEPS / RATE
-    if trial.speed is None:
+    if not trial.speed:
         return course(time, trial.seed)
     phase = np.random.default_rng(trial.seed).uniform(0.0, 2.0 * np.pi)
     rate = trial.speed * np.tanh(SHARPNESS * np.sin(np.pi * time / STROKE + phase)) * np.clip(2.0 * time, 0.0, 1.0)
     return np.cumsum(rate) * SUBSTEPS / RATE
-
-
-def found_in(trials: Sequence[Trial], effort: Effort) -> list[dict[str, Found]]:
-    """Outcomes of every fault by name, for each trial in which the motor turns.
-
-    Args:
-        trials: the trials
-        effort: runs them
-
-    Raises:
-        TierodError: a trial could not be simulated
-    """
-    return [each for each in effort.made(all_faults, trials) if each]
-
-
-def found_anywhere(names: Sequence[str], seeds: Sequence[int], effort: Effort) -> dict[str, list[Found]]:
-    """Outcomes of faults that begin at any time of a drive, by name; other arguments and errors as in `found_in`.
-
-    Args:
-        names: names of the faults
-        seeds: seeds of the drives
-    """
-    tasks = [(name, seed) for name in names for seed in seeds]
-    found = effort.made(_anywhere, tasks)
-    return {name: [each for (other, _), each in zip(tasks, found, strict=True) if other == name] for name in names}
-
-
-def _anywhere(task: tuple[str, int]) -> Found:
-    name, seed = task
-    return anywhere(next(fault for fault in FAULTS if fault.name == name), seed)
-
-
-def all_faults(trial: Trial) -> dict[str, Found]:
-    """Outcomes of every fault in one trial, by name; empty where the motor does not turn."""
-    begun = begin(trial)
-    return {} if begun is None else {fault.name: found(begun, fault) for fault in FAULTS}
 
 
 def begin(trial: Trial) -> Begun | None:
@@ -162,27 +169,19 @@ def anywhere(fault: Fault, seed: int, seconds: float = 9.0) -> Found:
 
 
 def delays(outputs: Result, start: int, fault: Fault) -> Found:
-    """Outcome of a fault from the alarms of the monitor.
-
-    Args:
-        outputs: outputs of the monitor
-        start: sample at which the fault begins
-        fault: the fault
-    """
-    alarms = alarms_after(outputs, start)
+    """Outcome of a fault that begins at a sample, from the outputs of the monitor."""
+    alarms = {
+        name.rsplit(".", 1)[-1]: int(np.argmax(outputs[name][start:] > 0.5))
+        for name in outputs.names
+        if name.startswith("alarms.") and (outputs[name][start:] > 0.5).any()
+    }
     if not alarms:
-        return NOTHING
+        return Found(np.inf, np.inf, "")
     name = min(alarms, key=lambda each: alarms[each])
     grown = round(fault.size * RATE)
     delay = 1e3 * (alarms[name] - grown) / RATE
     turned = 1e3 * float(outputs["compared.known"][start + grown : start + alarms[name]].sum()) / RATE
     return Found(delay, min(turned, delay), name)
-
-
-def alarms_after(outputs: Result, start: int) -> dict[str, int]:
-    """Samples from the start to the first alarm, for every test that alarms."""
-    names = [name for name in outputs.names if name.startswith("alarms.") and (outputs[name][start:] > 0.5).any()]
-    return {name.rsplit(".", 1)[-1]: int(np.argmax(outputs[name][start:] > 0.5)) for name in names}
 
 
 def _on(

@@ -17,8 +17,8 @@ from tierod.vehicles import load
 from tierod.vehicles.beginning import UNKNOWN
 from tierod.vehicles.classes import USUAL, rules
 from tierod.vehicles.vehicle import Vehicle
-from tierod_lab.papers.motor_angle.identified import Drawn, recording
-from tierod_lab.papers.motor_angle.observer_drives import ObserverDrive, bench
+from tierod_lab.papers.motor_angle.bench import ObserverDrive, bench
+from tierod_lab.papers.motor_angle.drawn_motors import Drawn, recording
 from tierod_lab.papers.own_car import brochure
 from tierod_lab.papers.own_car.judging import BROCHURE, IDENTIFIED, TRUE, Judged, over
 from tierod_lab.papers.own_car.reported import MOTORS as REPORTED

@@ -1,18 +1,24 @@
-"""Drives of the motor bench with faults inside the loop: the current control reads the recorded, faulty signals."""
+"""Drives of the motor bench as observers and the monitor receive them, with sensor noise, faults and the truth."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
 from tierod.core.block import Block
 from tierod.core.graph import Result, scan
 from tierod.core.graph.trace import trace
-from tierod.monitors.motor_angle.observer import MotorAngleSample
+from tierod.models.stator_frame_motor import SampledMotorParameters
+from tierod.monitors.motor_angle.observer import MotorAngleObserver, MotorAngleSample
+from tierod.physics.pm_motor import REFERENCE_TEMPERATURE
+from tierod.vehicles import load
 from tierod_lab.ground.cars.motor_bench import MotorBench
-from tierod_lab.papers.motor_angle.fault_kinds import Fault
+from tierod_lab.ground.motor import AFS_MOTOR, Inverter, Warming
+from tierod_lab.papers.motor_angle.dq_motor import DqMotorParameters
+from tierod_lab.papers.motor_angle.sensor_faults import Fault
 
 RATE, SUBSTEPS = 1e4, 10
 """Sampling rate of the recording [Hz], and samples per step of the bench."""
@@ -180,3 +186,158 @@ def noisy(clean: BenchDrive, random: np.random.Generator) -> BenchDrive:
     for name, noise in NOISES.items():
         samples[:, MotorAngleSample._fields.index(name)] += noise * random.normal(size=len(samples))
     return replace(clean, samples=samples)
+
+
+SAMPLE_TIME = 1.0 / RATE
+"""Sampling interval [s]."""
+NOISE = tuple(NOISES[name] for name in MotorAngleObserver.Sample._fields)
+"""Standard deviations of the sensor noise, in the order of a sample [A, A, V, V, rad]."""
+
+
+@dataclass(frozen=True)
+class ObserverDrive:
+    """Inputs of an observer over a drive, and the truth.
+
+    Args:
+        samples: signals of `MotorAngleObserver.Sample` at `RATE`, (n, 5)
+        angle, speed: true angle and speed of the shaft [rad], [rad/s], (n,)
+        load: torque that opposes the rotor, except its viscous friction [N*m], (n,)
+        commands: voltages commanded to the inverter, in the stator frame [V], (n, 2)
+        resistance: true phase resistance at the temperature of the winding [ohm], (n,)
+    """
+
+    samples: np.ndarray
+    angle: np.ndarray
+    speed: np.ndarray
+    load: np.ndarray
+    commands: np.ndarray
+    resistance: np.ndarray
+
+    @property
+    def commanded(self) -> np.ndarray:
+        """The samples with the commanded instead of the measured voltages."""
+        return np.column_stack([self.samples[:, :2], self.commands, self.samples[:, 4]])
+
+    @property
+    def time(self) -> np.ndarray:
+        """Time from the first sample [s]."""
+        return np.arange(len(self.angle)) / RATE
+
+    def observed(self, observer: Block) -> Result:
+        """Outputs of an observer."""
+        return scan(observer, self.samples)
+
+    def error(self, observer: Block) -> np.ndarray:
+        """Error of an observer's angle [rad]."""
+        return np.asarray(self.observed(observer)["motor_angle"] - self.angle)
+
+
+def bench(
+    temperature: float = REFERENCE_TEMPERATURE, stiffness: float = 0.05, inverter: Inverter = AFS_MOTOR.inverter
+) -> MotorBench:
+    """A bench whose motor keeps a constant temperature.
+
+    Args:
+        temperature: temperature of winding and magnets [K]; the vehicle file holds at 20 degrees
+        stiffness: stiffness of the spring that loads the shaft [N*m/rad]
+        inverter: inverter of the motor
+    """
+    # Huge heat capacities keep the temperature.
+    constant = Warming(winding_capacity=1e9, housing_capacity=1e9, ambient_temperature=temperature)
+    return MotorBench(motor=replace(AFS_MOTOR, warming=constant, inverter=inverter), load_stiffness=stiffness)
+
+
+@lru_cache(maxsize=8)
+def to_and_fro(
+    seed: int, seconds: float, temperature: float = REFERENCE_TEMPERATURE, inverter: Inverter = AFS_MOTOR.inverter
+) -> ObserverDrive:
+    """Simulate a drive in both directions against a spring, along `course`.
+
+    Args:
+        seed: seed of course and noise
+        seconds: duration [s]
+        temperature: temperature of the motor [K]
+        inverter: inverter of the motor
+    """
+    time = bench_time(seconds)
+    return observed_drive(bench(temperature, inverter=inverter), course(time, seed), np.zeros(len(time)), seed)
+
+
+def observed_drive(plant: Block, target: np.ndarray, load: np.ndarray, seed: int, **more: np.ndarray) -> ObserverDrive:
+    """Simulate a bench under angle control, as an observer receives it.
+
+    Args:
+        plant: the bench, or a `Varied` one with parameters as inputs
+        target: target angle, a value per step of the bench [rad]
+        load: load torque besides the spring, a value per step of the bench [N*m]
+        seed: seed of the noise
+        more: further inputs of the bench by name, a value per step
+    """
+    return _run(plant, seed, target_motor_angle=target, load_torque=load, control=np.ones(len(target)), **more)
+
+
+def locked(plant: Block, torque: np.ndarray, seed: int) -> ObserverDrive:
+    """Simulate a bench with locked shaft.
+
+    Args:
+        plant: the bench
+        torque: torque command, a value per step of the bench [N*m]
+        seed: seed of the noise
+    """
+    return _run(plant, seed, motor_torque=torque, locked=np.ones(len(torque)))
+
+
+def _run(plant: Block, seed: int, **given: np.ndarray) -> ObserverDrive:
+    found = scan(plant, np.column_stack(list(inputs_of(plant, **given).values())))
+    true = np.column_stack([fine(found, name) for name in MotorAngleObserver.Sample._fields])
+    opposing = found["motor.truth_load_torque"] + found["motor.truth_motor_friction_torque"]
+    commands = np.column_stack([fine(found, f"motor_target_voltage_{axis}") for axis in ("alpha", "beta")])
+    angle, speed = fine(found, "motor_angle_mechanical"), fine(found, "motor_speed")
+    load, resistance = (np.repeat(each, SUBSTEPS) for each in (opposing, found["motor.truth_motor_resistance"]))
+    return ObserverDrive(true + noises(seed, true.shape), angle, speed, load, commands, resistance)
+
+
+def noises(seed: int, shape: tuple[int, ...]) -> np.ndarray:
+    """Normally distributed sensor noise of a drive.
+
+    Args:
+        seed: seed of the drive
+        shape: shape of its samples
+    """
+    return np.asarray(np.random.default_rng([seed, 5]).normal(size=shape) * NOISE)
+
+
+def with_true(p: SampledMotorParameters, resistance: float, flux: float, inductance: float) -> SampledMotorParameters:
+    """Parameters for an observer, such that the true ones are larger by the given factors."""
+    return replace(
+        p,
+        motor_resistance=p.motor_resistance / resistance,
+        motor_flux=p.motor_flux / flux,
+        motor_inductance=p.motor_inductance / inductance,
+    )
+
+
+RESISTANCE, FLUX, INDUCTANCE = (0.8, 1.3), (0.94, 1.02), (0.93, 1.07)
+"""Ranges of the true values over those that an observer assumes, by temperature and tolerance."""
+
+
+def of_another_motor(random: np.random.Generator) -> MotorAngleObserver:
+    """The observer with parameters from which the true ones differ at random, within the ranges."""
+    factors = (random.uniform(*span) for span in (RESISTANCE, FLUX, INDUCTANCE))
+    return MotorAngleObserver(with_true(parameters()[1], *factors))
+
+
+def parameters(name: str = "motor-bench") -> tuple[DqMotorParameters, SampledMotorParameters]:
+    """Parameters of a vehicle's motor, for observers in the rotor frame and in the stator frame."""
+    vehicle = load(name)
+    return vehicle.parameters_for(DqMotorParameters), vehicle.parameters_for(SampledMotorParameters)
+
+
+def electrical(angle: np.ndarray) -> np.ndarray:
+    """Electrical angle of an angle of the bench's shaft, wrapped to -pi to pi [rad]."""
+    return np.angle(np.exp(1j * parameters()[0].motor_pole_pairs * angle))
+
+
+def rms(values: np.ndarray) -> float:
+    """Root mean square."""
+    return float(np.sqrt(np.mean(values**2)))

@@ -11,11 +11,9 @@ from tierod.core.graph import scan
 from tierod.models.stator_frame_motor import SampledMotorParameters
 from tierod.monitors.motor_angle.definition import MotorAngleMonitor
 from tierod_lab.ground.cars.motor_bench import MotorBench
-from tierod_lab.papers.motor_angle.fault_drives import RATE, BenchDrive, bench_time, clean_drive, course, noisy
-from tierod_lab.papers.motor_angle.fault_kinds import Fault
-from tierod_lab.papers.motor_angle.fault_trials import Found, delays
-from tierod_lab.papers.motor_angle.healthy_drives import bench_monitor
-from tierod_lab.papers.motor_angle.observer_drives import bench
+from tierod_lab.papers.motor_angle.bench import RATE, BenchDrive, bench, bench_time, clean_drive, course, noisy
+from tierod_lab.papers.motor_angle.fault_trials import Found, bench_monitor, delays
+from tierod_lab.papers.motor_angle.sensor_faults import Fault
 
 LOAD = 1.6
 """Largest step of the load, half of the motor's torque; it changes the speed by 1.3 rad/s within a sample [N*m]."""

@@ -9,7 +9,7 @@ from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
 from tierod.models.stator_frame_motor import SampledMotorParameters
 from tierod.vehicles import load
-from tierod_lab.papers.motor_angle.feedforward import FeedforwardAngle, FeedforwardWithLoad
+from tierod_lab.papers.motor_angle.back_emf import FeedforwardAngle, FeedforwardWithLoad, FluxObserver
 
 P = load("motor-bench").parameters_for(SampledMotorParameters)
 
@@ -50,10 +50,11 @@ def test_it_keeps_the_angle_over_reversals(slow):
     assert np.abs(error).max() < 0.5
 
 
-def test_it_turns_on_while_samples_are_missing():
+@pytest.mark.parametrize(("make", "column"), [(FeedforwardAngle, 0), (FluxObserver, 2)])
+def test_it_turns_on_while_samples_are_missing(make, column):
     samples = steady(60.0, 12.0)
-    samples[3000:3200, 0] = np.nan
-    found = scan(FeedforwardAngle(P), samples)
+    samples[3000:3200, column] = np.nan
+    found = scan(make(P), samples)
     np.testing.assert_allclose(found["motor_angle"][3000:], samples[3000:, 4], atol=2e-3)
 
 
@@ -80,3 +81,28 @@ def test_what_cannot_be_is_refused():
         FeedforwardAngle(P, slow="hold")
     with pytest.raises(ParameterError, match="expected corrected or printed"):
         FeedforwardAngle(P, reading="print")
+
+
+@pytest.mark.parametrize("speed", [-100.0, 15.0, 100.0])
+def test_at_a_steady_speed_the_flux_observer_is_right_whatever_the_load(speed):
+    samples = steady(speed, 20.0, current_d=-5.0)
+    found = scan(FluxObserver(P), samples)
+    assert found["motor_angle"][-1] == pytest.approx(samples[-1, 4], abs=1e-3)
+    assert found["motor_speed"][-1] == pytest.approx(speed, rel=1e-3)
+
+
+def test_a_wrong_beginning_is_forgotten():
+    samples = steady(30.0, 5.0, seconds=0.3)
+    true = samples[:, 4].copy()
+    samples[0, 4] += 0.1
+    error = scan(FluxObserver(P), samples)["motor_angle"] - true
+    assert error[0] == pytest.approx(0.1)
+    assert abs(error[-1]) < 1e-3
+
+
+def test_the_flux_observer_follows_a_drive_with_reversals():
+    signals = drive(20)
+    error = observed(FluxObserver(P), signals)["motor_angle"] - signals["truth_angle"]
+    electrical = (4.0 * error + np.pi) % (2.0 * np.pi) - np.pi
+    fast = np.abs(signals["truth_speed"]) > 80.0
+    assert np.sqrt(np.mean(electrical[fast] ** 2)) < 0.03

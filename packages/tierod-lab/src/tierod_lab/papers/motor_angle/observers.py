@@ -1,0 +1,462 @@
+"""The paper's observers of a speed, and their integral from the first angle of the sensor."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Annotated, NamedTuple
+
+import numpy as np
+
+from tierod.core.block import Scalar, Tree, Truth, named_tuple, skeleton
+from tierod.core.errors import ParameterError, nearest
+from tierod.core.fields import POSITIVE
+from tierod.core.graph.derivatives import jacobian
+from tierod.core.graph.maths import both, either, present, select, where
+from tierod.core.model import Model
+from tierod.methods.estimators.gaussian import Prediction
+from tierod.methods.estimators.kalman import KalmanFilter
+from tierod.methods.estimators.kernels import predict_covariance
+from tierod.methods.estimators.linear_algebra import Noise
+from tierod.methods.estimators.pole_placement import place
+from tierod.methods.estimators.shapes import Belief, leaf_values
+from tierod.models.discretise import discretise
+from tierod.models.linear import LinearSystem, Matrices, as_model, sampled
+from tierod.models.stator_frame_motor import MotorParameters, SampledMotorParameters
+from tierod.monitors.motor_angle.observer import MotorAngleObserver, MotorAngleTuning
+from tierod.physics.angle import wrapped
+from tierod.physics.clarke_park import RotorVector, StatorVector, direction, electrical_angle, park
+from tierod.physics.pm_motor import back_emf_constant, stator_flux_rate
+from tierod_lab.papers.motor_angle.dq_motor import DqMotor, DqMotorParameters, LoadedDqMotor, q_axis_motor, with_load
+
+INPUTS = ("voltage_q", "current_q")
+"""Inputs of a continuous observer."""
+
+
+def full_observer(motor: LinearSystem, poles: Sequence[complex]) -> LinearSystem:
+    """Luenberger observer as a system from voltage and current to its estimates.
+
+    Args:
+        motor: result of `q_axis_motor`, with or without load
+        poles: poles of the error [1/s], one per state
+
+    Raises:
+        ParameterError: the poles cannot be placed
+
+    Source: Reinelt et al., eqs (21) to (24).
+    """
+    gain = place(motor, poles)
+    A, B = motor.A - gain @ motor.C, np.hstack([motor.B, gain])
+    estimated = motor.states[1:]
+    return LinearSystem(A, B, np.eye(len(A))[1:], np.zeros((len(estimated), 2)), motor.states, INPUTS, estimated)
+
+
+def reduced_observer(motor: LinearSystem, poles: Sequence[complex]) -> LinearSystem:
+    """Reduced Luenberger observer, which takes the current as measured; its states are x_B = x_2 - K I_q.
+
+    Args:
+        motor: result of `q_axis_motor`, with or without load
+        poles: poles of the error [1/s], one per state except the current
+
+    Raises:
+        ParameterError: the poles cannot be placed
+
+    Source: Reinelt et al., eqs (25) to (33). Corrected in (32): K multiplies c_M/L_sq in the factor of x_B and
+    R_s/L_sq in that of I_sq, where z_p is printed, and the voltage counts with -K/L_sq.
+    """
+    estimated = motor.states[1:]
+    A11, A12, A21, A22 = motor.A[:1, :1], motor.A[:1, 1:], motor.A[1:, :1], motor.A[1:, 1:]
+    gain = place(LinearSystem.of(A22, A12, states=estimated), poles)
+    A = A22 - gain @ A12
+    current = A @ gain + A21 - gain @ A11
+    voltage = motor.B[1:] - gain @ motor.B[:1]
+    D = np.hstack([np.zeros_like(gain), gain])
+    return LinearSystem(A, np.hstack([voltage, current]), np.eye(len(estimated)), D, estimated, INPUTS, estimated)
+
+
+def printed_reduced_observer(p: MotorParameters, motor: LinearSystem, pole: float) -> LinearSystem:
+    """Eq (32) exactly as printed, with the gain of the correct observer: unstable for every motor.
+
+    Args:
+        p: parameters of the motor
+        motor: result of `q_axis_motor` without load
+        pole: pole of the correct observer [1/s]
+
+    Source: Reinelt et al., eqs (32) and (33).
+    """
+    emf, inductance = back_emf_constant(p.motor_pole_pairs, p.motor_flux), p.motor_inductance
+    damping = p.motor_damping / p.motor_inertia
+    gain = (pole + damping) * inductance / emf
+    own = emf / inductance - damping
+    current = own * gain + motor.A[1, 0] + p.motor_pole_pairs * p.motor_resistance / inductance
+    A, B = np.array([[own]]), np.array([[gain / inductance, current]])
+    estimated = motor.states[1:]
+    return LinearSystem(A, B, np.eye(1), np.array([[0.0, gain]]), estimated, INPUTS, estimated)
+
+
+def speed_per_load(observer: LinearSystem, motor: LinearSystem, p: MotorParameters) -> float:
+    """Steady-state error of the speed, true less estimated, per unknown load [rad/s per N*m].
+
+    Args:
+        observer: result of `full_observer` or `reduced_observer`, for any motor
+        motor: the true motor, from `q_axis_motor`
+        p: parameters of the true motor
+
+    Source: final value of (24); without load -1/(b + c_M (K_t - J k_2)/(R + L k_1)) for the full observer and 1/(J p)
+    for the reduced one.
+    """
+    steady = np.linalg.solve(motor.A, np.array([[0.0], [1.0 / p.motor_inertia]]))
+    fed = np.array([[0.0], [steady[0, 0]]])
+    estimate = observer.D @ fed - observer.C @ np.linalg.solve(observer.A, observer.B @ fed)
+    return float(steady[1, 0] - estimate[0, 0])
+
+
+class LinearMemory(NamedTuple):
+    """States of the observer, its last speed and load, and the current of the last sample."""
+
+    x: Tree
+    estimate: Tree
+    current: Scalar
+
+
+@dataclass(frozen=True)
+class LinearSpeed:
+    """A linear observer with exact sampling, so that its steady-state errors are those of the continuous observer.
+
+    The voltage is the mean over the sample, the current the mean of the values at its ends.
+
+    Args:
+        model, parameters: model and matrices of the sampled observer
+        extras: names of its estimates besides the speed
+    """
+
+    model: Model
+    parameters: Matrices
+    extras: tuple[str, ...]
+
+    @classmethod
+    def of(cls, observer: LinearSystem, sample_time: float) -> LinearSpeed:
+        """Sample a continuous observer.
+
+        Args:
+            observer: result of `full_observer` or `reduced_observer`
+            sample_time: sampling interval [s]
+
+        Raises:
+            ParameterError: the observer is unstable
+        """
+        fastest = np.linalg.eigvals(observer.A).real.max()
+        if not fastest < 0.0:
+            raise ParameterError(f"the observer diverges with {fastest:+.3g} 1/s; give poles below zero")
+        classes = [_numbers(names) for names in (observer.states, INPUTS, observer.outputs)]
+        model, parameters = as_model(sampled(observer, sample_time), *classes)
+        return cls(model, parameters, ("motor_load_torque",) if "load_torque" in observer.outputs else ())
+
+    def start(self) -> LinearMemory:
+        return LinearMemory(skeleton(self.model.State), skeleton(self.model.Output), 0.0)
+
+    def advance(
+        self, before: LinearMemory, voltage: RotorVector, current: RotorVector
+    ) -> tuple[LinearMemory, tuple[Scalar, ...]]:
+        whole = both(present(voltage.q), present(current.q))
+        mean = self.model.Input(voltage.q, 0.5 * (before.current + current.q))
+        x = self.model.transition(before.x, mean, self.parameters)
+        estimate = self.model.output(x, self.model.Input(voltage.q, current.q), self.parameters)
+        kept = where(present(current.q), current.q, before.current)
+        after = LinearMemory(select(whole, x, before.x), select(whole, estimate, before.estimate), kept)
+        return after, tuple(after.estimate)
+
+
+@lru_cache(maxsize=32)
+def _numbers(names: tuple[str, ...]) -> type:
+    return named_tuple("Numbers", [(name, Annotated[float, ""]) for name in names])
+
+
+JACOBIANS = ("corrected", "printed")
+"""Jacobian (40) by differentiation of the model, or with the misprints of the paper."""
+
+
+@dataclass(frozen=True)
+class PrintedJacobianFilter(KalmanFilter):
+    """Kalman filter with the misprints of (40) in its covariance, to measure their effect; not for use.
+
+    Source: Reinelt et al., eq (40): the torque stands in the column of i_sd instead of i_sq, and F[2,1] is divided by
+    L_sd instead of L_sq. The prediction of the state stays correct.
+    """
+
+    def _predict(self, state: Belief, inputs: Tree, process: Noise, entering: Noise) -> Prediction:
+        rows = jacobian(lambda mean: self.model.transition(mean, inputs, self.parameters), state.mean)
+        rows[2][0], rows[2][1] = rows[2][1], rows[2][0]
+        # The saliency is L_sq/L_sd, and None for a motor without.
+        rows[1][0] = rows[1][0] * (self.parameters.continuous.motor_saliency or 1.0)
+        covariance = predict_covariance(rows, state.covariance, process)
+        return Prediction(leaf_values(self.model.transition(state.mean, inputs, self.parameters)), covariance)
+
+
+@dataclass(frozen=True)
+class KalmanSpeed:
+    """Speed by an extended Kalman filter with three states, or four with the load.
+
+    Args:
+        filter: result of `speed_filter`
+    """
+
+    filter: KalmanFilter
+
+    @property
+    def extras(self) -> tuple[str, ...]:
+        """Names of the estimates besides the speed."""
+        return ("motor_load_torque", "nis") if self._loaded else ("nis",)
+
+    @property
+    def _loaded(self) -> bool:
+        return "load_torque" in self.filter.model.State._fields
+
+    def start(self) -> Belief:
+        return self.filter.init()
+
+    def advance(self, before: Belief, voltage: RotorVector, current: RotorVector) -> tuple[Belief, tuple[Scalar, ...]]:
+        model = self.filter.model
+        inputs = model.Input(*voltage) if self._loaded else model.Input(*voltage, 0.0)
+        after, estimate = self.filter.step(before, self.filter.Sample(inputs, model.Output(*current)))
+        return after, (*after.mean[2:], estimate.nis)
+
+
+def speed_filter(
+    p: DqMotorParameters, sample_time: float, tuning: MotorAngleTuning, load: bool = True, reading: str = "corrected"
+) -> KalmanFilter:
+    """Extended Kalman filter of currents and speed, and of the load on request.
+
+    Args:
+        p: parameters of the motor
+        sample_time: sampling interval [s], at most a fifth of the electrical time constant, since (34) is discretised
+            by Euler's method
+        tuning: noise levels; those of voltage, current, speed and load are used
+        load: whether the load is a state
+        reading: Jacobian (40), "corrected" or "printed"
+
+    Raises:
+        ParameterError: the sampling interval is too long, or another reading
+
+    Source: Reinelt et al., eqs (34) to (45). Corrected: the Jacobian (40) comes from the graph, and (42) takes the
+    expected output at the predicted state.
+    """
+    if reading not in JACOBIANS:
+        raise ParameterError(f"reading is '{reading}'{nearest(reading, JACOBIANS)}; expected {' or '.join(JACOBIANS)}")
+    share = sample_time * p.motor_resistance / p.motor_inductance
+    if not share <= 0.2:
+        raise ParameterError(
+            f"a sample of {sample_time:g} s is {share:.2g} of the electrical time constant; expected 0.2 at most"
+        )
+    model = discretise(LoadedDqMotor if load else DqMotor, "euler")
+    current = (tuning.voltage_noise * sample_time / p.motor_inductance) ** 2
+    process = (current, current, tuning.speed_wander**2, tuning.load_wander**2)
+    start = (tuning.current_noise**2, tuning.current_noise**2, tuning.first_speed**2, tuning.first_load**2)
+    states = 4 if load else 3
+    kind = PrintedJacobianFilter if reading == "printed" else KalmanFilter
+    return kind(
+        model,
+        model.Parameters(p, sample_time),
+        (0.0,) * states,
+        start[:states],
+        process[:states],
+        (tuning.current_noise**2,) * 2,
+    )
+
+
+Sample = MotorAngleObserver.Sample
+
+AXES = ("own", "measured")
+"""Angle of Park's transform: the observer's own, or that of the sensor, as printed."""
+
+UNITS = {
+    "motor_angle": "rad",
+    "motor_speed": "rad/s",
+    "motor_load_torque": "N*m",
+    "angle_residual_electrical": "rad",
+    "standing": "",
+    "nis": "",
+}
+"""Units of the outputs."""
+
+WIDEST = 0.3
+"""Largest electrical angle per sample by which a vector is rotated while samples are missing [rad]."""
+
+
+@lru_cache(maxsize=32)
+def output_class(*extras: str) -> type:
+    """Output class of an observer: angle, speed, further estimates, and electrical residual of the sensor."""
+    names = ("motor_angle", "motor_speed", *extras, "angle_residual_electrical")
+    return named_tuple("Output", [(name, Annotated[float, UNITS[name]]) for name in names])
+
+
+def fresh(begun: Scalar, sample: MotorAngleObserver.Sample) -> Truth:
+    """Whether this sample is the first with an angle of the sensor, which initialises an observer."""
+    return both(begun < 0.5, present(sample.motor_angle_mechanical))
+
+
+def residual(begun: Scalar, sample: MotorAngleObserver.Sample, angle: Scalar, pole_pairs: Scalar) -> Scalar:
+    """Electrical angle of the sensor less that of the observer [rad]; zero before the initialisation."""
+    return where(begun, wrapped(pole_pairs * (sample.motor_angle_mechanical - angle)), 0.0)
+
+
+def flux_rate(sample: MotorAngleObserver.Sample, before: StatorVector, p: SampledMotorParameters) -> StatorVector:
+    """Rate of the stator flux over a sample [V], from the current of the sample before [A]."""
+    # The voltage is a mean over the sample, so that the ohmic drop takes the mean current.
+    mean = StatorVector(
+        0.5 * (sample.motor_current_alpha + before.alpha), 0.5 * (sample.motor_current_beta + before.beta)
+    )
+    voltage = StatorVector(sample.motor_voltage_alpha, sample.motor_voltage_beta)
+    return stator_flux_rate(voltage, mean, p.motor_resistance)
+
+
+FULL_POLES = (-600.0, -700.0)
+"""Poles of the error of current and speed [1/s]: faster than the current's own 500 1/s, below a tenth of 10 kHz."""
+REDUCED_POLES = (-300.0,)
+"""Pole of the error of the speed [1/s]: slower, since the current passes through unfiltered."""
+LOAD_POLE = -300.0
+"""Pole of the error of the load [1/s], which may reverse within some 10 ms."""
+
+
+class RotorFrameState(NamedTuple):
+    """State of the speed observer, angle, speed, and whether the angle has been initialised by the sensor."""
+
+    inner: Tree
+    angle: Scalar
+    speed: Scalar
+    begun: Scalar
+
+
+@dataclass(frozen=True)
+class RotorFrameObserver:
+    """Motor angle as the integral of an estimated speed, initialised by the sensor.
+
+    Nothing corrects the angle afterwards, so that errors of the speed accumulate.
+
+    Args:
+        inner: observer of the speed in the rotor frame
+        pole_pairs: electrical turns per mechanical turn
+        sample_time: sampling interval
+        axes: angle of Park's transform: "own", the estimated one; or "measured", that of the sensor as printed, so that
+            a fault of the sensor enters the voltages and currents that should reveal it
+
+    Source: Reinelt et al., eqs (8), (9), (19) to (45), where the theta of (8) and (9) is electrical.
+    """
+
+    inner: LinearSpeed | KalmanSpeed
+    pole_pairs: Annotated[float, ""]
+    sample_time: Annotated[float, "s", POSITIVE]
+    axes: str = "own"
+
+    Sample = Sample
+
+    def __post_init__(self) -> None:
+        if self.axes not in AXES:
+            raise ParameterError(f"axes is '{self.axes}'{nearest(self.axes, AXES)}; expected {' or '.join(AXES)}")
+
+    def init(self) -> RotorFrameState:
+        return RotorFrameState(self.inner.start(), 0.0, 0.0, 0.0)
+
+    def step(self, state: RotorFrameState, sample: MotorAngleObserver.Sample) -> tuple[RotorFrameState, Tree]:
+        first = fresh(state.begun, sample)
+        begun = where(either(state.begun, first), 1.0, 0.0)
+        before = where(first, sample.motor_angle_mechanical, state.angle)
+        travel = where(state.begun, self.sample_time * state.speed, 0.0)
+        inner, (speed, *extras) = self.inner.advance(state.inner, *self._turned(before + travel, travel, sample))
+        angle = where(state.begun, before + 0.5 * (travel + self.sample_time * speed), before)
+        away = residual(begun, sample, angle, self.pole_pairs)
+        output = output_class(*self.inner.extras)(angle, speed, *extras, away)
+        return RotorFrameState(inner, angle, speed, begun), output
+
+    def _turned(
+        self, predicted: Scalar, travel: Scalar, sample: MotorAngleObserver.Sample
+    ) -> tuple[RotorVector, RotorVector]:
+        """Voltage and current in the rotor frame; the voltage is a mean over the sample, at the angle halfway."""
+        sensed = sample.motor_angle_mechanical
+        at = predicted if self.axes == "own" else where(present(sensed), sensed, predicted)
+        rotor = direction(electrical_angle(at, self.pole_pairs))
+        halfway = direction(electrical_angle(at - 0.5 * travel, self.pole_pairs))
+        voltage = StatorVector(sample.motor_voltage_alpha, sample.motor_voltage_beta)
+        current = StatorVector(sample.motor_current_alpha, sample.motor_current_beta)
+        return park(voltage, halfway), park(current, rotor)
+
+
+def luenberger(
+    p: DqMotorParameters,
+    sample_time: float,
+    *,
+    load: bool = True,
+    poles: tuple[float, ...] = FULL_POLES,
+    axes: str = "own",
+    torque_constant: str = "corrected",
+) -> RotorFrameObserver:
+    """Luenberger observer of a motor, (19) to (24).
+
+    Args:
+        p: parameters of the motor, from a vehicle file
+        sample_time: sampling interval [s]
+        load: whether the load is a state; otherwise a load biases the speed
+        poles: poles of the error of current and speed [1/s]
+        axes: "own" or "measured"
+        torque_constant: "corrected" or "printed"
+
+    Raises:
+        ParameterError: a parameter is not possible
+    """
+    return _linear(full_observer, p, sample_time, load, poles, axes, torque_constant)
+
+
+def reduced_luenberger(
+    p: DqMotorParameters,
+    sample_time: float,
+    *,
+    load: bool = True,
+    poles: tuple[float, ...] = REDUCED_POLES,
+    axes: str = "own",
+    torque_constant: str = "corrected",
+) -> RotorFrameObserver:
+    """Reduced Luenberger observer of a motor, (25) to (33) corrected; arguments as in `luenberger`."""
+    return _linear(reduced_observer, p, sample_time, load, poles, axes, torque_constant)
+
+
+def extended_kalman(
+    p: DqMotorParameters,
+    sample_time: float,
+    *,
+    load: bool = True,
+    tuning: MotorAngleTuning | None = None,
+    axes: str = "own",
+    jacobian: str = "corrected",
+) -> RotorFrameObserver:
+    """Extended Kalman filter of a motor in the rotor frame, (34) to (45).
+
+    Args:
+        p: parameters of the motor, from a vehicle file
+        sample_time: sampling interval [s]
+        load: whether the load is a state; otherwise a load biases the speed
+        tuning: noise levels; the defaults where None
+        axes: "own" or "measured"
+        jacobian: "corrected" or "printed"
+
+    Raises:
+        ParameterError: a parameter is not possible
+    """
+    inner = KalmanSpeed(speed_filter(p, sample_time, tuning or MotorAngleTuning(), load, jacobian))
+    return RotorFrameObserver(inner, p.motor_pole_pairs, sample_time, axes)
+
+
+def _linear(
+    design: Callable[[LinearSystem, Sequence[complex]], LinearSystem],
+    p: DqMotorParameters,
+    sample_time: float,
+    load: bool,
+    poles: tuple[float, ...],
+    axes: str,
+    torque_constant: str,
+) -> RotorFrameObserver:
+    motor = q_axis_motor(p, torque_constant)
+    if load:
+        motor, poles = with_load(motor, p.motor_inertia), (*poles, LOAD_POLE)
+    inner = LinearSpeed.of(design(motor, poles), sample_time)
+    return RotorFrameObserver(inner, p.motor_pole_pairs, sample_time, axes)
