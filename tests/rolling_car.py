@@ -9,7 +9,8 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from tierod.core.block import Scalar
-from tierod.core.findings import Element, Estimate, Finding, Status
+from tierod.core.facts import Verdict
+from tierod.core.findings import Element, Estimate, Status
 from tierod.monitors.harness.session import BlockSession, Conclusion, Monitor, Variant
 from tierod.vehicles import load
 
@@ -57,9 +58,8 @@ class GeometrySession(BlockSession):
         faulty = self.largest > self.limit
         status = Status.FAULT if faulty else Status.HEALTHY
         estimate = None if self.misfit else Estimate("angle", self.largest, OWN, "rad", {"fault": self.limit})
-        headline = f"Angle {np.degrees(self.largest):.2f} ± {np.degrees(OWN):.2f} degrees."
         elements = (Element("yaw_rate", "sensor", status),)
-        return Conclusion(Finding("geometry", status, headline, estimate=estimate), elements=elements)
+        return Conclusion(Verdict("geometry", status, estimate=estimate), elements=elements)
 
 
 def monitor(limit=9.0, misfit=False):

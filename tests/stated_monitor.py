@@ -8,7 +8,8 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from tierod.core.block import Scalar
-from tierod.core.findings import Element, Finding, Status
+from tierod.core.facts import Fact, Verdict
+from tierod.core.findings import Element, Status
 from tierod.core.graph.maths import floor
 from tierod.core.recording import Channel, Recording
 from tierod.core.statement import STATUSES, Statement
@@ -48,8 +49,8 @@ class StatedSession(BlockSession):
 
     def conclude(self):
         status = STATUSES[round(float(np.nanmedian(np.concatenate(self.codes))))]
-        finding = Finding("stated, only", status, "It was stated.", cause="it was stated")
-        return Conclusion(finding, elements=(Element("vehicle_speed", "sensor", status),))
+        verdict = Verdict("stated, only", status, (Fact("stated", "it was stated"),))
+        return Conclusion(verdict, elements=(Element("vehicle_speed", "sensor", status),))
 
 
 STATED = Monitor(

@@ -146,7 +146,7 @@ def outcome(case: Case, folder: Path) -> Outcome:
     seconds = time.perf_counter() - begun
     finding = diagnosis.findings[0]
     usual, usual_said, _ = unchanged(case.drive, case.seed, folder)
-    text = f"{finding.headline} | {finding.cause} | {' | '.join(finding.warnings)}"
+    text = " | ".join((finding.headline, *finding.details, finding.cause, *finding.warnings))
     return Outcome(
         finding.status.exit_code,
         str(finding.status),
@@ -193,7 +193,7 @@ def _said(diagnosis: Diagnosis) -> list[str]:
         for each in diagnosis.elements
         if each.status is not Status.HEALTHY or each.cause
     ]
-    return [finding.headline, finding.cause, finding.action, *finding.warnings, *elements]
+    return [finding.headline, *finding.details, finding.cause, finding.action, *finding.warnings, *elements]
 
 
 @lru_cache(maxsize=64)

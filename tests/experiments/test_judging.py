@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from driven import drive
-from tierod.core.findings import Finding, Status
+from tierod.core.facts import Verdict
+from tierod.core.findings import Status
 from tierod.core.recording import Channel, Recording
 from tierod.monitors.diagnose import find
 from tierod.monitors.harness.session import Conclusion, Monitor, StatusChange, Variant
@@ -41,7 +42,7 @@ class Scripted:
         }
 
     def conclude(self):
-        return Conclusion(Finding("scripted", self.final, "As the test wants."), course=self.course)
+        return Conclusion(Verdict("scripted", self.final), course=self.course)
 
 
 def judged(course, final, fault=None, settling=0.0, truth=1.0):

@@ -249,8 +249,8 @@ def test_raw_counts_are_never_taken_for_a_unit(healthy, name):
 
 def test_a_wrong_sign_is_noticed(healthy):
     wrong = changed(healthy, "lateral_acceleration", values=-healthy["lateral_acceleration"].values)
-    warnings = diagnose(wrong, "midsize-eps").findings[0].warnings
-    assert any("lateral_acceleration probably has the wrong sign" in warning for warning in warnings)
+    finding = diagnose(wrong, "midsize-eps").findings[0]
+    assert "lateral_acceleration probably has the wrong sign" in "; ".join((finding.cause, *finding.warnings))
     assert not any("wrong sign" in warning for warning in diagnose(healthy, "midsize-eps").findings[0].warnings)
 
 

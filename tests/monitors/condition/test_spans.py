@@ -63,7 +63,7 @@ def test_a_wheel_that_is_found_only_when_it_returns_is_dated_to_its_fault(kind, 
 
 def test_the_three_times_stand_in_sentence_and_document(drifting):
     finding, episode = drifting.findings[0], episode_of(drifting, LEFT)
-    assert finding.headline.endswith(f"from {episode.start:.2f} s to 46.00 s (declared at {episode.declared:.2f} s).")
+    assert f"from {episode.start:.2f} s to 46.00 s (declared at {episode.declared:.2f} s)" in finding.details[0]
     assert (finding.since, finding.declared, finding.end) == (episode.start, episode.declared, episode.end)
     told = json.loads(document(drifting, series=False))
     (written,) = (each for element in told["elements"] for each in element["episodes"])

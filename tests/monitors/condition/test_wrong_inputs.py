@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from said import said
 from tierod.cli import main
 from tierod.core.findings import Status
 from tierod.core.recording import Recording
@@ -90,7 +91,7 @@ def test_a_wrong_acceleration_is_named_and_nothing_else(drive, change, since):
     assert declared(diagnosis) == wrong
     for name in wrong:
         plain = name.replace("_", " ")
-        assert f"{plain} sensor: " in finding.headline.lower()
+        assert f"{plain} sensor: " in said(finding).lower()
         assert f"{plain} contradicts" in finding.cause
         element = next(each for each in diagnosis.elements if each.name == name)
         assert (element.substitute, element.episodes[0].end) == ("", None)
@@ -104,7 +105,7 @@ def test_the_rest_of_the_drive_is_judged_without_it(off):
     assert declared(diagnosis) == ["yaw_rate", ACROSS]
     yaw = next(each for each in diagnosis.elements if each.name == "yaw_rate")
     assert yaw.episodes[0].start == pytest.approx(35.0, abs=0.5)
-    assert "yaw rate sensor: positive offset" in diagnosis.findings[0].headline
+    assert "yaw rate sensor: positive offset" in said(diagnosis.findings[0])
     assert diagnosis.findings[0].since < 10.0
 
 
@@ -160,7 +161,7 @@ def test_a_drive_that_was_hardly_judged_is_not_healthy(drive):
     diagnosis, _ = diagnosed(changed(drive, SINCE, **{target: 0.0 * drive[target].values}))
     finding = diagnosis.findings[0]
     assert finding.status is Status.NOT_TESTABLE
-    assert finding.headline.startswith("Too little of the drive was judged")
+    assert "Too little of the drive was judged" in said(finding)
     assert "s of driving were not judged: the tyres slid" in finding.cause
     assert finding.action.startswith("drive on a dry road")
 
@@ -189,5 +190,5 @@ def test_a_longitudinal_acceleration_that_is_late_is_named_and_no_drive_is_blame
     found = diagnose(late, CAR, "condition", spread=False)
     assert declared(found) == []
     assert found.findings[0].status is Status.NOT_TESTABLE
-    assert "longitudinal acceleration: 0.1" in found.findings[0].headline
-    assert "late relative to the wheel speeds" in found.findings[0].headline
+    assert "longitudinal acceleration: 0.1" in said(found.findings[0])
+    assert "late relative to the wheel speeds" in said(found.findings[0])

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from said import said
 from tierod.core.errors import InputError
 from tierod.core.recording import Channel, Recording
 from tierod.monitors.diagnose import diagnose
@@ -69,7 +70,7 @@ def test_a_required_signal_that_is_held_for_a_second_is_refused_by_its_name(faul
 def test_a_smoothed_or_held_signal_is_named_and_no_other_alone(fault_free, name, change, by):
     changed = fault_free.with_channels([change(fault_free[name], by)])
     found = diagnose(changed, "midsize-eps", "driver-torque").findings[0]
-    assert name in f"{found.cause} {found.headline} {' '.join(found.warnings)}"
+    assert name in f"{found.cause} {said(found)} {' '.join(found.warnings)}"
 
 
 @pytest.mark.parametrize(("change", "by"), [(late, 0.1), (held, 0.2)])

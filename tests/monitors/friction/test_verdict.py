@@ -5,11 +5,12 @@ import pytest
 
 from tierod.core.block import leaves
 from tierod.core.errors import ParameterError
+from tierod.core.facts import assemble
 from tierod.core.findings import Status
 from tierod.core.graph import scan
 from tierod.core.statement import STATUSES, code_of
 from tierod.monitors.friction.decisions import ABSOLUTE_DESIGN, RISING_DESIGN, AlarmTuning
-from tierod.monitors.friction.finding import finding_of
+from tierod.monitors.friction.finding import verdict_of_run
 from tierod.monitors.friction.judged import VerdictSample
 from tierod.monitors.friction.notices import FrictionRun
 from tierod.monitors.friction.verdict import FrictionLimits, FrictionVerdict
@@ -31,7 +32,11 @@ def judged(verdict, samples):
     result = scan(verdict, samples)
     last = result.at(-1)
     running = np.array([STATUSES[round(code)] for code in result["running"]], dtype=object)
-    return running, last, finding_of(FrictionRun("test", verdict, last))
+    return running, last, assemble("Friction", verdict_of_run(FrictionRun("test", verdict, last)))
+
+
+def said(finding):
+    return "; ".join(finding.details)
 
 
 @pytest.mark.parametrize(
@@ -124,8 +129,8 @@ def test_what_is_drawn_agrees_with_the_verdict():
 def test_friction_above_the_fault_limit_but_within_the_margin_is_said_so():
     finding = judged(FrictionVerdict(LIMITS), estimates((140.0, 8.0)))[2]
     assert finding.status is Status.RISING
-    assert "limit of rising friction of 4.8 N·m plus its margin (5.2" in finding.headline
-    assert "also above the fault limit of 7.5 N·m, but within its margin (up to 8.15 N·m)" in finding.headline
+    assert "limit of rising friction of 4.8 N·m plus its margin (5.2" in said(finding)
+    assert "also above the fault limit of 7.5 N·m, but within its margin (up to 8.15 N·m)" in said(finding)
     assert (
         "above the fault limit of 7.5 N·m, but within the margin of torque gain and estimate (up to 8.15 N·m)"
         in finding.cause
@@ -141,7 +146,7 @@ def test_friction_above_the_rising_limit_but_within_the_margin_is_said_so():
     words = (
         "above the limit of rising friction of 4.8 N·m, but within the margin of torque gain and estimate (up to 5.2"
     )
-    assert words in finding.headline
+    assert words in said(finding)
     assert words in finding.cause
     assert "before this level is stored" in finding.action
     known = judged(FrictionVerdict(LIMITS, learnt_level=5.0), estimates((140.0, 5.1)))[2]
@@ -152,8 +157,9 @@ def test_friction_above_the_rising_limit_but_within_the_margin_is_said_so():
 def test_a_verdict_by_the_ratio_says_so_and_draws_it():
     finding = judged(FrictionVerdict(LIMITS), estimates((160.0, 4.0), (30.0, 7.32)))[2]
     assert finding.status is Status.FAULT
-    assert "fault, 1.83 times the 4.00 N·m learnt in this recording, fault from 1.6 times" in finding.headline
-    assert "7.5" not in finding.headline
+    assert finding.headline == "Friction: fault, 7.3 ± 0.6 N·m since 160 s"
+    assert "1.83 times the 4.00 N·m learnt in this recording, fault from 1.6 times" in finding.details
+    assert "7.5" not in said(finding)
     assert "fault from 1.6 times (6.40 N·m)" in finding.cause
     assert finding.estimate.reference["fault"] == pytest.approx(6.4)
     assert finding.estimate.reference["rising"] == pytest.approx(4.8)
@@ -164,23 +170,24 @@ def test_limits_by_the_ratio_are_said_to_be_multiples_of_the_level_and_of_which_
     finding = judged(FrictionVerdict(LIMITS), estimates((140.0, 3.0)))[2]
     assert finding.status is Status.HEALTHY
     learnt = "1.00 times the 3.00 N·m learnt in this recording"
-    assert f"{learnt}, rising from 1.2 times (3.60 N·m), fault from 1.6 times (4.80 N·m)" in finding.headline
-    assert finding.headline.endswith("; nominal 4 N·m.")
+    assert f"{learnt}, rising from 1.2 times (3.60 N·m), fault from 1.6 times (4.80 N·m)" in said(finding)
+    assert "nominal 4 N·m" in finding.details
     given = judged(FrictionVerdict(LIMITS, learnt_level=3.0), estimates((140.0, 3.0)))[2]
-    assert "1.00 times its baseline of 3.00 N·m, rising from" in given.headline
+    assert "1.00 times its baseline of 3.00 N·m, rising from" in said(given)
 
 
 def test_without_a_level_the_limits_are_those_of_the_vehicle_file():
     finding = judged(FrictionVerdict(LIMITS), estimates((60.0, 4.0)))[2]
-    assert "healthy, nominal 4 N·m, rising from 5.2" in finding.headline
-    assert "times" not in finding.headline
+    assert finding.headline == "Friction: healthy, 4.00 ± 0.32 N·m"
+    assert "nominal 4 N·m, rising from 5.2" in said(finding)
+    assert "times" not in said(finding)
 
 
 def test_an_absolute_fault_of_a_car_that_only_rose_by_the_ratio_names_the_absolute_limit():
     finding = judged(FrictionVerdict(FrictionLimits(4.0, 5.9, 6.0)), estimates((160.0, 5.0), (30.0, 6.8)))[2]
     assert finding.status is Status.FAULT
-    assert "above the fault limit of 6 N·m plus its margin (6.52 N·m)" in finding.headline
-    assert "1.36 times the 5.00 N·m learnt in this recording" in finding.headline
+    assert "above the fault limit of 6 N·m plus its margin (6.52 N·m)" in said(finding)
+    assert "1.36 times the 5.00 N·m learnt in this recording" in said(finding)
     assert "limit of the vehicle file" in finding.cause
     assert finding.since == pytest.approx(160.0, abs=0.1)
 

@@ -38,7 +38,7 @@ def test_within_the_spread_the_verdict_is_the_same(recording, name):
     for session in sessions:
         session.absorb(aligned)
     alone, moved = (session.conclude() for session in sessions)
-    assert moved.finding.status is alone.finding.status
-    assert moved.finding.estimate == alone.finding.estimate
+    assert moved.verdict.status is alone.verdict.status
+    assert moved.verdict.estimate == alone.verdict.estimate
     assert moved.elements == alone.elements
     assert not moved.defects

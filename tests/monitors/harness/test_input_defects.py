@@ -13,13 +13,14 @@ import pytest
 from driven import drive
 from exact_vehicle import diagnose
 from shared_data import shared_data
-from tierod.core.findings import Defect, Estimate, Finding, Status
+from tierod.core.facts import Fact, Verdict, assemble, defect
+from tierod.core.findings import Estimate, Status
 from tierod.core.recording import Channel, Recording
 from tierod.io.derive import complete
 from tierod.io.readers import read
 from tierod.methods.running import BLOCK, RATE
 from tierod.monitors.diagnose import Run, find
-from tierod.monitors.harness.input_defects import InputDefects, with_defects
+from tierod.monitors.harness.input_defects import InputDefects
 from tierod.monitors.registry import MONITORS
 from tierod.vehicles import load
 
@@ -49,14 +50,14 @@ def clipped(_time: np.ndarray, values: np.ndarray) -> np.ndarray:
     return np.clip(values, *np.quantile(values, [0.1, 0.9]))
 
 
-def defects_of(recording: Recording, names: tuple[str, ...]) -> tuple[Defect, ...]:
+def defects_of(recording: Recording, names: tuple[str, ...]) -> tuple[Fact, ...]:
     defects = InputDefects(names)
     defects.add(recording, *recording.span)
     return defects.found()
 
 
 def sentences(recording: Recording) -> list[str]:
-    return [defect.sentence for defect in defects_of(recording, SIGNALS)]
+    return [each.cause for each in defects_of(recording, SIGNALS)]
 
 
 @pytest.mark.parametrize(
@@ -80,9 +81,9 @@ def test_a_late_signal_is_named_with_its_delay(healthy, name):
 def test_a_late_product_names_both_its_signals_unless_the_steering_confirms_one(healthy):
     changed = altered(healthy, "yaw_rate", late(0.5))
     for names, expected in {SIGNALS: {"yaw_rate"}, TURN: {"yaw_rate", "vehicle_speed"}}.items():
-        (defect,) = defects_of(changed, names)
-        assert set(defect.names) == expected
-        assert ("or vehicle_speed is wrong" in defect.sentence) == (len(expected) > 1)
+        (found,) = defects_of(changed, names)
+        assert set(found.rests_on) == expected
+        assert ("or vehicle_speed is wrong" in found.cause) == (len(expected) > 1)
 
 
 def rolling(speed: np.ndarray, late: float = 0.0) -> Recording:
@@ -104,14 +105,14 @@ def test_the_lead_of_the_lateral_acceleration_at_low_speed_is_no_delay():
     assert defects_of(rolling(walking), TURN) == ()
     town = 8.5 + 5.0 * np.sin(0.15 * np.arange(12 * BLOCK) / RATE)
     assert defects_of(rolling(town), TURN) == ()
-    (defect,) = defects_of(rolling(town, late=0.3), TURN)
-    assert "yaw_rate is late relative to lateral_acceleration" in defect.sentence
+    (found,) = defects_of(rolling(town, late=0.3), TURN)
+    assert "yaw_rate is late relative to lateral_acceleration" in found.cause
 
 
 def test_a_wrong_scale_shows_at_low_speed_too():
     walking = rolling(4.0 + np.sin(0.05 * np.arange(6 * BLOCK) / RATE))
-    (defect,) = defects_of(altered(walking, "lateral_acceleration", times(0.3)), TURN)
-    assert "has a wrong scale" in defect.sentence
+    (found,) = defects_of(altered(walking, "lateral_acceleration", times(0.3)), TURN)
+    assert "has a wrong scale" in found.cause
 
 
 @pytest.mark.parametrize("name", ["steering_wheel_rate", "steering_wheel_angle", "yaw_rate", "lateral_acceleration"])
@@ -156,9 +157,7 @@ def test_friction_is_suspect_and_the_right_signal_comes_first(healthy, name, cha
     recording = drive(minutes=8.0, seed=3, friction=friction) if friction else healthy
     finding = diagnose(altered(recording, name, change), "midsize-eps").findings[0]
     assert finding.status in (Status.SUSPECT, Status.NOT_IDENTIFIABLE)
-    assert finding.warnings[0].startswith(beginning)
-    if finding.status is Status.SUSPECT:
-        assert finding.cause.startswith(beginning)
+    assert finding.cause.startswith(beginning)
 
 
 @pytest.mark.parametrize(
@@ -173,7 +172,7 @@ def test_friction_is_suspect_and_the_right_signal_comes_first(healthy, name, cha
 def test_what_is_not_identifiable_names_the_wrong_signal_first(healthy, name, change, beginning):
     finding = diagnose(altered(healthy, name, change), "midsize-eps").findings[0]
     assert finding.status is Status.NOT_IDENTIFIABLE
-    assert finding.headline.startswith(f"Friction of the steering: not identifiable; {beginning}")
+    assert finding.headline.startswith(f"Friction: not identifiable, {beginning.split(' relative')[0]}")
     assert finding.cause.startswith(beginning)
     assert finding.action.startswith("repair the sensor and record again")
 
@@ -189,7 +188,7 @@ def test_a_signal_that_was_clipped_before_it_was_calculated_with_is_named(health
 def test_a_clipped_signal_is_named_in_the_units_of_the_tables(healthy):
     defects = InputDefects(SIGNALS)
     defects.add(altered(healthy, "yaw_rate", clipped), *healthy.span)
-    (sentence, *_) = [each.sentence for each in defects.found({"yaw_rate": "rad/s"})]
+    (sentence, *_) = [each.cause for each in defects.found({"yaw_rate": "rad/s"})]
     assert " °/s for " in sentence
 
 
@@ -209,7 +208,8 @@ def test_friction_below_what_any_steering_has_is_implausible(healthy):
         altered(healthy, "motor_torque", times(0.2)), dataclasses.replace(vehicle, parameters=known), spread=False
     )
     assert finding.findings[0].status is Status.SUSPECT
-    assert "implausible, below 0.5 times nominal" in finding.findings[0].headline
+    assert finding.findings[0].headline.startswith("Friction: suspect, implausibly low")
+    assert "implausible, below 0.5 times nominal" in finding.findings[0].details
     assert "motor_torque or driver_torque may be clipped" in finding.findings[0].cause
 
 
@@ -248,37 +248,48 @@ def test_without_signals_over_time_the_estimates_stay_the_same(healthy):
         np.testing.assert_array_equal(each.mean, whole[name].mean)
 
 
-@pytest.mark.parametrize("status", [Status.NOT_ENABLED, Status.NOT_IDENTIFIABLE])
+ESTIMATE = Estimate("largest sideslip angle", 0.3, 0.01, "rad")
+ANOTHER_CAR = defect((), "the file is another car's", withholds=True)
+
+
+@pytest.mark.parametrize("status", [Status.NOT_ENABLED, Status.NOT_IDENTIFIABLE, Status.ESTIMATED])
+def test_a_defect_that_withholds_the_estimate_leaves_none_in_the_finding(status):
+    late = defect(("yaw_rate",), "yaw_rate is late")
+    found = assemble("Sideslip", Verdict("sideslip", status, (), ESTIMATE), [late, ANOTHER_CAR], {"yaw_rate"})
+    assert found.estimate is None
+    assert found.status is Status.INCONSISTENT
+    assert found.headline == "Sideslip: inconsistent, yaw_rate is late"
+    assert found.cause == "yaw_rate is late; the file is another car's"
+    assert "17" not in " ".join((found.headline, *found.details))
+
+
 @pytest.mark.parametrize(
-    ("monitor", "expected"),
+    ("status", "expected"),
     [
-        ("motor-angle", Status.SUSPECT),
-        ("friction", Status.SUSPECT),
-        ("driver-torque", Status.INCONSISTENT),
-        ("sideslip", Status.INCONSISTENT),
+        (Status.HEALTHY, Status.SUSPECT),
+        (Status.RISING, Status.SUSPECT),
+        (Status.FAULT, Status.SUSPECT),
+        (Status.ESTIMATED, Status.INCONSISTENT),
+        (Status.CONSISTENT, Status.INCONSISTENT),
+        (Status.NOT_IDENTIFIABLE, Status.NOT_IDENTIFIABLE),
+        (Status.NOT_READY, Status.NOT_READY),
     ],
 )
-def test_only_a_monitor_that_estimates_becomes_inconsistent(monitor, expected, status):
-    estimate = Estimate("difference of the angle", 0.3, 0.01, "rad")
-    finding = Finding(monitor, status, "differs by 17 degrees", estimate=estimate)
-    defect = Defect((), "the file is another car's", True)
-    withheld = with_defects(finding, [defect], MONITORS[monitor])
-    assert withheld.status is expected
-    assert f": {expected}, because" in withheld.headline
-    assert withheld.estimate is None
+def test_a_defect_of_a_needed_signal_leaves_no_verdict_as_it_was(status, expected):
+    verdict = Verdict("any", status, (Fact("own", "its own cause"),), ESTIMATE)
+    late = defect(("yaw_rate",), "yaw_rate is late, by 0.2 s")
+    found = assemble("Angle", verdict, [late], {"yaw_rate"})
+    assert (found.status, found.estimate) == (expected, ESTIMATE)
+    if expected is Status.NOT_READY:
+        assert (found.cause, found.warnings) == ("its own cause", ("yaw_rate is late, by 0.2 s",))
+    else:
+        assert found.headline == f"Angle: {expected}, yaw_rate is late"
+        assert found.cause.startswith("yaw_rate is late, by 0.2 s")
+    beside = assemble("Angle", verdict, [late], {"vehicle_speed"})
+    assert (beside.status, beside.warnings) == (status, ("yaw_rate is late, by 0.2 s",))
 
 
-def test_a_defect_that_withholds_the_estimate_leaves_none_in_the_finding():
-    estimate = Estimate("largest sideslip angle", 0.3, 0.01, "rad")
-    finding = Finding("sideslip, combined", Status.ESTIMATED, "up to 17 ± 1 degrees", estimate=estimate)
-    late = Defect(("yaw_rate",), "yaw_rate is late")
-    withheld = with_defects(finding, [late, Defect((), "the file is another car's", True)], MONITORS["sideslip"])
-    assert withheld.estimate is None
-    assert withheld.status is Status.INCONSISTENT
-    assert "17" not in withheld.headline
-    assert withheld.headline.index("late") < withheld.headline.index("another car")
-    kept = with_defects(
-        finding, [Defect(("steering_wheel_angle",), "steering_wheel_angle is late")], MONITORS["sideslip"]
-    )
-    assert kept.estimate == estimate
-    assert kept.status is Status.INCONSISTENT
+def test_what_was_judged_in_part_only_is_not_healthy_and_an_alarm_stays():
+    lost = Fact("judged time", "the speed is missing", allows=Status.NOT_IDENTIFIABLE)
+    for status, expected in ((Status.HEALTHY, Status.NOT_IDENTIFIABLE), (Status.FAULT, Status.FAULT)):
+        assert assemble("Angle", Verdict("any", status), [lost]).status is expected

@@ -53,7 +53,7 @@ def test_a_frozen_signal_is_named_before_the_doubts_that_it_raises():
     assert finding.status is Status.INCONSISTENT
     assert finding.cause.startswith(f"{name} is stuck from 60.0 s on")
     assert finding.action.startswith("repair the sensor or its messages")
-    assert f"; {name} is stuck from 60.0 s on" in finding.headline.partition("Until then")[0]
+    assert finding.headline == f"Driver's hands: inconsistent, {name} is stuck from 60.0 s on"
 
 
 def test_a_signal_that_is_lost_before_a_fault_leaves_it_unjudged_and_is_named(rising):

@@ -112,9 +112,9 @@ def test_a_signal_that_moves_again_is_used_again(driven):
     assert not missing[:26000].any()
     assert missing[26110:30000].all()
     assert not missing[30010:].any()
-    (sentence,) = over.warnings({"yaw_rate": "rad/s"})
-    assert sentence.startswith("yaw_rate is stuck at ")
-    assert "from 260.0 s to 300.0 s" in sentence
+    (fact,) = over.facts({"yaw_rate": "rad/s"})
+    assert fact.cause.startswith("yaw_rate is stuck at ")
+    assert "from 260.0 s to 300.0 s" in fact.cause
 
 
 def test_names_are_checked():

@@ -7,6 +7,7 @@ import pytest
 
 from exact_vehicle import diagnose
 from monitors.motor_angle.monitored import vehicle_with
+from said import said
 from tierod.core.errors import InputError, ParameterError
 from tierod.core.findings import Status
 from tierod.core.recording import Channel, Recording
@@ -57,7 +58,7 @@ def test_it_says_which_voltages_it_rests_on_and_what_the_inverter_takes(more, va
     found = finding(recorded(DRIVE.samples, *more))
     assert found.monitor == f"motor-angle, {variant}"
     assert found.status is Status.HEALTHY
-    assert "commanded voltages give" in found.headline
+    assert "commanded voltages give" in said(found)
     assert result in found.warnings[0]
     assert found.evidence["inverter_voltage_loss_v"] == pytest.approx(0.83, abs=0.06)
     assert len(found.warnings) == 1

@@ -7,6 +7,7 @@ import pytest
 
 from exact_vehicle import diagnose
 from monitors.motor_angle.monitored import COLUMN, FAULT_FREE, changed, recording
+from said import said
 from tierod.core.findings import Status
 from tierod.diagnosis.fault_memory import FaultMemory
 from tierod_lab.papers.motor_angle.bench import RATE, drive
@@ -39,7 +40,7 @@ def noisy(degrees, until=math.inf):
 def test_noise_of_the_angle_has_its_size(degrees, tmp_path):
     found = finding(noisy(degrees), memory=tmp_path / "memory.json")
     assert found.status is Status.FAULT
-    assert found.headline.startswith("The readings of the motor's angle sensor have noise of ")
+    assert "The readings of the motor's angle sensor have noise of " in said(found)
     assert math.degrees(found.estimate.value) == pytest.approx(degrees, rel=0.05)
     assert found.estimate.quantity.startswith("noise of the readings")
     assert found.since < 0.1
@@ -50,7 +51,7 @@ def test_noise_of_the_angle_has_its_size(degrees, tmp_path):
 
 def test_noise_that_ended_has_an_end():
     found = finding(noisy(1.0, until=4.0))
-    assert "have noise of 1.0" in found.headline
+    assert "have noise of 1.0" in said(found)
     assert found.end == pytest.approx(4.0, abs=0.05)
 
 
@@ -60,20 +61,20 @@ def test_a_quiet_sensor_has_the_smallest_noise_that_is_named(degrees, warned):
     limit = found.evidence["smallest_named_sensor_noise_mechanical_rad"]
     assert 0.1 < math.degrees(limit) < 0.2
     assert (found.evidence["sensor_noise_mechanical_rad"] > limit) == warned
-    assert warned == ("noise of 0.16" in found.headline + " ".join(found.warnings))
+    assert warned == ("noise of 0.16" in said(found) + " ".join(found.warnings))
 
 
 def test_a_leap_of_the_angle_is_no_noise():
     found = finding(changed(motor_angle_mechanical=ANGLE + 1.5 * (np.arange(len(ANGLE)) % 500 == 0)))
     assert found.status is Status.FAULT
-    assert "noise" not in found.headline
+    assert "noise" not in said(found)
 
 
 def test_currents_that_grow_alike_are_blamed_and_not_the_angle(tmp_path):
     found = finding(times(1.0 + np.clip(TIME / 3.0 - 1.0, 0.0, 1.0), CURRENTS), memory=tmp_path / "memory.json")
-    assert found.headline.startswith("Currents and voltages contradict the model of the motor; they fit ")
+    assert "Currents and voltages contradict the model of the motor; they fit " in said(found)
     assert "as with currents" in found.cause
-    assert "angle sensor" not in found.headline + found.action
+    assert "angle sensor" not in said(found) + found.action
     assert found.estimate is None
     raised = FaultMemory.opened(tmp_path / "memory.json", "motor-bench").entries
     assert {name for name, each in raised.items() if each.status & 0x08} == {"motor-currents"}

@@ -10,6 +10,7 @@ import pytest
 
 from exact_vehicle import diagnose
 from monitors.motor_angle.monitored import COLUMN, FAULT_FREE, recording, vehicle_with
+from said import said
 from tierod.core.findings import Status
 from tierod.core.graph import scan
 from tierod_lab.papers.motor_angle.bench import RATE
@@ -144,7 +145,7 @@ def test_field_weakening_with_the_inductance_across_the_flux_alone_names_the_one
     found = diagnose(drive, with_inductances(across), "motor-angle").findings[0]
     assert found.status is Status.NOT_TESTABLE
     assert f"the inductance along the flux is {1.0 / ratio:.1f}" in found.cause
-    assert "1.00 times" not in found.headline
+    assert "1.00 times" not in said(found)
     given = re.fullmatch(r"give motor_inductance = (\S+) H .* motor_saliency = (\S+) .*", found.action)
     followed = with_inductances(*map(float, given.groups()))
     assert diagnose(drive, followed, "motor-angle").findings[0].status is Status.HEALTHY
@@ -165,4 +166,4 @@ def test_a_contradiction_names_no_parameter_that_fits():
     found = diagnose(recording(samples), "motor-bench", "motor-angle").findings[0]
     assert found.status is Status.FAULT
     assert "contradict the model of the motor" in found.cause
-    assert "1.00 times" not in found.headline
+    assert "1.00 times" not in said(found)

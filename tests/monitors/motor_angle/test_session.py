@@ -6,6 +6,7 @@ import pytest
 
 from exact_vehicle import diagnose
 from monitors.motor_angle.monitored import COLUMN, FAULT_FREE, changed, recording, vehicle_with
+from said import said
 from tierod.core.errors import InputError
 from tierod.core.findings import Status
 from tierod.core.recording import Channel, Recording
@@ -42,7 +43,7 @@ def test_an_offset_with_its_size_and_its_beginning():
     assert found.status is Status.FAULT
     assert found.since == pytest.approx(6.22, abs=0.02)
     assert found.estimate.value == pytest.approx(math.radians(5.0), abs=0.02)
-    assert "differs from the angle that currents and voltages give" in found.headline
+    assert "differs from the angle that currents and voltages give" in said(found)
 
 
 def test_a_drive_too_slow_is_not_judged():
@@ -123,7 +124,7 @@ def test_a_zero_that_leaps_beside_a_slow_motor_accuses_no_currents(tmp_path):
     true = 4.0 * (samples[:, COLUMN["motor_angle_mechanical"]] - np.where(late, leap.offset(np.zeros(1)), 0.0))
     jumped = finding(samples)
     known_to = math.degrees(jumped.estimate.standard_deviation)
-    assert f"by a step of +12.0 ± {known_to:.1f}° electrical" in jumped.headline
+    assert f"by a step of +12.0 ± {known_to:.1f}° electrical" in said(jumped)
     assert jumped.since == pytest.approx(slow / RATE, abs=0.1)
     samples[:, COLUMN["resolver_sine"]], samples[:, COLUMN["resolver_cosine"]] = np.sin(true), np.cos(true)
     diagnosis = diagnosed(samples, memory=tmp_path / "memory.json")

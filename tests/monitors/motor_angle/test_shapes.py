@@ -11,6 +11,7 @@ from rich.console import Console
 
 from exact_vehicle import diagnose
 from monitors.motor_angle.monitored import COLUMN, FAULT_FREE, changed, recording
+from said import said
 from tierod.core.findings import Status
 from tierod.diagnosis.fault_memory import FaultMemory
 from tierod.report import print_table, to_json
@@ -35,8 +36,8 @@ def test_a_ripple_has_its_amplitude_and_its_order(amplitude, order, begin):
     error = amplitude * DEGREE * np.sin(order * ANGLE + 0.4) * (begin <= TIME)
     (found,) = finding(error).findings
     assert found.status is Status.FAULT
-    assert "by a ripple of " in found.headline
-    assert f"° electrical, {order} per turn of the shaft" in found.headline
+    assert "by a ripple of " in said(found)
+    assert f"° electrical, {order} per turn of the shaft" in said(found)
     assert found.estimate.quantity.startswith("amplitude of the ripple")
     assert math.degrees(found.estimate.value) == pytest.approx(amplitude, abs=0.3)
 
@@ -45,7 +46,7 @@ def test_a_ripple_has_its_amplitude_and_its_order(amplitude, order, begin):
 def test_a_slip_is_a_step_of_its_size(degrees):
     (found,) = finding(degrees * DEGREE * LATE).findings
     assert found.since == pytest.approx(BEGIN, abs=0.01)
-    assert "by a step of " in found.headline
+    assert "by a step of " in said(found)
     assert abs(math.degrees(found.estimate.value)) == pytest.approx(abs(degrees), abs=0.3)
     assert abs(degrees) == 180.0 or found.estimate.value * degrees > 0.0
 
@@ -54,7 +55,7 @@ def test_a_slip_is_a_step_of_its_size(degrees):
 def test_a_drift_has_its_rate_and_its_begin(rate):
     (found,) = finding(rate * DEGREE * (TIME - BEGIN) * LATE).findings
     known_to = math.degrees(found.estimate.standard_deviation)
-    assert f"by a drift of {rate:+.1f} ± {known_to:.1f}°/s electrical" in found.headline
+    assert f"by a drift of {rate:+.1f} ± {known_to:.1f}°/s electrical" in said(found)
     assert found.since == pytest.approx(BEGIN, abs=0.03)
     assert found.evidence["angle_alarm_from_s"] > BEGIN + 0.1
 
@@ -64,7 +65,7 @@ def test_a_slow_drift_has_its_declaration_in_every_display(tmp_path):
     (found,) = diagnosis.findings
     assert found.declared == found.evidence["angle_alarm_from_s"] > BEGIN + 0.5
     late = f"declared at {found.declared:.2f} s"
-    assert late in found.headline
+    assert late in said(found)
     console = Console(file=io.StringIO(), width=200)
     print_table(diagnosis, console)
     (row,) = (each for each in console.file.getvalue().splitlines() if each.startswith("change began"))
@@ -80,14 +81,14 @@ def test_a_step_that_is_declared_at_once_has_one_time_in_words():
     (found,) = finding(20.0 * DEGREE * LATE).findings
     assert found.declared == pytest.approx(BEGIN, abs=0.1)
     assert found.belated is None
-    assert "declared" not in found.headline + repr(found)
+    assert "declared" not in said(found) + repr(found)
     assert found.end is None
 
 
 def test_a_gain_is_one():
     away = (ANGLE - ANGLE[np.argmax(LATE)]) * LATE
     (found,) = finding(0.02 * away).findings
-    assert re.search(r"by a gain of 1\.020 ± \S+, so that its error grows with the angle", found.headline)
+    assert re.search(r"by a gain of 1\.020 ± \S+, so that its error grows with the angle", said(found))
 
 
 @pytest.mark.parametrize(
@@ -105,7 +106,7 @@ def test_a_gain_is_one():
 def test_a_shape_is_that_of_the_difference_whichever_alarm_came_first(error, by, action):
     (found,) = finding(error * LATE).findings
     assert found.cause == "the angle sensor differs from the angle that currents and voltages give"
-    assert re.search(f"{found.cause[1:]} by {by}", found.headline)
+    assert re.search(f"{found.cause[1:]} by {by}", said(found))
     assert action in found.action
 
 
@@ -113,14 +114,14 @@ def test_an_error_that_ended_has_an_end():
     (found,) = finding(20.0 * DEGREE * (LATE & (TIME < BEGIN + 0.5))).findings
     assert found.status is Status.FAULT
     known_to = math.degrees(found.estimate.standard_deviation)
-    assert f"by a step of +20.0 ± {known_to:.1f}° electrical, from 6.20 s to {found.end:.2f} s" in found.headline
+    assert f"by a step of +20.0 ± {known_to:.1f}° electrical, from 6.20 s to {found.end:.2f} s" in said(found)
     assert found.end == pytest.approx(BEGIN + 0.5, abs=0.05)
     assert f"ended at {found.end:.6g} s" in repr(found)
 
 
 def test_an_error_from_the_start_is_dated_with_the_first_comparison():
     (found,) = finding(8.0 * DEGREE).findings
-    assert re.search(r"by \+8\.0 ± \d\.\d° electrical, since 5\.02 s at the latest\.$", found.headline)
+    assert re.search(r"by \+8\.0 ± \d\.\d° electrical, since 5\.02 s at the latest$", said(found))
 
 
 @pytest.mark.parametrize("degrees", [5.0, -5.0])
@@ -129,9 +130,9 @@ def test_an_offset_that_disturbed_the_observer_is_lasting(degrees, tmp_path):
     samples, path = drive(42, 9.0, offset(degrees), 2.0).samples, tmp_path / "memory.json"
     (found,) = diagnose(recording(samples), "motor-bench", "motor-angle", memory=path).findings
     assert found.evidence["model_alarm_from_s"] < found.evidence["angle_alarm_from_s"]
-    assert "for a moment" not in found.headline
+    assert "for a moment" not in said(found)
     known_to = math.degrees(found.estimate.standard_deviation)
-    assert f"by {degrees:+.1f} ± {known_to:.1f}° electrical, since 2.00 s, declared at 5.04 s" in found.headline
+    assert f"by {degrees:+.1f} ± {known_to:.1f}° electrical, since 2.00 s, declared at 5.04 s" in said(found)
     raised = {name for name, each in FaultMemory.opened(path, "motor-bench").entries.items() if each.status & 0x08}
     assert raised == {"motor-angle-offset"}
 
@@ -147,4 +148,4 @@ def test_the_headline_of_a_healthy_sensor_has_its_difference_with_the_deviation_
     (found,) = finding(0.0 * TIME).findings
     assert found.status is Status.HEALTHY
     value, known_to = (math.degrees(each) for each in (found.estimate.value, found.estimate.standard_deviation))
-    assert f"it differs by {value:+z.1f} ± {known_to:.1f}° electrical from" in found.headline
+    assert f"it differs by {value:+z.1f} ± {known_to:.1f}° electrical from" in said(found)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from exact_vehicle import diagnose
+from said import said
 from tierod.core.findings import Status
 from tierod.core.recording import Recording
 from tierod_lab.ground import SensorSet, run
@@ -49,7 +50,7 @@ def test_the_limit_of_grip_is_reported():
     slippery = (Adhesion(left=0.35, right=0.35),)
     course = AngleRamp(speed=20.0, angle=math.radians(60.0), rate=math.radians(5.0), conditions=slippery)
     found = diagnose(driven(course), "steer-by-wire", "sideslip").findings[0]
-    assert "close to its largest force" in found.headline
+    assert "close to its largest force" in said(found)
     assert 3.0 < found.evidence["limit_first_announced_at_s"] < 14.0
     assert found.evidence["largest_front_friction_used"] > 0.8
 
@@ -64,7 +65,7 @@ def test_beside_a_wrong_steering_angle_no_limit_is_announced(demonstrator, wrong
     }
     changed = demonstrator.with_channels([dataclasses.replace(angle, values=values[wrong])])
     found = diagnose(changed, "smartload", "sideslip").findings[0]
-    assert "largest force" not in found.headline
+    assert "largest force" not in said(found)
 
 
 def test_a_car_that_the_parameters_do_not_fit_is_not_judged(drive):
@@ -73,7 +74,7 @@ def test_a_car_that_the_parameters_do_not_fit_is_not_judged(drive):
     channels["yaw_rate"] = dataclasses.replace(channels["yaw_rate"], values=nonsense)
     found = diagnose(Recording(channels), "steer-by-wire", "sideslip").findings[0]
     assert found.status is Status.NOT_IDENTIFIABLE
-    assert "the filter diverged" in found.headline
+    assert "the filter diverged" in said(found)
     assert "the yaw rate has an offset" in found.cause
 
 

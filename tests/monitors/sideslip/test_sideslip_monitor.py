@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from exact_vehicle import diagnose
+from said import said
 from tierod.core.errors import ParameterError
 from tierod.core.findings import Status
 from tierod.core.recording import Recording
@@ -109,7 +110,7 @@ def test_a_car_that_hardly_rolls_is_not_enabled(drive):
 def test_parameters_that_do_not_fit_are_reported_by_the_innovations(drive):
     found = finding(without(changed(drive, yaw_rate=3.0), "lateral_acceleration"))
     assert found.status is Status.NOT_IDENTIFIABLE
-    assert "do not fit" in found.headline
+    assert "do not fit" in said(found)
 
 
 def test_a_yaw_rate_with_an_offset_is_named_and_not_healthy(drive):
@@ -131,7 +132,7 @@ def test_a_band_that_does_not_hold_the_truth_is_suspect(drive):
     found = finding(changed(drive, truth_sideslip_angle=4.0))
     assert found.status is Status.INCONSISTENT
     assert found.evidence["truth_within_band_share"] < 0.8
-    assert "the 95 % band contains the recorded truth for" in found.headline
+    assert "the 95 % band contains the recorded truth for" in said(found)
 
 
 def slow(drive, rate):

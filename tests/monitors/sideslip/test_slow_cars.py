@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from monitors.condition.small_car import EVERY, QUADRICYCLE, STEP, backs_out, driven, recordings
+from said import said
 from tierod.core.findings import Status
 from tierod.monitors.diagnose import diagnose
 from tierod_lab.papers.own_car.brochure import brochure_car
@@ -62,7 +63,7 @@ def test_the_headline_is_a_sample_of_the_course_with_its_own_deviation_and_holds
     assert estimate.standard_deviation == pytest.approx(band.mean[at], rel=0.1)
     time, truth = true_sideslip(states, 0)
     assert abs(estimate.value - np.interp(course.time[at], time, truth)) < BAND * estimate.standard_deviation
-    assert "Most of it is the geometry of a tight turn" in found.findings[0].headline
+    assert "Most of it is the geometry of a tight turn" in said(found.findings[0])
 
 
 def test_no_sample_has_a_larger_lower_bound_than_the_headline(car, drives):
@@ -93,14 +94,14 @@ def test_walking_pace_alone_gives_neither_a_value_nor_a_limit(car, drives):
     finding = diagnose(drives[0][1], car, "sideslip").findings[0]
     assert finding.status is Status.NOT_ENABLED
     assert finding.estimate is None
-    assert "walking pace" in finding.headline
-    assert "largest force" not in finding.headline
+    assert "walking pace" in said(finding)
+    assert "largest force" not in said(finding)
 
 
 def test_far_from_its_largest_force_no_limit_is_announced(car, drives):
     finding = diagnose(drives[0][0], car, "sideslip").findings[0]
     assert finding.evidence["limit_announced_s"] == 0.0
-    assert "largest force" not in finding.headline
+    assert "largest force" not in said(finding)
 
 
 def test_what_a_car_with_unsigned_speeds_does_in_reverse_is_neither_its_largest_sideslip_nor_a_limit(car, drives):
@@ -135,7 +136,7 @@ def test_where_every_turn_is_mirrored_nothing_is_stated(car, drives):
     out = drives[0][2].slice(0.0, 10.0)
     finding, other = (diagnose(out, car, monitor).findings[0] for monitor in ("sideslip", "condition"))
     assert finding.status is other.status is Status.NOT_TESTABLE
-    assert "the car reversed all the time, or the yaw rate has the wrong sign" in finding.headline
+    assert "the car reversed all the time, or the yaw rate has the wrong sign" in said(finding)
     assert (finding.cause, finding.action) == (other.cause, other.action)
 
 
@@ -165,6 +166,5 @@ def test_an_offset_of_the_yaw_rate_is_named_by_the_wheels_despite_a_wave_on_the_
         [dataclasses.replace(yaw_rate, values=yaw_rate.values + offset), dataclasses.replace(read, values=wave)]
     )
     finding = diagnose(made, car, "sideslip", spread=False).findings[0]
-    said = f"{finding.headline} {finding.cause}"
-    assert ("offset of" in said) is bool(offset)
+    assert ("offset of" in f"{said(finding)} {finding.cause}") is bool(offset)
     assert finding.status.exit_code == (1 if offset else 0)

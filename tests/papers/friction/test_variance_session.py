@@ -24,7 +24,7 @@ def concluded(windows, variance, enabled=1.0):
     }
     for piece in np.array_split(np.arange(count), 3):
         session.collect(time[piece], {}, {name: values[piece] for name, values in result.items()})
-    return session.conclude().finding
+    return session.conclude().verdict
 
 
 @pytest.mark.parametrize("enabled", [0.25, 0.5, 1.0])

@@ -13,7 +13,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from tierod import BlockSession, Conclusion, Estimate, Finding, Monitor, Status, Variant, Vehicle, maths
+from tierod import BlockSession, Conclusion, Estimate, Fact, Monitor, Status, Variant, Vehicle, Verdict, maths
 from tierod.core.block import Scalar
 from tierod.core.graph import Result
 
@@ -101,16 +101,14 @@ class ImbalanceSession(BlockSession):
         evidence = {"listened_seconds": self.seconds}
         if self.seconds < self.patience:
             cause = f"the car was fast enough for {self.seconds:.3g} s; {self.patience:g} s are needed"
-            headline = "The imbalance of the wheels could not be judged."
-            action = "drive faster than 54 km/h for longer"
-            finding = Finding("wheel-imbalance", Status.NOT_ENABLED, headline, None, None, evidence, cause, action)
-            return Conclusion(finding)
+            slow = Fact("slow", cause, "the car was too slow", "drive faster than 54 km/h for longer")
+            return Conclusion(Verdict("wheel-imbalance", Status.NOT_ENABLED, (slow,), evidence=evidence))
         estimate = Estimate("torque once per turn of the wheels", self.amplitude, 0.01, "N*m", {"limit": LIMIT})
         felt = self.amplitude > LIMIT
         status = Status.FAULT if felt else Status.HEALTHY
-        headline = "A front wheel is out of balance." if felt else "The front wheels are balanced."
-        action = "balance the front wheels" if felt else ""
-        return Conclusion(Finding("wheel-imbalance", status, headline, None, estimate, evidence, "", action))
+        unbalanced = Fact("unbalanced", "a front wheel is out of balance", action="balance the front wheels")
+        because = (unbalanced,) if felt else ()
+        return Conclusion(Verdict("wheel-imbalance", status, because, estimate, evidence=evidence))
 
 
 WHEEL_IMBALANCE = Monitor(

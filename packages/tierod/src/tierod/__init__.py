@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from tierod.core.errors import InputError, TierodError
+    from tierod.core.facts import Fact, Verdict
     from tierod.core.findings import Diagnosis, Estimate, Finding, Status
     from tierod.core.graph import Stream, batch, maths, scan
     from tierod.core.recording import Channel, Recording
@@ -44,6 +45,7 @@ _HOMES = {
     "Conclusion": "tierod.monitors.harness.session",
     "Diagnosis": "tierod.core.findings",
     "Estimate": "tierod.core.findings",
+    "Fact": "tierod.core.facts",
     "Finding": "tierod.core.findings",
     "InputError": "tierod.core.errors",
     "Monitor": "tierod.monitors.harness.session",
@@ -53,6 +55,7 @@ _HOMES = {
     "TierodError": "tierod.core.errors",
     "Variant": "tierod.monitors.harness.session",
     "Vehicle": "tierod.vehicles",
+    "Verdict": "tierod.core.facts",
     "__version__": "tierod.core.version",
     "batch": "tierod.core.graph",
     "diagnose": "tierod.monitors.diagnose",
@@ -80,6 +83,7 @@ __all__ = [
     "Conclusion",
     "Diagnosis",
     "Estimate",
+    "Fact",
     "Finding",
     "InputError",
     "Monitor",
@@ -89,6 +93,7 @@ __all__ = [
     "TierodError",
     "Variant",
     "Vehicle",
+    "Verdict",
     "__version__",
     "batch",
     "diagnose",

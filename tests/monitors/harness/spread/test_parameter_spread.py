@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from rolling_car import OWN, car, monitor
-from tierod.core.findings import Estimate, Finding, ParameterEffect, Status
+from tierod.core.facts import Verdict
+from tierod.core.findings import Estimate, ParameterEffect, Status
 from tierod.core.recording import Channel, Recording
 from tierod.monitors.diagnose import diagnose
-from tierod.monitors.harness.spread.joining import restated
 from tierod.monitors.harness.spread.turning import turn_by_estimate
 from tierod.vehicles import load
 
@@ -38,10 +38,10 @@ def test_band_and_estimate_hold_the_spread_whether_or_not_the_recording_is_longe
     assert only.effect == pytest.approx(0.02, rel=0.02)
 
 
-def test_the_headline_gives_the_wider_deviation_and_what_to_measure():
-    headline = diagnose(drive(), car(1.2, 0.2), monitor()).findings[0].headline
-    assert headline.startswith("Angle 6.88 ± 1.28 degrees.")
-    assert "rear_distance ±0.2 m shifts it by ±1.1 degrees; measure it first" in headline
+def test_the_headline_gives_the_wider_deviation_and_a_warning_what_to_measure():
+    finding = diagnose(drive(), car(1.2, 0.2), monitor()).findings[0]
+    assert finding.headline.endswith(": healthy, 6.9 ± 1.3 °")
+    assert "rear_distance ±0.2 m shifts it by ±1.1 degrees; measure it first" in finding.warnings
 
 
 def test_nothing_changes_where_parameters_are_exact_or_do_not_matter():
@@ -117,12 +117,7 @@ def test_a_verdict_turns_where_two_deviations_pass_the_limit(status, value, devi
     estimate = Estimate("friction", value, 0.1, "N*m", {"nominal": 4.0, "rising": 6.0, "fault": 8.0})
     effect = ParameterEffect("trail", 0.05, 0.01, "m", deviation, "N*m", 1.0)
     found = turn_by_estimate(
-        Finding("friction", status, "", estimate=estimate), deviation**2, (effect,), load("midsize-eps")
+        Verdict("friction", status, estimate=estimate), deviation**2, (effect,), load("midsize-eps")
     )
     assert (found and found.status) == turns
     assert found is None or found.names == ("trail",)
-
-
-def test_only_the_deviation_of_the_estimate_is_restated():
-    assert restated("4.05 ± 0.14 N·m of 3.00 ± 0.50", 0.14, 0.3, "N*m") == "4.05 ± 0.30 N·m of 3.00 ± 0.50"
-    assert restated("up to 3.2 ± 0.57 degrees", 0.01, 0.02, "rad") == "up to 3.2 ± 1.15 degrees"

@@ -54,8 +54,8 @@ def test_vehicles_side_by_side_give_what_each_gives_alone_to_the_last_bit(name, 
             assert traces.keys() == other[place].keys()
             for trace, values in traces.items():
                 np.testing.assert_array_equal(values, other[place][trace], err_msg=trace)
-    assert {place: each.conclusion.finding for place, each in concluded.items()} == {
-        place: each.conclusion.finding for place, each in same.items()
+    assert {place: each.conclusion.verdict for place, each in concluded.items()} == {
+        place: each.conclusion.verdict for place, each in same.items()
     }
 
 

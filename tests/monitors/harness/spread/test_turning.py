@@ -6,7 +6,8 @@ import dataclasses
 
 import pytest
 
-from tierod.core.findings import Element, Estimate, Finding, ParameterEffect, Status
+from tierod.core.facts import Fact, Verdict, assemble
+from tierod.core.findings import Element, Estimate, ParameterEffect, Status
 from tierod.monitors.harness.session import Conclusion
 from tierod.monitors.harness.spread.parameter_spread import Outcome
 from tierod.monitors.harness.spread.points import Concluded
@@ -21,7 +22,7 @@ def concluded(status: Status, *faulty: str) -> Conclusion:
         Element(name, "sensor", Status.FAULT if name in faulty else Status.HEALTHY)
         for name in ("yaw_rate", "steering_wheel_angle")
     )
-    return Conclusion(Finding("condition", status, f"{status}."), elements=elements)
+    return Conclusion(Verdict("condition", status), elements=elements)
 
 
 def outcome(*others: Conclusion) -> Outcome:
@@ -34,24 +35,23 @@ def test_a_fault_of_another_sensor_for_a_car_within_the_spread_turns_the_verdict
     found = turn(own, outcome(own, other))
     assert found is not None
     said = turned(own, found, CAR)
-    assert said.finding.status is Status.SUSPECT
-    assert "a fault of steering wheel angle" in said.finding.cause
-    assert "track_width" in said.finding.headline
+    finding = assemble("Sensors", said.verdict)
+    assert finding.headline == "Sensors: suspect, track_width decides the verdict"
+    assert "a fault of steering wheel angle" in finding.cause
     assert {each.name: each.status for each in said.elements}["yaw_rate"] is Status.SUSPECT
 
 
 def test_a_verdict_that_turns_is_not_called_healthy_but_for_the_car_of_the_file():
     estimate = Estimate("friction", 4.5, 0.4, "N*m", {"rising": 5.2, "fault": 7.0})
-    finding = Finding("friction", Status.HEALTHY, "Friction 4.50 ± 0.40 N·m: healthy, rising from 5.20 N·m.",
-                      estimate=estimate, action="none; store the learnt level")  # fmt: skip
+    low = Fact("healthy", "friction stayed below every limit", action="none; store the learnt level")
+    verdict = Verdict("friction", Status.HEALTHY, (low,), estimate)
     effect = ParameterEffect("track_width", 1.6, 0.1, "m", 0.4, "N*m", 1.0)
-    found = turn_by_estimate(finding, 0.2, [effect], CAR)
+    found = turn_by_estimate(verdict, 0.2, [effect], CAR)
     assert found is not None
-    said = turned(Conclusion(finding), found, CAR).finding
-    assert said.headline == (
-        "Friction 4.50 ± 0.40 N·m: not identifiable, rising from 5.20 N·m. But track_width decides the verdict: as the "
-        "file gives it this is healthy, within the spread this is rising."
-    )
+    said = assemble("Friction", turned(Conclusion(verdict), found, CAR).verdict)
+    assert said.headline == "Friction: not identifiable, track_width decides the verdict"
+    assert said.details == ("ignoring this: healthy, 4.5 ± 0.4 N·m",)
+    assert said.cause.endswith("it is rising")
     assert "store" not in said.action
 
 
@@ -76,10 +76,10 @@ def with_limit(deviation: float) -> Vehicle:
     return dataclasses.replace(car, parameters={**car.parameters, "rising_friction": limit})
 
 
-def by_limit(status: Status, value: float) -> Finding:
+def by_limit(status: Status, value: float) -> Verdict:
     limits = ("rising_friction",) if status is Status.RISING else ()
     estimate = Estimate("friction", value, 0.1, "N*m", {"rising": 5.2}, limits, {GAIN: 0.08 * value})
-    return Finding("friction", status, "friction.", estimate=estimate)
+    return Verdict("friction", status, estimate=estimate)
 
 
 @pytest.mark.parametrize(("deviation", "turns"), [(0.0, False), (0.5, False), (0.8, True)])

@@ -64,21 +64,6 @@ class Estimate:
 
 
 @dataclass(frozen=True)
-class Defect:
-    """Defect of an input signal.
-
-    Args:
-        names: name of the signal; several where the defect cannot be isolated
-        sentence: the defect, beginning with the names
-        withholds: whether the defect prevents any estimate
-    """
-
-    names: tuple[str, ...]
-    sentence: str
-    withholds: bool = False
-
-
-@dataclass(frozen=True)
 class Finding:
     """The verdict of one monitor over one recording.
 
@@ -87,7 +72,7 @@ class Finding:
         status: what was found, or why no judgement was possible. A monitor that only estimates is never healthy or
             suspect: consistent where a reference or redundant signals could have contradicted it, inconsistent where
             they do, else estimated
-        headline: one sentence for the first line of a report
+        headline: subject, status and reason in at most 12 words, for the first line of a report
         since: time [s] in the recording at which the change to this status began; None where it holds throughout
         declared: time [s] at which the change was declared; None where there was none, or its time is not known
         end: time [s] at which all faults of the finding had ended; None where one lasts to the end of the recording,
@@ -98,6 +83,7 @@ class Finding:
         action: the remedy
         warnings: notices for a reader of the verdict (wrong sign suspected, torque in raw counts, ...)
         decided_by: names of the decision rules that raised the alarm; empty without an alarm
+        details: further sentences: limits that the estimate was compared with, or the verdict without what doubts it
     """
 
     monitor: str
@@ -112,31 +98,19 @@ class Finding:
     decided_by: tuple[str, ...] = ()
     declared: float | None = None
     end: float | None = None
+    details: tuple[str, ...] = ()
 
     @property
     def belated(self) -> float | None:
         """Time of the declaration where it differs noticeably from the onset; None where it does not [s]."""
         return belated(self.since, self.declared)
 
-    def after(self, cause: str, action: str) -> Finding:
-        """The finding with another cause and remedy before its own; an empty remedy of its own is dropped.
-
-        Args:
-            cause: cause that comes first
-            action: remedy that comes first
-        """
-        nothing = self.action in ("", "none") or self.action.startswith("none;")
-        return replace(
-            self,
-            cause=f"{cause}; {self.cause}" if self.cause else cause,
-            action=action if nothing else f"{action}; {self.action}",
-        )
-
     def screen(self) -> Screen:
         """Display of the finding in a terminal or a notebook."""
         estimate = self.estimate
         lines = (
             self.headline,
+            *self.details,
             "" if self.since is None else f"since {self.since:.6g} s",
             "" if self.end is None else f"ended at {self.end:.6g} s",
             "" if self.belated is None else f"declared at {self.belated:.6g} s",

@@ -6,13 +6,14 @@ import dataclasses
 from collections.abc import Callable, Mapping
 from math import sqrt
 
+from tierod.core.facts import REPAIR
 from tierod.core.recording import Recording
 from tierod.methods.identification.experiment import Found
 from tierod.methods.identification.vehicle import VehicleIdentification, identify_vehicle
 from tierod.methods.identification.vehicle_judgement import CONTRADICTION, LEARNT, NARROWED, NOT_SEEN, Judged
 from tierod.methods.identification.vehicle_priors import spread_of
 from tierod.monitors.friction.motor_ratio import NAME, DriveRatio, ratio_of_drives
-from tierod.monitors.harness.input_defects import REPAIR, InputDefects
+from tierod.monitors.harness.input_defects import InputDefects
 from tierod.vehicles import Vehicle
 from tierod.vehicles.vehicle import Parameter
 
@@ -67,7 +68,7 @@ def _defects_of_torques(recordings: Mapping[str, Recording]) -> list[str]:
             continue
         checks = InputDefects(TORQUES)
         checks.add(recording, *recording.span)
-        found += [f"{name}: {each.sentence}" for each in checks.found()]
+        found += [f"{name}: {each.cause}" for each in checks.found()]
     return found
 
 

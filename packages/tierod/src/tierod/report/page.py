@@ -185,6 +185,7 @@ def verdict(diagnosis: Diagnosis, finding: Finding) -> Verdict:
         cause=sentence(finding.cause),
         action=sentence("nothing" if finding.action == "none" else finding.action),
         warnings=tuple(map(sentence, finding.warnings)),
+        details=tuple(map(sentence, finding.details)),
     )
     return Verdict(finding, dated(finding), value, spread, picture, figures, decisive)
 

@@ -95,7 +95,7 @@ def _finding(diagnosis: Diagnosis, finding: Finding, console: Console) -> None:
 
 
 def _rows(diagnosis: Diagnosis, finding: Finding) -> list[tuple[str, str]]:
-    rows = [("monitor", finding.monitor)]
+    rows = [("monitor", finding.monitor), *(("in detail", each) for each in finding.details)]
     if finding.since is not None:
         rows.append(("change began", dated(finding)))
     if finding.estimate is not None:

@@ -7,7 +7,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from tierod.core.findings import Estimate, Finding, Status
+from tierod.core.facts import Fact, Verdict
+from tierod.core.findings import Estimate, Status
 from tierod.core.graph import Result
 from tierod.core.series import Stride
 from tierod.methods.detectors.control_charts import HeldThreshold
@@ -82,15 +83,15 @@ class VarianceSession(BlockSession):
         variances = np.concatenate(self._variances or [np.empty(0)])
         share = self._enabled / max(self._seen, 1)
         evidence = {"windows": float(len(variances)), "enabled_share": share}
-        finding = self._withheld(len(variances), evidence) or self._judged(variances, evidence)
-        known = finding.estimate is not None
+        verdict = self._withheld(len(variances), evidence) or self._judged(variances, evidence)
+        known = verdict.estimate is not None
         return Conclusion(
-            finding,
-            self._spread.histograms(finding.since) if known else {},
+            verdict,
+            self._spread.histograms(verdict.since) if known else {},
             parameters=tuple(tuning_rows(self.block)),
         )
 
-    def _withheld(self, windows: int, evidence: dict[str, float]) -> Finding | None:
+    def _withheld(self, windows: int, evidence: dict[str, float]) -> Verdict | None:
         if windows >= NEEDED_WINDOWS and math.isfinite(self.threshold):
             return None
         if windows < NEEDED_WINDOWS:
@@ -103,10 +104,9 @@ class VarianceSession(BlockSession):
         else:
             status, cause = Status.NOT_TESTABLE, "the vehicle file gives no threshold for the variance"
             action = "determine baseline_variance from healthy drives of this car, or use the variant 'pre-sliding'"
-        subject = "Friction of the steering by the baseline method"
-        return withheld(self.name, subject, [Obstacle(status, cause, action)], evidence)
+        return withheld(self.name, [Obstacle(status, cause, action)], evidence)
 
-    def _judged(self, variances: np.ndarray, evidence: dict[str, float]) -> Finding:
+    def _judged(self, variances: np.ndarray, evidence: dict[str, float]) -> Verdict:
         later = variances[len(variances) // 2 :]
         median = float(np.median(later))
         above = variances > self.threshold
@@ -116,17 +116,20 @@ class VarianceSession(BlockSession):
         since = self._began(above) if fault else None
         # Standard error of a median of Gaussian values: sqrt(pi / 2) times that of their mean.
         deviation = float(1.2533 * np.std(later) / math.sqrt(len(later)))
-        return Finding(
+        cause = (
+            "the two self-aligning torques differ more than on the healthy car" if fault else "the two torques agree"
+        )
+        action = "judge again with the variant 'pre-sliding', which estimates the friction torque" if fault else "none"
+        return Verdict(
             self.name,
             status,
-            f"Variance of the self-aligning torques {median:.0f} (N·m)², limit {self.threshold:.0f}: {status.value}.",
-            since,
+            (Fact(status.value, cause, action=action),),
             Estimate(QUANTITY, median, deviation, "N**2*m**2", {"fault": self.threshold}),
+            since,
             evidence,
-            "the two self-aligning torques differ more than on the healthy car" if fault else "the two torques agree",
-            "judge again with the variant 'pre-sliding', which estimates the friction torque" if fault else "none",
-            ("the variance depends on tyres and parameters of the car as much as on friction",),
+            (f"variance of the self-aligning torques {median:.0f} (N·m)², limit {self.threshold:.0f}",),
             (VARIANCE_DECISIONS[0].name,) if fault else (),
+            facts=(Fact("note", "the variance depends on tyres and parameters of the car as much as on friction"),),
         )
 
     def _began(self, above: np.ndarray) -> float | None:

@@ -195,6 +195,7 @@ BANK = Variant(
 CONDITION = Monitor(
     name="condition",
     title="Sensors and actuators of the vehicle",
+    subject="Sensors and actuators",
     summary="Finds which of six sensors and four actuators is faulty, with kind and size of the fault, and replaces "
     "its value.",
     source=PAPER,

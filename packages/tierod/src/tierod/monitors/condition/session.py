@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tierod.core.block import Block
+from tierod.core.facts import verdict_of
 from tierod.core.findings import Status
 from tierod.core.graph import Memory, Scanner
 from tierod.core.recording import Aligned
@@ -410,4 +411,4 @@ class ConditionSession:
         withheld = tuple(f"{what}{name}" for name in sorted(own) for what in ("supplied_", "deviation_of_supplied_"))
         # Wrong wiring is no fault of an element and must not enter a fault memory.
         courses = {} if problems else code_courses(self._courses, self._driven.end)
-        return Conclusion(finding, elements=states, code_courses=courses, withheld=withheld)
+        return Conclusion(verdict_of(finding), elements=states, code_courses=courses, withheld=withheld)

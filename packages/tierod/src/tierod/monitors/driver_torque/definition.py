@@ -10,6 +10,7 @@ import numpy as np
 
 from tierod.core.block import Block
 from tierod.core.errors import ParameterError
+from tierod.core.facts import verdict_of
 from tierod.core.graph import Result
 from tierod.core.recording import Aligned
 from tierod.monitors.driver_torque.block import ColumnSigns, DriverTorqueMonitor
@@ -177,7 +178,7 @@ class DriverTorqueSession(BlockSession):
         withheld = (TRUTH,) if fits else (TRUTH, *(name for name in self.traces if not (unfit and name == "nis")))
         remarks = {"estimate": WITHHELD if unfit else self._remark if fits else "", "consistency": SIZED * bool(found)}
         return Conclusion(
-            finding,
+            verdict_of(finding),
             consistency=nis_figures(found, wide=True) if found else {},
             remarks={part: remark for part, remark in remarks.items() if remark},
             withheld=withheld,
@@ -266,6 +267,7 @@ FIXED_LAG = Variant(
 DRIVER_TORQUE = Monitor(
     name="driver-torque",
     title="Torque of the driver's hands",
+    subject="Driver's hands",
     summary="Estimates the torque that the driver's hands put on the wheel, and decides whether they are on it.",
     source=PAPER,
     drive=f"At least {LEAST_READY:g} s in which the wheel turns: a drive, or a bench whose motor turns the column.",

@@ -54,6 +54,7 @@ PRE_SLIDING = Variant(
 FRICTION = Monitor(
     name="friction",
     title="Friction of the steering",
+    subject="Friction",
     summary="Detects and quantifies rising dry friction of column, gear and rack in natural driving.",
     source=PAPER,
     drive=f"Bends to both sides, steered by hand on city or country roads: {TUNING.ready_time:g} s in which driver and "

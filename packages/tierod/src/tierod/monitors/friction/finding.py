@@ -6,15 +6,14 @@ import math
 from dataclasses import dataclass
 from typing import Annotated
 
-from tierod.core.findings import Estimate, Finding, Status
+from tierod.core.facts import Fact, Verdict
+from tierod.core.findings import Estimate, Status
 from tierod.core.statement import STATUSES
 from tierod.monitors.friction.decisions import ABSOLUTE, BASELINE
 from tierod.monitors.friction.notices import SMALLEST_LEVEL, FrictionRun, notices, obstacles
 from tierod.monitors.friction.verdict import BY_LIMIT
 from tierod.monitors.harness.verdict import withheld
 from tierod.vehicles.uncertain import GainDeviation
-
-SUBJECT = "Friction of the steering"
 
 PLACE = "friction torque at the steering wheel axis"
 
@@ -38,8 +37,8 @@ SETTLE = (
 )
 
 
-def finding_of(run: FrictionRun) -> Finding:
-    """The last statement of the block as a finding.
+def verdict_of_run(run: FrictionRun) -> Verdict:
+    """The last statement of the block as a verdict.
 
     Args:
         run: result after the last sample
@@ -50,14 +49,14 @@ def finding_of(run: FrictionRun) -> Finding:
     """
     statement = run.judged.statement
     if found := obstacles(run.judged, run.verdict.tuning):
-        return withheld(run.monitor, SUBJECT, found, _evidence(run), ("value and verdict are withheld",))
+        return withheld(run.monitor, found, _evidence(run), ("value and verdict are withheld",))
     limits, status = limits_of(run), STATUSES[round(statement.status)]
     cause, action = explained(run, limits, status)
-    return Finding(
+    return Verdict(
         monitor=run.monitor,
         status=status,
-        headline=f"{SUBJECT} {run.friction:.2f} ± {statement.deviation:.2f} N·m ({gain_in_words(run)}): "
-        f"{status.value}, {held_against(run, limits, status)}.",
+        because=(Fact(status.value, cause, _reason(run, status), action),),
+        details=(*held_against(run, limits, status), gain_in_words(run)),
         since=statement.since + run.start_time if statement.since >= 0.0 else None,
         estimate=Estimate(
             PLACE,
@@ -70,9 +69,7 @@ def finding_of(run: FrictionRun) -> Finding:
             fault_from=run.limits.fault_friction,
         ),
         evidence=_evidence(run),
-        cause=cause,
-        action=action,
-        warnings=notices(run),
+        facts=tuple(Fact("note", each) for each in notices(run)),
         decided_by=_decided_by(run, status),
     )
 
@@ -218,7 +215,7 @@ def limits_of(run: FrictionRun) -> Limits:
     )
 
 
-def held_against(run: FrictionRun, limits: Limits, status: Status) -> str:
+def held_against(run: FrictionRun, limits: Limits, status: Status) -> tuple[str, ...]:
     """Limits that the value was compared with, in words; the reason for the status comes first."""
     ratio = _ratio(run)
     if status in (Status.RISING, Status.FAULT):
@@ -242,7 +239,16 @@ def held_against(run: FrictionRun, limits: Limits, status: Status) -> str:
         by_ratio = limits.rising.by_ratio or limits.fault.by_ratio
         parts += [f"{ratio}, {acting}", nominal] if by_ratio else [f"{nominal}, {acting}", ratio]
         parts += [*_margins(limits, status), *_low(run)] if status is Status.HEALTHY else []
-    return "; ".join(part for part in parts if part)
+    return tuple(part for part in parts if part)
+
+
+def _reason(run: FrictionRun, status: Status) -> str:
+    """Why it is suspect, in a few words; "" where the value itself says it."""
+    if status is not Status.SUSPECT:
+        return ""
+    if run.judged.implausible > 0.5:
+        return "implausibly low, {estimate}"
+    return "above a limit at the end" if run.judged.pending > 0.5 else "was above a limit, and fell"
 
 
 def explained(run: FrictionRun, limits: Limits, status: Status) -> tuple[str, str]:

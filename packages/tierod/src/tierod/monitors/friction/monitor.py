@@ -11,6 +11,7 @@ import numpy as np
 
 from tierod.core.block import Tree
 from tierod.core.errors import InputError
+from tierod.core.facts import Fact, Verdict, assemble
 from tierod.core.findings import Finding, Status
 from tierod.core.graph import Result
 from tierod.core.statement import STATUSES, code_of
@@ -18,7 +19,7 @@ from tierod.methods.analysis.consistency import ConsistencyAccumulator
 from tierod.methods.identification.hysteresis_presence import HysteresisPresence
 from tierod.models.friction_estimation import FrictionParameters
 from tierod.monitors.friction.decisions import STATISTICS
-from tierod.monitors.friction.finding import finding_of
+from tierod.monitors.friction.finding import verdict_of_run
 from tierod.monitors.friction.judged import JudgedFriction, VerdictSample
 from tierod.monitors.friction.notices import FrictionRun
 from tierod.monitors.friction.over_drive import EstimateOverDrive, HysteresisOverDrive, SignalsOverDrive
@@ -134,7 +135,11 @@ class FrictionMonitor:
         return self.State(filter_state, verdict_state), self.Output(estimate, verdict)
 
     def finding(self, result: Result, start_time: float = 0.0) -> Finding:
-        """The finding of a run.
+        """The finding of a run, without the facts about its signals; see `stated`."""
+        return assemble("Friction", self.stated(result, start_time))
+
+    def stated(self, result: Result, start_time: float = 0.0) -> Verdict:
+        """The verdict of a run.
 
         Args:
             result: result of `scan` over the whole recording, or its last part
@@ -148,7 +153,7 @@ class FrictionMonitor:
         last = result.at(-1)
         evidence = {name: getattr(last.estimate, field) for name, field in self.filter.learnt.items()}
         parameters = self.filter.vehicle_parameters
-        return finding_of(FrictionRun(self.name, self.verdict, last.verdict, start_time, evidence, parameters))
+        return verdict_of_run(FrictionRun(self.name, self.verdict, last.verdict, start_time, evidence, parameters))
 
 
 class FrictionSession(BlockSession):
@@ -210,24 +215,24 @@ class FrictionSession(BlockSession):
         """The finding, and further contents of a report."""
         if self._last is None or self._start is None:
             raise RuntimeError("a session concludes after at least one piece")
-        finding = self._monitor.finding(self._last, self._start)
-        known = finding.estimate is not None
+        verdict = self._monitor.stated(self._last, self._start)
+        known = verdict.estimate is not None
         if not known:
-            finding = _with_presence(finding, self._signals.presence())
-        finding = dataclasses.replace(finding, warnings=(*finding.warnings, *self._gains.notices()))
+            verdict = _with_presence(verdict, self._signals.presence())
+        notes = (Fact("note", each) for each in self._gains.notices())
+        verdict = dataclasses.replace(verdict, facts=(*self._gains.defects(), *verdict.facts, *notes))
         remarks = {"consistency": self._consistency_remark, "estimate": "" if known else WITHHELD}
         return Conclusion(
-            finding,
-            self._estimates.histograms(finding.since) if known else {},
-            self._hysteresis.views(finding.since) if known else {},
+            verdict,
+            self._estimates.histograms(verdict.since) if known else {},
+            self._hysteresis.views(verdict.since) if known else {},
             nis_figures(self._consistency.result(), wide=bool(self._consistency_remark)),
             tuple(tuning_rows(self.block)),
-            self._level() if finding.status is Status.HEALTHY else None,
-            self._level() if finding.estimate is not None and finding.estimate.limits else None,
+            self._level() if verdict.status is Status.HEALTHY else None,
+            self._level() if verdict.estimate is not None and verdict.estimate.limits else None,
             {part: remark for part, remark in remarks.items() if remark},
             () if known else VALUES,
             tuple(self.course),
-            defects=self._gains.defects(),
         )
 
     def _level(self) -> Baseline | None:
@@ -240,10 +245,10 @@ class FrictionSession(BlockSession):
         return Baseline(self.vehicle.name, self._monitor.name, own.level, own.deviation, unit, own.seconds)
 
 
-def _with_presence(finding: Finding, found: HysteresisPresence | None) -> Finding:
-    """Finding with the result of the hysteresis test, for a friction whose magnitude is withheld."""
+def _with_presence(verdict: Verdict, found: HysteresisPresence | None) -> Verdict:
+    """Verdict with the result of the hysteresis test, for a friction whose magnitude is withheld."""
     if found is None:
-        return finding
+        return verdict
     what = "is present, but its size cannot be estimated" if found.present else "does not stand out from chance"
     sentence = (
         f"hysteresis of dry friction {what}: the torques explain {found.share:.0%} of the part of its build-up that "
@@ -251,7 +256,8 @@ def _with_presence(finding: Finding, found: HysteresisPresence | None) -> Findin
         "in time"
     )
     figures = {"hysteresis_share": found.share, "hysteresis_by_chance_share": found.chance}
-    return dataclasses.replace(finding, cause=f"{finding.cause}; {sentence}", evidence={**finding.evidence, **figures})
+    because = (*verdict.because, Fact("hysteresis", sentence))
+    return dataclasses.replace(verdict, because=because, evidence={**verdict.evidence, **figures})
 
 
 def acting_by_build_up(signals: Mapping[str, np.ndarray], result: Result) -> np.ndarray:

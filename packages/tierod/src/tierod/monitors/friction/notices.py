@@ -166,8 +166,8 @@ def _signals(run: FrictionRun) -> list[str]:
     return warnings
 
 
-Words = tuple[str, str]
-"""Cause and action."""
+Words = tuple[str, str, str]
+"""Cause, action, and the cause in a few words."""
 
 
 def obstacles(judged: JudgedFriction, tuning: AlarmTuning) -> list[Obstacle]:
@@ -187,6 +187,7 @@ def _no_signals(judged: JudgedFriction, tuning: AlarmTuning) -> Words:
     return (
         "the signals were never all present at once for the settling time",
         "find the missing signal with 'tierod inspect', and check the channel map",
+        "signals were never all present",
     )
 
 
@@ -194,6 +195,7 @@ def _raw_counts(judged: JudgedFriction, tuning: AlarmTuning) -> Words:
     return (
         "the torques are raw counts, not N·m, so friction has no unit and no nominal value",
         "give the torque per count in the channel map (calibrate against a torque wrench or a lock-to-lock recording)",
+        "the torques are raw counts",
     )
 
 
@@ -204,11 +206,13 @@ def _opposed(judged: JudgedFriction, tuning: AlarmTuning) -> Words:
             f"driver and motor torque have opposite signs for {share:.0%} of the time in which the driver turned the "
             "wheel: one of them has the wrong sign",
             "check the signs in the channel map: both are positive towards the left",
+            "one torque has the wrong sign",
         )
     return (
         f"driver and motor torque act against each other for {share:.0%} of the time in which the driver turned the "
         "wheel, as under lane keeping",
         "record with lane keeping and other steering functions switched off",
+        "driver and motor oppose each other",
     )
 
 
@@ -216,14 +220,16 @@ def _too_little_time(judged: JudgedFriction, tuning: AlarmTuning) -> Words:
     enabled = judged.figures.enabled_seconds
     closed_by, remedy = _closing_condition(judged.figures)
     if enabled <= 0.0:
-        return f"the enabling conditions never held at the same time: {closed_by}", remedy
+        never = "the enabling conditions never held"
+        return f"{never} at the same time: {closed_by}", remedy, never
     return (
         f"the enabling conditions held for {enabled:.1f} s only, {tuning.ready_time:.0f} s are needed: {closed_by}",
         f"record longer; {remedy}",
+        f"{enabled:.0f} of {tuning.ready_time:.0f} s needed",
     )
 
 
-def _closing_condition(figures: FrictionFigures) -> Words:
+def _closing_condition(figures: FrictionFigures) -> tuple[str, str]:
     """Conditions that kept the gate closed, largest share first, and the remedy for the first."""
     whole = figures.seconds
     causes = [
@@ -261,6 +267,7 @@ def _negative(judged: JudgedFriction, tuning: AlarmTuning) -> Words:
         f"the estimated {what} is negative, which is physically impossible: a signal has the wrong sign",
         "check the signs in the channel map; in a left turn angle, yaw rate, lateral acceleration and both torques are "
         "positive",
+        f"the {what} is negative",
     )
 
 
@@ -270,6 +277,7 @@ def _damping(judged: JudgedFriction, tuning: AlarmTuning) -> Words:
         "each other",
         "check the sign of the steering wheel rate against the angle, the units of yaw rate (rad/s) and lateral "
         "acceleration (m/s²), and the delays between the signals",
+        "the signals contradict each other",
     )
 
 
@@ -279,6 +287,7 @@ def _aligning(judged: JudgedFriction, tuning: AlarmTuning) -> Words:
         "trail explains only factors from 1/3 to 3",
         "check the units of yaw rate (rad/s) and lateral acceleration (m/s²), and whether the vehicle file (mass, "
         "trail, steering ratio) belongs to this car",
+        "the self-aligning torque does not fit",
     )
 
 
@@ -287,6 +296,7 @@ def _unfit(judged: JudgedFriction, tuning: AlarmTuning) -> Words:
         f"the torque balance does not fit: its residual is {judged.fit.residual:.1f} N·m (root mean square)",
         "check with 'tierod inspect' for a signal that is stuck, has the wrong sign or unit (rad, rad/s, m/s², N·m), "
         "or is late, and whether the vehicle file belongs to this car",
+        "the torque balance does not fit",
     )
 
 
@@ -295,6 +305,7 @@ def _short_strokes(judged: JudgedFriction, tuning: AlarmTuning) -> Words:
         f"the strokes of the steering wheel are shorter than friction needs to build up (mean build-up "
         f"{judged.fit.excitation:.0%}), so friction cannot be distinguished from stiffness",
         "drive bends with strokes of several degrees: city or country roads",
+        "the steering strokes are too short",
     )
 
 
@@ -304,6 +315,7 @@ def _uncertain(judged: JudgedFriction, tuning: AlarmTuning) -> Words:
     return (
         f"the standard deviation is {share:.0%} of the friction, above {tuning.largest_deviation:.0%}{fit}",
         "record longer on bends; if that does not help, check the vehicle file and the delays between the signals",
+        f"the standard deviation is {share:.0%} of it",
     )
 
 

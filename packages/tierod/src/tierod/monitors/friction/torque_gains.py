@@ -10,7 +10,7 @@ from typing import Annotated
 
 import numpy as np
 
-from tierod.core.findings import Defect
+from tierod.core.facts import Fact, defect
 from tierod.core.series import Stride
 from tierod.physics.assist import assist_speed_factor
 from tierod.physics.steering_ratio import column_torque_of_motor
@@ -285,7 +285,7 @@ class GainsOverDrive:
             return None
         return TorqueGains(linear / quadratic, linear * linear / quadratic, linear)
 
-    def defects(self) -> tuple[Defect, ...]:
+    def defects(self) -> tuple[Fact, ...]:
         """Defects of torques with a wrong gain, or with a gain or zero that changes within the drive."""
         if self._changes_with_time:
             sentence = (
@@ -293,13 +293,13 @@ class GainsOverDrive:
                 "the same driver_torque, vehicle_speed and steering_wheel_angle: gain or zero of one of them, or the "
                 "assist mode, has changed"
             )
-            return (Defect((*BOTH, "vehicle_speed", "steering_wheel_angle"), sentence),)
+            return (defect((*BOTH, "vehicle_speed", "steering_wheel_angle"), sentence),)
         found = self.found()
         if found is None:
             return ()
         return self._against_map(found)
 
-    def _against_map(self, found: TorqueGains) -> tuple[Defect, ...]:
+    def _against_map(self, found: TorqueGains) -> tuple[Fact, ...]:
         """Contradiction between the torques and the assist map; a gain only where it explains it, and never surely."""
         limits = self.limits
         driver, motor, ratio = (abs(math.log(each)) for each in (found.driver, found.motor, found.ratio))
@@ -313,19 +313,19 @@ class GainsOverDrive:
             ):
                 if other < right < own < wrong and own > 2.0 * other:
                     fits = f"{gain:.2f} times the gain that fits the assist map of the vehicle file"
-                    return (Defect((name,), f"{name} has {fits}: {together}; the gain is wrong, {another}"),)
+                    return (defect((name,), f"{name} has {fits}: {together}; the gain is wrong, {another}"),)
             sentence = (
                 f"driver_torque, motor_torque and the assist map of the vehicle file contradict each other: "
                 f"{together}, which a gain of one torque alone does not explain; gains of both are wrong, {another}"
             )
-            return (Defect(BOTH, sentence),)
+            return (defect(BOTH, sentence),)
         if min(driver, motor) > right:
             sentence = (
                 "driver_torque, motor_torque and the assist map of the vehicle file contradict each other: the assist "
                 f"bends at another torque, as with gains of {found.driver:.2g} and {found.motor:.2g}; both gains are "
                 f"wrong, {another}"
             )
-            return (Defect(BOTH, sentence),)
+            return (defect(BOTH, sentence),)
         return ()
 
     def notices(self) -> tuple[str, ...]:

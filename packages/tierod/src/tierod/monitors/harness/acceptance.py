@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from tierod.core.errors import InputError, TierodError, nearest
+from tierod.core.facts import Verdict
 from tierod.core.findings import Finding, Status
 from tierod.core.recording import Channel, Recording
 from tierod.core.shown import written
@@ -192,7 +193,7 @@ def taken(monitor: Monitor, reasons: Mapping[str, str]) -> tuple[str, ...]:
     return tuple(sorted(free, key=lambda name: name != monitor.default))
 
 
-def unable(monitor: Monitor, finding: Finding, recording: Recording) -> str:
+def unable(monitor: Monitor, finding: Finding | Verdict, recording: Recording) -> str:
     """Cause of a finding that states nothing because the recording lacks signals; "" for any other finding.
 
     Args:
@@ -250,7 +251,7 @@ def _refusal_of_session(suited: Monitor, variant: Variant, vehicle: Vehicle, rec
         if not len(aligned.time):
             return "the recording holds a single instant, or none"
         session.absorb(aligned)
-        return unable(suited, session.conclude().finding, recording)
+        return unable(suited, session.conclude().verdict, recording)
     return ""
 
 

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
-from tierod.core.findings import Defect, Finding
+from tierod.core.facts import GUESSES, LONGEST_REASON, REPAIR, Fact, assemble, weigh
+from tierod.core.findings import Finding
 from tierod.core.recording import Aligned, Recording
 from tierod.io.derive import ingredients
-from tierod.monitors.harness.input_defects import InputDefects, contradicted, with_defects
+from tierod.monitors.harness.input_defects import InputDefects
 from tierod.monitors.harness.judged_time import JudgedTime
 from tierod.monitors.harness.missing_stretches import MissingStretches
 from tierod.monitors.harness.named_vehicle import other_vehicle
@@ -19,7 +21,7 @@ from tierod.monitors.harness.stuck_over_drive import StuckOverDrive
 
 
 class InputChecks:
-    """Checks the input signals piece by piece beside the monitor, and limits its conclusion accordingly.
+    """Checks the input signals piece by piece beside the monitor, and states the facts about them.
 
     Args:
         monitor: monitor on the grid of the recording
@@ -62,62 +64,62 @@ class InputChecks:
         self.missing.add(usable)
         self.defects.add(whole, start, float(usable.time[-1]), self.stuck.spans())
 
-    def limited(
-        self, conclusion: Conclusion, contradictions: Sequence[str], others: Sequence[Defect] = ()
-    ) -> Conclusion:
-        """Conclusion limited by the defects of the input signals and by the judged part of the recording.
+    def found(
+        self, conclusion: Conclusion, metadata: Mapping[str, Any], judged_as: str, others: Sequence[Fact] = ()
+    ) -> tuple[Finding, Conclusion]:
+        """Finding of a conclusion among the facts about its signals, and the conclusion that still holds then.
 
         Args:
             conclusion: conclusion of the session
-            contradictions: contradictions between signals over the drive, as sentences
+            metadata: metadata of the recording
+            judged_as: name of the vehicle whose parameters are used
             others: faults of sensors that other monitors declare
         """
-        rests_on = {*self.monitor.required, *self.monitor.rests_on}
-        others = [each for each in others if rests_on.intersection(each.names)]
-        defects = (*self.defects.found(self.quality.units), *conclusion.defects, *others)
-        named = with_defects(conclusion.finding, defects, self.monitor)
-        named = contradicted(named, (*contradictions, *self._noises(named)), self.monitor)
-        finding = self.judged.limited(named, self.monitor.title, self.monitor.reaction, self.stuck.lasting())
-        if conclusion.further and finding.status.quiet:
-            finding = dataclasses.replace(finding, headline=f"{finding.headline} {conclusion.further}")
+        monitor, verdict = self.monitor, conclusion.verdict
+        needed = {*monitor.required, *monitor.rests_on}
+        lost = self.judged.lost(monitor.reaction, self.stuck.lasting())
+        before = (
+            *self.defects.found(self.quality.units),
+            *(each for each in others if needed.intersection(each.rests_on)),
+            *self._contradictions(),
+        )
+        limiting = (*before, *((lost,) if lost else ()))
+        facts = (*limiting, *self._notes(metadata, judged_as))
+        verdict = replace(verdict, evidence={**verdict.evidence, **self.judged.evidence()})
+        finding = assemble(monitor.subject or monitor.title, verdict, facts, needed)
         course = conclusion.course
-        unchanged = finding.status is conclusion.finding.status
-        if finding.status is not named.status and self.judged.last is not None:
+        if lost and self.judged.last is not None and finding.status is not weigh(verdict, before, needed).status:
             course = (*course, StatusChange(self.judged.last, finding.status))
-        return dataclasses.replace(
+        # A level that only guesses doubt may still be stored where the user knows better.
+        unchanged = all(each.name == GUESSES for each in weigh(verdict, limiting, needed).lowering)
+        return finding, replace(
             conclusion,
-            finding=dataclasses.replace(finding, evidence={**finding.evidence, **self.judged.evidence()}),
             baseline=conclusion.baseline if unchanged else None,
             unproven=conclusion.unproven if unchanged else None,
             course=course,
         )
 
-    def warned(
-        self, finding: Finding, contradictions: Sequence[str], metadata: Mapping[str, Any], judged_as: str
-    ) -> Finding:
-        """Finding with the warnings about vehicle, input signals and recording.
+    def _contradictions(self) -> Iterator[Fact]:
+        """Contradictions between signals, and noise, which explain why nothing was identifiable."""
+        for each in self.quality.contradictions():
+            yield self._doubt(each, re.split(r" \(|: ", each)[0])
+        for each in self.quality.noise_warnings():
+            yield self._doubt(each, each.partition(" by ")[0])
 
-        Args:
-            finding: finding of the monitor
-            contradictions: contradictions between signals over the drive, as sentences
-            metadata: metadata of the recording
-            judged_as: name of the vehicle whose parameters are used
-        """
-        other = other_vehicle(metadata, judged_as)
-        warnings = (
-            *finding.warnings,
-            *((other,) if other else ()),
-            *self.stuck.warnings(self.quality.units),
+    def _doubt(self, cause: str, reason: str) -> Fact:
+        names = tuple(name for name in self.quality.names if name in cause)
+        short = reason if len(reason.split()) <= LONGEST_REASON else ""
+        return Fact("doubt", cause, short, REPAIR, names, explains=True)
+
+    def _notes(self, metadata: Mapping[str, Any], judged_as: str) -> Iterator[Fact]:
+        """What a reader must know of vehicle, input signals and recording, though it limits nothing."""
+        if other := other_vehicle(metadata, judged_as):
+            yield Fact("vehicle", other)
+        yield from self.stuck.facts(self.quality.units)
+        notes = (
             *self.missing.warnings(self.quality.rates(), {each.name for each in self.stuck.spans()}),
-            *contradictions,
-            *self._noises(finding),
             *self.quality.range_warnings(),
             *self.quality.held_warnings(),
             *metadata.get("warnings", ()),
         )
-        return dataclasses.replace(self.stuck.to_repair(finding), warnings=tuple(dict.fromkeys(warnings)))
-
-    def _noises(self, finding: Finding) -> tuple[str, ...]:
-        """Warnings of noisy signals, without those whose noise the monitor has named itself."""
-        said = f"{finding.cause} {' '.join(finding.warnings)}"
-        return tuple(each for each in self.quality.noise_warnings() if each.partition(" by ")[0] not in said)
+        yield from (Fact("signals", each) for each in notes)

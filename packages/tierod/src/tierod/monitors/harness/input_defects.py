@@ -3,25 +3,18 @@
 from __future__ import annotations
 
 import math
-import re
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tierod.core.findings import Defect, Finding, Status
+from tierod.core.facts import Fact, defect
 from tierod.core.recording import Recording
 from tierod.core.residues import residue_of
 from tierod.core.shown import in_words
 from tierod.methods.relations import CERTAIN, CORRELATION, FOLLOWS, RELATIONS
 from tierod.methods.running import BLOCK, RATE, Blocks, Lag, LaggedCorrelation, OuterLevels, piles_up
 from tierod.monitors.harness.stuck_over_drive import MAXIMUM_AGE, Stuck
-
-if TYPE_CHECKING:
-    from tierod.monitors.harness.session import Monitor
-
 
 AT_ONCE = 30 * BLOCK  # samples that are aligned at once, 10 min: a pause of many hours need not fit into memory
 CHECKED = ("steering", "turn", "fast turn", "car", "road", "assist")  # relations that are checked over a drive
@@ -34,10 +27,6 @@ SHORTEST_CLIPPED = 1.0  # Total time at the extreme value from which a signal co
 
 # Least share of that time in the drive [-], so that a motor at its limit in a single manoeuvre does not count
 SHARE_CLIPPED = 0.005
-
-
-# Remedy for a defective signal
-REPAIR = "repair the sensor and record again, or correct the entry in channel map or vehicle file and judge again"
 
 
 class InputDefects:
@@ -81,18 +70,18 @@ class InputDefects:
             step = residue_of(name)
             ends.add(np.round(block[name][np.isfinite(block[name])] / step) * step)
 
-    def found(self, units: Mapping[str, str] | None = None) -> tuple[Defect, ...]:
+    def found(self, units: Mapping[str, str] | None = None) -> tuple[Fact, ...]:
         """Defects of the input signals."""
         lags = {key: lag for key, each in self._lags.items() if (lag := each.found()) and lag.correlation > FOLLOWS}
         known = {key: lag for key, lag in lags.items() if lag.gain_correlation > CORRELATION}
-        found: dict[str, Defect] = {}
+        found: dict[str, Fact] = {}
         # Clipping looks like a wrong scale, and so may a delay: each signal is named for its most likely defect only.
-        for defect in (*self._clipped(units or {}), *self._late(lags), *self._scaled(known)):
-            if not any(name in found for name in defect.names):
-                found |= dict.fromkeys(defect.names, defect)
+        for each in (*self._clipped(units or {}), *self._late(lags), *self._scaled(known)):
+            if not any(name in found for name in each.rests_on):
+                found |= dict.fromkeys(each.rests_on, each)
         return tuple(dict.fromkeys(found.values()))
 
-    def _late(self, lags: Mapping[str, Lag]) -> list[Defect]:
+    def _late(self, lags: Mapping[str, Lag]) -> list[Fact]:
         """Delayed signals; where one seems early, the other one is late, since no sensor is early."""
         sides = {}
         for key, lag in lags.items():
@@ -102,7 +91,7 @@ class InputDefects:
             elif lag.delay < relation.earliest - margin:
                 sides[key] = relation.first, relation.second
         times_late = Counter(late for (late, *_), _ in sides.values())
-        found: dict[str, Defect] = {}
+        found: dict[str, Fact] = {}
         for key, ((late, *others), (beside, *_)) in sides.items():
             delay = abs(lags[key].delay - RELATIONS[key].usual)
             deviation = math.hypot(lags[key].deviation, RELATIONS[key].usual_deviation)
@@ -111,10 +100,10 @@ class InputDefects:
                 sentence += f", or {' or '.join(others)} is wrong"
             else:
                 others = []
-            found.setdefault(late, Defect((late, *others), sentence))
+            found.setdefault(late, defect((late, *others), sentence, f"{late} is late"))
         return list(found.values())
 
-    def _scaled(self, lags: Mapping[str, Lag]) -> list[Defect]:
+    def _scaled(self, lags: Mapping[str, Lag]) -> list[Fact]:
         found = []
         for key, lag in lags.items():
             relation = RELATIONS[key]
@@ -122,10 +111,10 @@ class InputDefects:
                 names = (*relation.second, *relation.first)
                 second, first = relation.words
                 sentence = f"{' or '.join(names)} has a wrong scale: {second} is {lag.gain:.2f} times {first}"
-                found.append(Defect(names, sentence))
+                found.append(defect(names, sentence))
         return found
 
-    def _clipped(self, units: Mapping[str, str]) -> list[Defect]:
+    def _clipped(self, units: Mapping[str, str]) -> list[Fact]:
         found = []
         least = max(SHORTEST_CLIPPED * RATE, SHARE_CLIPPED * self._samples)
         for name, ends in self._ends.items():
@@ -133,67 +122,5 @@ class InputDefects:
                 if extreme != 0.0 and count > least and piles_up(count, others):
                     value = in_words(extreme, units.get(name, ""), 4)
                     sentence = f"{name} is clipped at its {side} limit {value} for {count / RATE:.0f} s in total"
-                    found.append(Defect((name,), sentence))
+                    found.append(defect((name,), sentence, f"{name} is clipped"))
         return found
-
-
-def with_defects(finding: Finding, defects: Sequence[Defect], monitor: Monitor) -> Finding:
-    """Finding with the defects of its input signals; suspect if a needed signal is defective.
-
-    A defect that withholds the estimate removes it from the finding.
-    """
-    named: set[str] = set()
-    kept = []
-    # Defects that withhold the estimate come first, so that they are kept where a signal has two defects.
-    for defect in sorted(defects, key=lambda each: not each.withholds):
-        if not named & set(defect.names):
-            kept.append(defect)
-            named |= set(defect.names)
-    kept.sort(key=list(defects).index)
-    needed = {*monitor.required, *monitor.rests_on}
-    decisive = [defect.sentence for defect in kept if any(name in needed for name in defect.names)]
-    warned = replace(finding, warnings=(*(defect.sentence for defect in kept), *finding.warnings))
-    if finding.estimate is not None and any(defect.withholds for defect in kept):
-        return _withheld(
-            warned, [each.sentence for each in kept if each.withholds or each.sentence in decisive], monitor
-        )
-    if decisive and finding.status is Status.NOT_IDENTIFIABLE:
-        return _named_first(warned, decisive, monitor)
-    if not decisive or not finding.status.judged:
-        return warned
-    why, status = "; ".join(decisive), finding.status.doubted
-    headline = f"{monitor.title}: {status}, because {why}. Ignoring this: {finding.headline}"
-    return replace(warned, status=status, headline=headline).after(why, REPAIR)
-
-
-def _withheld(finding: Finding, why: Sequence[str], monitor: Monitor) -> Finding:
-    """Finding without its estimate, whose error may exceed any band."""
-    status = Status.INCONSISTENT if monitor.estimates else Status.SUSPECT
-    return replace(
-        finding,
-        status=status,
-        headline=f"{monitor.title}: {status}, because {'; '.join(why)}. No value is given.",
-        estimate=None,
-        cause="; ".join(why),
-        action="correct scale or unit of the signal in the channel map, or its time stamps, or give the vehicle file "
-        "of this car (tierod identify vehicle), and judge again",
-    )
-
-
-def contradicted(finding: Finding, contradictions: Sequence[str], monitor: Monitor) -> Finding:
-    """Finding; if it identified nothing, contradictions of required signals become its first cause."""
-    needed = [each for each in contradictions if any(name in each for name in monitor.required)]
-    return _named_first(finding, needed, monitor) if finding.status is Status.NOT_IDENTIFIABLE else finding
-
-
-def _named_first(finding: Finding, why: Sequence[str], monitor: Monitor) -> Finding:
-    """Finding that identified nothing, with the defects of its signals before the causes that follow from them."""
-    new = [each for each in why if each not in finding.cause]
-    if not new:
-        return finding
-    start = f"{monitor.title}: {finding.status.value}; "
-    brief = "; ".join(re.split(r" \(|: ", each)[0] for each in new)
-    named = replace(
-        finding.after("; ".join(new), REPAIR), headline=f"{start}{brief}; {finding.headline.removeprefix(start)}"
-    )
-    return replace(named, action=finding.action) if finding.action.startswith(REPAIR) else named

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
-from tierod.core.findings import Finding, Status
+from tierod.core.facts import Fact
+from tierod.core.findings import Status
 from tierod.core.recording import Aligned
 from tierod.core.series import last_true
 from tierod.monitors.harness.stuck_over_drive import Stuck
@@ -73,36 +73,23 @@ class JudgedTime:
             shares["required_signals_share"] = self._complete / count
         return shares | ({} if self._whole_last is None else {"signals_complete_until_s": self._whole_last})
 
-    def limited(self, finding: Finding, title: str, reaction: float, stuck: Mapping[str, Stuck]) -> Finding:
-        """Finding, limited if the end of the recording was not judged for longer than the reaction time.
-
-        A healthy verdict becomes "not identifiable"; suspect and rising verdicts keep their status and get the cause.
+    def lost(self, reaction: float, stuck: Mapping[str, Stuck]) -> Fact | None:
+        """Fact that the end of the recording was not judged for longer than a fault may need; None where it was.
 
         Args:
-            finding: finding of the monitor
-            title: title of the monitored element
             reaction: time that the monitor needs to find a fault [s]
             stuck: signals that are stuck until the end, by name
         """
-        if (
-            not self.rest > reaction
-            or self.last is None
-            or self.end is None
-            or not finding.status.judged
-            or finding.status is Status.FAULT
-        ):
-            return finding
+        if not self.rest > reaction or self.last is None or self.end is None:
+            return None
         lost = [name for name in self.required if self._last.get(name, self.last) <= self.last + 1.5 / self.rate]
         since = min((stuck[name].start for name in lost if name in stuck), default=self.last)
-        why = (
-            " and ".join(f"{name} is {'stuck' if name in stuck else 'missing'}" for name in lost) or "signals are lost"
+        what = [f"{name} is {'stuck' if name in stuck else 'missing'}" for name in lost] or ["signals are lost"]
+        return Fact(
+            "judged time",
+            f"{' and '.join(what)} from {since:.1f} s on, so nothing was judged after that ({self.end - since:.0f} s)",
+            f"{what[0]} from {since:.1f} s on",
+            "repair the sensor or its messages, and record again with all signals to the end",
+            tuple(lost),
+            Status.NOT_IDENTIFIABLE,
         )
-        cause = f"{why} from {since:.1f} s on, so nothing was judged after that ({self.end - since:.0f} s)"
-        if finding.status is Status.RISING:
-            return replace(finding, cause=f"{finding.cause}; {cause}")
-        repair = "repair the sensor or its messages, and record again with all signals to the end"
-        doubted = finding.status.alarm
-        status = finding.status if doubted else Status.NOT_IDENTIFIABLE
-        limited = finding.after(cause, repair) if doubted else replace(finding, cause=cause, action=repair)
-        headline = f"{title}: {status.value}; {cause}. Until then: {finding.headline}"
-        return replace(limited, status=status, headline=headline)

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from tierod.core.decimation import Decimator, bins_each
 from tierod.core.errors import InputError
-from tierod.core.findings import Defect, Diagnosis, ParameterEffect, Status, Trace
+from tierod.core.facts import Fact, defect
+from tierod.core.findings import Diagnosis, Finding, ParameterEffect, Status, Trace
 from tierod.core.recording import Aligned, Recording
 from tierod.core.version import __version__
 from tierod.io.derive import complete, ingredients
@@ -81,10 +82,10 @@ class Ended(NamedTuple):
     conclusion: Conclusion
     effects: tuple[ParameterEffect, ...]
 
-    def faults(self) -> tuple[Defect, ...]:
-        """Sensors that the monitor declares faulty, as defects for monitors whose statements rest on them."""
+    def faults(self) -> tuple[Fact, ...]:
+        """Sensors that the monitor declares faulty, for monitors whose verdicts rest on them."""
         return tuple(
-            Defect((each.name,), f"{each.name} is faulty from {each.episodes[0].start:.1f} s on ({self.monitor})")
+            defect((each.name,), f"{each.name} is faulty from {each.episodes[0].start:.1f} s on ({self.monitor})")
             for each in self.conclusion.elements
             if each.role == "sensor" and each.status is Status.FAULT and each.episodes
         )
@@ -291,14 +292,12 @@ class Run:
             InputError: there was no sample, or a required signal was constant or missing throughout
         """
         _, concluded, effects = own or self.conclude()
-        cause = concluded.finding.cause
-        # What the monitor gives as its cause is no further remark.
-        contradictions = [each for each in self._inputs.quality.contradictions() if not cause or cause not in each]
-        conclusion = self._inputs.limited(concluded, contradictions, [each for one in others for each in one.faults()])
+        faults = [each for one in others for each in one.faults()]
+        finding, conclusion = self._inputs.found(concluded, self._metadata, self.vehicle.name, faults)
         self.learnt, self.course = conclusion.baseline, conclusion.course
         self.unproven = conclusion.unproven if self._uncertain is not None else None
         self.code_courses = conclusion.code_courses
-        diagnosis = dataclasses.replace(self._diagnosis(conclusion, contradictions, command), parameter_effects=effects)
+        diagnosis = dataclasses.replace(self._diagnosis(finding, conclusion, command), parameter_effects=effects)
         if self._uncertain is None:
             diagnosis = diagnosis.remarked("parameters", EXACT)
         if self.feed and self._digest:
@@ -319,9 +318,9 @@ class Run:
         remarks = {**found.conclusion.remarks, **({"parameters": f"{note}."} if note else {})}
         return dataclasses.replace(found.conclusion, remarks=remarks), found.effects
 
-    def _diagnosis(self, conclusion: Conclusion, contradictions: Sequence[str], command: str) -> Diagnosis:
+    def _diagnosis(self, finding: Finding, conclusion: Conclusion, command: str) -> Diagnosis:
         return Diagnosis(
-            findings=(self._inputs.warned(conclusion.finding, contradictions, self._metadata, self.vehicle.name),),
+            findings=(finding,),
             elements=conclusion.elements,
             traces=self._shown(conclusion.withheld),
             histograms=dict(conclusion.histograms),

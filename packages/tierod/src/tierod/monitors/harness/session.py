@@ -25,7 +25,8 @@ import numpy as np
 
 from tierod.core.block import Block, tuning
 from tierod.core.errors import ParameterError
-from tierod.core.findings import Defect, Element, Finding, Status
+from tierod.core.facts import Verdict
+from tierod.core.findings import Element, Status
 from tierod.core.graph import Memory, Result, Scanner, trace
 from tierod.core.graph.trace import Interface
 from tierod.core.recording import Aligned, Recording
@@ -54,7 +55,7 @@ class Conclusion:
     """Conclusion of a session at the end of a recording.
 
     Args:
-        finding: the verdict
+        verdict: the verdict, with the facts that the session has found
         histograms: name -> (edges, counts)
         loops: name -> (angle [rad], torque)
         consistency: statistics of the innovations by name
@@ -66,14 +67,12 @@ class Conclusion:
         course: changes of the running verdict; empty for a monitor that judges a recording as a whole
         code_courses: changes of the verdict on single trouble codes by name, of a monitor that isolates several faults
         elements: state of every sensor and actuator, of a monitor that judges several
-        defects: defects of the input signals over the whole drive
         distances: statistic of each decision that tests a recording once, by name of the decision
-        further: sentence that the headline adds only where nothing contradicts the signals it rests on; "" without one
         parameter_variance: variance by the vehicle's parameters that the estimate's deviation already has [unit
             squared]: that at the sample of the estimate; None lets the spread of the parameters add it
     """
 
-    finding: Finding
+    verdict: Verdict
     histograms: Mapping[str, Any] = field(default_factory=dict)
     loops: Mapping[str, Any] = field(default_factory=dict)
     consistency: Mapping[str, float] = field(default_factory=dict)
@@ -85,9 +84,7 @@ class Conclusion:
     course: tuple[StatusChange, ...] = ()
     code_courses: Mapping[str, tuple[StatusChange, ...]] = field(default_factory=dict)
     elements: tuple[Element, ...] = ()
-    defects: tuple[Defect, ...] = ()
     distances: Mapping[str, float] = field(default_factory=dict)
-    further: str = ""
     parameter_variance: float | None = None
 
 
@@ -292,6 +289,7 @@ class Monitor:
         drive: manoeuvres and driving time that a verdict needs, as sentences
         learns: whether it learns a baseline of the vehicle, with which later recordings are compared
         estimates: whether it only estimates, so that what contradicts it makes it inconsistent, not suspect
+        subject: what it judges in a word or two, as the beginning of a headline; "" takes the title
     """
 
     name: str
@@ -313,6 +311,7 @@ class Monitor:
     rests_on: tuple[str, ...] = ()
     subjects: tuple[str, ...] = ()
     reaction: Annotated[float, "s"] = 10.0
+    subject: str = ""
 
     def needing(self, variant: Variant) -> Monitor:
         """Monitor with the required signals of one of its variants."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tierod.core.findings import Finding
+from tierod.core.facts import Fact
 from tierod.core.graph import Memory, Scanner
 from tierod.core.recording import Aligned, Recording
 from tierod.core.series import Stride
@@ -102,39 +102,25 @@ class StuckOverDrive:
         """Signals that are still stuck, by name."""
         return dict(self._open)
 
-    def warnings(self, units: Mapping[str, str]) -> tuple[str, ...]:
-        """Warnings about stuck signals with their spans and values.
+    def facts(self, units: Mapping[str, str]) -> tuple[Fact, ...]:
+        """Stuck signals with their spans and values, each with the remedy where it was removed.
 
         Args:
             units: units of the signals in the recording
         """
-        sentences = []
+        found = []
         for name in dict.fromkeys(each.name for each in self.spans()):
             times = [each for each in self.spans() if each.name == name]
             listed = ", ".join(_when(each, units.get(name, "")) for each in times[:NAMED])
             others = len(times) - NAMED
             more = "" if others < 1 else " and once more" if others == 1 else f" and {others} more times"
-            used = "other signals show that it should have moved" if name in self.passed_on else "not used there"
-            sentences.append(f"{name} is stuck {listed}{more}: {used}; check the sensor and its messages")
-        return tuple(sentences)
-
-    def to_repair(self, finding: Finding) -> Finding:
-        """Finding whose remedy names the signals that were removed while they were stuck; its status rests on the rest.
-
-        Args:
-            finding: finding of the monitor
-        """
-        removed = [each for each in self.spans() if each.name not in self.passed_on and each.name not in finding.cause]
-        if not removed:
-            return finding
-        spans: dict[str, list[str]] = {}
-        for each in removed:
-            spans.setdefault(each.name, []).append(_span(each))
-        named = (
-            f"{name}: it was stuck {', '.join(times[:NAMED])}{' and later' * (len(times) > NAMED)}"
-            for name, times in spans.items()
-        )
-        return replace(finding, action=finding.after("", f"repair or check {'; '.join(named)}").action)
+            passed = name in self.passed_on
+            used = "other signals show that it should have moved" if passed else "not used there"
+            cause = f"{name} is stuck {listed}{more}: {used}; check the sensor and its messages"
+            spans = f"{', '.join(map(_span, times[:NAMED]))}{' and later' * (others > 0)}"
+            action = "" if passed else f"repair or check {name}: it was stuck {spans}"
+            found.append(Fact("stuck", cause, action=action, rests_on=(name,)))
+        return tuple(found)
 
     def _watch(self, kept: np.ndarray, recording: Recording) -> np.ndarray:
         """Whether each signal is stuck at the given times, (times, signals); also updates the spans."""

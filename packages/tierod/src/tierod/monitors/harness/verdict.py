@@ -5,53 +5,39 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from tierod.core.findings import Estimate, Finding, Status
+from tierod.core.facts import Fact, Verdict, shortened
+from tierod.core.findings import Estimate, Status
 from tierod.methods.analysis.consistency import Consistency
 
 
 class Obstacle(NamedTuple):
-    """A reason to withhold a verdict.
-
-    Args:
-        status: status of the finding
-        cause: cause, as half a sentence
-        action: remedy
-    """
+    """A reason to withhold a verdict: status, cause as half a sentence, remedy, and the cause in a few words."""
 
     status: Status
     cause: str
     action: str
+    reason: str = ""
 
 
 def withheld(
     monitor: str,
-    subject: str,
     obstacles: Sequence[Obstacle],
     evidence: Mapping[str, float],
     warnings: tuple[str, ...] = (),
     estimate: Estimate | None = None,
-) -> Finding:
-    """Finding without a verdict, with all reasons.
+) -> Verdict:
+    """No verdict, with all reasons.
 
     Args:
         monitor: name of monitor and variant
-        subject: monitored element, with a capital letter, as the beginning of the headline
         obstacles: reasons, at least one, the decisive one first
         evidence: figures that are known nevertheless
-        warnings: warnings of the finding
+        warnings: further notes
         estimate: estimate to be shown nevertheless; None if it means nothing
     """
-    decisive = obstacles[0]
-    return Finding(
-        monitor,
-        decisive.status,
-        f"{subject}: {decisive.status.value}; {decisive.cause}.",
-        estimate=estimate,
-        evidence=dict(evidence),
-        cause="; ".join(each.cause for each in obstacles),
-        action="; ".join(dict.fromkeys(each.action for each in obstacles)),
-        warnings=warnings,
-    )
+    because = (Fact("obstacle", each.cause, each.reason or shortened(each.cause), each.action) for each in obstacles)
+    notes = tuple(Fact("note", each) for each in warnings)
+    return Verdict(monitor, obstacles[0].status, tuple(because), estimate, evidence=dict(evidence), facts=notes)
 
 
 def nis_figures(found: Consistency, wide: bool = False) -> dict[str, float]:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated
 
 import numpy as np
 
-from tierod.core.findings import Estimate, Finding, Status
+from tierod.core.facts import Fact, Verdict
+from tierod.core.findings import Estimate, Status
 from tierod.core.recording import Aligned, Channel, Recording
 from tierod.core.shown import in_words
 from tierod.core.signals import SIGNALS
@@ -104,28 +105,27 @@ class HysteresisSession:
             sum(abs(balance.path) for balance in found.loops) / max(found.mean_rate, 1e-9), rate=found.mean_rate,
         )  # fmt: skip
         loops = {f"lock to lock, {self.support}": (found.angle, found.torque)}
-        finding = self._finding(found)
+        verdict = self._verdict(found)
         # On the ground the first test defines the fault-free loop: there is no other reference for the scrub of tyres.
         first = self.support == "ground" and self.baseline is None and self.vehicle.calibrated
-        fault_free = finding.status is Status.HEALTHY or first
-        increase, spread = (finding.evidence.get(name) for name in INCREASES)
+        fault_free = verdict.status is Status.HEALTHY or first
+        increase, spread = (verdict.evidence.get(name) for name in INCREASES)
         distances = {INCREASE.name: increase / max(spread, 1e-9)} if increase is not None and spread is not None else {}
         defects = torque_defects(*self._torques(), self.vehicle)
         kept = None if defects else level
         return Conclusion(
-            finding,
+            replace(verdict, facts=(*defects, *verdict.facts)),
             loops=loops,
             baseline=kept if fault_free else None,
-            unproven=kept if self._only_guessed(found, finding) else None,
-            defects=defects,
+            unproven=kept if self._only_guessed(found, verdict) else None,
             distances=distances,
         )
 
-    def _only_guessed(self, found: HysteresisFriction, finding: Finding) -> bool:
+    def _only_guessed(self, found: HysteresisFriction, verdict: Verdict) -> bool:
         """Whether the loop alone shows an increase, so that only guesses on this car leave it suspect."""
-        if self.baseline is not None or finding.status is not Status.SUSPECT:
+        if self.baseline is not None or verdict.status is not Status.SUSPECT:
             return False
-        return alarms_at(self.rule, finding.evidence[INCREASES[0]] / max(found.independent_deviation, 1e-9))
+        return alarms_at(self.rule, verdict.evidence[INCREASES[0]] / max(found.independent_deviation, 1e-9))
 
     def _torques(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         values = np.vstack([piece.values for piece in self._pieces])
@@ -142,7 +142,7 @@ class HysteresisSession:
                 channels[name] = Channel(name, time[seen], column[seen], SIGNALS[name].unit)
         return Recording(channels)
 
-    def _finding(self, found: HysteresisFriction) -> Finding:
+    def _verdict(self, found: HysteresisFriction) -> Verdict:
         limits = self._limits
         if limits is None:
             return self._withheld("the torques are raw counts, not N·m", Status.NOT_IDENTIFIABLE)
@@ -157,18 +157,20 @@ class HysteresisSession:
         if status is Status.HEALTHY and not limits.excludes_fault(increase.value, increase.deviation, self.rule):
             return self._unseen(found, increase)
         estimate = self._estimate(found, {increase.reference: increase.base} | limits.above(increase.base))
-        return Finding(
+        cause = _narrow(increase) or _CAUSES.get(status, "the loop is wider than expected")
+        warnings = (*self._warnings(found.friction_torque), *self._jitter_warnings(found))
+        return Verdict(
             self.name,
             status,
-            f"Friction of the steering on the {self.support} {found.friction_torque:.2f} ± "
-            f"{estimate.standard_deviation:.2f} N·m ({self._gain_in_words}): {status.value}, "
-            f"{self._against(increase)}, fault from {estimate.reference['fault']:.1f} N·m.",
+            (Fact(status.value, cause, action=self._action(status, increase)),),
             estimate=estimate,
+            details=(
+                f"on the {self.support} {self._against(increase)}, fault from {estimate.reference['fault']:.1f} N·m",
+                self._gain_in_words,
+            ),
             evidence=_evidence(found)
             | dict(zip(INCREASES, (increase.value, increase.fault_free_deviation), strict=True)),
-            cause=_narrow(increase) or _CAUSES.get(status, "the loop is wider than expected"),
-            action=self._action(status, increase),
-            warnings=(*self._warnings(found.friction_torque), *self._jitter_warnings(found)),
+            facts=tuple(Fact("note", each) for each in warnings),
             decided_by=(INCREASE.name,) if status in (Status.RISING, Status.FAULT) else (),
         )
 
@@ -221,7 +223,7 @@ class HysteresisSession:
             if noise.jitter > 0.0 and noise.deviation > LOUD * USUAL[name]
         )
 
-    def _unseen(self, found: HysteresisFriction, increase: Increase) -> Finding:
+    def _unseen(self, found: HysteresisFriction, increase: Increase) -> Verdict:
         part = max(increase.parts, key=lambda name: increase.parts[name])
         cause, action = _PARTS[part]
         worst = max(found.noises, key=lambda each: each.friction_deviation)
@@ -232,10 +234,10 @@ class HysteresisSession:
 
     def _withheld(
         self, cause: str, status: Status, found: HysteresisFriction | None = None, action: str = ""
-    ) -> Finding:
+    ) -> Verdict:
         obstacle = Obstacle(status, cause, action or _REMEDIES[status])
         evidence, estimate = (_evidence(found), self._estimate(found, {})) if found else ({}, None)
-        return withheld(self.name, "Friction of the steering", [obstacle], evidence, estimate=estimate)
+        return withheld(self.name, [obstacle], evidence, estimate=estimate)
 
 
 _REMEDIES = {
@@ -308,6 +310,7 @@ def _open(support: Support) -> Callable[[Vehicle, float, Baseline | None], Sessi
 HYSTERESIS = Monitor(
     name="hysteresis",
     title="Friction from a turn lock to lock",
+    subject="Friction, lock to lock",
     summary="Measures the friction of the standing car from the work of a closed turn of the steering wheel.",
     source=PAPER,
     drive="The standing car, on a hoist or on the ground: the wheel is turned slowly from lock to lock and back, "

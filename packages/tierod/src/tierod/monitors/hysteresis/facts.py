@@ -8,7 +8,8 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from tierod.core.findings import Defect, Status
+from tierod.core.facts import Fact, defect
+from tierod.core.findings import Status
 from tierod.methods.detectors.control_charts import HeldThreshold
 from tierod.methods.detectors.rule_design import RuleDesign, alarms_at
 from tierod.methods.detectors.stopping_rules import HoldRule
@@ -36,7 +37,7 @@ def torque_defects(
     motor_torque: np.ndarray,
     vehicle: Vehicle,
     limits: GainLimits | None = None,
-) -> tuple[Defect, ...]:
+) -> tuple[Fact, ...]:
     """Defects where the motor does not assist as in this car type at standstill; none where the file has no map.
 
     Args:
@@ -66,7 +67,7 @@ def torque_defects(
         "driver_torque or motor_torque has a wrong gain, or the assist map of the vehicle file is that of another car: "
         f"the motor gives {ratio:.2f} times what the map gives at rest"
     )
-    return (Defect(BOTH, sentence),)
+    return (defect(BOTH, sentence),)
 
 
 INCREASE_DESIGN = RuleDesign(HoldRule(1, sides="upper"), values=1000.0, shift=8.0, spacing=math.inf)

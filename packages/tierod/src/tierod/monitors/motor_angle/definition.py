@@ -11,6 +11,7 @@ import numpy as np
 
 from tierod.core.block import Scalar, leaves
 from tierod.core.errors import InputError, ParameterError
+from tierod.core.facts import verdict_of
 from tierod.core.findings import Status
 from tierod.core.graph import Result, scan
 from tierod.core.graph.maths import absolute, both, greatest_of, maximum, present, where
@@ -373,7 +374,7 @@ class MotorAngleSession(BlockSession):
         finding = judge(drive, self.vehicle)
         # A wrong recording is no fault of the sensor and must not enter the fault memory.
         if finding.status is Status.NOT_TESTABLE:
-            return Conclusion(finding)
+            return Conclusion(verdict_of(finding))
         root = root_of(drive)
         disturbed = root in DISTURBING or (root == "angle" and "model" in drive.starts and drive.surprised < PASSING)
         mute = "motor-angle-stuck" if root == "model" else "motor-currents" if disturbed else ""
@@ -383,7 +384,7 @@ class MotorAngleSession(BlockSession):
         if root is not None and isolated in BY_NAME and BY_NAME[isolated].code != BY_NAME[root].code:
             codes[BY_NAME[isolated].code] = courses.of_code(BY_NAME[root].code)
             codes[BY_NAME[root].code] = courses.of_code(BY_NAME[root].code, mute=True)
-        return Conclusion(finding, course=tuple(courses.course), code_courses=codes)
+        return Conclusion(verdict_of(finding), course=tuple(courses.course), code_courses=codes)
 
 
 def _stood(values: np.ndarray, fresh: np.ndarray, samples: int) -> np.ndarray:
@@ -436,6 +437,7 @@ def _variant(voltages: str, summary: str) -> Variant:
 MOTOR_ANGLE = Monitor(
     name="motor-angle",
     title="Sensor of the motor's angle",
+    subject="Motor angle",
     summary="Compares a motor's angle sensor with the angle that its currents and voltages give, and names its faults.",
     source=PAPER,
     drive=f"Steering that turns the motor faster than about 10 rad/s, for at least {LEAST_KNOWN:g} s in all.",

@@ -12,7 +12,8 @@ import numpy as np
 
 from tierod.core.block import Block, Scalar, Tree, named_tuple
 from tierod.core.errors import ParameterError
-from tierod.core.findings import Defect, Finding, Status
+from tierod.core.facts import Fact, defect, verdict_of
+from tierod.core.findings import Finding, Status
 from tierod.core.graph import Result
 from tierod.core.graph.maths import present, where
 from tierod.core.recording import Aligned
@@ -246,28 +247,28 @@ class SideslipSession(BlockSession):
     def conclude(self) -> Conclusion:
         reversed_ = (self._reversing.words,) if self._reversing.words else ()
         if reason := obstacle(self.drive, self._needs_torque, self._torque_known, self._reversing.mirrored):
-            finding = withheld(self.name, "Sideslip angle", [reason], self.drive.evidence(), reversed_)
-            return Conclusion(finding, withheld=tuple(self.traces))
+            verdict = withheld(self.name, [reason], self.drive.evidence(), reversed_)
+            return Conclusion(verdict, withheld=tuple(self.traces))
         found = self._consistency.result()
         finding = judge(self.drive, self.name, self.misfit_rule, found.nis)
         finding = replace(finding, warnings=(*reversed_, *finding.warnings))
         if self.moved:
-            return Conclusion(finding)
+            return Conclusion(verdict_of(self._judged(finding)))
         peak = self.drive.motions.largest
         offset = finding.evidence.get(OFFSET, 0.0)
         consistency = consistency_of(self.drive.observables, self._vehicle, self.tolerances, offset)
         finding = replace(finding, evidence={**finding.evidence, **consistency.evidence(), **self._share()})
         defects, hidden = self._contradicting(consistency, finding)
+        verdict = verdict_of(self._judged(finding))
         return Conclusion(
-            finding,
+            replace(verdict, facts=(*defects, *verdict.facts)),
             consistency=nis_figures(found),
             withheld=(*TRUTHS[1:], *hidden),
             distances=distances(finding),
-            defects=defects,
             parameter_variance=max(peak.deviation**2 - peak.own**2, 0.0),
         )
 
-    def _contradicting(self, consistency: Consistency, finding: Finding) -> tuple[tuple[Defect, ...], tuple[str, ...]]:
+    def _contradicting(self, consistency: Consistency, finding: Finding) -> tuple[tuple[Fact, ...], tuple[str, ...]]:
         wrong, motion = consistency.wrong(), self.drive.own_motion.wrong()
         if motion is not None and wrong is None:
             wrong = Wrong((), motion)
@@ -276,7 +277,11 @@ class SideslipSession(BlockSession):
         # A cause that is known says more than that several signals contradict each other.
         vague = wrong.several and not finding.status.quiet
         withholds = wrong.decisive and not vague and not confirmed(finding, self.drive)
-        return (Defect(wrong.names, wrong.sentence, withholds),), tuple(self.traces) if withholds else ()
+        return (defect(wrong.names, wrong.sentence, withholds=withholds),), tuple(self.traces) if withholds else ()
+
+    def _judged(self, finding: Finding) -> Finding:
+        """The finding with what else an estimator knows of its own state."""
+        return finding
 
     def _share(self) -> dict[str, float]:
         found = self.drive.own_motion.share()
@@ -339,11 +344,11 @@ class CombinedSession(SideslipSession):
 
     def conclude(self) -> Conclusion:
         conclusion = super().conclude()
-        finding = conclusion.finding
-        if not (finding.status.judged or finding.status is Status.NOT_IDENTIFIABLE) or self.memory is None:
+        verdict = conclusion.verdict
+        if not (verdict.status.judged or verdict.status is Status.NOT_IDENTIFIABLE) or self.memory is None:
             return conclusion
         shown = identifiability(self._estimator, self.memory)
-        evidence = dict(finding.evidence) | {
+        evidence = dict(verdict.evidence) | {
             f"{WORDS[name]}, identified share": share for name, share in shown.shares.items()
         }
         announced = self.drive.motions.announced
@@ -352,12 +357,13 @@ class CombinedSession(SideslipSession):
             "limit_announced_s": announced.samples / self.drive.rate,
             "restarts": float(self._restarts),
         }
-        limit = ""
+        details = verdict.details
         if announced.samples:
             evidence["limit_first_announced_at_s"] = announced.first
-            limit = f"The front axle came close to its largest force, announced from {announced.first:.1f} s on."
-        finding = self._judged(replace(finding, evidence=evidence))
-        return replace(conclusion, finding=finding, remarks={"estimate": str(shown)}, further=limit)
+            limit = f"the front axle came close to its largest force, announced from {announced.first:.1f} s on"
+            details = (*details, limit) if verdict.status.quiet else details
+        verdict = replace(verdict, evidence=evidence, details=details)
+        return replace(conclusion, verdict=verdict, remarks={"estimate": str(shown)})
 
     def _judged(self, finding: Finding) -> Finding:
         minutes = finding.evidence["enabled_s"] / 60.0
@@ -433,6 +439,7 @@ COMBINED = Variant(
 SIDESLIP = Monitor(
     name="sideslip",
     title="Sideslip of the vehicle",
+    subject="Sideslip",
     summary="Estimates the sideslip angle and the aligning torque of the front tyres, with their uncertainty.",
     source=PAPER,
     drive=f"Forward driving with a steering angle for at least {LEAST_ENABLED:g} s; some minutes with bends to both "

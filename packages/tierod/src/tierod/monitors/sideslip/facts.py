@@ -259,14 +259,14 @@ def _contradicted(finding: Finding, drive: SideslipDrive) -> Finding:
     wrong = drive.sensors.wrong_motion()
     if wrong is None:
         return finding
-    finding = replace(finding, warnings=(*finding.warnings, wrong.sentence))
-    if wrong.names == ("longitudinal_acceleration",) or not finding.status.quiet:
+    finding = replace(finding, warnings=(*finding.warnings, wrong.cause))
+    if wrong.rests_on == ("longitudinal_acceleration",) or not finding.status.quiet:
         return finding
     return replace(
         finding,
         status=Status.INCONSISTENT,
-        headline=f"{finding.headline} But {wrong.sentence}.",
-        cause=wrong.sentence,
+        headline=f"{finding.headline} But {wrong.cause}.",
+        cause=wrong.cause,
         action="correct sign and unit of the signal in the channel map, correct its time stamps, or repair the "
         "sensor, and judge again",
     )

@@ -9,7 +9,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from tierod.core.findings import Defect
+from tierod.core.facts import Fact, defect
 from tierod.io.signs import TurnLimits, turn_ratio
 from tierod.methods.detectors.rule_design import RuleDesign, alarms_at
 from tierod.methods.detectors.stopping_rules import HoldRule
@@ -275,14 +275,14 @@ class SensorsOverDrive:
         term, deviation = float(found.values[2]), float(found.deviations[2])
         return -math.copysign(max(abs(term) - 2.0 * deviation, 0.0), term)
 
-    def wrong_motion(self) -> Defect | None:
+    def wrong_motion(self) -> Fact | None:
         """The signal that contradicts the motion given by the others; several where they cannot be separated."""
         limits = self.limits
         leaps = self._leaps / max(self._steps, 1)
         if self._steps * BLOCK / STEPS >= limits.comparing_time and leaps > limits.leaping:
             fifth = f"{limits.leap:g} m/s within {BLOCK / STEPS:g} s"
             sentence = f"vehicle_speed jumps by more than {fifth} in {100.0 * leaps:.0f} % of the steps"
-            return Defect(("vehicle_speed",), f"{sentence}, which is impossible")
+            return defect(("vehicle_speed",), f"{sentence}, which is impossible")
         turn = _unexplained(self._turn, limits.comparing_time, limits.lateral)
         gain = _unexplained(self._gain, limits.gaining_time, limits.longitudinal)
         if turn > limits.contradicts:
@@ -291,11 +291,11 @@ class SensorsOverDrive:
             return None
         if turn < limits.agrees:
             sentence = "longitudinal_acceleration contradicts the change of vehicle_speed, which the turns confirm"
-            return Defect(("longitudinal_acceleration",), sentence)
+            return defect(("longitudinal_acceleration",), sentence)
         names = ("longitudinal_acceleration", "vehicle_speed")
-        return Defect(names, f"{' and '.join(names)} contradict each other: one of them is wrong")
+        return defect(names, f"{' and '.join(names)} contradict each other: one of them is wrong")
 
-    def _wrong_turn(self, gains_otherwise: bool) -> Defect:
+    def _wrong_turn(self, gains_otherwise: bool) -> Fact:
         """The one of speed, yaw rate and lateral acceleration that contradicts the steering and the other two."""
         limits = self.limits
         fit = [
@@ -307,10 +307,10 @@ class SensorsOverDrive:
             ("yaw_rate", "lateral acceleration", fit[1] and not fit[0]),
         ):
             if fits:
-                return Defect((name,), f"{name} contradicts {other}, speed and steering angle, which fit each other")
+                return defect((name,), f"{name} contradicts {other}, speed and steering angle, which fit each other")
         if gains_otherwise:
             sentence = "contradicts yaw rate and lateral acceleration in turns, and longitudinal_acceleration"
-            return Defect(("vehicle_speed",), f"vehicle_speed {sentence}")
+            return defect(("vehicle_speed",), f"vehicle_speed {sentence}")
         names = ("vehicle_speed", "yaw_rate", "lateral_acceleration")
         sentence = "vehicle_speed, yaw_rate and lateral_acceleration contradict each other in turns"
-        return Defect(names, f"{sentence}: one of them is wrong")
+        return defect(names, f"{sentence}: one of them is wrong")

@@ -62,7 +62,7 @@ export function Verdict({ monitor, each, result, above = new Set() }) {
     ${each.findings.map((f) => html`<div class=${`finding ${kind(f.status)}`}>
       <p><${Badge} status=${f.status} /> ${sentence(f.headline)}</p>
       ${f.estimate && html`<${Estimated} estimate=${f.estimate} />`}
-      ${f.cause && html`<p class="small">${sentence(f.cause)}</p>`}
+      ${[...f.details, ...(f.cause ? [f.cause] : [])].map((d) => html`<p class="small">${sentence(d)}</p>`)}
       ${f.action && f.action !== "none" && html`<p>${sentence(f.action)}</p>`}
       ${f.warnings.filter((w) => !above.has(w) && !f.headline.includes(w)).map((w) => html`<p class="note">${sentence(w)}</p>`)}</div>`)}
     ${each.elements.some((e) => e.status !== "healthy") && html`<details><summary>${each.elements.length} sensors and actuators</summary><ul>${each.elements.map((e) => html`<li>${e.name.replaceAll("_", " ")}: <${Badge} status=${e.status} />${e.cause ? ` (${e.cause})` : ""}</li>`)}</ul></details>`}

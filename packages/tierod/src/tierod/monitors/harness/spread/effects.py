@@ -91,7 +91,7 @@ def _of_estimate(outcome: Outcome, estimate: Estimate) -> dict[str, float]:
 
 def _base(outcome: Outcome, estimate: Estimate) -> Estimate | None:
     """Reference for the estimates along the directions: that of the unperturbed session which began with them."""
-    return estimate if outcome.reference is None else outcome.reference.finding.estimate
+    return estimate if outcome.reference is None else outcome.reference.verdict.estimate
 
 
 def _way(direction: Direction, each: Concluded) -> float:
@@ -115,7 +115,7 @@ def _along(outcome: Outcome, estimate: Estimate | None) -> float:
 
 def _move(estimate: Estimate, other: Concluded) -> float | None:
     """Difference of a perturbed vehicle's estimate; None if it has none."""
-    found = other.conclusion.finding.estimate
+    found = other.conclusion.verdict.estimate
     if found is None or not math.isfinite(found.value):
         return None
     return found.value - estimate.value

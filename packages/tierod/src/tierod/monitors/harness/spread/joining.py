@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import NamedTuple
 
-from tierod.core.findings import Estimate, Finding, ParameterEffect, Status
-from tierod.core.shown import shown
+from tierod.core.facts import Fact, Verdict
+from tierod.core.findings import Estimate, ParameterEffect, Status
 from tierod.monitors.harness.session import Conclusion
 from tierod.monitors.harness.spread.advice import baseline_command, first_to_measure
 from tierod.monitors.harness.spread.effects import Effects, effects
@@ -18,14 +17,14 @@ from tierod.monitors.harness.spread.turning import hidden_fault, most_important,
 from tierod.vehicles.vehicle import Vehicle
 
 DOMINANT = 0.5
-"""Share of the parameters in an estimate's variance above which the headline names the most important one [-]."""
+"""Share of the parameters in an estimate's variance above which the most important one is named [-]."""
 
 
 class Joined(NamedTuple):
     """Conclusion including the spread of the parameters.
 
     Args:
-        conclusion: conclusion with wider bands, and with another status if the verdict is not robust
+        conclusion: conclusion with wider bands, and the fact that guesses decide if the verdict is not robust
         effects: effects of the parameters, the largest first
     """
 
@@ -47,19 +46,19 @@ def joined(
         learns: whether the monitor learns a baseline, which would then decide
     """
     known = conclusion.parameter_variance
-    found = Effects(0.0, ()) if outcome is None else effects(outcome, conclusion.finding.estimate, vehicle, known)
+    found = Effects(0.0, ()) if outcome is None else effects(outcome, conclusion.verdict.estimate, vehicle, known)
     moves = outcome if found.each else None
     turning = turn(conclusion, moves) if moves is not None and may_turn else None
     if turning is None:
         rests = found if may_turn else Effects(0.0, ())
-        turning = turn_by_estimate(conclusion.finding, rests.variance, rests.each, vehicle)
+        turning = turn_by_estimate(conclusion.verdict, rests.variance, rests.each, vehicle)
     if turning is None and may_turn:
-        turning = hidden_fault(conclusion.finding, 0.0 if known is not None else found.variance, found.each)
+        turning = hidden_fault(conclusion.verdict, 0.0 if known is not None else found.variance, found.each)
     if moves is not None:
         conclusion = _with_effects(conclusion, moves, found, vehicle, advising=turning is None)
     if turning is None:
         # A verdict with a doubt of its own keeps the level that the user's word may make a baseline.
-        doubtful = conclusion.finding.status is Status.SUSPECT
+        doubtful = conclusion.verdict.status is Status.SUSPECT
         return Joined(conclusion if doubtful else replace(conclusion, unproven=None), found.each)
     return Joined(turned(conclusion, turning, vehicle, _baseline(conclusion, vehicle, learns and may_turn)), found.each)
 
@@ -72,64 +71,46 @@ def with_own_interval(conclusion: Conclusion, vehicle: Vehicle, may_turn: bool, 
         vehicle: vehicle of the recording
         may_turn, learns: as for `joined`
     """
-    turning = hidden_fault(conclusion.finding, 0.0, ()) if may_turn else None
+    turning = hidden_fault(conclusion.verdict, 0.0, ()) if may_turn else None
     if turning is None:
         return conclusion
     return turned(conclusion, turning, vehicle, _baseline(conclusion, vehicle, learns))
 
 
 def _baseline(conclusion: Conclusion, vehicle: Vehicle, learns: bool) -> str:
-    return baseline_command(conclusion.finding.monitor, vehicle) if learns else ""
+    return baseline_command(conclusion.verdict.monitor, vehicle) if learns else ""
 
 
 def _with_effects(
     conclusion: Conclusion, outcome: Outcome, found: Effects, vehicle: Vehicle, advising: bool
 ) -> Conclusion:
     """Conclusion with the standard deviation of its estimate widened by the parameters."""
-    finding = conclusion.finding
-    if finding.estimate is not None:
+    verdict = conclusion.verdict
+    if verdict.estimate is not None:
         included = conclusion.parameter_variance is not None
-        finding = _wider(finding, finding.estimate, found, vehicle, advising, included)
-    if outcome.held is not None and "truth_within_band_share" in finding.evidence:
-        finding = replace(finding, evidence={**finding.evidence, "truth_within_wider_band_share": outcome.held})
-    return replace(conclusion, finding=finding, remarks=_remarks(conclusion.remarks, found))
+        verdict = _wider(verdict, verdict.estimate, found, vehicle, advising, included)
+    if outcome.held is not None and "truth_within_band_share" in verdict.evidence:
+        verdict = replace(verdict, evidence={**verdict.evidence, "truth_within_wider_band_share": outcome.held})
+    return replace(conclusion, verdict=verdict, remarks=_remarks(conclusion.remarks, found))
 
 
 def _wider(
-    finding: Finding, estimate: Estimate, found: Effects, vehicle: Vehicle, advising: bool, included: bool
-) -> Finding:
-    """Finding with the standard deviation of parameters and estimator together; `included` where it has that."""
+    verdict: Verdict, estimate: Estimate, found: Effects, vehicle: Vehicle, advising: bool, included: bool
+) -> Verdict:
+    """Verdict with the standard deviation of parameters and estimator together; `included` where it has that."""
     own = estimate.standard_deviation
     deviation = own if included else math.sqrt(own**2 + found.variance)
     share = found.variance / deviation**2 if deviation > 0.0 else 0.0
-    headline = restated(finding.headline, own, deviation, estimate.unit)
-    first = first_to_measure(found.each)
+    first, notes = first_to_measure(found.each), verdict.facts
     if share > DOMINANT and first is not None:
-        headline = f"{headline} {most_important(first, vehicle)}{'; measure it first' if advising else ''}."
+        cause = f"{most_important(first, vehicle)}{'; measure it first' if advising else ''}"
+        notes = (*notes, Fact("parameter", cause))
     return replace(
-        finding,
-        headline=headline,
+        verdict,
         estimate=replace(estimate, standard_deviation=deviation),
-        evidence={**finding.evidence, "variance_from_parameters_share": share},
+        evidence={**verdict.evidence, "variance_from_parameters_share": share},
+        facts=notes,
     )
-
-
-def restated(headline: str, own: float, deviation: float, unit: str) -> str:
-    """Headline with the wider standard deviation in place of the estimator's own.
-
-    Args:
-        headline: headline that may contain "± 0.11 degrees"
-        own, deviation: standard deviation of the estimator, and the wider one [unit]
-        unit: unit of the estimate
-    """
-    factor, _ = shown(unit)
-
-    def wider(match: re.Match[str]) -> str:
-        # A headline may contain other deviations: only the number that equals the estimator's own one is replaced.
-        decimals = len(match[1].partition(".")[2])
-        return f"± {factor * deviation:.{decimals}f}" if match[1] == f"{factor * own:.{decimals}f}" else match[0]
-
-    return re.sub(r"± (\d+(?:\.\d+)?)", wider, headline)
 
 
 def _remarks(remarks: Mapping[str, str], found: Effects) -> dict[str, str]:

@@ -7,7 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
-from tierod.core.findings import Element, Estimate, Finding, ParameterEffect, Status
+from tierod.core.facts import GUESSES, Fact, Verdict, shortened
+from tierod.core.findings import Element, Estimate, ParameterEffect, Status
 from tierod.core.shown import in_words as value_in_words
 from tierod.core.shown import shown, written
 from tierod.monitors.harness.session import Conclusion
@@ -61,11 +62,11 @@ def turn(conclusion: Conclusion, outcome: Outcome) -> Turn | None:
         return None
     nearest = min(turning, key=lambda each: sum(by * by for by in each.by.values()))
     found = nearest.conclusion
-    return Turn(found.finding.status, _deciding(nearest), found.elements)
+    return Turn(found.verdict.status, _deciding(nearest), found.elements)
 
 
 def turn_by_estimate(
-    finding: Finding, variance: float, effects: Sequence[ParameterEffect], vehicle: Vehicle
+    verdict: Verdict, variance: float, effects: Sequence[ParameterEffect], vehicle: Vehicle
 ) -> Turn | None:
     """Turn of a verdict by its estimate alone: two standard deviations of the parameters reach across the lowest limit.
 
@@ -74,43 +75,43 @@ def turn_by_estimate(
     healthy verdict both are ignored: otherwise a car that is typical of its class could never be healthy.
 
     Args:
-        finding: finding for the unperturbed vehicle
+        verdict: verdict for the unperturbed vehicle
         variance: variance that the parameters add to its estimate [unit squared]
         effects: effects of the parameters, the largest first
         vehicle: vehicle with the standard deviations of its parameters
     """
-    estimate = finding.estimate
+    estimate = verdict.estimate
     limits = [] if estimate is None else [estimate.reference[name] for name in LIMITS if name in estimate.reference]
     if estimate is None or not limits:
         return None
     parts, lowest = {each.name: each.effect**2 for each in effects}, min(limits)
-    if finding.status.alarm and estimate.limits:
+    if verdict.status.alarm and estimate.limits:
         behind = [vehicle.parameters[name] for name in estimate.limits]
         own = {each.name: (each.standard_deviation or 0.0) ** 2 for each in behind}
         own |= {name: size**2 for name, size in estimate.by_sensors.items()}
         parts, variance = parts | own, variance + sum(own.values())
         lowest = min(each.value for each in behind)
     reach, names = REACH * math.sqrt(variance), _enough(parts)
-    if finding.status is Status.HEALTHY and estimate.value + reach > lowest > estimate.value:
+    if verdict.status is Status.HEALTHY and estimate.value + reach > lowest > estimate.value:
         return Turn(Status.FAULT if len(limits) == 1 else Status.RISING, names, ())
-    if finding.status.alarm and estimate.value - reach < lowest < estimate.value:
+    if verdict.status.alarm and estimate.value - reach < lowest < estimate.value:
         return Turn(Status.HEALTHY, names, ())
     return None
 
 
-def hidden_fault(finding: Finding, added: float, effects: Sequence[ParameterEffect]) -> Turn | None:
+def hidden_fault(verdict: Verdict, added: float, effects: Sequence[ParameterEffect]) -> Turn | None:
     """Turn of a healthy verdict whose 95 % interval contains the limit of a fault.
 
     The interval is that of scatter, parameters and assumptions on the sensors together. The names are empty where the
     scatter alone reaches the limit, so that no parameter decides.
 
     Args:
-        finding: finding for the unperturbed vehicle
+        verdict: verdict for the unperturbed vehicle
         added: variance that the parameters add to the deviation of its estimate [unit squared]
         effects: effects of the parameters, the largest first
     """
-    estimate = finding.estimate
-    if finding.status is not Status.HEALTHY or estimate is None or FAULT not in estimate.reference:
+    estimate = verdict.estimate
+    if verdict.status is not Status.HEALTHY or estimate is None or FAULT not in estimate.reference:
         return None
     limit, own = _fault_from(estimate), estimate.standard_deviation**2
     if not estimate.value < limit < estimate.value + REACH * math.sqrt(own + added):
@@ -127,18 +128,18 @@ def _fault_from(estimate: Estimate) -> float:
 
 
 def _turns(conclusion: Conclusion, moved: Conclusion) -> bool:
-    finding, other = conclusion.finding, moved.finding
-    if finding.status.alarm:
+    own, other = conclusion.verdict, moved.verdict
+    if own.status.alarm:
         faulty = _at_fault(conclusion.elements)
         return other.status.quiet or (bool(faulty) and faulty.isdisjoint(_at_fault(moved.elements)))
-    if not finding.status.quiet or other.estimate is None or not other.estimate.reference:
+    if not own.status.quiet or other.estimate is None or not other.estimate.reference:
         return False
     return other.status in (Status.FAULT, Status.RISING)
 
 
 def _alike(conclusion: Conclusion, reference: Conclusion) -> bool:
     """Whether a session that began later has the same verdict; if not, it lacks the evidence for a comparison."""
-    same = conclusion.finding.status is reference.finding.status
+    same = conclusion.verdict.status is reference.verdict.status
     return same and _at_fault(conclusion.elements) == _at_fault(reference.elements)
 
 
@@ -174,52 +175,38 @@ def turned(conclusion: Conclusion, found: Turn, vehicle: Vehicle, baseline: str 
     """
     if not found.names:
         return _unseen(conclusion)
-    finding = conclusion.finding
-    names = in_words(found.names)
-    given = "; ".join(_spread_in_words(vehicle, name, finding.estimate) for name in found.names)
-    assumed = [name for name in found.names if finding.estimate is not None and name in finding.estimate.assumed]
-    other = _as_found(found)
-    cause = f"the verdict depends on parameters of the vehicle file: within their spread ({given}) it is {other}"
-    action = cure(found.names, assumed, baseline)
-    status = finding.status.doubted if finding.status.alarm else Status.NOT_IDENTIFIABLE
-    headline = _with_status(finding.headline, finding.status, status)
-    it = "it" if len(found.names) == 1 else "them"
-    as_given = f"as the file gives {it} this is {finding.status}, " if headline != finding.headline else ""
-    finding = replace(
-        finding.after(cause, action),
-        status=status,
-        headline=f"{headline} But {names} {_decide(found.names)} the verdict: {as_given}within the spread this is "
-        f"{other}.",
+    verdict, names = conclusion.verdict, in_words(found.names)
+    given = "; ".join(_spread_in_words(vehicle, name, verdict.estimate) for name in found.names)
+    assumed = [name for name in found.names if verdict.estimate is not None and name in verdict.estimate.assumed]
+    fact = Fact(
+        GUESSES,
+        f"the verdict depends on {names}: within the spread ({given}) it is {_as_found(found)}",
+        f"{found.names[0]} decides the verdict" if len(found.names) == 1 else "parameters decide the verdict",
+        cure(found.names, assumed, baseline),
+        allows=Status.NOT_IDENTIFIABLE,
+        doubts=True,
     )
-    return replace(_not_robust(conclusion, finding), elements=_doubted(conclusion.elements, found.elements))
+    return replace(_not_robust(conclusion, fact), elements=_doubted(conclusion.elements, found.elements))
 
 
 def _unseen(conclusion: Conclusion) -> Conclusion:
     """Conclusion on a healthy estimate whose scatter may hide a fault."""
-    finding, estimate = conclusion.finding, conclusion.finding.estimate
+    estimate = conclusion.verdict.estimate
     assert estimate is not None
     highest, limit = (
         value_in_words(each, estimate.unit)
         for each in (estimate.value + REACH * estimate.standard_deviation, _fault_from(estimate))
     )
     cause = f"the scatter of the estimate may hide a fault: its interval reaches {highest}, a fault begins at {limit}"
-    finding = replace(
-        finding.after(cause, "record again, for longer and with less noise"),
-        status=Status.NOT_IDENTIFIABLE,
-        headline=f"{_with_status(finding.headline, finding.status, Status.NOT_IDENTIFIABLE)} But {cause}.",
-    )
-    return _not_robust(conclusion, finding)
+    action = "record again, for longer and with less noise"
+    return _not_robust(conclusion, Fact(GUESSES, cause, shortened(cause), action, allows=Status.NOT_IDENTIFIABLE))
 
 
-def _not_robust(conclusion: Conclusion, finding: Finding) -> Conclusion:
+def _not_robust(conclusion: Conclusion, fact: Fact) -> Conclusion:
     """Conclusion with a verdict that is not robust: no baseline by itself, and no course of a fault memory."""
+    verdict = replace(conclusion.verdict, facts=(fact, *conclusion.verdict.facts))
     unproven = conclusion.baseline or conclusion.unproven
-    return replace(conclusion, finding=finding, baseline=None, unproven=unproven, course=(), code_courses={})
-
-
-def _with_status(headline: str, old: Status, new: Status) -> str:
-    """Headline with another status."""
-    return headline.replace(f": {old},", f": {new},", 1)
+    return replace(conclusion, verdict=verdict, baseline=None, unproven=unproven, course=(), code_courses={})
 
 
 def _as_found(found: Turn) -> str:
@@ -235,10 +222,6 @@ def _doubted(elements: tuple[Element, ...], others: tuple[Element, ...]) -> tupl
         replace(each, status=Status.SUSPECT) if each.status is Status.FAULT and each.name not in faulty else each
         for each in elements
     )
-
-
-def _decide(names: tuple[str, ...]) -> str:
-    return "decides" if len(names) == 1 else "decide"
 
 
 def _spread_in_words(vehicle: Vehicle, name: str, estimate: Estimate | None) -> str:

@@ -1,0 +1,276 @@
+"""Facts about a drive beside the verdict of a monitor, and the one place where both become a finding."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Iterable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+
+from tierod.core.findings import Estimate, Finding, Status
+from tierod.core.shown import plus_minus
+
+ESTIMATE = "{estimate}"
+"""Placeholder in a text for the estimate with its standard deviation, which other facts may still widen."""
+
+
+@dataclass(frozen=True)
+class Fact:
+    """Something that explains, limits or accompanies the verdict of a monitor.
+
+    Args:
+        name: kind of the fact in a word or two ("late", "stuck", "obstacle")
+        cause: the fact as a sentence without a full stop; a warning where it limits nothing
+        reason: the same in at most 8 words, for the headline; "" where another one says more
+        action: remedy; "" where there is none
+        rests_on: signals that it is about; it limits only monitors whose verdict rests on one of them
+        allows: best status of a verdict without an alarm that it still allows; None allows any
+        doubts: whether an alarm is suspect at most
+        explains: whether it comes first among the causes where nothing was identifiable
+        withholds: whether it prevents any estimate
+    """
+
+    name: str
+    cause: str
+    reason: str = ""
+    action: str = ""
+    rests_on: tuple[str, ...] = ()
+    allows: Status | None = None
+    doubts: bool = False
+    explains: bool = False
+    withholds: bool = False
+
+    def limited(self, status: Status) -> Status:
+        """Status that it leaves of one without it; for an estimate, suspect is inconsistent."""
+        if status.alarm:
+            return status.doubted if self.doubts else status
+        if self.allows is None or not status.judged:
+            return status
+        return status.doubted if self.allows.alarm else self.allows
+
+    def bears_on(self, status: Status) -> bool:
+        """Whether it is among the causes of a status that it has not lowered itself."""
+        if status is Status.NOT_IDENTIFIABLE:
+            return self.explains
+        return status in (Status.SUSPECT, Status.INCONSISTENT) and self.allows is not None
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What a monitor states over a recording, before the facts about signals, vehicle file and drive.
+
+    Args:
+        monitor: name of the monitor and its variant
+        status: its status; that of a monitor that only estimates is never healthy or suspect
+        because: facts that explain the status, the decisive one first, which gives the headline
+        estimate: the estimated quantity; None where nothing could be estimated
+        since, declared, end: times of the change [s], see `Finding`
+        evidence: named figures, with unit in the name
+        details: further sentences about the estimate, such as the limits that it was compared with
+        decided_by: names of the decision rules that raised the alarm
+        facts: further facts that the monitor has found, defects of its signals among them
+
+    `ESTIMATE` in a reason, a cause or a detail stands for the estimate.
+    """
+
+    monitor: str
+    status: Status
+    because: tuple[Fact, ...] = ()
+    estimate: Estimate | None = None
+    since: float | None = None
+    evidence: dict[str, float] = field(default_factory=dict)
+    details: tuple[str, ...] = ()
+    decided_by: tuple[str, ...] = ()
+    declared: float | None = None
+    end: float | None = None
+    facts: tuple[Fact, ...] = ()
+
+    @property
+    def cause(self) -> str:
+        """Causes of the status, one after the other."""
+        return "; ".join(each.cause for each in self.because if each.cause)
+
+
+REPAIR = "repair the sensor and record again, or correct the entry in channel map or vehicle file and judge again"
+"""Remedy for a defective signal."""
+
+REPLACE = (
+    "correct scale or unit of the signal in the channel map, or its time stamps, or give the vehicle file of this car "
+    "(tierod identify vehicle), and judge again"
+)
+"""Remedy for a defect that prevents any estimate."""
+
+GUESSES = "guesses"
+"""Name of the fact that uncertain parameters decide the verdict."""
+
+LONGEST_REASON = 8
+"""Most words of a reason, so that a headline has 12 at most."""
+
+
+def defect(names: tuple[str, ...], cause: str, reason: str = "", withholds: bool = False) -> Fact:
+    """Defect of an input signal, which leaves no verdict healthy.
+
+    Args:
+        names: name of the signal; several where the defect cannot be isolated; empty where it is the vehicle file's
+        cause, reason, withholds: see `Fact`; without a reason it is the first clause of the cause
+    """
+    reason = reason or shortened(cause) or f"{' or '.join(names[:3]) or 'the vehicle file'} may be wrong"
+    status = Status.INCONSISTENT if withholds else Status.SUSPECT
+    action = REPLACE if withholds else REPAIR
+    limits = bool(names) or withholds
+    return Fact(
+        "defect", cause, reason, action, names, status if limits else None, limits, explains=limits, withholds=withholds
+    )
+
+
+def shortened(cause: str) -> str:
+    """First clause of a cause as a reason; empty where it is too long for a headline."""
+    clause = re.split(r"; |: | \(|, ", cause, maxsplit=1)[0]
+    return clause if len(clause.split()) <= LONGEST_REASON else ""
+
+
+class Weighed(NamedTuple):
+    """Status of a verdict among facts, and those of the facts that are its causes."""
+
+    status: Status
+    causes: tuple[Fact, ...]
+    lowering: tuple[Fact, ...]
+
+
+def weigh(verdict: Verdict, facts: Sequence[Fact] = (), needed: Collection[str] | None = None) -> Weighed:
+    """Status that some facts leave of a verdict; see `assemble`."""
+    status, causes, lowering = verdict.status, [], []
+    counting = [each for each in _distinct((*verdict.facts, *facts)) if _counts(each, needed)]
+    hidden = [each for each in counting if each.withholds and each.allows] if verdict.estimate is not None else []
+    if hidden:
+        status = hidden[0].allows or status
+        counting = [each for each in counting if each in hidden or each.rests_on]
+    for each in counting:
+        after = each.limited(status)
+        if after is not status or each.bears_on(status) or each in hidden:
+            causes.append(each)
+        if after is not status or each in hidden:
+            lowering.append(each)
+        status = after
+    return Weighed(status, tuple(causes), tuple(lowering))
+
+
+def assemble(
+    subject: str, verdict: Verdict, facts: Sequence[Fact] = (), needed: Collection[str] | None = None
+) -> Finding:
+    """The finding of a verdict among facts: status, headline, cause, action, details and warnings.
+
+    Args:
+        subject: what the monitor judges, in a word or two, as the beginning of the headline
+        verdict: verdict of the monitor
+        facts: facts found outside the monitor; they limit after its own, and are named before them
+        needed: signals that the verdict rests on; None lets every fact limit it
+    """
+    status, counted, lowering = weigh(verdict, facts, needed)
+    said = "; ".join(each.cause for each in (*verdict.because, *verdict.facts))
+    new = [each for each in facts if each in lowering or not _told(each, said, verdict.because)]
+    others = list(dict.fromkeys((*new, *verdict.facts)))
+    causes = [each for each in others if each in counted]
+    withheld = verdict.estimate is not None and any(each.withholds for each in causes)
+    own = () if withheld or (lowering and verdict.status.quiet) else verdict.because
+    cause = "; ".join(dict.fromkeys(each.cause for each in (*causes, *own) if each.cause))
+    beside = [each for each in dict.fromkeys((*verdict.facts, *new)) if each not in causes]
+    actions = [each.action for each in causes]
+    actions += [each.action for each in beside if not any(name in cause for name in each.rests_on)]
+    actions += [each.action for each in own]
+    brief = _brief(verdict)
+    reason = next((each.reason for each in causes if each.reason), "" if lowering else brief)
+    details = verdict.details
+    if lowering:
+        details = (f"ignoring this: {verdict.status}{brief and f', {brief}'}", *details)
+    estimate = None if withheld else verdict.estimate
+    finding = Finding(
+        verdict.monitor,
+        status,
+        f"{subject}: {status}{reason and f', {reason}'}",
+        verdict.since,
+        estimate,
+        verdict.evidence,
+        cause,
+        _joined(actions),
+        tuple(dict.fromkeys(each.cause for each in beside if each.cause)),
+        verdict.decided_by,
+        verdict.declared,
+        verdict.end,
+        () if withheld else details,
+    )
+    return finding if estimate is None else _filled(finding, estimate)
+
+
+def _counts(fact: Fact, needed: Collection[str] | None) -> bool:
+    return needed is None or not fact.rests_on or any(name in needed for name in fact.rests_on)
+
+
+def _distinct(facts: Sequence[Fact]) -> list[Fact]:
+    """Facts without a second doubt about the same signal; those that withhold the estimate are kept."""
+    named: set[str] = set()
+    dropped = []
+    for each in sorted(facts, key=lambda fact: not fact.withholds):
+        if each.doubts and each.rests_on and named.intersection(each.rests_on):
+            dropped.append(each)
+        elif each.doubts:
+            named.update(each.rests_on)
+    return [each for each in facts if each not in dropped]
+
+
+def _told(fact: Fact, said: str, because: Sequence[Fact]) -> bool:
+    """Whether the monitor itself says it, or the larger part of it."""
+    own = any(each.cause and each.cause in fact.cause for each in because)
+    return own or any(each and each in said for each in (fact.cause, fact.reason))
+
+
+def _brief(verdict: Verdict) -> str:
+    """The verdict in a few words: its own reason, or value and time."""
+    if reason := next((each.reason for each in verdict.because if each.reason), ""):
+        return reason
+    value = ESTIMATE if verdict.estimate is not None and verdict.status.judged else ""
+    return " ".join(filter(None, (value, "" if verdict.since is None else f"since {verdict.since:.0f} s")))
+
+
+def _joined(actions: Iterable[str]) -> str:
+    """Remedies one after the other; that nothing is to be done is said only where there is no other."""
+    every = [each for each in dict.fromkeys(actions) if each]
+    some = [each for each in every if each != "none" and not each.startswith("none;")]
+    return "; ".join(some or every[:1])
+
+
+def _filled(finding: Finding, estimate: Estimate) -> Finding:
+    """Finding with the estimate in its texts."""
+    value = plus_minus(estimate.value, estimate.standard_deviation, estimate.unit)
+    return replace(
+        finding,
+        headline=finding.headline.replace(ESTIMATE, value),
+        cause=finding.cause.replace(ESTIMATE, value),
+        details=tuple(each.replace(ESTIMATE, value) for each in finding.details),
+    )
+
+
+def verdict_of(finding: Finding) -> Verdict:
+    """Verdict of a monitor that still words its finding itself; its headline becomes a detail."""
+    own = Fact("stated", finding.cause, _shortened(finding), finding.action)
+    notes = tuple(Fact("note", each) for each in finding.warnings)
+    return Verdict(
+        finding.monitor,
+        finding.status,
+        (own,),
+        finding.estimate,
+        finding.since,
+        finding.evidence,
+        (finding.headline.rstrip("."),) if finding.headline else (),
+        finding.decided_by,
+        finding.declared,
+        finding.end,
+        notes,
+    )
+
+
+def _shortened(finding: Finding) -> str:
+    """First clause of a cause, if it is short; a judged estimate says more."""
+    if not finding.cause or (finding.estimate is not None and finding.status.judged):
+        return ""
+    return shortened(finding.cause)
