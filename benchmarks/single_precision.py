@@ -15,11 +15,10 @@ import numpy as np
 
 from tierod.core.toml import Document
 from tierod.export.c_export import files, interface_of, write_folder
-from tierod.export.drives import inputs_from
-from tierod.export.evidence.single_precision import Apart, aim_of, apart
+from tierod.export.evidence.comparison import Apart, aim_of, apart
 from tierod.export.interface import Interface, Options
 from tierod.export.subject import Subject, subject_of
-from tierod.export.vectors import rounded, vectors_of
+from tierod.export.vectors import inputs_from, rounded, vectors_of
 from tierod.vehicles import load as vehicle
 from tierod_lab.ground.scenarios.reader import from_document
 from tierod_lab.ground.scenarios.scenario import Scenario

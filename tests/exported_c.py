@@ -10,8 +10,7 @@ import pytest
 from tierod.core.graph import scan
 from tierod.export.c_export import files, interface_of, write_folder
 from tierod.export.interface import Options
-from tierod.export.stimuli import random_inputs
-from tierod.export.vectors import rounded, vectors_of
+from tierod.export.vectors import random_inputs, rounded, vectors_of
 
 WARNINGS = "-std=c99 -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror"
 

@@ -14,11 +14,9 @@ from tierod.core.graph.operations import Program
 from tierod.core.graph.trace import Graph
 from tierod.export.c_export import monitor_files
 from tierod.export.c_test import comparing_program
-from tierod.export.described import Described
-from tierod.export.growth import growth_first
 from tierod.export.interface import Interface, Options
-from tierod.export.simplified import simplified
-from tierod.export.subject import Subject
+from tierod.export.simplification import growth_first, simplified
+from tierod.export.subject import Described, Subject
 
 
 class ProgramInterface(Interface):

@@ -13,11 +13,11 @@ from exported_c import exported, needs_gcc, reference, run, worst_share
 from tierod.core.block import Ring
 from tierod.core.graph.trace import initial_memory
 from tierod.export.c_export import interface_of
-from tierod.export.evidence.single_precision import _after
+from tierod.export.evidence.comparison import _after
 from tierod.export.interface import Options
 from tierod.export.segments import LONGEST
-from tierod.export.stimuli import random_inputs
 from tierod.export.subject import subject_of, subject_of_block
+from tierod.export.vectors import random_inputs
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,8 @@ import pytest
 from exported_c import exported, needs_gcc, reference, rounded, run, worst_share
 from tierod.core.errors import OutputError, ParameterError
 from tierod.export.c_export import write_folder
-from tierod.export.stimuli import random_inputs
 from tierod.export.subject import subject_of, subject_of_block
+from tierod.export.vectors import random_inputs
 from watched_torque import Watch
 
 DRIVE = np.array([[0.0], [4.0], [np.nan]] * 5 + [[5.0]] * 100)

@@ -8,9 +8,8 @@ import numpy as np
 from blocks_of_graph import Pair
 from exported_c import exported, needs_gcc, reference, run
 from tierod.core.block import Ring
-from tierod.export.members import members
-from tierod.export.stimuli import random_inputs
-from tierod.export.subject import subject_of_block
+from tierod.export.subject import members, subject_of_block
+from tierod.export.vectors import random_inputs
 
 DELAYS = ((2, 5, 9), (2, 5, 7))
 

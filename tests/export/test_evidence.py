@@ -10,14 +10,13 @@ import pytest
 from blocks_of_graph import Pair
 from exported_c import exported, needs_gcc, rounded
 from tierod.core.graph.maths import maximum
-from tierod.export.evidence import tools
+from tierod.export.evidence import checks as tools
 from tierod.export.evidence.checks import FURTHER, SANITIZED, misra, of_monitor, sanitized
 from tierod.export.evidence.comparison import differences, table
 from tierod.export.evidence.coverage import Stepped, covered
 from tierod.export.evidence.targets import targets
-from tierod.export.stimuli import FACTORS, affordable, altered_inputs, random_inputs
 from tierod.export.subject import subject_of, subject_of_block
-from tierod.export.vectors import input_table, vectors_of
+from tierod.export.vectors import FACTORS, affordable, altered_inputs, input_table, random_inputs, vectors_of
 from watched_torque import Watch
 
 needs_arm = pytest.mark.skipif(

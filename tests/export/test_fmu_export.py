@@ -12,11 +12,11 @@ from exported_c import needs_gcc, reference, rounded, worst_share
 from tierod.core.fields import replaced
 from tierod.core.graph import scan
 from tierod.export.fmu.archive import write_unit
+from tierod.export.fmu.description import Model, structured
 from tierod.export.fmu.sources import compiled_names, sources, standard_headers
-from tierod.export.fmu.variables import Model, structured
 from tierod.export.interface import Interface, Options
-from tierod.export.stimuli import random_inputs
 from tierod.export.subject import subject_of, subject_of_block
+from tierod.export.vectors import random_inputs
 from tierod_lab.ground.cars.column_bench import ColumnBench
 from tierod_lab.ground.control.blocks import Driving
 from tierod_lab.ground.run import usual_inputs

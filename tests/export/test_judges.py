@@ -15,8 +15,8 @@ from exported_c import exported, needs_gcc, reference, run
 from tierod.core.block import Ring
 from tierod.core.graph import KEEP, Bank, Verdict, maths
 from tierod.export.segments import LONGEST
-from tierod.export.stimuli import random_inputs
 from tierod.export.subject import subject_of_block
+from tierod.export.vectors import random_inputs
 
 COUNT = 9
 NATIVE = ("-O1", "-march=native", "-ffp-contract=off")

@@ -24,8 +24,8 @@ from tierod.core.graph.maths import (
     tan,
     tanh,
 )
-from tierod.export.stimuli import random_inputs
 from tierod.export.subject import subject_of, subject_of_block
+from tierod.export.vectors import random_inputs
 
 OF_ONE = {each.__name__: each for each in (arcsin, arctan, cos, exp, expm1, log, sin, tan, tanh)}
 OF_TWO = {each.__name__: each for each in (arctan2, hypot, power)}

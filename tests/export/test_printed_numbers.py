@@ -17,8 +17,8 @@ from tierod.core.graph import operations as branches
 from tierod.core.graph.operations import Builder, is_constant
 from tierod.export import c_source
 from tierod.export.cut_printer import CutPrinter
-from tierod.export.stimuli import random_inputs
 from tierod.export.subject import subject_of_block
+from tierod.export.vectors import random_inputs
 
 
 class Two(NamedTuple):

@@ -13,9 +13,9 @@ from tierod.core.graph.operations import NEXT_STATE, SAMPLE, Builder, Program, p
 from tierod.core.graph.state import initial_program
 from tierod.core.graph.trace import trace
 from tierod.export.nested import Nested, nested
-from tierod.export.simplified import counters, simplified
-from tierod.export.stimuli import random_inputs
+from tierod.export.simplification import counters, simplified
 from tierod.export.subject import subject_of_block
+from tierod.export.vectors import random_inputs
 
 
 class Held(NamedTuple):

@@ -10,11 +10,11 @@ import pytest
 from blocks_of_graph import Pair
 from exported_c import exported, needs_gcc, reference, rounded, run
 from tierod.core.graph.maths import where
-from tierod.export.evidence import single_precision
-from tierod.export.evidence.single_precision import Aim, aim_of, apart, beside_double
-from tierod.export.growth import growth_first
-from tierod.export.stimuli import random_inputs
+from tierod.export.evidence import comparison as single_precision
+from tierod.export.evidence.comparison import Aim, aim_of, apart, beside_double
+from tierod.export.simplification import growth_first
 from tierod.export.subject import subject_of_block
+from tierod.export.vectors import random_inputs
 from watched_torque import Watch
 
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from tierod.core.errors import ParameterError
-from tierod.export.members import identifier
-from tierod.export.subject import Subject, subject_of_block
+from tierod.export.subject import Subject, identifier, subject_of_block
 
 
 def unit_of(what: str, name: str) -> tuple[Subject, dict[str, float]]:

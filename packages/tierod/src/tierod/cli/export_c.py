@@ -103,7 +103,7 @@ def export_fault_memory(output: Path, evidence: bool) -> None:
     from tierod.diagnosis.trouble_codes import load_trouble_codes
     from tierod.export.c_export import refuse_foreign, write_folder
     from tierod.export.evidence.memory_page import memory_evidence
-    from tierod.export.fault_memory.texts import NAMES, fault_memory_files
+    from tierod.export.fault_memory.files import NAMES, fault_memory_files
 
     require_folder(output)
     refuse_foreign(output, NAMES[0])
@@ -125,8 +125,7 @@ def export_fault_memory(output: Path, evidence: bool) -> None:
 def _write(face: Interface, car: Vehicle, drive: str | None, output: Path) -> list[str]:
     """Write the files of an export, and return their names."""
     from tierod.export.c_export import files, refuse_foreign, write_folder
-    from tierod.export.stimuli import affordable
-    from tierod.export.vectors import STEPS, vectors_of
+    from tierod.export.vectors import STEPS, affordable, vectors_of
 
     refuse_foreign(output, f"{face.prefix}.h")
     steps = affordable(face.subject, STEPS)
@@ -139,8 +138,7 @@ def _write(face: Interface, car: Vehicle, drive: str | None, output: Path) -> li
 def _write_evidence(face: Interface, car: Vehicle, drive: str | None, output: Path) -> None:
     from tierod.cli.terminal import messages, show, write_page
     from tierod.export.evidence.page import evidence
-    from tierod.export.stimuli import SEED, affordable, random_inputs
-    from tierod.export.vectors import STEPS, rounded, vectors_of
+    from tierod.export.vectors import SEED, STEPS, affordable, random_inputs, rounded, vectors_of
     from tierod.report.analysis.analysis import facts_of
 
     subject, most = face.subject, affordable(face.subject, DRIVEN_STEPS)
@@ -156,8 +154,7 @@ def _write_evidence(face: Interface, car: Vehicle, drive: str | None, output: Pa
 def inputs_of(subject: Subject, car: Vehicle, drive: str | None, steps: int) -> tuple[np.ndarray, str]:
     """Inputs of a monitor, if possible for at least the given number of steps, and their origin in words."""
     from tierod.core import lab
-    from tierod.export.drives import inputs_from
-    from tierod.export.stimuli import SEED, random_inputs
+    from tierod.export.vectors import SEED, inputs_from, random_inputs
 
     name = drive or (DRIVES.get(subject.monitor) if lab.installed() else None)
     if name is None:

@@ -4,12 +4,29 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
 
 from tierod.core.findings import Status
 from tierod.core.statement import STATUSES
-from tierod.export.described import Described
 from tierod.export.interface import Interface
-from tierod.export.members import Member, identifier
+from tierod.export.subject import Described, Member, identifier
+
+
+def rendered(folder: Path, name: str, values: Mapping[str, object]) -> str:
+    """Text of a template; a value that it names and that is missing is an error."""
+    import jinja2
+
+    # The templates produce C, where HTML escaping would do harm.
+    environment: Any = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(folder),
+        autoescape=False,
+        undefined=jinja2.StrictUndefined,
+        keep_trailing_newline=True,
+    )
+    text: str = environment.get_template(name).render(values)
+    return text
+
 
 WIDTH = 116
 

@@ -2,15 +2,134 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+import re
+from collections.abc import Iterable, Mapping, Sequence
 
+from tierod.core.graph.c_functions import definitions
 from tierod.core.graph.operations import OUTPUT, PUSH, Program, drop_unused, is_constant
-from tierod.export.c_header import banner, declared, index_type, reason_name, reasons
-from tierod.export.c_maths import helpers
-from tierod.export.clocks import Clock
+from tierod.export.c_header import banner, comment, declared, index_type, note, reason_name, reasons
 from tierod.export.cut_printer import CutPrinter
-from tierod.export.interface import PARAMETER, Interface
+from tierod.export.interface import PARAMETER, Interface, Spelling
 from tierod.export.statements import Body, Gathered, Group, Reach
+from tierod.export.storage import Clock
+from tierod.export.subject import Described, Member
+
+_OF_TWO = ("atan2", "pow", "hypot")
+
+_OF_ONE = frozenset(
+    ["sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "exp", "expm1", "log", "log1p"]
+)
+"""C library functions for which the kernels may have implementations of their own."""
+
+_BEGINNING = re.compile(r"^(?=/\* |TIEROD_INLINE |typedef |#define |static const )", re.MULTILINE)
+_NAME = re.compile(r"\b(?:tierod|TIEROD)_\w+")
+_DEFINED = re.compile(r"^(?:TIEROD_INLINE \w+|typedef \w+|#define|static const \w+) (\w+)", re.MULTILINE)
+
+
+def helpers(spelling: Spelling, text: str, libm: bool = True) -> str:
+    """C code of the helper functions that a piece of C code calls.
+
+    Args:
+        libm: whether functions such as the sine come from the C library rather than from the kernels
+    """
+    wanted = sorted(set(re.findall(rf"\b{spelling.prefix}_(\w+)\(", text)))
+    if libm:
+        return "".join(f"{spelling.literals(made)}\n" for name in wanted if (made := _helper(spelling, name)))
+    own = [name for name in wanted if name in _OF_ONE or name in _OF_TWO]
+    functions = _renamed(spelling, _reached(definitions(own, spelling.precision == "single"), own))
+    basic = [name for name in ("fma", "sign") if f"{spelling.prefix}_{name}(" in text + functions]
+    return "".join(f"{spelling.literals(_helper(spelling, name))}\n" for name in basic) + functions
+
+
+def _reached(text: str, wanted: list[str]) -> str:
+    parts: list[str] = []
+    for part in _BEGINNING.split(text):
+        # A comment belongs to the definition that follows it.
+        if parts and parts[-1].startswith("/*") and parts[-1].rstrip().endswith("*/"):
+            parts[-1] += part
+        else:
+            parts.append(part)
+    named = {found[1]: part for part in parts if (found := _DEFINED.search(part))}
+    waiting, needed = [f"tierod_{name}" for name in wanted], set()
+    while waiting:
+        name = waiting.pop()
+        if name in named and name not in needed:
+            needed.add(name)
+            waiting += _NAME.findall(named[name])
+    return "".join(f"{part.rstrip()}\n\n" for part in parts if (f := _DEFINED.search(part)) and f[1] in needed)
+
+
+def _renamed(spelling: Spelling, text: str) -> str:
+    text = text.replace("#ifdef TIEROD_FAST_FMA", f"#if {_fast(spelling)}").replace("TIEROD_INLINE ", "static ")
+    text = re.sub(r"\bTIEROD_(\w+)", lambda found: f"{spelling.prefix.upper()}_{found[1]}", text)
+    text = re.sub(r"\btierod_(\w+)", lambda found: f"{spelling.prefix}_{found[1]}", text)
+    return spelling.literals(re.sub(r"\breal\b", spelling.real, text))
+
+
+def _fast(spelling: Spelling) -> str:
+    """C condition that the target has a fused multiply-add; newlib does not define the macro of the C standard."""
+    name = "FP_FAST_FMA" if spelling.precision == "double" else "FP_FAST_FMAF"
+    return f"defined {name} || defined __{name}"
+
+
+def _helper(spelling: Spelling, name: str) -> str:
+    """C code of a helper function; "" for an unknown name."""
+    prefix, real = spelling.prefix, spelling.real
+    if name == "fma":
+        plain = f"#if {_fast(spelling)}\n    return M(fma)(a, b, c);\n#else\n    return (a * b) + c;\n#endif\n"
+        body = "    return M(fma)(a, b, c);\n" if spelling.fused else plain
+        return f"static {real} {prefix}_fma({real} a, {real} b, {real} c)\n{{\n{body}}}\n"
+    if name == "sign":
+        return (
+            f"static {real} {prefix}_sign({real} a)\n{{\n"
+            f"    return (a > R(0.0)) ? R(1.0) : ((a < R(0.0)) ? -R(1.0) : a);\n}}\n"
+        )
+    if name in _OF_TWO:
+        return f"static {real} {prefix}_{name}({real} a, {real} b)\n{{\n    return M({name})(a, b);\n}}\n"
+    if name in _OF_ONE:
+        return f"static {real} {prefix}_{name}({real} a)\n{{\n    return M({name})(a);\n}}\n"
+    return ""
+
+
+def parameters(face: Interface, rows: str | None = None) -> str:
+    """C code of the parameter file.
+
+    Args:
+        rows: C code of the members of a bank; None for those of a single block
+    """
+    prefix, subject = face.prefix, face.subject
+    own = parameter_rows(face, face.parameters, subject.tuning, subject.values) if rows is None else rows
+    return (
+        f'{banner(face, "parameters")}#include "{prefix}.h"\n\n#include <math.h>\n\n'
+        f"const {prefix}_parameters_t {prefix}_parameters = {{\n"
+        f"    .hash = 0x{subject.digest:08x}UL,\n{own}}};\n"
+    )
+
+
+def parameter_rows(
+    face: Interface, found: Sequence[Member], known: Sequence[Described], values: Sequence[float]
+) -> str:
+    """C code of members with their values.
+
+    Args:
+        known, values: description and value of every number, by its position
+    """
+    return "".join(
+        f"{comment([note(known[each.places[0]])], '    ')}    .{each.name} = {braced(face, each, values)},\n"
+        for each in found
+    )
+
+
+def braced(face: Interface, each: Member, values: Sequence[float]) -> str:
+    """C code of a member's value: a number, or an array in braces."""
+    return _braced(face, each.shape, [values[place] for place in each.places])
+
+
+def _braced(face: Interface, shape: tuple[int, ...], values: Sequence[float]) -> str:
+    if not shape:
+        return face.spelling.number(values[0])
+    width = len(values) // shape[0]
+    return "{" + ", ".join(_braced(face, shape[1:], values[k * width : (k + 1) * width]) for k in range(shape[0])) + "}"
 
 
 def source(face: Interface) -> str:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from tierod.export.c_header import banner, reason_name, reasons
-from tierod.export.clocks import free_clocks
 from tierod.export.interface import Interface
-from tierod.export.members import elements
+from tierod.export.storage import free_clocks
+from tierod.export.subject import elements
 
 _MAIN = """\
 #ifndef TIEROD_NO_MAIN

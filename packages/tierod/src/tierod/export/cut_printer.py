@@ -7,18 +7,16 @@ from collections import Counter
 from collections.abc import Mapping
 
 from tierod.core.graph.operations import branches
-from tierod.export.clocks import Clock
 from tierod.export.nested import Nested, nested
-from tierod.export.order import soon_taken
-from tierod.export.outputs import OutputPrinter
-from tierod.export.segments import LONGEST, Layout, Segment, layout
-from tierod.export.statements import Body
+from tierod.export.segments import LONGEST, Layout, Segment, layout, soon_taken
+from tierod.export.statements import Body, StatementPrinter
+from tierod.export.storage import Clock
 
 _PLAIN = re.compile(r"[\w.>\[\]-]+")
 """C code of an input that is a plain struct member."""
 
 
-class CutPrinter(OutputPrinter):
+class CutPrinter(StatementPrinter):
     """Printer of one program as several functions, with the operations of the kernels in the same order.
 
     Args:
@@ -48,8 +46,6 @@ class CutPrinter(OutputPrinter):
             for value in values:
                 found.setdefault(value, set()).add(-1)
         return found
-
-    # -- functions -----------------------------------------------------------------------------------------------
 
     def functions(self, name: str, arguments: Mapping[str, str], static: bool = False) -> str:
         """C code of all partial functions and of the one that calls them.

@@ -1,21 +1,73 @@
-"""Structs of an export: C code that accesses every number of sample, state, parameters, constants and output."""
+"""Structs of an export: C names, spelling of numbers, and C code that accesses every number."""
 
 from __future__ import annotations
 
+import math
+import re
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Literal
+
+import numpy as np
 
 from tierod.core.graph.operations import NEXT_STATE, OUTPUT, RING, SAMPLE, TUNING, Program, program
 from tierod.core.graph.state import initial_program
 from tierod.core.graph.trace import Graph
-from tierod.export.clocks import Clock, clocks
-from tierod.export.delay_lines import Lines, delay_lines, pushed_once
-from tierod.export.described import Described
-from tierod.export.growth import growth_first
-from tierod.export.members import Member, elements, identifier, members
-from tierod.export.simplified import simplified
-from tierod.export.spelling import Precision, Spelling
-from tierod.export.subject import Subject
+from tierod.export.simplification import growth_first, simplified
+from tierod.export.storage import Clock, Lines, clocks, delay_lines, pushed_once
+from tierod.export.subject import Described, Member, Subject, elements, identifier, members
+
+Precision = Literal["single", "double"]
+
+_LITERAL = re.compile(r"\bR\(([0-9.e+-]+)\)")
+_FUNCTION = re.compile(r"\bM\((\w+)\)")
+_OWN = re.compile(r"\btierod_(\w+)\(")
+
+
+@dataclass(frozen=True)
+class Spelling:
+    """Names and literals of one export.
+
+    Args:
+        prefix: of all names ("tierod_friction")
+        fused: whether multiply-add is always rounded once, even if the target has no instruction for it
+    """
+
+    prefix: str
+    precision: Precision
+    fused: bool = False
+
+    @property
+    def real(self) -> str:
+        """C type of all numbers."""
+        return f"{self.prefix}_real_t"
+
+    @property
+    def suffix(self) -> str:
+        """Suffix of literals and of C library functions."""
+        return "f" if self.precision == "single" else ""
+
+    def number(self, value: float) -> str:
+        """C literal of the nearest number in this precision; infinity beyond its range."""
+        if math.isnan(value):
+            return f"(({self.real})NAN)"
+        with np.errstate(over="ignore"):
+            rounded = float(np.float32(value)) if self.precision == "single" else value
+        if math.isinf(rounded):
+            return f"(({self.real})INFINITY)" if value > 0.0 else f"(-({self.real})INFINITY)"
+        text = repr(abs(value if rounded else 0.0)) + self.suffix
+        return text if math.copysign(1.0, value) > 0.0 else f"(-{text})"
+
+    def spelt(self, text: str) -> str:
+        """A line of the kernels' printer with its macros replaced."""
+        text = _OWN.sub(lambda found: f"{self.prefix}_{found[1]}(", self.literals(text))
+        return text.replace("(real)", f"({self.real})").replace("const real ", f"const {self.real} ")
+
+    def literals(self, text: str) -> str:
+        """A text with literals and C library functions spelt in this precision."""
+        text = _LITERAL.sub(lambda found: found[1] + self.suffix, text)
+        return _FUNCTION.sub(lambda found: found[1] + self.suffix, text)
+
 
 STATUS = "status"
 
@@ -86,8 +138,6 @@ class Interface:
         """States stored as whole numbers of steps; none in double precision, which drifts at most 1 ms in 100 hours."""
         return clocks(self.program, self.initial) if self.options.precision == "single" else {}
 
-    # -- members -------------------------------------------------------------------------------------------------
-
     @cached_property
     def sample(self) -> tuple[Member, ...]:
         return members(self.graph.sample)
@@ -119,8 +169,6 @@ class Interface:
     def statuses(self) -> tuple[int, ...]:
         """Positions of the outputs that are status codes."""
         return tuple(k for k, each in enumerate(self.subject.output) if is_status(each))
-
-    # -- C of every number ---------------------------------------------------------------------------------------
 
     @cached_property
     def _state(self) -> dict[int, str]:

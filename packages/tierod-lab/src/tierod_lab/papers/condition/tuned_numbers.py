@@ -11,7 +11,7 @@ from tierod.core.graph import Bank
 from tierod.core.graph.bank import BankGraph
 from tierod.core.graph.derivatives import tuning_in_use
 from tierod.core.graph.trace import trace
-from tierod.export.described import described, meanings
+from tierod.export.subject import described, meanings
 from tierod.monitors.condition.signals import Sensor
 
 COUNTS = ("samples", "samples_of_actuators", "samples_of_both_motors", "proofs", "fewest", "remaining")

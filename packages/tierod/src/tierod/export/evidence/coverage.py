@@ -10,8 +10,7 @@ from typing import NamedTuple
 
 from tierod.core.content import Table
 from tierod.core.graph.operations import STATE, TUNING, Program, is_constant
-from tierod.export.evidence.checks import Checked
-from tierod.export.evidence.tools import ran, version
+from tierod.export.evidence.checks import Checked, ran, version
 from tierod.export.nested import is_presence
 
 REASONS = {

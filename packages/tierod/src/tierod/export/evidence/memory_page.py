@@ -6,12 +6,11 @@ import re
 from pathlib import Path
 
 from tierod.core.content import Heading, Item, Table
-from tierod.export.evidence.checks import REASONS, Checked, checked, checks, misra
+from tierod.export.evidence.checks import REASONS, Checked, checked, checks, misra, ran, there, version
 from tierod.export.evidence.comparison import COMPILERS, FLAGS, LEVELS
 from tierod.export.evidence.coverage import covered
 from tierod.export.evidence.targets import GCC, M7, R5
-from tierod.export.evidence.tools import ran, there, version
-from tierod.export.fault_memory.texts import NAMES
+from tierod.export.fault_memory.files import NAMES
 from tierod.report.analysis.analysis import Analysis
 
 SOURCE = NAMES[1]

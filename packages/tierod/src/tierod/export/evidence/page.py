@@ -15,27 +15,76 @@ from tierod.core.content import Heading, Item, Table
 from tierod.core.files import write_text
 from tierod.core.graph.analysis import operation_count
 from tierod.core.graph.operations import with_picks
-from tierod.export.bank_interface import BankInterface
+from tierod.export.bank import BankInterface
 from tierod.export.c_export import write_folder
-from tierod.export.evidence import calibrated
-from tierod.export.evidence.checks import FURTHER, SANITIZED, Checked, checked, checks, misra, of_monitor
-from tierod.export.evidence.comparison import Difference, differences, table
+from tierod.export.evidence.checks import AT_ONCE, FURTHER, SANITIZED, Checked, checked, checks, misra, of_monitor
+from tierod.export.evidence.comparison import Difference, apart, beside_double, differences, table
 from tierod.export.evidence.coverage import Stepped, covered
-from tierod.export.evidence.single_precision import apart, beside_double
 from tierod.export.evidence.targets import targets
-from tierod.export.evidence.tools import AT_ONCE
 from tierod.export.interface import Interface
-from tierod.export.stimuli import (
+from tierod.export.subject import elements
+from tierod.export.vectors import (
     FACTORS,
     MOST_SANITIZED,
     SANITIZED_WORK,
     SEED,
+    Vectors,
     affordable,
     altered_inputs,
     disturbed_inputs,
+    input_table,
+    rounded,
 )
-from tierod.export.vectors import Vectors, input_table, rounded
 from tierod.report.analysis.analysis import Analysis
+
+CALIBRATION_FACTORS = (0.2, 5.0)
+"""Factors applied to the changed parameter."""
+
+CALIBRATED_PROGRAM, SAMPLES = "build/calibrated.c", "build/calibrated.bin"
+
+_RUNS = """\
+int main(void)
+{
+    static double rows[STEPS][INPUTS], out[OUTPUTS + 1];
+    static const double factors[] = {FACTORS};
+    FILE *file = fopen("SAMPLES", "rb");
+    size_t n = (file == NULL) ? 0u : fread(rows, sizeof rows[0], STEPS, file);
+
+    for (size_t i = 0; i < COUNT; i++) {
+        for (size_t f = 0; f < sizeof factors / sizeof factors[0]; f++) {
+            PREFIX_parameters_t p = PREFIX_parameters;
+            PREFIX_real_t *const members[] = {
+                MEMBERS
+            };
+            *members[i] = (PREFIX_real_t)(*members[i] * factors[f]);
+            PREFIX_prepare(&p, &constants);
+            PREFIX_init(&p, &state);
+            for (size_t k = 0; k < n; k++) { one(rows[k], out); }
+        }
+    }
+    return (n == 0u) ? 1 : 0;
+}
+"""
+
+
+def write_calibrated(face: Interface, folder: Path, inputs: np.ndarray) -> str:
+    """Write a program that runs over samples with each parameter changed in turn, and return its path.
+
+    Args:
+        inputs: (n, inputs), samples of every run
+    """
+    members = elements(face.parameters)
+    text = (
+        _RUNS.replace("PREFIX", face.prefix).replace("STEPS", str(len(inputs))).replace("COUNT", str(len(members)))
+        .replace("FACTORS", ", ".join(map(repr, CALIBRATION_FACTORS))).replace("SAMPLES", SAMPLES)
+        .replace("MEMBERS", ",\n                ".join(f"&p.{each}" for each in members))
+    )  # fmt: skip
+    write_text(
+        folder / CALIBRATED_PROGRAM,
+        f'#define TIEROD_NO_MAIN\n#include "../test/compare.c"\n\n#include <stdio.h>\n\n{text}',
+    )
+    (folder / SAMPLES).write_bytes(np.ascontiguousarray(inputs, dtype=float).tobytes())
+    return CALIBRATED_PROGRAM
 
 
 def evidence(face: Interface, folder: Path, vectors: Vectors, samples: Mapping[str, np.ndarray]) -> Analysis:
@@ -119,8 +168,8 @@ def _with_altered(face: Interface, folder: Path, drive: np.ndarray) -> Checked:
         values = disturbed_inputs(drive, affordable(subject, FAILING, COVERED_WORK), SEED + 1)
         write_text(folder / "build/failing.csv", input_table(subject, Vectors(rounded(values), drive[:0], "")))
         runs.append(("build/failing.csv", "test/expected.csv"))
-    each = CALIBRATED * affordable(subject, ALTERED) // (len(calibrated.FACTORS) * max(len(face.graph.tuning), 1))
-    varied = calibrated.write_calibrated(face, folder, rounded(drive[:each])) if each >= SHORTEST else ""
+    each = CALIBRATED * affordable(subject, ALTERED) // (len(CALIBRATION_FACTORS) * max(len(face.graph.tuning), 1))
+    varied = write_calibrated(face, folder, rounded(drive[:each])) if each >= SHORTEST else ""
     return export._replace(runs=tuple(runs), varied=varied)
 
 

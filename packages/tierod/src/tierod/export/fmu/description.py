@@ -1,17 +1,173 @@
-"""Model description of a unit, in the schema of FMI 2.0."""
+"""Variables of a unit, with consecutive value references, and its model description in the schema of FMI 2.0."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Literal
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
+from tierod.core.errors import InputError
+from tierod.core.fields import ANY, Range, numbers
+from tierod.core.graph.operations import OUTPUT, SAMPLE, TUNING, Program
+from tierod.core.signals import SIGNALS
 from tierod.core.statement import STATUSES
 from tierod.core.units import dimensions
 from tierod.core.version import __version__
 from tierod.export.c_header import plain
-from tierod.export.fmu.variables import Model, Variable
+from tierod.export.interface import Interface
+from tierod.export.subject import Described, elements
+
+Kind = Literal["time", "input", "output", "status", "fixed", "tunable"]
+
+CLOCKS = ("sample_time", "step_time")
+"""Parameters that hold the sampling interval; the description of a unit fixes it, so they are not exposed."""
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One variable of a unit.
+
+    Args:
+        name: in structured notation, such as "filter.gain[1]"
+        kind: causality; "fixed" and "tunable" are parameters
+        unit: in the notation of pint; "" for none
+        start: value before the first step; NaN for a missing input
+        place: C code of its number within an instance; "" for time
+    """
+
+    name: str
+    reference: int
+    kind: Kind
+    unit: str = ""
+    meaning: str = ""
+    start: float = 0.0
+    limits: Range = ANY
+    place: str = ""
+
+
+@dataclass(frozen=True)
+class Model:
+    """Contents of a unit.
+
+    Args:
+        starts: start values of inputs that count as present before they are set, by name
+        present: whether outputs depend on the inputs at the same instant, as those of a plant do
+    """
+
+    face: Interface
+    starts: dict[str, float]
+    present: bool = False
+
+    @cached_property
+    def variables(self) -> tuple[Variable, ...]:
+        """All variables; the position in this tuple is the value reference."""
+        rows = [Variable("time", 0, "time", "s", "Time of the run")]
+        rows += [self._input(k, each) for k, each in enumerate(self.face.subject.sample)]
+        rows += [self._output(k, each) for k, each in enumerate(self.face.subject.output)]
+        rows += self._parameters()
+        return tuple(_distinct(rows))
+
+    def of(self, *kinds: Kind) -> tuple[Variable, ...]:
+        """Variables of the given kinds."""
+        return tuple(each for each in self.variables if each.kind in kinds)
+
+    def _input(self, position: int, each: Described) -> Variable:
+        place = f"sample.{elements(self.face.sample)[position]}"
+        start = self.starts.get(each.path, math.nan)
+        return Variable(structured(each.path), 0, "input", _unit(each), each.meaning, start, place=place)
+
+    def _output(self, position: int, each: Described) -> Variable:
+        kind: Kind = "status" if position in self.face.statuses else "output"
+        place = f"output.{elements(self.face.output)[position]}"
+        return Variable(structured(each.path), 0, kind, _unit(each), _meaning(each), place=place)
+
+    def _parameters(self) -> list[Variable]:
+        """Parameters that the C code reads: "tunable" if in every step, "fixed" if only for the initial state."""
+        stepped, begun = _taken(self.face.program, TUNING), _taken(self.face.initial, 0)
+        known = numbers(self.face.subject.block)
+        rows = []
+        for k, (each, value) in enumerate(zip(self.face.subject.tuning, self.face.subject.values, strict=True)):
+            if k not in stepped | begun or each.path.rpartition(".")[2] in CLOCKS:
+                continue
+            kind: Kind = "tunable" if k in stepped else "fixed"
+            limits = known[each.path].limits if each.path in known else None
+            place = f"parameters.{elements(self.face.parameters)[k]}"
+            # FMI requires start values within the range, so a range that the present value violates is dropped.
+            own = limits if limits is not None and limits.holds(value) else ANY
+            rows.append(Variable(structured(each.path), 0, kind, _unit(each), each.meaning, value, own, place))
+        return rows
+
+    def inputs_of(self, variable: Variable) -> tuple[int, ...]:
+        """Value references of the inputs on which an output depends at the same instant; none for a sampled output."""
+        if not self.present:
+            return ()
+        outputs = self.of("output", "status")
+        first = self.of("input")[0].reference if self.of("input") else 0
+        position = outputs.index(variable)
+        return tuple(first + each for each in sorted(_reached(self.face.program, position)))
+
+
+def structured(path: str) -> str:
+    """A dotted path in the structured notation of the standard; numbers become array indices, counted from 1."""
+    parts = path.split(".")
+    found = ""
+    places: list[str] = []
+    for part in parts:
+        if part.isdigit():
+            places.append(str(int(part) + 1))
+            continue
+        found += f"[{','.join(places)}]" if places else ""
+        places = []
+        found += f".{part}" if found else part
+    return found + (f"[{','.join(places)}]" if places else "")
+
+
+def _distinct(rows: list[Variable]) -> Iterator[Variable]:
+    """Variables with their references; a repeated name gets its kind as prefix."""
+    taken: set[str] = set()
+    for reference, each in enumerate(rows):
+        name = each.name
+        while name in taken:
+            name = f"{each.kind}_{name}"
+        taken.add(name)
+        yield replace(each, name=name, reference=reference)
+
+
+def _meaning(each: Described) -> str:
+    """Meaning in words; from the signal catalogue if the field has none of its own."""
+    last = each.path.rpartition(".")[2]
+    signal = SIGNALS.get(last)
+    return each.meaning or (signal.meaning.rstrip(".") if signal else "")
+
+
+def _unit(each: Described) -> str:
+    try:
+        dimensions(each.unit)
+    except InputError:
+        return ""
+    return each.unit
+
+
+def _taken(program: Program, group: int) -> set[int]:
+    return {each.constant[1] for each in program.operations if each.name == "input" and each.constant[0] == group}
+
+
+def _reached(program: Program, position: int) -> set[int]:
+    waiting, seen, found = [program.outputs[OUTPUT, position]], set[int](), set[int]()
+    while waiting:
+        index = waiting.pop()
+        if index not in seen:
+            seen.add(index)
+            operation = program.operations[index]
+            if operation.name == "input" and operation.constant[0] == SAMPLE:
+                found.add(operation.constant[1])
+            waiting += operation.arguments
+    return found
+
 
 STATUS_TYPE = "Status"
 LOG_CATEGORIES = (

@@ -7,12 +7,9 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from tierod.core.errors import MissingExtra
-from tierod.export.c_header import header
-from tierod.export.c_parameters import parameters
-from tierod.export.c_source import source
-from tierod.export.fmu.description import token
-from tierod.export.fmu.variables import Model, Variable
-from tierod.export.templates import rendered
+from tierod.export.c_header import header, rendered
+from tierod.export.c_source import parameters, source
+from tierod.export.fmu.description import Model, Variable, token
 
 TEMPLATES = Path(__file__).parent / "templates"
 
