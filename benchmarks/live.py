@@ -23,10 +23,10 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 
 from live_drives import START, frames_of_drive, messages
+from tierod.live.clock import Frame
 from tierod.live.drive import Drive, Outputs
 from tierod.live.engine import PACE, Engine, Pace
 from tierod.live.events import Hub
-from tierod.live.frame import Frame
 from tierod.live.judge import Plan
 from tierod.live.log import FrameLog
 from tierod.vehicles import load
@@ -166,8 +166,7 @@ def generated(drive: list[Frame], seconds: float) -> float:
 
 def loopback(folder: Path, rate: float = 5000.0, seconds: float = 20.0) -> None:
     """Print received and sent frames over loopback in real time, and processor share."""
-    from tierod.live.buses import Address
-    from tierod.live.receiving import receiver
+    from tierod.live.buses import Address, receiver
 
     inbox: queue.SimpleQueue = queue.SimpleQueue()
     hub = Hub()

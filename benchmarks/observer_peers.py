@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from tierod.methods.estimators.fixed_lag import FixedLag
 from tierod.methods.estimators.kalman import KalmanFilter
-from tierod.methods.estimators.stationary import StationaryFilter
+from tierod.methods.estimators.observers import FixedLag
 from tierod.methods.estimators.stationary_bank import StationaryBank
 from tierod.models.linear import LinearSystem, linearise
 from tierod.physics.friction import dahl_update
+from tierod_lab.methods.stationary import StationaryFilter
 
 
 def full(packed: tuple[float, ...]) -> np.ndarray:

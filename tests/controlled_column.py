@@ -9,8 +9,7 @@ import numpy as np
 
 from tierod.core.graph import scan
 from tierod.models.linear import zero_order_hold
-from tierod.models.steering_column import ColumnInput, ColumnParameters, SteeringColumn
-from tierod.models.two_inertia_column import without_gear
+from tierod.models.steering_column import ColumnInput, ColumnParameters, SteeringColumn, without_gear
 from tierod_lab.papers.column.control.position_control import ObservedColumn, PositionControl
 from tierod_lab.papers.column.control.reference import Reference
 

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from tierod.core.recording import Channel, Recording
+from tierod.live.clock import Frame
 from tierod.live.drive import Drive
 from tierod.live.events import Hub
-from tierod.live.frame import Frame
 from tierod.live.judge import Plan
 from tierod.vehicles import load
 

@@ -13,30 +13,19 @@ from tierod.core.graph.bank import Bank
 from tierod.diagnosis.debounce import DebounceCounter, DebounceCounters
 from tierod.diagnosis.substitution import Substitute, SubstitutionGraph
 from tierod.diagnosis.switchover import Switchover
-from tierod.methods.detectors.control_charts import Cusum, GeometricAverage, HeldThreshold
-from tierod.methods.detectors.likelihood_ratio import LikelihoodRatio
-from tierod.methods.detectors.moments import MovingMoments
-from tierod.methods.detectors.sequential_test import SequentialTest, TwoSided
-from tierod.methods.detectors.threshold import Debounce
-from tierod.methods.estimators.fixed_lag import FixedLag
+from tierod.methods.detectors.control_charts import Cusum, Debounce, GeometricAverage, HeldThreshold
+from tierod.methods.detectors.likelihood_tests import LikelihoodRatio, MovingMoments, SequentialTest, TwoSided
 from tierod.methods.estimators.kalman import KalmanFilter
-from tierod.methods.estimators.luenberger import Luenberger
-from tierod.methods.estimators.stationary import StationaryFilter
+from tierod.methods.estimators.observers import FixedLag, Luenberger
 from tierod.methods.estimators.stationary_bank import StationaryBank
-from tierod.methods.estimators.unscented import UnscentedFilter
-from tierod.methods.filters.butterworth import Butterworth
-from tierod.methods.filters.each import InputHold
-from tierod.methods.filters.first_order import Differentiator, FirstOrderLowPass
-from tierod.methods.filters.jump_gate import JumpGate
-from tierod.methods.identification.drive_likelihood import DriveLikelihood
-from tierod.methods.identification.drive_model import DriveNoises, drive_filter
+from tierod.methods.filters import Butterworth, Differentiator, FirstOrderLowPass, InputHold, JumpGate
+from tierod.methods.identification.drive_model import DriveLikelihood, DriveNoises, drive_filter
 from tierod.methods.identification.sampled_column import BenchParameters, RoundedColumn, SampledColumn
 from tierod.methods.identification.simulation import Innovations, Simulation
 from tierod.models.friction_estimation import FrictionEstimation as EstimatedFriction
 from tierod.models.lateral_parameters import LateralParameters
 from tierod.models.stator_frame_motor import SampledMotorParameters
-from tierod.models.steering_column import ColumnParameters
-from tierod.models.two_inertia_column import TwoInertiaParameters
+from tierod.models.steering_column import ColumnParameters, TwoInertiaParameters
 from tierod.monitors.condition.kinds import KindOfFault
 from tierod.monitors.condition.parameters import WhitenedInnovations
 from tierod.monitors.condition.reaction import FaultReaction, Reconfiguration
@@ -65,6 +54,8 @@ from tierod.monitors.motor_angle.plausibility import AnglePlausibility, Superpos
 from tierod.monitors.sideslip.definition import SideslipMonitor
 from tierod.monitors.sideslip.estimator import CombinedSideslip
 from tierod.vehicles import load
+from tierod_lab.methods.stationary import StationaryFilter
+from tierod_lab.methods.unscented import UnscentedFilter
 from tierod_lab.papers.column.column_friction import ColumnFrictionObserver
 from tierod_lab.papers.column.control.position_control import PositionControl
 from tierod_lab.papers.column.printed import PrintedObserver
@@ -105,7 +96,7 @@ GAIN = tuple(tuple(0.3 * (row == column) for column in range(3)) for row in rang
 COLUMN = TwoInertiaParameters(0.035, 0.23, 132.0, 18.0, 1.6e-4, 1.5e-3)
 """Two inertias on a spring."""
 
-BASES = {"GaussianFilter", "EachSignal", "SteeringTorqueObserver"}
+BASES = {"EachSignal", "SteeringTorqueObserver"}
 """What several blocks share; they are exercised through those."""
 
 SET_UPS = {"AlarmWatch", "ClosedLoop", "EnergyAudit", "Replay", "SweptBench"}

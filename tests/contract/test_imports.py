@@ -17,7 +17,7 @@ ROOT, LAB = (Path(package.__file__).parent for package in (tierod, tierod_lab))
 LAYERS = (
     {"lab.cli", "lab.web"},
     {"lab.papers"},
-    {"lab.studies"},
+    {"lab.studies", "lab.methods"},
     {"lab.campaign", "lab.fleet"},
     {"cli"},
     {"web"},

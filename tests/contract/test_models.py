@@ -14,8 +14,7 @@ import tierod.models
 import tierod_lab.papers
 from tierod.core.block import leaves, rebuild, skeleton, units
 from tierod.core.graph import jacobian
-from tierod.models.steering_column import ColumnParameters
-from tierod.models.two_inertia_column import TwoInertiaColumn, without_gear
+from tierod.models.steering_column import ColumnParameters, TwoInertiaColumn, without_gear
 from tierod.vehicles import load, shipped
 
 

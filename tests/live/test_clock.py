@@ -2,8 +2,7 @@
 
 import math
 
-from tierod.live.clock import DriveClock
-from tierod.live.frame import Frame
+from tierod.live.clock import DriveClock, Frame
 
 CALENDAR = 1_700_000_000.0
 

@@ -14,11 +14,10 @@ import pytest
 from live_drives import CAR, START, database_file, driven, frames_of_drive, started
 from tierod.core.errors import InputError, ParameterError
 from tierod.diagnosis.fault_memory import FaultMemory
-from tierod.live.buses import Address, Receiver, open_bus
+from tierod.live.buses import Address, ProcessReceiver, Receiver, open_bus
+from tierod.live.clock import Frame, Notice
 from tierod.live.drive import Outputs
 from tierod.live.events import Socket, line
-from tierod.live.frame import Frame, Notice
-from tierod.live.receiving import ProcessReceiver
 
 can = pytest.importorskip("can")
 pytest.importorskip("cantools")

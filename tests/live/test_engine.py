@@ -5,7 +5,7 @@ import random
 import pytest
 
 from live_drives import START, frames_of_drive, messages
-from tierod.live.counting import Gap, sentences
+from tierod.live.clock import Gap, sentences
 from tierod.live.engine import Engine
 from tierod.live.judge import Plan
 from tierod.live.log import FrameLog

@@ -11,7 +11,7 @@ from tierod.core.errors import OutputError
 from tierod.io.readers.frames import EXTENDED
 from tierod.io.readers.log import InOrder
 from tierod.io.readers.mdf import open_mdf
-from tierod.live.frame import Frame
+from tierod.live.clock import Frame
 from tierod.live.log import FrameLog
 
 asammdf = pytest.importorskip("asammdf")

@@ -7,7 +7,7 @@ import pytest
 
 from live_drives import DBC, START, database_file, driven, frames_of_drive, started
 from tierod.io.readers.dbc import load_databases
-from tierod.live.databases import disagreements
+from tierod.live.decoding import disagreements
 from tierod.live.drive import Outputs
 from tierod.live.events import Events, line
 from tierod.live.log import FrameLog, is_unfinished

@@ -11,9 +11,9 @@ from tierod.core.errors import InputError
 from tierod.core.recording import Channel, Recording
 from tierod.io.readers.channel_map import parse_channel_map
 from tierod.io.writers import write
+from tierod.live.clock import frames_of
 from tierod.live.decoding import Decoder
 from tierod.live.encoding import Differences, encoded
-from tierod.live.frame import frames_of
 from tierod.live.log import FrameLog
 from tierod.live.replay import Disturbance, Played, disturbed, frames_of_file
 

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from tierod.models.axle_force import LEAST_ACROSS, AxleLoad, axle_force
+from tierod.models.lateral_parameters import LEAST_ACROSS, AxleLoad, axle_force
 from tierod.physics.magic_formula import magic_formula
 
 STIFFNESS, FRICTION, SHAPE, LOAD = 100e3, 0.9, 1.5, 8000.0

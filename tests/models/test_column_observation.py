@@ -15,8 +15,9 @@ from tierod.models.steering_column import (
     ColumnWithFriction,
     ColumnWithFrictionParameters,
     SteeringColumn,
+    TwoInertiaColumn,
+    without_gear,
 )
-from tierod.models.two_inertia_column import TwoInertiaColumn, without_gear
 from tierod.vehicles import load
 from tierod_lab.papers.column.column_friction import FrictionObservationParameters, with_dahl_friction
 

@@ -5,7 +5,7 @@ import pytest
 
 from example_models import Cart, CartParameters, ContinuousCart, Two, named
 from tierod.core.errors import ParameterError
-from tierod.models.discretise import METHODS, discretise
+from tierod.models.linear import METHODS, discretise
 
 
 class Decay:

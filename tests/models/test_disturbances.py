@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tierod.core.errors import ParameterError
-from tierod.models.disturbances import with_disturbance_states, with_offset_state, with_outputs
+from tierod.models.column_observation import with_disturbance_states, with_offset_state, with_outputs
 from tierod.models.linear import LinearSystem, sampled
 
 

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.linalg import expm
 
-from tierod.models.eps_column import driving_torque, rate_hold
+from tierod.models.friction_estimation import driving_torque, rate_hold
 
 
 def test_rate_hold_numbers_of_the_midsize_car():

@@ -12,8 +12,7 @@ from tierod.core.block import rebuild
 from tierod.core.errors import ParameterError
 from tierod.core.graph import jacobian
 from tierod.models.lateral_motion import lateral_motion
-from tierod.models.lateral_parameters import UNKNOWNS, LateralParameters, Sampled
-from tierod.models.lateral_states import Driven, DrivenByWire
+from tierod.models.lateral_parameters import UNKNOWNS, Driven, DrivenByWire, LateralParameters, Sampled
 from tierod.physics.gravity import GRAVITY
 from tierod.physics.single_track import understeer_gradient
 

@@ -17,8 +17,7 @@ from example_models import (
 )
 from tierod.core.errors import ParameterError
 from tierod.core.graph import maths
-from tierod.models.discretise import discretise
-from tierod.models.linear import LinearSystem, linearise, sampled, zero_order_hold
+from tierod.models.linear import LinearSystem, discretise, linearise, sampled, zero_order_hold
 
 
 def test_jacobians_of_a_nonlinear_model():

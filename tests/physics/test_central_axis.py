@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from tierod.physics.central_axis import (
+from tierod.physics.planar_motion import (
     central_speed,
     rear_wheel_share,
     rolling_curvature,

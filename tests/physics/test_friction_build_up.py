@@ -4,10 +4,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tierod.physics.friction import dahl_power_update
-from tierod.physics.friction_build_up import (
+from tierod.physics.friction import (
     RELAXED,
     BuildUp,
+    dahl_power_update,
     exponential_build_up,
     finite_build_up,
     long_build_up,

@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from tierod.physics.kingpin import scrub_radius_torque, weight_lever, weight_torque
+from tierod.physics.aligning import scrub_radius_torque, weight_lever, weight_torque
 
 SCRUB, INCLINATION, RADIUS = 0.02, 0.22, 0.31
 

@@ -1,6 +1,6 @@
 import pytest
 
-from tierod.physics.load_transfer import lateral_load_transfer, longitudinal_load_transfer
+from tierod.physics.planar_motion import lateral_load_transfer, longitudinal_load_transfer
 
 
 def test_links_alone_carry_the_moment_of_the_force_at_the_roll_centre():

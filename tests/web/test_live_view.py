@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from live_drives import database_file, drive, messages
+from tierod.live.clock import Frame
 from tierod.live.drive import Drive, Outputs
 from tierod.live.events import Hub
-from tierod.live.frame import Frame
 from tierod.live.judge import Plan
 from tierod.vehicles import load
 from tierod.web.following import Samples

@@ -68,7 +68,7 @@ def test_signals_beside_frames_of_other_buses_are_read_with_a_remark(tmp_path):
 
 def unfinished(path):
     """A file that its recorder did not finish, of which asammdf makes a copy."""
-    from tierod.live.frame import Frame
+    from tierod.live.clock import Frame
     from tierod.live.log import FrameLog
 
     log = FrameLog(path, 1_700_000_000.0)

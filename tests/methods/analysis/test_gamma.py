@@ -2,7 +2,7 @@
 
 import pytest
 
-from tierod.methods.analysis.gamma import MOST_SHAPE, gamma_quantile, lower_gamma
+from tierod.methods.analysis.consistency import MOST_SHAPE, gamma_quantile, lower_gamma
 
 special = pytest.importorskip("scipy.special")
 PROBABILITIES = (0.001, 0.025, 0.5, 0.95, 0.975, 0.999)

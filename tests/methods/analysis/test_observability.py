@@ -19,7 +19,7 @@ from tierod.methods.analysis.observability import (
     scaled_rank,
     unscaled_rank,
 )
-from tierod.models.disturbances import with_outputs
+from tierod.models.column_observation import with_outputs
 from tierod.models.linear import LinearSystem, linearise, sampled
 from tierod_lab.papers.column.output_subsets import extended
 from tierod_lab.papers.column.parameter_sets import EIGENVALUES, SETS

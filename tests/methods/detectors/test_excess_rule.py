@@ -4,9 +4,8 @@ import pytest
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
 from tierod.methods.detectors.control_charts import Cusum
-from tierod.methods.detectors.excess_rule import ExcessRule
 from tierod.methods.detectors.measured import threshold_from_records
-from tierod.methods.detectors.stopping_rules import CusumRule
+from tierod.methods.detectors.stopping_rules import CusumRule, ExcessRule
 
 
 def test_the_level_is_the_drift_of_a_cumulative_sum():

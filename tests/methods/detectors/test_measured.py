@@ -3,8 +3,8 @@ import pytest
 
 from tierod.core.errors import InputError
 from tierod.core.graph import scan
-from tierod.methods.detectors.delays import delays_of
 from tierod.methods.detectors.measured import threshold_from_records
+from tierod.methods.detectors.rule_design import delays_of
 from tierod.methods.detectors.stopping_rules import AverageRule, CusumRule, LikelihoodRatioRule
 
 

@@ -6,7 +6,7 @@ from scipy.special import ndtr
 
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
-from tierod.methods.detectors.comparison import RULES, designed
+from tierod.methods.detectors.rule_design import RULES, designed
 from tierod.methods.detectors.stopping_rules import (
     AverageRule,
     CusumRule,

@@ -12,7 +12,7 @@ from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
 from tierod.methods.estimators import augment
 from tierod.methods.estimators.kalman import KalmanFilter
-from tierod.models.discretise import discretise
+from tierod.models.linear import discretise
 
 
 def test_state_grows_and_the_equations_use_it():

@@ -9,7 +9,7 @@ from example_models import random_linear
 from tierod.core.block import rebuild, skeleton
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
-from tierod.methods.estimators.fixed_lag import FixedLag
+from tierod.methods.estimators.observers import FixedLag
 from tierod.methods.estimators.riccati import stationary_gain
 from tierod.models.linear import LinearSystem
 

@@ -5,6 +5,7 @@ from hypothesis import strategies as st
 
 from tierod.methods.estimators import kernels
 from tierod.methods.estimators import linear_algebra as la
+from tierod_lab.methods.unscented import correct_jointly
 
 seeds = st.integers(0, 10_000)
 
@@ -52,7 +53,7 @@ def test_joint_kernel_agrees(seed):
     _, P, C, R, r = problem(seed)
     rows = kernels.correct(packed(P), C.tolist(), r.tolist(), R.tolist())
     cross, spread = C @ P, C @ P @ C.T + np.diag(R)
-    done = kernels.correct_jointly(packed(P), cross.tolist(), packed(spread), r.tolist())
+    done = correct_jointly(packed(P), cross.tolist(), packed(spread), r.tolist())
     np.testing.assert_allclose(done.shift, rows.shift, rtol=1e-8, atol=1e-10)
     np.testing.assert_allclose(done.covariance, rows.covariance, rtol=1e-7, atol=1e-9)
     np.testing.assert_allclose(done.nis, rows.nis, rtol=1e-8)

@@ -14,8 +14,9 @@ from example_models import (
 )
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
-from tierod.methods.estimators import Luenberger, observer_gain
+from tierod.methods.estimators import Luenberger
 from tierod.models.linear import linearise
+from tierod_lab.methods.pole_placement import observer_gain
 
 SYSTEM = linearise(Cart, CartParameters(), (0.0, 0.0), (0.0,))
 FULL = Luenberger(Cart, CartParameters(), (0.0, 0.0), observer_gain(SYSTEM, (0.5, 0.6)))

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tierod.methods.estimators.mixing import (
+from tierod.methods.estimators.stationary_bank import (
     mixing,
     mixture_variance,
     posterior,

@@ -5,7 +5,8 @@ import pytest
 
 from example_models import Pendulum, PendulumParameters, random_linear
 from tierod.core.graph import scan
-from tierod.methods.estimators import KalmanFilter, UnscentedFilter
+from tierod.methods.estimators import KalmanFilter
+from tierod_lab.methods.unscented import UnscentedFilter
 
 filterpy = pytest.importorskip("filterpy.kalman")
 

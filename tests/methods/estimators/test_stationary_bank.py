@@ -8,8 +8,8 @@ from tierod.core.block import rebuild, skeleton
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
 from tierod.methods.estimators.riccati import stationary_gain
-from tierod.methods.estimators.stationary import StationaryFilter
 from tierod.methods.estimators.stationary_bank import StationaryBank
+from tierod_lab.methods.stationary import StationaryFilter
 
 SWITCHING = np.array([[0.97, 0.03], [0.1, 0.9]])
 NOISES = ((0.1, 0.2, 0.3), (2.0, 2.0, 2.0))

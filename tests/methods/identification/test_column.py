@@ -7,8 +7,14 @@ from methods.identification.bench import FREE, LOCKED, RAMPS, SINES, TRUTH, chan
 from tierod.core.errors import InputError, ParameterError
 from tierod.methods.identification.column import identify_column, known_free
 from tierod.methods.identification.column_fit import ColumnFit
-from tierod.methods.identification.experiment import Estimate, Free
-from tierod.methods.identification.fit_quality import blind_directions, normalised_error, refusal, whiteness
+from tierod.methods.identification.experiment import (
+    Estimate,
+    Free,
+    blind_directions,
+    normalised_error,
+    refusal,
+    whiteness,
+)
 
 ROUGH = replace(TRUTH, motor_damping=1.3 * TRUTH.motor_damping, motor_friction=0.07, motor_friction_stiffness=1.4)
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tierod.methods.identification.modulation import Modulation
+from tierod.methods.identification.regression import Modulation
 
 WINDOW = Modulation(20, 5, 0.01)
 TIME = np.arange(200) * 0.01

@@ -9,8 +9,15 @@ from tierod.core.errors import InputError, ParameterError
 from tierod.core.recording import Recording
 from tierod.methods.identification.posterior import Posterior, Prior
 from tierod.methods.identification.vehicle import identify_vehicle
-from tierod.methods.identification.vehicle_doubts import doubt_of, remarks_of
-from tierod.methods.identification.vehicle_judgement import BOUND, LEARNT, NOT_SEEN, Contradiction, contradictions
+from tierod.methods.identification.vehicle_judgement import (
+    BOUND,
+    LEARNT,
+    NOT_SEEN,
+    Contradiction,
+    contradictions,
+    doubt_of,
+    remarks_of,
+)
 from tierod.methods.identification.vehicle_priors import SHOWN
 from tierod.models.lateral_parameters import LateralParameters
 from tierod.vehicles import load

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from tierod.core.errors import InputError
+from tierod.methods.identification.column_fit import WheelMotion, wheel_side
 from tierod.methods.identification.regression import instrumental
-from tierod.methods.identification.wheel_side import WheelMotion, wheel_side
 
 INERTIA, DAMPING = 0.04, 0.3
 

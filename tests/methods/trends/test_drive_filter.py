@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from tierod.core.errors import ParameterError
-from tierod.methods.trends.drive_filter import Prior, TrendNoise, filtered, gaps
-from tierod.methods.trends.drive_smoother import smoothed
+from tierod.methods.trends.drive_filter import Prior, TrendNoise, filtered, gaps, smoothed
 from tierod.methods.trends.drives import Drives, gathered
 
 NOISE = TrendNoise(level_walk=0.02, slope_walk=0.001, scatter=0.1, scale=0.5, clip=1e9)

@@ -2,9 +2,8 @@
 
 import numpy as np
 
-from tierod.methods.trends.drive_filter import TrendNoise
+from tierod.methods.trends.drive_filter import FIRST, TrendNoise, with_right_first
 from tierod.methods.trends.drives import Drives
-from tierod.methods.trends.first_drives import FIRST, with_right_first
 
 NOISE = TrendNoise(0.0, 0.0, 0.1)
 

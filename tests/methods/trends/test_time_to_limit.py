@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tierod.methods.trends.time_to_limit import chance_by, time_to_limit
+from tierod.methods.trends.fleet_alarms import chance_by, time_to_limit
 
 LEVEL = np.array([[5.0, 0.01], [5.0, 0.0], [8.0, 0.0]])
 SPREAD = np.array([[[0.01, -1e-5], [-1e-5, 4e-6]], [[0.01, 0.0], [0.0, 1e-12]], [[0.01, 0.0], [0.0, 1e-12]]])

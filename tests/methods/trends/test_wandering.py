@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from tierod.methods.trends.drive_scatter import wandering
 from tierod.methods.trends.drives import Drives
-from tierod.methods.trends.wandering import wandering
 
 
 def fleet(walk, slopes, faulty=0, cars=400, count=60):

@@ -8,8 +8,7 @@ import pytest
 from monitors.driver_torque.swept_runs import rms, run
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
-from tierod.models.steering_column import ColumnParameters
-from tierod.models.two_inertia_column import without_gear
+from tierod.models.steering_column import ColumnParameters, without_gear
 from tierod.monitors.driver_torque.design import ROAD, ColumnTuning, column_of_vehicle, usual_tuning
 from tierod.monitors.driver_torque.observer import UNKNOWN, ColumnObserver, ColumnSample
 from tierod.vehicles import load

@@ -13,7 +13,7 @@ from tierod.monitors.friction.monitor import FrictionMonitor
 from tierod.monitors.friction.notices import RIGID_WARNING
 from tierod.monitors.friction.presliding import PreslidingFrictionFilter
 from tierod.monitors.friction.signals import SteeringConditioning, SteeringSample
-from tierod.physics.kingpin import weight_lever
+from tierod.physics.aligning import weight_lever
 from tierod.physics.tyre import parking_torque
 from tierod.vehicles import load
 from tierod_lab.ground import EpsCar, run

@@ -5,7 +5,7 @@ import pytest
 
 from methods.analysis.column_sets import TORQUES, column
 from tierod.core.errors import ParameterError
-from tierod.models.disturbances import with_outputs
+from tierod.models.column_observation import with_outputs
 from tierod.models.linear import LinearSystem, sampled
 from tierod_lab.papers.column.cramer_rao import cramer_rao
 from tierod_lab.papers.column.output_subsets import extended

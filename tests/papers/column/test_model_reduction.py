@@ -12,8 +12,7 @@ from scipy.linalg import expm
 from methods.analysis.column_sets import TORQUES, column
 from tierod.core.errors import ParameterError
 from tierod.models.linear import LinearSystem, linearise
-from tierod.models.steering_column import ColumnInput
-from tierod.models.two_inertia_column import TwoInertiaColumn, without_gear
+from tierod.models.steering_column import ColumnInput, TwoInertiaColumn, without_gear
 from tierod_lab.papers.column.balancing import (
     balanced,
     controllability_gramian,

@@ -9,8 +9,8 @@ import pytest
 from scipy.linalg import solve_discrete_lyapunov
 
 from tierod.core.errors import ParameterError
-from tierod.methods.estimators.pole_placement import discrete_poles
 from tierod.vehicles import load
+from tierod_lab.methods.pole_placement import discrete_poles
 from tierod_lab.papers.condition.rules.exponential import discretise_pair
 from tierod_lab.papers.sideslip.conventional import placed
 from tierod_lab.papers.sideslip.schedule import (

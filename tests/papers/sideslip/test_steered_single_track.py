@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from tierod.models.discretise import discretise
+from tierod.models.linear import discretise
 from tierod.models.single_track import SingleTrack
 from tierod.models.steer_by_wire import steering_acceleration
 from tierod.vehicles import load

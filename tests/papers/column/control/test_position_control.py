@@ -6,7 +6,7 @@ import pytest
 
 from controlled_column import COLUMN, CONTROL, STEP, turn
 from tierod.core.errors import ParameterError
-from tierod.models.two_inertia_column import without_gear
+from tierod.models.steering_column import without_gear
 from tierod_lab.papers.column.control.lqr import column_system, regulator
 from tierod_lab.papers.column.control.position_control import (
     ObservedColumn,

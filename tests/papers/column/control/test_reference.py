@@ -8,7 +8,7 @@ import pytest
 
 from tierod.core.errors import ParameterError
 from tierod.models.linear import linearise
-from tierod.models.two_inertia_column import TwoInertiaColumn, TwoInertiaParameters
+from tierod.models.steering_column import TwoInertiaColumn, TwoInertiaParameters
 from tierod_lab.papers.column.control.reference import Reference, Step, Sweep, advanced, motion_for
 
 TIME = np.arange(0.0, 12.0, 1e-3)

@@ -10,7 +10,7 @@ from scipy.linalg import expm
 from monitors.condition.demonstrator import CAR
 from tierod.core.errors import ParameterError
 from tierod.core.graph.derivatives import jacobian
-from tierod.models.discretise import discretise
+from tierod.models.linear import discretise
 from tierod_lab.papers.condition.rules.stiff_exponential import discretise_stiff
 from tierod_lab.papers.condition.rules.stiff_rack import StiffRack
 from tierod_lab.papers.condition.rules.two_body_rack import TwoBodyRack

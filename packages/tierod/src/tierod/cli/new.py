@@ -130,7 +130,7 @@ class _Use(NamedTuple):
         from tierod.cli.terminal import progress
         from tierod.core.errors import TierodError
         from tierod.io.readers import read
-        from tierod.methods.identification.drive_samples import SIGNALS, drive_of
+        from tierod.methods.identification.drives import SIGNALS, drive_of
         from tierod.monitors.several import can_be_judged
         from tierod.vehicles import load
         from tierod.vehicles.reading import read_by

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
+    from tierod.live.clock import Frame
     from tierod.live.encoding import Differences
-    from tierod.live.frame import Frame
     from tierod.live.replay import Played
 
 

@@ -29,7 +29,7 @@ def require_discrete(model: Model) -> None:
     if hasattr(model, "derivative"):
         raise ParameterError(
             f"{name} is a continuous model and a filter steps in samples; "
-            "give tierod.models.discretise.discretise(model, method) instead"
+            "give tierod.models.linear.discretise(model, method) instead"
         )
     raise ParameterError(f"{name} has no function `transition`; a filter needs a discrete model")
 

@@ -8,13 +8,12 @@ import numpy as np
 
 from tierod.core.errors import InputError
 from tierod.fleet.series import Series
+from tierod.methods.analysis.noise import usual_deviation
 from tierod.methods.trends.change_evidence import Changes
 from tierod.methods.trends.drive_filter import Prior, TrendNoise
-from tierod.methods.trends.drive_scatter import DriveScatter, drive_scatter
+from tierod.methods.trends.drive_scatter import DriveScatter, Wandering, drive_scatter, wandering
 from tierod.methods.trends.drives import Drives
 from tierod.methods.trends.fault_free_shifts import EVERY
-from tierod.methods.trends.robust import usual_deviation
-from tierod.methods.trends.wandering import Wandering, wandering
 
 TEMPERATURE, MILEAGE = 0, 1
 """Indices of the regressors of a series."""

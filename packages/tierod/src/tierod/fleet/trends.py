@@ -13,13 +13,9 @@ from tierod.fleet.cohorts import Cohorted, cohorted
 from tierod.fleet.learning import MILEAGE, Learnt, learnt
 from tierod.fleet.series import Series
 from tierod.methods.trends.change_evidence import evidence
-from tierod.methods.trends.drive_filter import Prior, filtered
-from tierod.methods.trends.drive_smoother import smoothed
-from tierod.methods.trends.drives import Drives
-from tierod.methods.trends.first_drives import FIRST, with_right_first
-from tierod.methods.trends.fleet_alarms import alarm_level, log_e_values, selected, stopped
-from tierod.methods.trends.level_steps import JUMP, level_steps
-from tierod.methods.trends.time_to_limit import chance_by, time_to_limit
+from tierod.methods.trends.drive_filter import FIRST, Prior, filtered, smoothed, with_right_first
+from tierod.methods.trends.drives import JUMP, Drives, level_steps
+from tierod.methods.trends.fleet_alarms import alarm_level, chance_by, log_e_values, selected, stopped, time_to_limit
 
 CARS_AT_A_TIME = 2000
 """Number of cars filtered at once; limits the memory for a large fleet to some 200 MB."""

@@ -8,9 +8,8 @@ from tierod.core.recording import Recording
 from tierod.core.shown import in_words
 from tierod.core.signals import SIGNALS
 from tierod.io.quality import LIMITS, median_rate, too_slow
-from tierod.methods.analysis.noise import differences, fresh
+from tierod.methods.analysis.noise import DEVIATION_OF_MEDIAN, differences, fresh
 from tierod.methods.running import Sizes
-from tierod.methods.trends.robust import DEVIATION_OF_MEDIAN
 
 # Noise of the sensors of usual cars, resolution included [unit of the signal]: no less than that of the virtual cars;
 # real logs have 0.005 rad/s and 0.05 m/s. Accelerations vibrate with the car: their noise is none of the sensor.

@@ -1,13 +1,65 @@
-"""Common time of a drive from the time stamps of its buses; jumps of a clock are bridged and counted."""
+"""Frames of a live bus, the common time of a drive from their stamps, and the count of lost ones."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import Annotated
+from typing import Annotated, NamedTuple
+
+import numpy as np
 
 from tierod.core.timestamps import CALENDAR
-from tierod.live.frame import Frame
+from tierod.io.readers.frames import Frames, identifier_text, messages
+
+
+class Frame(NamedTuple):
+    """Frame as a bus delivered it.
+
+    Args:
+        time: time stamp of the bus; after `DriveClock.placed` the time in the drive
+        identifier: identifier, with the bit EXTENDED set for 29 bits
+        bus: number of the bus, from 1
+    """
+
+    time: Annotated[float, "s"]
+    identifier: int
+    bus: int
+    data: bytes
+
+
+class Notice(NamedTuple):
+    """Event on a bus: "lost", "back", "error frame" or "ended".
+
+    Args:
+        bus: number of the bus, from 1
+    """
+
+    bus: int
+    what: str
+    text: str
+
+
+def frames_of(parts: Sequence[Frame], origin: float) -> Frames:
+    """Arrays of some frames, in the order in which they are given.
+
+    Args:
+        origin: calendar time of the stamp zero [s]
+    """
+    buses = sorted({part.bus for part in parts})
+    number = {bus: place for place, bus in enumerate(buses)}
+    length = np.array([len(part.data) for part in parts])
+    width = max(8, int(length.max()))
+    payload = np.frombuffer(b"".join(part.data.ljust(width, b"\0") for part in parts), np.uint8)
+    return Frames(
+        np.array([part.time for part in parts]),
+        np.array([part.identifier for part in parts], dtype=np.uint32),
+        np.array([number[part.bus] for part in parts], dtype=np.uint16),
+        payload.reshape(len(parts), width),
+        length,
+        tuple(f"CAN{bus}" for bus in buses),
+        origin,
+    )
 
 
 @dataclass(frozen=True)
@@ -95,3 +147,87 @@ class DriveClock:
             added = others[0] - time
         made = self._buses[frame.bus] = _Bus(added, time + added, came)
         return made
+
+
+_SETTLING = 20
+"""Number of gaps between frames after which the learnt period is used."""
+
+_SPREAD, _MOST = 0.3, 0.7
+"""Relative spread around the median gap, and the share of gaps that must lie within it for a message to be periodic;
+lost frames are counted for periodic messages only, not for bursts.
+"""
+
+NAMED = 4
+"""Number of messages named in a sentence about messages that fell silent together."""
+
+
+@dataclass
+class _Message:
+    """Newest stamp [s], learnt period [s], and number of gaps seen of one message."""
+
+    newest: float
+    period: float = math.nan
+    seen: int = 0
+
+
+@dataclass(frozen=True)
+class Gap:
+    """Silence of a message that has returned."""
+
+    identifier: int
+    bus: str
+    seconds: Annotated[float, "s"]
+
+
+def sentences(gaps: Iterable[Gap]) -> list[str]:
+    """One sentence per bus on the messages that fell silent, however many they are."""
+    of_bus: dict[str, list[Gap]] = {}
+    for gap in gaps:
+        of_bus.setdefault(gap.bus, []).append(gap)
+    found = []
+    for bus, silent in of_bus.items():
+        names = [identifier_text(gap.identifier) for gap in silent]
+        some = ", ".join(names[:NAMED]) + f" and {len(names) - NAMED} more" * (len(names) > NAMED)
+        found.append(f"{some} on {bus}: not received for {max(gap.seconds for gap in silent):.2g} s")
+    return found
+
+
+class Gaps:
+    """Learns the period of every message, and counts the frames that are missing.
+
+    Args:
+        silence: gap beyond which a message has fallen silent, as during the restart of a control unit
+        factor: gap in periods beyond which a frame counts as lost
+    """
+
+    def __init__(self, silence: Annotated[float, "s"] = 1.0, factor: float = 1.8):
+        self.silence, self.factor = silence, factor
+        self.lost = 0
+        self._messages: dict[tuple[str, int], _Message] = {}
+
+    def add(self, frames: Frames) -> list[Gap]:
+        """Add frames in the order of time, and return the silences that ended among them."""
+        found = []
+        for identifier, bus, rows in messages(frames):
+            name, times = frames.buses[bus], frames.time[rows]
+            known = self._messages.setdefault((name, identifier), _Message(float(times[0])))
+            gaps = np.diff(times, prepend=known.newest)
+            gaps = gaps[gaps > 0.0]
+            known.newest = float(times[-1])
+            if not len(gaps):
+                continue
+            usual = float(np.median(gaps))
+            # Bounded: the only gap of a short piece may be a dropout, which would stretch the learnt period.
+            known.period = usual if known.seen < _SETTLING else 0.9 * known.period + 0.1 * min(usual, 2 * known.period)
+            known.seen += len(gaps)
+            if known.seen < _SETTLING or known.period > self.silence / 3.0:
+                continue
+            regular = float(np.mean(np.abs(gaps - usual) < _SPREAD * usual)) > _MOST
+            wide = gaps[gaps > self.factor * known.period]
+            if regular:
+                # Delayed frames are followed by shorter gaps; these are not counted as lost.
+                crowded = int(np.count_nonzero(gaps < known.period / self.factor))
+                missed = int(np.round(wide[wide <= self.silence] / known.period - 1.0).sum())
+                self.lost += max(missed - crowded, 0)
+            found += [Gap(identifier, name, float(gap)) for gap in wide[wide > self.silence]]
+        return found

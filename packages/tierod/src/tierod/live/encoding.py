@@ -20,7 +20,7 @@ from tierod.io.readers.frames import EXTENDED
 from tierod.io.readers.opening import open_source
 from tierod.io.readers.source import Column
 from tierod.io.readers.streaming import Reading
-from tierod.live.frame import Frame
+from tierod.live.clock import Frame
 
 if TYPE_CHECKING:
     from cantools.database.can import Message

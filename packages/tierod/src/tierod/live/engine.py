@@ -19,10 +19,8 @@ from tierod.io.readers.making import Doubts, made_from
 from tierod.io.readers.mapping import Plan as Mapping_
 from tierod.io.readers.mapping import plan as mapping
 from tierod.io.readers.streaming import completed
-from tierod.live.clock import DriveClock
-from tierod.live.counting import Gaps, sentences
+from tierod.live.clock import DriveClock, Frame, Gaps, frames_of, sentences
 from tierod.live.decoding import Decoder
-from tierod.live.frame import Frame, frames_of
 from tierod.live.judge import Judge, Plan, Shown
 
 if TYPE_CHECKING:

@@ -16,7 +16,7 @@ from tierod.core.errors import OutputError
 from tierod.core.files import expanded, require_folder
 from tierod.core.version import __version__
 from tierod.io.readers.frames import EXTENDED
-from tierod.live.frame import Frame
+from tierod.live.clock import Frame
 
 _IDENTIFICATION, _LINKS = 64, 24
 _UNFINISHED = 0b101

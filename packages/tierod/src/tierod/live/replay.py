@@ -14,8 +14,8 @@ from tierod.io.readers.channel_map import ChannelMap
 from tierod.io.readers.frames import EXTENDED
 from tierod.io.readers.log import InOrder, Log
 from tierod.io.readers.opening import frames_in
+from tierod.live.clock import Frame
 from tierod.live.encoding import Differences, encoded
-from tierod.live.frame import Frame
 
 if TYPE_CHECKING:
     import can

@@ -1,15 +1,150 @@
-"""Forces on the small automated car of `automated_vehicle`: tyres, drives, kingpins, tie rods."""
+"""Parameters and forces of a car that steers, drives and brakes by itself."""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from dataclasses import dataclass
+from typing import Annotated, NamedTuple
 
 from tierod.core.block import Scalar
 from tierod.core.graph.maths import absolute, limit, sqrt
-from tierod.models.automated_parameters import AutomatedParameters, AutomatedState
-from tierod.physics.load_transfer import longitudinal_load_transfer
+from tierod.physics.planar_motion import longitudinal_load_transfer
 from tierod.physics.single_track import front_axle_load, yaw_moment
 from tierod.physics.tyre import saturating_lateral_force
+
+
+@dataclass(frozen=True)
+class AutomatedParameters:
+    """A car with two steering motors and a drive at each front wheel, named as in a vehicle file.
+
+    Args:
+        mass, yaw_inertia: of the vehicle
+        rolling_mass: equivalent mass of the rotation of all wheels
+        front_distance, rear_distance: from the centre of gravity to the axles
+        track_width: of both axles
+        centre_height: of the centre of gravity, above ground
+        front_cornering_stiffness, rear_cornering_stiffness: of the axles at their static load
+        tyre_friction, rear_friction_ratio: peak lateral force over load of the front axle; that of the rear over it
+        relaxation_length, rear_relaxation_ratio: of the front axle's lateral force; that of the rear over it
+        stiffness_growth: relative growth of the rear axle's stiffness per relative growth of its load
+        mechanical_trail, pneumatic_trail: of the front axle; the pneumatic one also of the rear axle
+        turn_slip_stiffness: torque of one wheel per turn slip
+        jacking_torque: of both kingpins per sine of the road-wheel angle, from the weight that steering lifts
+        scrub_radius: lever of the drive forces about the kingpins
+        wheel_radius: nominal effective radius; the drives act with this radius over `wheel_speed_scale`
+        rolling_resistance, drag: coefficients of the forces against the motion
+        steering_ratio: road wheel angle per angle of the column
+        rack_ratio: travel of the rack per angle of the column
+        column_inertia: of everything that turns with the column, motors included
+        steering_motor_inertia: of both motors together, above the shaft torque sensor
+        rack_damping, rack_stiffness: of the rack alone
+        nominal_friction, column_friction_angle: level of dry friction at the column, and angle of its build-up
+        sensor_forward: distance of the accelerometers ahead of the centre of gravity
+        roll_share: component of gravity in the measured lateral acceleration by roll, per acceleration
+        wheel_speed_scale: reading of both rear wheel speeds over the speed of the wheels
+        wheel_speed_difference: relative excess of the right over the left reading
+        yaw_rate_offset, steering_wheel_angle_offset, steering_shaft_torque_offset, tie_rod_force_offset,
+            longitudinal_acceleration_offset, lateral_acceleration_offset: reading at a true value of zero
+        greatest_steering_motor_torque, greatest_drive_torque: limits of the torque of one motor
+        steering_motor_lag, drive_lag: time constants from target torque to torque
+    """
+
+    mass: Annotated[float, "kg"]
+    yaw_inertia: Annotated[float, "kg*m**2"]
+    rolling_mass: Annotated[float, "kg"]
+    front_distance: Annotated[float, "m"]
+    rear_distance: Annotated[float, "m"]
+    track_width: Annotated[float, "m"]
+    centre_height: Annotated[float, "m"]
+    front_cornering_stiffness: Annotated[float, "N/rad"]
+    rear_cornering_stiffness: Annotated[float, "N/rad"]
+    tyre_friction: Annotated[float, ""]
+    rear_friction_ratio: Annotated[float, ""]
+    relaxation_length: Annotated[float, "m"]
+    rear_relaxation_ratio: Annotated[float, ""]
+    stiffness_growth: Annotated[float, ""]
+    mechanical_trail: Annotated[float, "m"]
+    pneumatic_trail: Annotated[float, "m"]
+    turn_slip_stiffness: Annotated[float, "N*m**2"]
+    jacking_torque: Annotated[float, "N*m/rad"]
+    scrub_radius: Annotated[float, "m"]
+    wheel_radius: Annotated[float, "m"]
+    rolling_resistance: Annotated[float, "N"]
+    drag: Annotated[float, "N*s**2/m**2"]
+    steering_ratio: Annotated[float, ""]
+    rack_ratio: Annotated[float, "m/rad"]
+    column_inertia: Annotated[float, "kg*m**2"]
+    steering_motor_inertia: Annotated[float, "kg*m**2"]
+    rack_damping: Annotated[float, "N*s/m"]
+    rack_stiffness: Annotated[float, "N/m"]
+    nominal_friction: Annotated[float, "N*m"]
+    column_friction_angle: Annotated[float, "rad"]
+    sensor_forward: Annotated[float, "m"]
+    roll_share: Annotated[float, ""]
+    wheel_speed_scale: Annotated[float, ""] = 1.0
+    wheel_speed_difference: Annotated[float, ""] = 0.0
+    yaw_rate_offset: Annotated[float, "rad/s"] = 0.0
+    steering_wheel_angle_offset: Annotated[float, "rad"] = 0.0
+    steering_shaft_torque_offset: Annotated[float, "N*m"] = 0.0
+    tie_rod_force_offset: Annotated[float, "N"] = 0.0
+    longitudinal_acceleration_offset: Annotated[float, "m/s**2"] = 0.0
+    lateral_acceleration_offset: Annotated[float, "m/s**2"] = 0.0
+    greatest_steering_motor_torque: Annotated[float, "N*m"] = 1e3
+    greatest_drive_torque: Annotated[float, "N*m"] = 1e4
+    steering_motor_lag: Annotated[float, "s"] = 0.003
+    drive_lag: Annotated[float, "s"] = 0.01
+
+
+@dataclass(frozen=True)
+class Fading:
+    """Correlation times of the unknown states, which return to zero.
+
+    Args:
+        force: of the errors of the axle forces; about the duration of a bend
+        tie_rod: of the error of the tie-rod force
+        loss: of the torque loss of an actuator
+        offset: of the offsets of yaw rate and angle, and of the difference of the wheel speeds
+        share: of the scales of wheel speeds and drives; load and tyres change between drives, and hardly in a drive
+        road: of grade and bank
+    """
+
+    force: Annotated[float, "s"] = 0.9
+    tie_rod: Annotated[float, "s"] = 0.6
+    loss: Annotated[float, "s"] = 4.0
+    offset: Annotated[float, "s"] = 600.0
+    share: Annotated[float, "s"] = 3600.0
+    road: Annotated[float, "s"] = 6.0
+
+
+class AutomatedState(NamedTuple):
+    """Motion, steering, and unknown states.
+
+    The force errors are true less modelled force; `grade_acceleration` and `bank_acceleration` are the accelerations
+    forward and to the left that the road's slope takes away; `torque_loss` is the lost share of the torque of the
+    suspected actuators; `wheel_speed_difference` and the offsets are deviations from their parameters,
+    `wheel_speed_scale` is a relative one; `drive_excess` is the relative excess of the drive forces over those of the
+    torques, as with a lighter vehicle or smaller tyres.
+    """
+
+    speed: Annotated[float, "m/s"]
+    lateral_speed: Annotated[float, "m/s"]
+    yaw_rate: Annotated[float, "rad/s"]
+    front_slip: Annotated[float, ""]
+    rear_slip: Annotated[float, ""]
+    column_angle: Annotated[float, "rad"]
+    column_rate: Annotated[float, "rad/s"]
+    friction_share: Annotated[float, ""]
+    front_force_error: Annotated[float, "N"]
+    rear_force_error: Annotated[float, "N"]
+    tie_rod_force_error: Annotated[float, "N"]
+    torque_loss: Annotated[float, ""]
+    yaw_rate_offset: Annotated[float, "rad/s"]
+    angle_offset: Annotated[float, "rad"]
+    grade_acceleration: Annotated[float, "m/s**2"]
+    bank_acceleration: Annotated[float, "m/s**2"]
+    wheel_speed_difference: Annotated[float, ""]
+    wheel_speed_scale: Annotated[float, ""]
+    drive_excess: Annotated[float, ""]
+
 
 CRAWL = 0.5
 """Added to the speed in denominators; at this speed rolling resistance has half of its value [m/s]."""

@@ -14,6 +14,9 @@ from typing import Annotated, NamedTuple, TypeAlias
 from tierod.core.block import Scalar
 from tierod.core.graph.maths import absolute, exp
 from tierod.models.automated_forces import (
+    AutomatedParameters,
+    AutomatedState,
+    Fading,
     Forces,
     Torques,
     direction,
@@ -21,7 +24,6 @@ from tierod.models.automated_forces import (
     tie_rod_force_of,
     yaw_acceleration_of,
 )
-from tierod.models.automated_parameters import AutomatedParameters, AutomatedState, Fading
 from tierod.physics.friction import dahl_update
 from tierod.physics.gear import column_balance
 from tierod.physics.lag import DampedRotation, damped_rotation

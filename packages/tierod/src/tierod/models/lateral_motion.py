@@ -14,9 +14,11 @@ from tierod.core.block import Scalar, Tree, named_tuple
 from tierod.core.errors import ParameterError, nearest
 from tierod.core.graph.maths import absolute, cos, exp, limit, maximum, sin, where
 from tierod.core.model import Model
-from tierod.models.axle_force import AxleForce, AxleLoad, axle_force
-from tierod.models.lateral_parameters import OF_STEERING, UNKNOWNS, Sampled
-from tierod.models.lateral_states import (
+from tierod.models.lateral_parameters import (
+    OF_STEERING,
+    UNKNOWNS,
+    AxleForce,
+    AxleLoad,
     Body,
     Driven,
     DrivenByWire,
@@ -24,10 +26,12 @@ from tierod.models.lateral_states import (
     Measured,
     MeasuredByWire,
     Roll,
+    Sampled,
     Steering,
+    axle_force,
 )
 from tierod.physics.gravity import GRAVITY
-from tierod.physics.load_transfer import longitudinal_load_transfer
+from tierod.physics.planar_motion import longitudinal_load_transfer
 from tierod.physics.single_track import front_axle_load, lateral_acceleration, lateral_acceleration_at, yaw_acceleration
 
 SLOWEST = 0.1

@@ -1,9 +1,13 @@
-"""Parameters of a car in the model of its lateral motion, and its possible unknown states."""
+"""Parameters, states and axle forces of the lateral motion of a car."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, NamedTuple
+
+from tierod.core.block import Scalar
+from tierod.core.graph.maths import maximum, sin, sqrt
+from tierod.physics.magic_formula import magic_angle
 
 UNKNOWNS: dict[str, str] = {
     "log_front_stiffness": "",
@@ -103,3 +107,125 @@ class Sampled:
     sample_time: Annotated[float, "s"]
     usual: tuple[float, ...] = ()
     fading: tuple[float, ...] = ()
+
+
+LEAST_ACROSS = 0.3
+"""Smallest share of the friction that is left for the lateral force under braking [-], so that it stays positive."""
+
+
+class AxleLoad(NamedTuple):
+    """Loads of an axle: vertical force [N], static vertical force [N], and force along the wheels [N]."""
+
+    vertical: Scalar
+    static: Scalar
+    longitudinal: Scalar
+
+
+class AxleForce(NamedTuple):
+    """Force across the wheels [N], its largest possible value [N], angle inside the Magic Formula [rad]."""
+
+    lateral: Scalar
+    greatest: Scalar
+    angle: Scalar
+
+
+def axle_force(
+    slip: Scalar, stiffness: Scalar, friction: Scalar, shape: Scalar, load: AxleLoad, growth: Scalar
+) -> AxleForce:
+    """Lateral force of an axle, and the other fields of `AxleForce`.
+
+    Args:
+        slip: tangent of the slip angle, positive where the force is to the left [-]
+        stiffness: cornering stiffness at the static load [N/rad]
+        friction: peak force over load [-], positive
+        shape: C of the Magic Formula [-], above 1; its curvature E is zero
+        growth: relative growth of the stiffness per relative growth of the load [-]
+
+    The slip is scaled so that the slope at zero is the stiffness for any friction (similarity); the force along the
+    wheels reduces the lateral friction by the friction ellipse.
+    Source: Pacejka, Tire and Vehicle Dynamics, 3rd ed., sections 4.2 and 4.3.
+    """
+    grip = friction * load.vertical
+    used = load.longitudinal / grip
+    greatest = grip * sqrt(maximum(1.0 - used * used, LEAST_ACROSS * LEAST_ACROSS))
+    slope = stiffness * (1.0 + growth * (load.vertical / load.static - 1.0))
+    angle = magic_angle(slope / (shape * greatest) * slip, 0.0)
+    return AxleForce(greatest * sin(shape * angle), greatest, angle)
+
+
+class Body(NamedTuple):
+    """Lateral speed of the centre of gravity, yaw rate, and the lateral deflections of the axles' tyres."""
+
+    lateral_speed: Annotated[float, "m/s"]
+    yaw_rate: Annotated[float, "rad/s"]
+    front_deflection: Annotated[float, "m"]
+    rear_deflection: Annotated[float, "m"]
+
+
+class Roll(NamedTuple):
+    """Roll of the body, positive with the right side down."""
+
+    roll_angle: Annotated[float, "rad"]
+    roll_rate: Annotated[float, "rad/s"]
+
+
+class Steering(NamedTuple):
+    """Mean steer of the road wheels, its rate, and dry friction over its level."""
+
+    road_wheel_angle: Annotated[float, "rad"]
+    road_wheel_rate: Annotated[float, "rad/s"]
+    friction_share: Annotated[float, ""]
+
+
+class Driven(NamedTuple):
+    """Inputs of a car with known steering angle: speed, longitudinal acceleration, mean steer of the road wheels."""
+
+    vehicle_speed: Annotated[float, "m/s"]
+    longitudinal_acceleration: Annotated[float, "m/s**2"]
+    road_wheel_angle: Annotated[float, "rad"]
+
+
+class DrivenByWire(NamedTuple):
+    """Inputs of a car with the steering as states; its rate is held while the torque is unknown (`torque_known` 0)."""
+
+    vehicle_speed: Annotated[float, "m/s"]
+    longitudinal_acceleration: Annotated[float, "m/s**2"]
+    road_wheel_torque: Annotated[float, "N*m"]
+    torque_known: Annotated[float, ""]
+
+
+class Measured(NamedTuple):
+    """Measurements of an inertial unit."""
+
+    yaw_rate: Annotated[float, "rad/s"]
+    lateral_acceleration: Annotated[float, "m/s**2"]
+
+
+class MeasuredByWire(NamedTuple):
+    """Measurements of an inertial unit and the angle sensor of the road wheels."""
+
+    yaw_rate: Annotated[float, "rad/s"]
+    lateral_acceleration: Annotated[float, "m/s**2"]
+    road_wheel_angle: Annotated[float, "rad"]
+
+
+class Forces(NamedTuple):
+    """Forces of both axles and the torque that they make about the kingpins.
+
+    Args:
+        front, rear: forces across the wheels
+        front_across, rear_across: forces across the body [N]
+        front_slip, rear_slip: tangents of the effective slip angles [-]
+        pneumatic_trail, rear_trail: pneumatic trails of the axles [m]
+        self_aligning_torque: of the front axle, opposing positive steer [N*m]
+    """
+
+    front: AxleForce
+    rear: AxleForce
+    front_across: Scalar
+    rear_across: Scalar
+    front_slip: Scalar
+    rear_slip: Scalar
+    pneumatic_trail: Scalar
+    rear_trail: Scalar
+    self_aligning_torque: Scalar

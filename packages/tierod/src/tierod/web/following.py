@@ -23,11 +23,10 @@ from tierod.io.readers.channel_map import ChannelMap
 from tierod.io.readers.making import Doubts, made_from
 from tierod.io.readers.mapping import Plan as Mapping_
 from tierod.io.readers.mapping import plan as mapping
-from tierod.live.databases import bus_files
-from tierod.live.decoding import Decoder
+from tierod.live.clock import Frame, frames_of
+from tierod.live.decoding import Decoder, bus_files
 from tierod.live.drive import Drive, Outputs
 from tierod.live.events import Hub, line
-from tierod.live.frame import Frame, frames_of
 from tierod.live.judge import Plan
 from tierod.monitors.together import usual
 
@@ -116,8 +115,7 @@ def follow(drive: Drive, samples: Samples) -> int:
 
 def drive_of(vehicle: str, live: Sequence[str], dbc: Sequence[str], channel_map: str) -> tuple[Drive, Samples]:
     """A drive that follows buses with every monitor that can run, and the decoder of its samples."""
-    from tierod.live.buses import Address
-    from tierod.live.receiving import receiver
+    from tierod.live.buses import Address, receiver
     from tierod.vehicles import load
 
     car = load(vehicle)

@@ -10,9 +10,8 @@ from tierod.core.block import Scalar
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.core.graph.maths import limit, maximum, sin, sqrt, where
 from tierod.physics import single_track
+from tierod.physics.aligning import weight_torque
 from tierod.physics.gravity import GRAVITY
-from tierod.physics.kingpin import weight_torque
-from tierod.physics.resistances import holding_friction, rolling_resistance
 from tierod.physics.tyre import (
     bounded_relaxation_rate,
     brush_aligning_torque,
@@ -21,6 +20,7 @@ from tierod.physics.tyre import (
     relaxation_speed,
     twist_rate,
 )
+from tierod_lab.ground.chassis.resistances import holding_friction, rolling_resistance
 from tierod_lab.ground.chassis.suspension import OnTwoAxles
 from tierod_lab.ground.chassis.tyres import LEAST_ADHESION, TREAD_LAG, hub
 from tierod_lab.ground.parts import Reaction, Road, Steer, Wheels, Wind

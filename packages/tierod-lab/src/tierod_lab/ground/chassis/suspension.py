@@ -8,9 +8,9 @@ from typing import Annotated, Protocol, Self
 from tierod.core.block import Scalar
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.physics import single_track
-from tierod.physics.kingpin import scrub_radius_torque, weight_lever, weight_torque
-from tierod.physics.resistances import AirForces, air_forces
+from tierod.physics.aligning import scrub_radius_torque, weight_lever, weight_torque
 from tierod.physics.single_track import front_axle_load
+from tierod_lab.ground.chassis.resistances import AirForces, air_forces
 from tierod_lab.ground.chassis.tyres import Contact, Hub, Tyre
 from tierod_lab.ground.parts import Road, Wheels, Wind
 

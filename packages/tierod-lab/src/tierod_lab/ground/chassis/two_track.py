@@ -8,10 +8,10 @@ from typing import NamedTuple
 from tierod.core.block import Scalar
 from tierod.core.graph.maths import cos, limit, maximum, sin, where
 from tierod.physics.gravity import GRAVITY
-from tierod.physics.load_transfer import lateral_load_transfer, longitudinal_load_transfer
-from tierod.physics.resistances import AirForces, holding_friction, rolling_resistance
+from tierod.physics.planar_motion import lateral_load_transfer, longitudinal_load_transfer
 from tierod.physics.single_track import yaw_moment
 from tierod.physics.tyre import parking_torque, twist_rate
+from tierod_lab.ground.chassis.resistances import AirForces, holding_friction, rolling_resistance
 from tierod_lab.ground.chassis.suspension import Axle, Kingpins, TwoTrackParameters
 from tierod_lab.ground.chassis.tyres import Contact, Hub, Tyre, contact, hub
 from tierod_lab.ground.parts import Reaction, Road, Steer, Wheels, Wind

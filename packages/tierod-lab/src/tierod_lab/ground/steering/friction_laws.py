@@ -18,14 +18,14 @@ from tierod.core.errors import ParameterError
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE, SHARE, Range
 from tierod.core.graph.maths import sign
 from tierod.physics.friction import dahl_power_update, dahl_slope, dahl_update, stribeck_level
-from tierod.physics.friction_path import (
+from tierod_lab.ground.parts import Memory
+from tierod_lab.ground.steering.friction_path import (
     elastoplastic_slope,
     elastoplastic_update,
     lugre_share,
     lugre_slope,
     lugre_update,
 )
-from tierod_lab.ground.parts import Memory
 
 
 class Law(Protocol):

@@ -9,8 +9,8 @@ from tierod.core.block import Scalar
 from tierod.core.errors import ParameterError
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.core.graph.maths import limit
-from tierod.physics.motor_torque import driving_limit, torque_ripple
 from tierod.physics.steering_ratio import torsion_bar_torque
+from tierod_lab.ground.steering.motor_torque import driving_limit, torque_ripple
 
 
 class Wheel(NamedTuple):
@@ -34,7 +34,7 @@ class TorsionBar:
 
 @dataclass(frozen=True)
 class Ripple:
-    """Cogging torque and torque ripple over the rotor angle, see `tierod.physics.motor_torque`; of a good EPS motor."""
+    """Cogging torque and torque ripple over the rotor angle, see `motor_torque`; of a good EPS motor."""
 
     cogging_torque: Annotated[float, "N*m", NOT_NEGATIVE] = 0.01
     share: Annotated[float, "", NOT_NEGATIVE] = 0.01
@@ -50,7 +50,7 @@ def rippled(torque: Scalar, angle: Scalar, ripple: Ripple | None) -> Scalar:
 
 @dataclass(frozen=True)
 class SpeedLimit:
-    """Torque limit due to the voltage at high speed, see `tierod.physics.motor_torque`.
+    """Torque limit due to the voltage at high speed, see `tierod_lab.ground.steering.motor_torque`.
 
     The defaults are typical: with a ratio of 20, full torque up to 430 degrees of column per second, none at 1000.
 

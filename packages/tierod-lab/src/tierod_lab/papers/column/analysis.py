@@ -12,8 +12,7 @@ from tierod.methods.analysis.fitness import require_fit
 from tierod.models.column_observation import linear_column
 from tierod.models.linear import LinearSystem
 from tierod.models.modes import modes
-from tierod.models.steering_column import ColumnParameters, SteeringColumn
-from tierod.models.two_inertia_column import SPRINGS, TwoInertiaColumn, without_gear
+from tierod.models.steering_column import SPRINGS, ColumnParameters, SteeringColumn, TwoInertiaColumn, without_gear
 from tierod_lab.papers.column.frequency_response import frequency_response
 from tierod_lab.papers.column.model_reduction import Reduction, balanced_reduction, modal_reduction
 from tierod_lab.papers.column.output_subsets import Sampling, Shown, extended, output_subsets, shown_by

@@ -10,8 +10,7 @@ import numpy as np
 
 from tierod.core.block import Block, Scalar, Tree, rebuild, skeleton
 from tierod.core.graph import Result, scan
-from tierod.models.steering_column import ColumnOutput, ColumnParameters
-from tierod.models.two_inertia_column import without_gear
+from tierod.models.steering_column import ColumnOutput, ColumnParameters, without_gear
 from tierod.vehicles import load
 from tierod_lab.ground.cars.column_bench import Acting, BenchPorts, BenchSignals, BenchState, ColumnBench
 from tierod_lab.ground.parts import NO_FAULT

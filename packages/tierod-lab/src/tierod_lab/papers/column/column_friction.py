@@ -15,8 +15,7 @@ from tierod.methods.estimators.linear_algebra import congruence
 from tierod.methods.estimators.shapes import Belief
 from tierod.models.column_observation import MotorTorque
 from tierod.models.linear import Matrices
-from tierod.models.steering_column import ColumnParameters
-from tierod.models.two_inertia_column import TwoInertiaParameters, without_gear
+from tierod.models.steering_column import ColumnParameters, TwoInertiaParameters, without_gear
 from tierod.monitors.driver_torque.design import ColumnTuning, column_of_vehicle, design, process_noises, usual_tuning
 from tierod.monitors.driver_torque.observer import ColumnSample, Phase, Starting, StartState, resting_state
 from tierod.physics.friction import dahl_update

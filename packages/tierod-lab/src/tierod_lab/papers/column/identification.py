@@ -12,9 +12,8 @@ from tierod.core.claims import Claim, Goal, at_least, at_most
 from tierod.core.content import Chart, Heading, Item, Lines, Panel, Table
 from tierod.methods.identification.bench_recording import BenchRecording
 from tierod.methods.identification.column import identify_column
-from tierod.methods.identification.column_fit import ColumnFit, Fitted
+from tierod.methods.identification.column_fit import ColumnFit, Fitted, WheelMotion, wheel_side
 from tierod.methods.identification.sampled_column import BenchParameters, SampledColumn
-from tierod.methods.identification.wheel_side import WheelMotion, wheel_side
 from tierod_lab.ground.cars.column_bench import ColumnBench
 from tierod_lab.papers.column.identified_bench import LAWS, bench, experiments, recorded, truth
 from tierod_lab.papers.column.output_error import OutputError

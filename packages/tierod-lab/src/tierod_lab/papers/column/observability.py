@@ -18,8 +18,7 @@ from tierod.methods.analysis.observability import (
     scaled_rank,
     unscaled_rank,
 )
-from tierod.models.column_observation import linear_column
-from tierod.models.disturbances import with_outputs
+from tierod.models.column_observation import linear_column, with_outputs
 from tierod.models.linear import LinearSystem, sampled
 from tierod.models.steering_column import SteeringColumn
 from tierod_lab.papers.column.analysis import SAMPLING, UNKNOWN_TORQUES, vibrations

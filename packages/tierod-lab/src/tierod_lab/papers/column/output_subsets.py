@@ -15,7 +15,7 @@ from tierod.methods.analysis.observability import (
     scaled_rank,
     unscaled_rank,
 )
-from tierod.models.disturbances import with_disturbance_states, with_outputs
+from tierod.models.column_observation import with_disturbance_states, with_outputs
 from tierod.models.linear import LinearSystem, sampled
 from tierod.models.modes import TOLERANCE
 from tierod_lab.papers.column.balancing import gramian_condition, observability_gramian

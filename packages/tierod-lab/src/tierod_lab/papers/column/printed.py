@@ -14,14 +14,12 @@ from tierod.methods.analysis.fitness import require_fit
 from tierod.methods.estimators.linear_algebra import pack, plus, product, times
 from tierod.methods.estimators.riccati import stationary_gain
 from tierod.methods.estimators.shapes import leaf_values
-from tierod.methods.estimators.stationary import StationaryFilter
-from tierod.models.column_observation import MotorTorque, linear_column, observed_column
-from tierod.models.disturbances import with_disturbance_states
+from tierod.models.column_observation import MotorTorque, linear_column, observed_column, with_disturbance_states
 from tierod.models.linear import LinearSystem
-from tierod.models.steering_column import ColumnOutput, ColumnParameters
-from tierod.models.two_inertia_column import TwoInertiaColumn, without_gear
+from tierod.models.steering_column import ColumnOutput, ColumnParameters, TwoInertiaColumn, without_gear
 from tierod.monitors.driver_torque.design import ColumnTuning, linear_of
 from tierod.monitors.driver_torque.observer import ColumnSample
+from tierod_lab.methods.stationary import StationaryFilter
 from tierod_lab.papers.column.model_reduction import balanced_reduction
 
 COLUMNS = ("full", "series spring", "torsion bar", "printed spring", "balanced", "balanced without feed-through")

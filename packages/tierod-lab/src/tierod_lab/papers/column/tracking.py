@@ -10,7 +10,7 @@ from typing import Unpack
 from tierod.core.block import Block
 from tierod.core.claims import Claim, at_most
 from tierod.core.content import Item, Table
-from tierod.models.two_inertia_column import without_gear
+from tierod.models.steering_column import without_gear
 from tierod.monitors.driver_torque.observer import ColumnObserver
 from tierod_lab.papers.column.closed_loop import SAMPLE_TIME, Belief, ClosedLoop, Followed, belief, loop_of, sine, sweep
 from tierod_lab.papers.column.control.position_control import Settings

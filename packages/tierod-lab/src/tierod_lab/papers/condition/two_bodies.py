@@ -14,9 +14,9 @@ from tierod.core.graph import scan
 from tierod.core.graph.analysis import operation_count
 from tierod.core.graph.derivatives import jacobian
 from tierod.core.model import Model
-from tierod.methods.estimators import UnscentedFilter
-from tierod.models.discretise import discretise
+from tierod.models.linear import discretise
 from tierod.vehicles import load
+from tierod_lab.methods.unscented import UnscentedFilter
 from tierod_lab.papers.condition.drives import TEST_SECONDS, Drive
 from tierod_lab.papers.condition.faults import LOSS, Injected
 from tierod_lab.papers.condition.recorded import fault_free, recorded

@@ -6,10 +6,8 @@ import dataclasses
 from typing import Any, Literal
 
 from tierod.core.errors import ParameterError
-from tierod.methods.estimators.gaussian import GaussianFilter
 from tierod.methods.estimators.kalman import KalmanFilter
-from tierod.methods.estimators.unscented import UnscentedFilter
-from tierod.methods.filters.butterworth import Butterworth
+from tierod.methods.filters import Butterworth
 from tierod.models.friction_estimation import (
     FrictionEstimation,
     FrictionParameters,
@@ -19,6 +17,7 @@ from tierod.models.friction_estimation import (
 from tierod.monitors.friction.signals import (
     FrictionSample,
 )
+from tierod_lab.methods.unscented import UnscentedFilter
 from tierod_lab.papers.friction.refined import OperatingPoint, RefinedFrictionMonitor, Sticking
 
 VirtualNoise = Literal["scaled by sample time", "per sample"]
@@ -46,9 +45,9 @@ def joint_filter(
     initial_friction_variance: float,
     initial_friction: float = 3.0,
     measurement_variance: float = 1e-4,
-    estimator: type[GaussianFilter] = KalmanFilter,
+    estimator: type[KalmanFilter] = KalmanFilter,
     model: Any = FrictionEstimation,
-) -> GaussianFilter:
+) -> KalmanFilter:
     """The filter of the joint model with Q and R named as in eqs (11) and (12).
 
     Args:

@@ -10,9 +10,9 @@ from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 from tierod.core.block import skeleton, values_of
 from tierod.core.errors import ParameterError
 from tierod.core.graph.maths import absolute, all_of, both, present, select, sign, sqrt, where
-from tierod.methods.estimators.gaussian import GaussianFilter
+from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.methods.estimators.shapes import Belief
-from tierod.methods.filters.each import EachSignal
+from tierod.methods.filters import EachSignal
 from tierod.models.friction_estimation import FrictionEstimation, FrictionParameters
 from tierod.monitors.friction.judged import VerdictSample
 from tierod.monitors.friction.signals import (
@@ -71,7 +71,7 @@ class RefinedFrictionMonitor:
     Source: Mohtat et al., eqs (5) to (14) and Table 3; `tierod_lab.papers.friction.presets` states the corrections.
     """
 
-    filter: GaussianFilter
+    filter: KalmanFilter
     gate: FrictionGate = field(default_factory=FrictionGate)
     operating_point: OperatingPoint = "measurement"
     sticking: Sticking | None = None

@@ -15,7 +15,7 @@ from tierod.core.errors import InputError, ParameterError
 from tierod.core.graph import Result
 from tierod.core.graph.maths import absolute, all_of, both, maximum, present, select, where
 from tierod.methods.detectors.control_charts import HeldThreshold
-from tierod.models.eps_column import column_after, driving_torque, rate_hold
+from tierod.models.friction_estimation import column_after, driving_torque, rate_hold
 from tierod.monitors.friction.signals import SteeringSample
 from tierod.physics.aligning import aligning_torque_from_steer
 from tierod.physics.friction import coulomb

@@ -13,8 +13,7 @@ from typing import Any
 import numpy as np
 
 from tierod.core.graph import Result
-from tierod.models.eps_column import driving_torque
-from tierod.models.friction_estimation import FrictionParameters
+from tierod.models.friction_estimation import FrictionParameters, driving_torque
 from tierod.monitors.friction.decisions import DECISIONS
 from tierod.monitors.friction.definition import PAPER, Opener, learnt
 from tierod.monitors.friction.monitor import Acting, FrictionMonitor, FrictionSession

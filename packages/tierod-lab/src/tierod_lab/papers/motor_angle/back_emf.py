@@ -12,7 +12,6 @@ from tierod.core.errors import ParameterError, nearest
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE, check_ranges
 from tierod.core.graph.maths import absolute, all_of, arctan2, both, either, hypot, limit, present, select, sqrt, where
 from tierod.methods.estimators.linear_algebra import add
-from tierod.methods.estimators.pole_placement import discrete_poles, observer_gain
 from tierod.models.linear import LinearSystem, sampled
 from tierod.models.stator_frame_motor import SampledMotorParameters
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
@@ -20,6 +19,7 @@ from tierod.physics.angle import wrapped
 from tierod.physics.clarke_park import Direction, StatorVector, direction, electrical_angle, park, turned
 from tierod.physics.lag import share_reached
 from tierod.physics.pm_motor import rotor_acceleration, torque_constant
+from tierod_lab.methods.pole_placement import discrete_poles, observer_gain
 from tierod_lab.papers.motor_angle.observers import WIDEST, Sample, flux_rate, fresh, output_class, residual
 
 READINGS = ("corrected", "printed")

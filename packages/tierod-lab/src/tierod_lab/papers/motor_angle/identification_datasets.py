@@ -12,10 +12,9 @@ from tierod.core.errors import InputError
 from tierod.core.graph import scan
 from tierod.core.recording import Channel, Recording
 from tierod.io.readers import read
-from tierod.methods.identification.modulation import Modulation
 from tierod.methods.identification.motor import identify_motor
 from tierod.methods.identification.motor_recording import motor_recording
-from tierod.methods.identification.regression import Rows, regress
+from tierod.methods.identification.regression import Modulation, Rows, regress
 from tierod.models.stator_frame_motor import MotorParameters, SampledMotorParameters
 from tierod.monitors.motor_angle.observer import MotorAngleObserver, MotorAngleTuning
 from tierod.physics.pm_motor import flux_at, resistance_at

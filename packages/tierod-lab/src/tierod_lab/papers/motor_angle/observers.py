@@ -15,19 +15,17 @@ from tierod.core.fields import POSITIVE
 from tierod.core.graph.derivatives import jacobian
 from tierod.core.graph.maths import both, either, present, select, where
 from tierod.core.model import Model
-from tierod.methods.estimators.gaussian import Prediction
-from tierod.methods.estimators.kalman import KalmanFilter
+from tierod.methods.estimators.kalman import KalmanFilter, Prediction
 from tierod.methods.estimators.kernels import predict_covariance
 from tierod.methods.estimators.linear_algebra import Noise
-from tierod.methods.estimators.pole_placement import place
 from tierod.methods.estimators.shapes import Belief, leaf_values
-from tierod.models.discretise import discretise
-from tierod.models.linear import LinearSystem, Matrices, as_model, sampled
+from tierod.models.linear import LinearSystem, Matrices, as_model, discretise, sampled
 from tierod.models.stator_frame_motor import MotorParameters, SampledMotorParameters
 from tierod.monitors.motor_angle.observer import MotorAngleObserver, MotorAngleTuning
 from tierod.physics.angle import wrapped
 from tierod.physics.clarke_park import RotorVector, StatorVector, direction, electrical_angle, park
 from tierod.physics.pm_motor import back_emf_constant, stator_flux_rate
+from tierod_lab.methods.pole_placement import place
 from tierod_lab.papers.motor_angle.dq_motor import DqMotor, DqMotorParameters, LoadedDqMotor, q_axis_motor, with_load
 
 INPUTS = ("voltage_q", "current_q")

@@ -11,9 +11,9 @@ import numpy as np
 from tierod.core.claims import Claim
 from tierod.core.content import Item, Table
 from tierod.core.graph import scan
-from tierod.methods.estimators.unscented import UnscentedFilter
 from tierod.monitors.sideslip.estimator import CombinedSideslip
 from tierod.monitors.sideslip.tuning import CombinedTuning
+from tierod_lab.methods.unscented import UnscentedFilter
 from tierod_lab.papers.sideslip.combined_drives import WITHOUT_TORQUE, both_stiff, errors, estimator, on, rms
 from tierod_lab.papers.sideslip.combined_table import GOAL
 from tierod_lab.papers.sideslip.reported import COMBINED, SEEDS

@@ -13,9 +13,8 @@ from tierod.core.graph.derivatives import jacobian
 from tierod.core.graph.maths import where
 from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.methods.estimators.linear_algebra import congruence
-from tierod.methods.estimators.pole_placement import place
-from tierod.models.discretise import discretise
-from tierod.models.linear import LinearSystem
+from tierod.models.linear import LinearSystem, discretise
+from tierod_lab.methods.pole_placement import place
 from tierod_lab.papers.sideslip.axles import Axles
 from tierod_lab.papers.sideslip.observer import (
     Found,

@@ -12,7 +12,7 @@ import numpy as np
 from tierod.core.claims import Claim, at_most
 from tierod.core.content import Heading, Item, Table
 from tierod.core.model import Model
-from tierod.models.discretise import discretise
+from tierod.models.linear import discretise
 from tierod.models.single_track import SingleTrack
 from tierod_lab.papers.sideslip.conventional import ConventionalKalman, conventional_kalman
 from tierod_lab.papers.sideslip.estimators import Course, error, observed, open_loop

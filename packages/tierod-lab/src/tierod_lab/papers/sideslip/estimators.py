@@ -10,8 +10,8 @@ import numpy as np
 
 from tierod.core.graph import Result, scan
 from tierod.core.model import Model
-from tierod.methods.estimators.luenberger import Luenberger
-from tierod.models.discretise import discretise
+from tierod.methods.estimators.observers import Luenberger
+from tierod.models.linear import discretise
 from tierod.models.single_track import SingleTrack
 from tierod_lab.papers.sideslip.conventional import conventional_kalman, conventional_poles
 from tierod_lab.papers.sideslip.observer import LowSpeed, SteeringTorqueObserver

@@ -11,7 +11,7 @@ from tierod.core.graph import scan
 from tierod.core.graph.maths import present, where
 from tierod.core.recording import Recording
 from tierod.methods.estimators.kalman import KalmanFilter
-from tierod.models.discretise import discretise
+from tierod.models.linear import discretise
 from tierod.models.single_track import SingleTrack
 from tierod.vehicles import Vehicle
 from tierod_lab.papers.sideslip.calibration import BesideTruth, truth_of

@@ -12,10 +12,10 @@ import numpy as np
 from tierod.core.block import Scalar, Tree, rebuild, skeleton
 from tierod.core.errors import ParameterError
 from tierod.core.graph.maths import limit, maximum, present, where
-from tierod.methods.estimators.luenberger import observe
-from tierod.methods.estimators.pole_placement import discrete_poles
+from tierod.methods.estimators.observers import observe
 from tierod.methods.estimators.shapes import leaf_names
 from tierod.models.linear import LinearSystem, sampled
+from tierod_lab.methods.pole_placement import discrete_poles
 from tierod_lab.papers.sideslip.fixed_gain import error_radius, stationary_covariance
 
 LOWEST, HIGHEST, COUNT = 0.5, 70.0, 16

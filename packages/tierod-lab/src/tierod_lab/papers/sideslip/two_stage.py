@@ -12,11 +12,10 @@ from tierod.core.block import Scalar, Tree
 from tierod.core.fields import NOT_NEGATIVE
 from tierod.core.graph.maths import present, where
 from tierod.methods.estimators.kalman import KalmanFilter
-from tierod.methods.estimators.luenberger import Luenberger
-from tierod.methods.estimators.pole_placement import discrete_poles, observer_gain
-from tierod.models.discretise import discretise
-from tierod.models.linear import linearise
+from tierod.methods.estimators.observers import Luenberger
+from tierod.models.linear import discretise, linearise
 from tierod.models.steer_by_wire import DisturbedSteering
+from tierod_lab.methods.pole_placement import discrete_poles, observer_gain
 from tierod_lab.papers.sideslip.axles import Axles
 from tierod_lab.papers.sideslip.fixed_gain import stationary_covariance
 from tierod_lab.papers.sideslip.observer import (

@@ -9,8 +9,7 @@ import numpy as np
 
 from tierod.core.errors import ParameterError, nearest
 from tierod.methods.analysis.observability import observability
-from tierod.models.discretise import METHODS
-from tierod.models.linear import LinearSystem
+from tierod.models.linear import METHODS, LinearSystem
 from tierod.models.modes import TOLERANCE, balance
 
 SPLIT = 1e-4

@@ -1,4 +1,4 @@
-"""White noise of readings, from their differences, which hardly contain the motion."""
+"""White noise of readings, from their differences, which hardly contain the motion, and robust standard deviations."""
 
 from __future__ import annotations
 
@@ -42,3 +42,16 @@ def white_noise(values: np.ndarray) -> float:
     if len(third) < LEAST:
         third = differences(values[np.isfinite(values)])
     return max(math.sqrt(float(np.mean(third**2))) if len(third) else 0.0, 1e-7)
+
+
+DEVIATION_OF_MEDIAN = 1.4826
+"""Standard deviation of a normal quantity over the median of its magnitude [-]."""
+
+VARIANCE_ERROR = 2.33
+"""Relative standard error of a variance by `usual_deviation`, times the square root of the number of errors [-]. For
+normal errors the median absolute deviation has 1.17, and its square twice that."""
+
+
+def usual_deviation(errors: np.ndarray) -> float:
+    """Standard deviation of normal errors that have the same median absolute value as the given ones."""
+    return float(np.median(np.abs(errors))) * DEVIATION_OF_MEDIAN

@@ -1,14 +1,48 @@
-"""Control charts: a cumulative, averaged or counted statistic of a residual, and its alarm threshold."""
+"""Control charts: a cumulative, averaged or counted statistic of a residual, its alarm threshold, and debouncing."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, NamedTuple
+from typing import Annotated, NamedTuple, Protocol
 
-from tierod.core.block import Scalar, Truth
+from tierod.core.block import Scalar, Tree, Truth
 from tierod.core.errors import ParameterError
-from tierod.core.graph.maths import absolute, both, either, maximum, minimum, where
-from tierod.methods.detectors.value import Value, counts, number
+from tierod.core.graph.maths import absolute, any_of, both, either, maximum, minimum, negated, present, where
+
+
+class Value(NamedTuple):
+    """One sample of a residual in its own unit; NaN where it is missing."""
+
+    value: Annotated[float, "unit of the signal"]
+
+
+class Condition(NamedTuple):
+    """A logic value: 1.0 or 0.0; NaN where it is not known."""
+
+    condition: Annotated[float, ""]
+
+
+class Detector(Protocol):
+    """A block of `Value` whose output has an `alarm`: 1.0 or 0.0."""
+
+    @property
+    def Sample(self) -> type[Value]: ...
+
+    def init(self) -> Tree: ...
+
+    def step(self, state: Tree, sample: Value | Scalar, enabled: Truth = True, /) -> tuple[Tree, Tree]:
+        """State and output after one value; `enabled` is whether the value counts."""
+
+
+def number(sample: Value | Condition | Scalar) -> Scalar:
+    """The number of a sample that is given as a `Value`, a `Condition` or the number itself."""
+    return sample[0] if isinstance(sample, tuple) else sample
+
+
+def counts(value: Scalar, enabled: Truth) -> Truth:
+    """Whether a value is present and enabled; the Python value True adds no operation to a graph."""
+    return present(value) if enabled is True else both(present(value), enabled)
+
 
 SIDES = ("both", "upper", "lower")
 
@@ -214,3 +248,69 @@ class HeldThreshold:
         held = where(use, where(both(use, watched(value, self.sides) >= self.threshold), more, 0.0), state.held)
         alarm = where(held > self.hold - 0.5, 1.0, 0.0)
         return self.State(where(alarm, 0.0, held) if self.restart else held), self.Output(held, alarm)
+
+
+@dataclass(frozen=True)
+class Debounce:
+    """Debounced condition: on once the condition has held for a time, off once it has been false for a time.
+
+    Args:
+        on_time: time for which the condition must hold without interruption [s]; every further sample multiplies the
+            time between false alarms by 1 / (probability of one), if samples are independent
+        off_time: time for which it must be false without interruption until the output is off [s]
+        sample_time: sampling interval [s]
+
+    With a false condition of probability p per independent sample, and n = on_time / sample_time samples, false alarms
+    are (1 / p^n - 1) / (1 - p) samples apart.
+
+    An unknown condition, or a sample that is not enabled, neither confirms nor interrupts a run.
+    """
+
+    on_time: Annotated[float, "s"]
+    off_time: Annotated[float, "s"]
+    sample_time: Annotated[float, "s"]
+
+    Sample = Condition
+
+    class State(NamedTuple):
+        """The output, and the time for which the condition has contradicted it [s]."""
+
+        active: float
+        against: float
+
+    class Output(NamedTuple):
+        """The debounced condition (1.0 or 0.0), and the progress towards its next change (0 to 1)."""
+
+        active: Annotated[float, ""]
+        progress: Annotated[float, ""]
+
+    def __post_init__(self) -> None:
+        _require_times(on_time=self.on_time, off_time=self.off_time)
+        _require_sample_time(self.sample_time)
+
+    def init(self) -> State:
+        return self.State(0.0, 0.0)
+
+    def step(self, state: State, sample: Condition | Scalar, enabled: Truth = True) -> tuple[State, Output]:
+        """State and output after one sample of the condition; `enabled` (logic) is whether the sample counts."""
+        condition = number(sample)
+        use = counts(condition, enabled)
+        holds = where(condition > 0.5, 1.0, 0.0)
+        differs = any_of(both(holds, negated(state.active)), both(negated(holds), state.active))
+        needed = where(state.active, self.off_time, self.on_time)
+        against = where(use, where(differs, state.against + self.sample_time, 0.0), state.against)
+        switch = both(both(use, differs), against + 0.5 * self.sample_time > needed)
+        active = where(switch, 1.0 - state.active, state.active)
+        progress = where(switch, 0.0, minimum(against / maximum(needed, self.sample_time), 1.0))
+        return self.State(active, where(switch, 0.0, against)), self.Output(active, progress)
+
+
+def _require_times(**times: float) -> None:
+    for name, value in times.items():
+        if not value >= 0.0:
+            raise ParameterError(f"{name} is {value}; expected a time that is not negative [s]")
+
+
+def _require_sample_time(value: float) -> None:
+    if not value > 0.0:
+        raise ParameterError(f"sample_time is {value}; expected a time greater than zero [s]")

@@ -1,8 +1,7 @@
 """Stopping rules and their thresholds for a mean time between false alarms.
 
 Run lengths are in samples, residuals in their standard deviation; `block` turns a rule into a block. Run lengths hold
-for white Gaussian residuals; `tierod.methods.detectors.measured` finds thresholds for all others.
-"""
+for white Gaussian residuals; `tierod.methods.detectors.measured` finds thresholds for all others."""
 
 from __future__ import annotations
 
@@ -15,12 +14,10 @@ from statistics import NormalDist
 import numpy as np
 
 from tierod.core.errors import ParameterError
-from tierod.methods.detectors.control_charts import Cusum, GeometricAverage, HeldThreshold, check_sides
-from tierod.methods.detectors.likelihood_ratio import WINDOWS, LikelihoodRatio
+from tierod.methods.detectors.control_charts import Cusum, Detector, GeometricAverage, HeldThreshold, check_sides
+from tierod.methods.detectors.likelihood_tests import WINDOWS, LikelihoodRatio, SequentialTest, TwoSided
 from tierod.methods.detectors.random_walk import LONGEST, Walk
 from tierod.methods.detectors.random_walk import run_length as walked
-from tierod.methods.detectors.sequential_test import SequentialTest, TwoSided
-from tierod.methods.detectors.value import Detector
 
 WAYS = {"both": (1.0, -1.0), "upper": (1.0,), "lower": (-1.0,)}
 """Signs of the changes that a detector looks for, by its sides."""
@@ -343,3 +340,36 @@ def together(lengths: Sequence[float]) -> float:
     """Expected samples until the first of several independent detectors alarms, from those of each."""
     rate = sum(1.0 / length for length in lengths)
     return 1.0 / rate if rate > 0.0 else math.inf
+
+
+@dataclass(frozen=True)
+class ExcessRule(StoppingRule):
+    """Alarm when the excess of values over a level has added up to `excess`; the level is the threshold of this rule.
+
+    With a level set by the smallest fault magnitude, and residuals whose correlation time exceeds the time that the sum
+    takes, no sum ever starts in fault-free data. The time between false alarms then depends on the level, over which it
+    is measured.
+
+    Args:
+        excess: sum over values, in standard deviations: one standard deviation for this many values, or a larger excess
+            for fewer
+    """
+
+    excess: float
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not 0.0 < self.excess < math.inf:
+            raise ParameterError(f"excess is {self.excess}; expected a number greater than zero")
+
+    @property
+    def name(self) -> str:
+        return f"level exceeded by {self.excess:.3g} deviations times values"
+
+    def run_length(self, threshold: float, change: float = 0.0) -> float:
+        """Expected samples until the alarm, for white residuals."""
+        return CusumRule(threshold, sides=self.sides).run_length(self.excess, change)
+
+    def block(self, threshold: float, deviation: float, restart: bool = False) -> Cusum:
+        height = self.excess * deviation
+        return Cusum(threshold * deviation, height, 2.0 * height, sides=self.sides, restart=restart)

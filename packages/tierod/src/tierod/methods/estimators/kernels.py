@@ -105,38 +105,6 @@ def correct(
     return Correction(tuple(shift), pack(after), nis, count)
 
 
-def correct_jointly(
-    covariance: Vector, cross: Matrix, spread: Vector, residuals: Vector, start: Vector | None = None
-) -> Correction:
-    """Correction from the joint covariance of states and outputs, as sigma points give it; otherwise like `correct`.
-
-    Args:
-        cross: covariance of each output with the states, m rows of n
-        spread: covariance of the outputs, noise included, packed
-        residuals: measured minus expected output, (m,); NaN where the measurement is missing
-        start: that the correction is added to, (n,); zeros by default
-    """
-    full = unpack(covariance)
-    n, m = len(full), len(residuals)
-    outputs = unpack(spread)
-    after = [[*row, *(line[i] for line in cross)] for i, row in enumerate(full)]
-    after += [[*line, *outputs[k]] for k, line in enumerate(cross)]
-    shift: list[Scalar] = [*([0.0] * n if start is None else start), *[0.0] * m]
-    nis: Scalar = 0.0
-    count: Scalar = 0.0
-    for k in range(n, n + m):
-        there = present(residuals[k - n])
-        inverse = 1.0 / where(there, after[k][k], math.inf)
-        innovation = where(there, minus(residuals[k - n], shift[k]), 1.0)
-        weighted = innovation * inverse
-        column = [row[k] for row in after]
-        shift = [plus(value, times(entry, weighted)) for value, entry in zip(shift, column, strict=True)]
-        downdate(after, column, inverse)
-        nis = plus(nis, innovation * weighted)
-        count = plus(count, where(there, 1.0, 0.0))
-    return Correction(tuple(shift[:n]), tuple(after[i][j] for i, j in upper(n)), nis, count)
-
-
 class InTurn(NamedTuple):
     """A sequential correction by one measurement after the other.
 

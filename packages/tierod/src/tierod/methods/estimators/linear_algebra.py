@@ -10,14 +10,12 @@ import math
 from collections.abc import Sequence
 
 from tierod.core.block import Scalar
-from tierod.core.graph.maths import both, is_symbol, sqrt, where
+from tierod.core.graph.maths import is_symbol
 
 Vector = Sequence[Scalar]
 Matrix = Sequence[Sequence[Scalar]]
 Noise = Sequence[Scalar | None]
 """Variances; None where there is no noise."""
-
-_SEMIDEFINITE = 1e-13  # pivot over its diagonal entry, below which a direction counts as known exactly
 
 
 def is_structural(value: Scalar, constant: float) -> bool:
@@ -128,22 +126,3 @@ def scaled_congruence(matrix: Matrix, weights: Vector) -> tuple[Scalar, ...]:
     """
     scaled = [[times(entry, weight) for entry, weight in zip(row, weights, strict=True)] for row in matrix]
     return tuple(dot(scaled[i], matrix[j]) for i, j in upper(len(matrix)))
-
-
-def cholesky(packed: Vector) -> list[list[Scalar]]:
-    """Lower factor L with L L' = P, rows with zeros above the diagonal.
-
-    A direction whose pivot is negligible against its diagonal entry (known exactly, or lost to rounding) gets a column
-    of zeros, so that a semidefinite P is factored without NaN.
-    """
-    full = unpack(packed)
-    n = len(full)
-    factor: list[list[Scalar]] = [[0.0] * n for _ in range(n)]
-    for j in range(n):
-        pivot = minus(full[j][j], dot(factor[j][:j], factor[j][:j]))
-        positive = both(pivot > full[j][j] * _SEMIDEFINITE, pivot > 0.0)
-        root = sqrt(where(positive, pivot, math.inf))
-        factor[j][j] = where(positive, root, 0.0)
-        for i in range(j + 1, n):
-            factor[i][j] = minus(full[i][j], dot(factor[i][:j], factor[j][:j])) / root
-    return factor

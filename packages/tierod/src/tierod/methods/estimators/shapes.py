@@ -52,7 +52,7 @@ def sample_class(model: Model, maskable: tuple[str, ...]) -> type:
 
 @lru_cache(maxsize=256)
 def estimate_class(model: Model, with_covariance: bool) -> type:
-    """Class of a filter's output; `GaussianFilter` explains the fields."""
+    """Class of a filter's output; `KalmanFilter` explains the fields."""
     squared = derived(model.State, "Variance", "({})**2")
     innovation = model.Output
     number = Annotated[float, ""]

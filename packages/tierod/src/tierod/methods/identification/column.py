@@ -25,8 +25,7 @@ from tierod.methods.identification.column_fit import (
     search_of,
 )
 from tierod.methods.identification.column_misfit import refuse_slips
-from tierod.methods.identification.experiment import Estimate, Found
-from tierod.methods.identification.fit_quality import Whiteness, normalised_error, whiteness
+from tierod.methods.identification.experiment import Estimate, Found, Whiteness, normalised_error, whiteness
 from tierod.methods.identification.sampled_column import BenchParameters, SampledColumn
 from tierod.methods.identification.simulation import Simulation
 from tierod.physics.friction import dahl_update

@@ -10,8 +10,7 @@ import numpy as np
 
 from tierod.core.errors import InputError, ParameterError, nearest
 from tierod.core.recording import Recording
-from tierod.methods.identification.experiment import UNKNOWN_BEFORE, Found
-from tierod.methods.identification.fit_quality import UNKNOWN
+from tierod.methods.identification.experiment import UNKNOWN, UNKNOWN_BEFORE, Found
 from tierod.methods.identification.motor_electrical import Electrical, Value, identify_electrical
 from tierod.methods.identification.motor_mechanical import Mechanical, identify_mechanical, torque_ratio
 from tierod.methods.identification.motor_recording import MotorRecording, motor_recording

@@ -9,10 +9,9 @@ from typing import NamedTuple
 import numpy as np
 
 from tierod.methods.analysis.noise import white_noise
-from tierod.methods.identification.fit_quality import UNKNOWN
-from tierod.methods.identification.modulation import Modulation
+from tierod.methods.identification.experiment import UNKNOWN
 from tierod.methods.identification.motor_recording import MotorRecording
-from tierod.methods.identification.regression import Fit, Rows, regress
+from tierod.methods.identification.regression import Fit, Modulation, Rows, regress
 from tierod.physics.pm_motor import resistance_at
 
 _TURN = 1.5

@@ -9,10 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tierod.methods.identification.modulation import Modulation
 from tierod.methods.identification.motor_electrical import Electrical, Value
 from tierod.methods.identification.motor_recording import MotorRecording
-from tierod.methods.identification.regression import Rows, regress
+from tierod.methods.identification.regression import Modulation, Rows, regress
 from tierod.physics.friction import dahl_update
 from tierod.physics.pm_motor import torque_constant
 

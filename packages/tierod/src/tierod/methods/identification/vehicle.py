@@ -14,24 +14,25 @@ import numpy as np
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
 from tierod.core.recording import Recording
-from tierod.methods.analysis.noise import white_noise
-from tierod.methods.identification.drive_likelihood import DriveLikelihood
-from tierod.methods.identification.drive_model import DriveNoises, drive_filter
-from tierod.methods.identification.drive_samples import ANGLES, RATE, Drive, drives_of
+from tierod.methods.analysis.noise import usual_deviation, white_noise
+from tierod.methods.identification.drive_model import DriveLikelihood, DriveNoises, drive_filter
+from tierod.methods.identification.drives import ANGLES, RATE, Drive, drives_of, refuse_unlike
 from tierod.methods.identification.experiment import UNKNOWN_BEFORE, Found
 from tierod.methods.identification.posterior import ENOUGH, TRUSTED, Built, Posterior, Prior, Search, considering
-from tierod.methods.identification.same_drive import refuse_unlike
-from tierod.methods.identification.vehicle_doubts import at_limit, doubt_of, remarks_of, unexplained
 from tierod.methods.identification.vehicle_judgement import (
     LEARNT,
     Contradiction,
     Judged,
     Odd,
+    at_limit,
     contradictions,
     contradictory,
+    doubt_of,
     judged,
     kept,
     odd_drive,
+    remarks_of,
+    unexplained,
 )
 from tierod.methods.identification.vehicle_priors import (
     MODEL_ERRORS,
@@ -42,7 +43,6 @@ from tierod.methods.identification.vehicle_priors import (
     priors_of,
     spread_of,
 )
-from tierod.methods.trends.robust import usual_deviation
 from tierod.models.lateral_parameters import LateralParameters
 from tierod.physics.gravity import GRAVITY
 from tierod.physics.single_track import understeer_gradient

@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from tierod.core.errors import InputError
-from tierod.methods.trends.robust import usual_deviation
+from tierod.methods.analysis.noise import usual_deviation
 
 LEAST = 3
 """Smallest number of cars inside and outside a cohort that is tested."""

@@ -1,4 +1,4 @@
-"""Kalman filter over drives: level and slope of a quantity, with regressors, for many cars in parallel."""
+"""Kalman filter and smoother over drives: level and slope of a quantity, with regressors, for many cars in parallel."""
 
 from __future__ import annotations
 
@@ -162,3 +162,61 @@ def filtered(drives: Drives, prior: Prior, noise: TrendNoise, steps: np.ndarray 
         found.innovation[there, k], found.variance[there, k] = innovation[there], variance[there]
         found.weight[:, k] = np.where(there, weight, 0.0)
     return found
+
+
+def smoothed(found: Filtered, noise: TrendNoise) -> tuple[np.ndarray, np.ndarray]:
+    """Mean and covariance of the state at each drive, given all drives of the car.
+
+    Args:
+        noise: of the walks, the same as in the filter
+
+    Returns:
+        smoothed means and covariances, (cars, drives, n) and (cars, drives, n, n)
+
+    Source: H. E. Rauch, F. Tung, C. T. Striebel, 1965, doi 10.2514/3.3166.
+    """
+    mean, covariance = found.mean.copy(), found.covariance.copy()
+    for k in range(mean.shape[1] - 2, -1, -1):
+        gap = found.gap[:, k + 1]
+        ahead, spread = found.mean[:, k].copy(), found.covariance[:, k].copy()
+        moved(ahead, spread, gap, noise)
+        spread[:, LEVEL, LEVEL] += found.step[:, k + 1]
+        cross = found.covariance[:, k].copy()  # of the state now with the state ahead, P F'
+        cross[:, :, LEVEL] += gap[:, None] * cross[:, :, SLOPE]
+        back = np.swapaxes(np.linalg.solve(_regular(spread), np.swapaxes(cross, 1, 2)), 1, 2)
+        mean[:, k] += np.einsum("cij,cj->ci", back, mean[:, k + 1] - ahead)
+        covariance[:, k] += back @ (covariance[:, k + 1] - spread) @ np.swapaxes(back, 1, 2)
+    return mean, covariance
+
+
+def _regular(matrix: np.ndarray) -> np.ndarray:
+    """The covariance with a small diagonal added: a coefficient without uncertainty would make it singular."""
+    order = matrix.shape[-1]
+    size = np.einsum("cii->c", matrix) / order
+    return np.asarray(matrix + 1e-12 * np.maximum(size, 1e-12)[:, None, None] * np.eye(order))
+
+
+FIRST = 5
+"""Number of first drives that are compared with each other; no alarm is raised before a car has as many."""
+
+FAR = 4.0
+"""Distance from the median [standard deviations] beyond which a first drive is wrong: one of 16 000 right ones is."""
+
+
+def with_right_first(drives: Drives, noise: TrendNoise, effects: np.ndarray) -> Drives:
+    """The drives without those of each car's first `FIRST` that are far from the median of these.
+
+    The filter has no earlier drive to compare a first drive with: a wrong one makes all later ones appear changed.
+
+    Args:
+        effects: of the regressors on the estimate, (regressors,)
+    """
+    number = np.cumsum(drives.present, axis=1)
+    first = drives.present & (number <= FIRST)
+    value = np.where(first, drives.estimate - drives.effects @ effects, np.nan)
+    middle = np.nanmedian(value, axis=1)
+    # The variance of the median of n normal values is pi / 2 of that of their mean.
+    spread = np.sqrt(noise.variance(drives.deviation) * (1.0 + 1.57 / FIRST))
+    with np.errstate(invalid="ignore"):
+        wrong = first & (np.abs(value - middle[:, None]) > FAR * spread) & (number[:, -1:] >= FIRST)
+    return Drives(drives.day, np.where(wrong, np.nan, drives.estimate), drives.deviation, drives.regressors)

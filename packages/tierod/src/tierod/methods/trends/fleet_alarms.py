@@ -1,9 +1,8 @@
-"""Alarms of a fleet: a bound of the false alarms of each car, and a list of cars with a bounded false-discovery rate.
+"""Alarms of a fleet with bounded false alarms and false discoveries, and the time until a level reaches its limit.
 
 The statistic in days of `change_evidence` divided by a horizon is an e-value of the car at any stopping time: its mean
 without a change is at most 1. The e-BH rule therefore bounds the share of fault-free cars in a list that may be updated
-after every drive, for any dependence between cars (a heat wave acts on all of them).
-"""
+after every drive, for any dependence between cars (a heat wave acts on all of them)."""
 
 from __future__ import annotations
 
@@ -82,3 +81,50 @@ def selected(log_e: np.ndarray, share: float) -> np.ndarray:
 def _check(share: float) -> None:
     if not 0.0 < share < 1.0:
         raise ParameterError(f"the false-discovery rate is {share}; expected more than 0 and less than 1")
+
+
+HORIZON = 3652.5
+"""Prediction horizon [d]: ten years. A later time counts as never."""
+
+_STEPS = 60
+
+
+def chance_by(level: np.ndarray, covariance: np.ndarray, limit: np.ndarray, ahead: np.ndarray) -> np.ndarray:
+    """Probability that the level is above the limit at a time ahead.
+
+    Args:
+        level: mean of level and slope now, (cars, 2)
+        covariance: of level and slope, (cars, 2, 2)
+        limit: upper limit in the unit of the level, (cars,)
+        ahead: time from now [d], (cars,)
+    """
+    from scipy.special import ndtr
+
+    mean = level[:, 0] + ahead * level[:, 1]
+    variance = covariance[:, 0, 0] + 2.0 * ahead * covariance[:, 0, 1] + ahead**2 * covariance[:, 1, 1]
+    return np.asarray(ndtr((mean - limit) / np.sqrt(np.maximum(variance, 1e-30))))
+
+
+def time_to_limit(level: np.ndarray, covariance: np.ndarray, limit: np.ndarray, share: float) -> np.ndarray:
+    """Time from now at which the probability of being above the limit reaches a share [d]; infinite beyond `HORIZON`.
+
+    Args:
+        limit: upper limit in the unit of the level, (cars,)
+        share: probability [-]; 0.05 for the earliest time, 0.5 for the median
+
+    The first passage is bracketed on a grid of times that grow by a twelfth, then bisected, since the probability need
+    not be monotonic for a falling slope. The trend is extrapolated without process noise.
+    """
+    times = np.concatenate(([0.0], np.geomspace(1.0, HORIZON, 104)))
+    low, high = np.zeros(len(level)), np.full(len(level), np.inf)
+    for before, after in zip(np.concatenate(([0.0], times[:-1])), times, strict=True):
+        reached = chance_by(level, covariance, limit, np.full(len(level), after)) >= share
+        new = reached & np.isinf(high)
+        low[new], high[new] = before, after
+    known = np.isfinite(high)
+    top = np.where(known, high, 1.0)
+    for _ in range(_STEPS):
+        middle = 0.5 * (low + top)
+        reached = chance_by(level, covariance, limit, middle) >= share
+        low, top = np.where(reached, low, middle), np.where(reached, middle, top)
+    return np.where(known, top, np.inf)

@@ -32,7 +32,7 @@ from tierod.monitors.condition.signals import (
     Statements,
     readings_of,
 )
-from tierod.physics.central_axis import rolling_yaw_rate
+from tierod.physics.planar_motion import rolling_yaw_rate
 from tierod.vehicles import Vehicle
 
 FILTER = "filter-of-the-others"

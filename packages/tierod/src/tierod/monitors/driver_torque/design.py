@@ -12,15 +12,19 @@ import numpy as np
 from tierod.core.errors import ParameterError
 from tierod.core.residues import residue_of
 from tierod.methods.analysis.fitness import require_fit
-from tierod.methods.analysis.noise import differences
-from tierod.methods.estimators.mixing import Switching
-from tierod.methods.estimators.stationary_bank import StationaryBank
-from tierod.methods.trends.robust import usual_deviation
+from tierod.methods.analysis.noise import differences, usual_deviation
+from tierod.methods.estimators.stationary_bank import StationaryBank, Switching
 from tierod.models.column_observation import ColumnObservation, linear_column, observed_column
 from tierod.models.linear import LinearSystem
-from tierod.models.steering_column import ColumnOutput, ColumnParameters, SteeringColumn
+from tierod.models.steering_column import (
+    ColumnOutput,
+    ColumnParameters,
+    SteeringColumn,
+    TwoInertiaColumn,
+    TwoInertiaParameters,
+    without_gear,
+)
 from tierod.models.steering_wheel import BelowBarParameters
-from tierod.models.two_inertia_column import TwoInertiaColumn, TwoInertiaParameters, without_gear
 from tierod.vehicles import Vehicle
 
 FEWEST = 500

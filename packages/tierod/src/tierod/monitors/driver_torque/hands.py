@@ -14,7 +14,7 @@ from tierod.methods.estimators.augment import augment
 from tierod.methods.estimators.linear_algebra import unpack, upper
 from tierod.methods.estimators.shapes import Belief
 from tierod.methods.filters import Differentiator, FirstOrderLowPass
-from tierod.models.discretise import discretise
+from tierod.models.linear import discretise
 from tierod.models.steering_wheel import SteeringWheel, SteeringWheelParameters
 from tierod.monitors.driver_torque.design import FINE, SensorNoise
 from tierod.physics.lag import gauss_markov_noise

@@ -8,7 +8,7 @@ from typing import Annotated, Any, NamedTuple
 from tierod.core.block import Scalar, Tree, values_of
 from tierod.core.errors import ParameterError
 from tierod.core.graph.maths import all_of, both, either, maximum, present, select, sqrt, where
-from tierod.methods.estimators.fixed_lag import FixedLag
+from tierod.methods.estimators.observers import FixedLag
 from tierod.methods.estimators.stationary_bank import StationaryBank
 from tierod.models.column_observation import MotorTorque
 from tierod.models.steering_column import ColumnOutput

@@ -35,7 +35,7 @@ from tierod.monitors.friction.torque_balance import (
     reference_load,
     regressors,
 )
-from tierod.physics.friction_build_up import RELAXED, BuildUp, build_ups
+from tierod.physics.friction import RELAXED, BuildUp, build_ups
 from tierod.vehicles import Vehicle
 
 

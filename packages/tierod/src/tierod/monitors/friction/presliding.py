@@ -27,7 +27,7 @@ from tierod.monitors.friction.torque_balance import (
     regressors,
     row_of,
 )
-from tierod.physics.friction_build_up import RELAXED, BuildUp, build_ups
+from tierod.physics.friction import RELAXED, BuildUp, build_ups
 from tierod.vehicles import Vehicle
 
 COUNTS_OF_HANDS_ON = 10.0

@@ -11,9 +11,13 @@ from tierod.core.graph.maths import absolute, maximum, sin
 from tierod.methods.estimators.linear_algebra import dot
 from tierod.models.friction_estimation import FrictionParameters
 from tierod.monitors.friction.signals import ConditionedSteering
-from tierod.physics.aligning import force_across_wheels, front_force_from_motion, longitudinal_force_from_motion
-from tierod.physics.friction_build_up import BuildUp
-from tierod.physics.kingpin import weight_torque
+from tierod.physics.aligning import (
+    force_across_wheels,
+    front_force_from_motion,
+    longitudinal_force_from_motion,
+    weight_torque,
+)
+from tierod.physics.friction import BuildUp
 from tierod.physics.single_track import front_axle_load
 from tierod.physics.steering_ratio import (
     column_torque_of_motor,
@@ -119,7 +123,7 @@ class PreslidingTuning:
         initial_dahl_angle: initial estimate of the Dahl angle [rad]; 1 degree
         smallest_dahl_angle, largest_dahl_angle: bounds of the learnt Dahl angle [rad]; 0.05 and 8 degrees
         initial_weight_lever: initial lever of the front axle load [m]; kingpins inclined by 12 degrees with a scrub
-            radius of 10 mm give 15 mm (`tierod.physics.kingpin.weight_lever`), the round tyre shoulders reduce it
+            radius of 10 mm give 15 mm (`tierod.physics.aligning.weight_lever`), the round tyre shoulders reduce it
         initial_turn_slip: initial turn slip stiffness over load [m**2]; for a contact patch 160 mm wide with a
             longitudinal stiffness of 25 times the load
         initial_drive_share: initial share of the drive and brake force [-]; that of brake forces at the front axle. A

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from operator import attrgetter
 from typing import Any, Literal
 
-from tierod.methods.analysis.gamma import gamma_quantile
+from tierod.methods.analysis.consistency import gamma_quantile
 from tierod.methods.detectors import Cusum, GeometricAverage, HeldThreshold, LikelihoodRatio, SequentialTest
 from tierod.methods.detectors.rule_design import RuleDesign
 

@@ -26,8 +26,7 @@ from tierod.core.graph.maths import (
     sin,
     where,
 )
-from tierod.methods.detectors.control_charts import Cusum
-from tierod.methods.detectors.threshold import Debounce
+from tierod.methods.detectors.control_charts import Cusum, Debounce
 from tierod.monitors.motor_angle.observer import MotorAngleObserver, MotorAngleSample
 from tierod.physics.angle import wrapped
 

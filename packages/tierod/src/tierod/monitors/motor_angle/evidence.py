@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from tierod.core.findings import Status
 from tierod.core.graph import Result
 from tierod.core.statement import STATUSES, code_of
-from tierod.methods.analysis.noise import differences
-from tierod.methods.trends.robust import DEVIATION_OF_MEDIAN
+from tierod.methods.analysis.noise import DEVIATION_OF_MEDIAN, differences
 from tierod.models.stator_frame_motor import CommandedMotorParameters
 from tierod.monitors.harness.session import StatusChange
 from tierod.monitors.motor_angle.alarms import CODES

@@ -20,7 +20,7 @@ from tierod.core.graph.maths import (
     select,
     where,
 )
-from tierod.methods.detectors.threshold import Debounce
+from tierod.methods.detectors.control_charts import Debounce
 from tierod.monitors.motor_angle.observer import MotorAngleSample
 from tierod.physics.angle import wrapped
 from tierod.physics.gear import superposed_angle, superposed_target, variable_gain

@@ -10,7 +10,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from tierod.methods.analysis.gamma import lower_gamma
+from tierod.methods.analysis.consistency import lower_gamma
 from tierod.monitors.sideslip.observables import WHEELS, Observables, ObservablesOverDrive
 from tierod.physics.single_track import understeer_gradient
 from tierod.vehicles.classes import class_of, typical

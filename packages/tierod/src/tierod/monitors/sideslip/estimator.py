@@ -34,7 +34,7 @@ from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.methods.estimators.kernels import correct
 from tierod.methods.estimators.linear_algebra import congruence, diagonal, unpack
 from tierod.methods.estimators.shapes import Belief
-from tierod.methods.filters.jump_gate import JumpGate
+from tierod.methods.filters import JumpGate
 from tierod.models.lateral_parameters import LateralParameters
 from tierod.monitors.sideslip.tuning import (
     GATE,

@@ -10,9 +10,8 @@ import numpy as np
 
 from tierod.core.content import Chart, Table
 from tierod.core.errors import InputError
-from tierod.methods.detectors.comparison import RULES, designed
-from tierod.methods.detectors.delays import delays_of
 from tierod.methods.detectors.measured import threshold_from_records
+from tierod.methods.detectors.rule_design import RULES, delays_of, designed
 from tierod.methods.detectors.stopping_rules import LikelihoodRatioRule, StoppingRule
 from tierod.report.analysis.analysis import Analysis
 from tierod.report.analysis.detector_tables import (

@@ -10,8 +10,8 @@ from typing import Annotated
 import numpy as np
 
 from tierod.core.content import Chart, Lines, Panel, Points, Table
-from tierod.methods.detectors.comparison import Designed
 from tierod.methods.detectors.measured import MeasuredDesign
+from tierod.methods.detectors.rule_design import Designed
 from tierod.report.display import duration, number
 
 

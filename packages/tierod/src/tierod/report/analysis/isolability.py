@@ -9,12 +9,7 @@ from typing import Any
 import numpy as np
 
 from tierod.core.content import Cells, Chart, Heading, Item, Panel, Table
-from tierod.methods.analysis.structure import (
-    Isolability,
-    SensorGain,
-    gain_of_sensors,
-    isolability,
-)
+from tierod.methods.analysis.structure import Isolability, SensorGain, gain_of_sensors, isolability
 from tierod.monitors.condition.courses import listed
 from tierod.monitors.condition.signals import MOTORS
 from tierod.monitors.condition.structure import (

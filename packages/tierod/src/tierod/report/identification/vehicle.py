@@ -8,7 +8,7 @@ from typing import Any
 
 from tierod.core.content import Heading, Item, Table
 from tierod.core.recording import Recording
-from tierod.methods.identification.drive_samples import SIGNALS
+from tierod.methods.identification.drives import SIGNALS
 from tierod.methods.identification.vehicle import VehicleIdentification, Zeros
 from tierod.methods.identification.vehicle_judgement import LEARNT
 from tierod.monitors.friction.signals import SteeringSample

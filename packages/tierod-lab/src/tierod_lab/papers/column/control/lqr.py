@@ -11,7 +11,7 @@ import numpy as np
 from tierod.core.errors import ParameterError, nearest
 from tierod.models.linear import LinearSystem, linearise, sampled
 from tierod.models.modes import TOLERANCE, Mode, describe, modes
-from tierod.models.two_inertia_column import TwoInertiaColumn, TwoInertiaParameters
+from tierod.models.steering_column import TwoInertiaColumn, TwoInertiaParameters
 
 _LASTING = 1.0 - 1e-9
 """Modulus above which an eigenvalue counts as not decaying."""

@@ -10,7 +10,7 @@ from tierod.core.block import Scalar, Tree, Truth, map_leaves, values_of
 from tierod.core.errors import ParameterError
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE, SHARE, numbers
 from tierod.core.graph.maths import absolute, all_of, both, either, limit, present, tanh, where
-from tierod.models.two_inertia_column import TwoInertiaParameters
+from tierod.models.steering_column import TwoInertiaParameters
 from tierod_lab.papers.column.control.lqr import SMOOTHING, kept_share, regulator
 from tierod_lab.papers.column.control.reference import ColumnMotion, Reference, advanced, motion_for
 

@@ -12,7 +12,7 @@ import numpy as np
 from tierod.core.block import Scalar
 from tierod.core.errors import ParameterError
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE, numbers
-from tierod.models.two_inertia_column import TwoInertiaParameters
+from tierod.models.steering_column import TwoInertiaParameters
 
 
 class Reference(NamedTuple):

@@ -8,7 +8,7 @@ from typing import Annotated, Any, NamedTuple
 from tierod.core.block import Scalar, Tree, named_tuple
 from tierod.core.fields import POSITIVE
 from tierod.core.graph.maths import absolute, all_of, both, maximum, minimum, present, where
-from tierod.methods.filters.each import InputHold
+from tierod.methods.filters import InputHold
 from tierod.models.single_track import SingleTrack
 from tierod.monitors.condition.signals import Measured
 from tierod.physics.gear import tie_rod_force_of_balance

@@ -6,8 +6,8 @@ from dataclasses import asdict
 from typing import Any
 
 from tierod.core.model import Model
-from tierod.methods.estimators import UnscentedFilter
-from tierod.models.discretise import discretise
+from tierod.models.linear import discretise
+from tierod_lab.methods.unscented import UnscentedFilter
 from tierod_lab.papers.condition.rules.exponential import discretise_pair
 from tierod_lab.papers.condition.rules.parameters import ResidualParameters
 from tierod_lab.papers.condition.rules.stiff_exponential import discretise_stiff

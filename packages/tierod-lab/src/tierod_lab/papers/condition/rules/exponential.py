@@ -9,7 +9,7 @@ from tierod.core.errors import ParameterError
 from tierod.core.graph.derivatives import jacobian
 from tierod.core.graph.maths import absolute, cos, exp, sin, sqrt, where
 from tierod.core.model import Model, require_continuous
-from tierod.models.discretise import sampled_model
+from tierod.models.linear import sampled_model
 
 _SMALL = 1e-8  # squared half difference of the eigenvalues times the step; below, the series is exact to rounding
 _SINGULAR = 1e-8  # product of the eigenvalues times the squared step; below, one counts as zero: error 2e-9 at most
@@ -37,7 +37,7 @@ def discretise_pair(model: Model) -> Model:
     count = len(list(leaves(skeleton(model.State))))
     if count != 2:
         raise ParameterError(
-            f"{model.__name__} has {count} states; this exponential is of two: take tierod.models.discretise"
+            f"{model.__name__} has {count} states; this exponential is of two: take tierod.models.linear"
         )
 
     def transition(x: Tree, u: Tree, p: Tree) -> Tree:

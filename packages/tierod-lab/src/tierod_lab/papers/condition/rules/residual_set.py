@@ -9,11 +9,12 @@ from typing import Annotated, NamedTuple
 from tierod.core.block import Scalar, Tree
 from tierod.core.fields import POSITIVE
 from tierod.core.graph.maths import absolute, all_of, both, maximum, minimum, present, select, where
-from tierod.methods.estimators import KalmanFilter, UnscentedFilter
+from tierod.methods.estimators import KalmanFilter
 from tierod.methods.estimators.shapes import Belief
-from tierod.methods.filters.each import InputHold
+from tierod.methods.filters import InputHold
 from tierod.models.single_track import SingleTrack
 from tierod.monitors.condition.signals import ConditionSample, Measured
+from tierod_lab.methods.unscented import UnscentedFilter
 from tierod_lab.papers.condition.rules.adaptive_speed import AdaptiveSpeed
 from tierod_lab.papers.condition.rules.angle_filters import one_body
 from tierod_lab.papers.condition.rules.catalogue import SENSOR_RESIDUALS

@@ -8,7 +8,7 @@ from tierod.core.block import Scalar
 from tierod.core.graph.maths import cos
 from tierod.methods.estimators import KalmanFilter
 from tierod.models.single_track import SingleTrack
-from tierod.physics.central_axis import (
+from tierod.physics.planar_motion import (
     central_speed,
     rear_wheel_share,
     rolling_curvature,

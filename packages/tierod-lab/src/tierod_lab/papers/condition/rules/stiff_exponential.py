@@ -8,7 +8,7 @@ from tierod.core.block import Scalar, Tree, leaves, rebuild, values_of
 from tierod.core.errors import ParameterError
 from tierod.core.graph.derivatives import jacobian
 from tierod.core.model import Model, require_continuous
-from tierod.models.discretise import sampled_model
+from tierod.models.linear import sampled_model
 
 Rows = list[list[Scalar]]
 

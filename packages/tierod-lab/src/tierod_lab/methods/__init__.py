@@ -1,0 +1,1 @@
+"""Estimators and filters that only methods as printed in papers use."""
