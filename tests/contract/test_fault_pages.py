@@ -16,9 +16,8 @@ from tierod.io.readers import read
 from tierod.monitors.harness.baseline import Baseline
 from tierod.monitors.registry import MONITORS
 from tierod.physics.clarke_park import StatorVector, inverse_clarke
+from tierod.report.diagnosis import deciding, render
 from tierod.report.display import number, time_scale
-from tierod.report.page import render
-from tierod.report.verdict import deciding
 from tierod.vehicles import load
 
 SCENARIOS = {

@@ -6,7 +6,7 @@ import pytest
 
 from experiments.campaign_rows import row
 from tierod.core.errors import InputError
-from tierod_lab.campaign.compare import compare, document
+from tierod_lab.campaign.comparison import compare, document
 from tierod_lab.campaign.figures import Moments
 from tierod_lab.campaign.table import write_table
 

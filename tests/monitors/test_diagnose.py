@@ -16,7 +16,7 @@ from tierod.core.findings import Status
 from tierod.core.recording import Channel, Recording
 from tierod.monitors.diagnose import Run, find, usual_monitor
 from tierod.monitors.registry import MONITORS
-from tierod.report.page import render
+from tierod.report.diagnosis import render
 from tierod.vehicles import load
 from tierod_lab.ground import FrictionCourse
 

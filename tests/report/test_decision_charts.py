@@ -8,14 +8,13 @@ from report_pages import Page, charts
 from tierod.core.findings import Curve, Decided
 from tierod.report.charts.decisions import (
     decision_figure,
-    design_figures,
-    looks_figure,
+    design_charts,
+    looks_chart,
     most_relevant,
     quiet_figure,
     statistics,
 )
-from tierod.report.page import render
-from tierod.report.verdict import deciding
+from tierod.report.diagnosis import deciding, render
 
 TIME = np.arange(0.0, 100.0)
 COST = Curve((1.0, 10.0, 100.0), (0.1, 0.2, 0.3), "between false alarms [h]", "delay [s]", (10.0, 0.2))
@@ -61,10 +60,10 @@ def test_nothing_is_marked_below_the_threshold(diagnosis):
 
 
 def test_rules_of_one_design_share_a_chart(diagnosis):
-    figures = design_figures(diagnosis)
-    assert [figure.title for figure in figures] == ["Rule of: on; off", "Rule of: fit"]
-    assert figures[0].layout["xaxis"]["type"] == "log"
-    assert "type" not in figures[1].layout["xaxis"]
+    charts_ = design_charts(diagnosis)
+    assert [chart.title for chart in charts_] == ["Rule of: on; off", "Rule of: fit"]
+    assert [chart.panels[0].logarithmic_along for chart in charts_] == [True, False]
+    assert charts_[1].panels[0].uprights == (("in effect", 3.0),)
 
 
 def test_the_page_shows_every_rule(diagnosis):
@@ -103,9 +102,9 @@ def test_what_rules_saw_at_the_end_stands_beside_their_thresholds(diagnosis):
         dataclasses.replace(decision("fits", levels=(4.0, -4.0)), reached=1.0),
         decision("unseen", levels=(4.0,)),
     )
-    bar = looks_figure(dataclasses.replace(diagnosis, decisions=decisions)).data[0]
-    assert bar["y"] == ["Apart", "Covered", "Fits"]
-    assert bar["x"] == [2.0, 2.0, 0.25]
-    assert bar["text"] == ["−8, alarm beyond ±4", "0.4, alarm below 0.8", "1, alarm beyond ±4"]
-    assert len(set(bar["marker"]["color"])) == 2
-    assert looks_figure(friction_fault()) is None
+    chart = looks_chart(dataclasses.replace(diagnosis, decisions=decisions))
+    within, beyond = chart.panels[0].marks
+    assert (within.x, within.y) == (["Fits"], [0.25])
+    assert (beyond.x, beyond.y) == (["Apart", "Covered"], [2.0, 2.0])
+    assert [row[1] for row in chart.summary] == ["−8, alarm beyond ±4", "0.4, alarm below 0.8", "1, alarm beyond ±4"]
+    assert looks_chart(friction_fault()) is None

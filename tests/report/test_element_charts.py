@@ -6,7 +6,7 @@ import pytest
 from tierod.core.findings import Diagnosis, Element, Episode, Estimate, Finding, Status, Trace
 from tierod.report.charts.elements import state_figure, substitute_figures
 from tierod.report.charts.over_time import result_figure
-from tierod.report.page import render
+from tierod.report.diagnosis import render
 
 TIME = np.arange(100) * 0.1
 

@@ -3,7 +3,7 @@ import re
 import pytest
 
 from tierod.core.findings import Estimate
-from tierod.report.page import gauge
+from tierod.report.gauge import gauge
 
 
 def estimate(value=12.4, spread=0.1, **reference):

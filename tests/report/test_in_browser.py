@@ -17,9 +17,8 @@ from tierod.fleet.report import worked_out
 from tierod.fleet.report_page import render as fleet
 from tierod.fleet.schema import findings, ledger
 from tierod.fleet.trends import Design
-from tierod.report.analysis.analysis import Analysis, render_analysis
-from tierod.report.html import UNFOLDED, Origin
-from tierod.report.page import render
+from tierod.report.diagnosis import render
+from tierod.report.html import UNFOLDED, Analysis, Origin, render_analysis
 from tierod_lab.campaign.report import render_campaign
 from tierod_lab.campaign.summary import document, text
 from tierod_lab.studies.page import render_study

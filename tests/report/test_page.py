@@ -10,9 +10,9 @@ from tierod.core.findings import Status
 from tierod.core.signals import SIGNALS
 from tierod.report import write_html
 from tierod.report.charts.over_time import signal_figure
+from tierod.report.diagnosis import render
 from tierod.report.display import words
 from tierod.report.html import breakable
-from tierod.report.page import render
 
 
 @pytest.fixture(scope="module")
@@ -145,7 +145,7 @@ def test_names_cannot_break_out_of_the_page():
     )
     assert evil not in text
     assert Page(text).open == []
-    assert charts(text)["loops"]["data"][0]["name"].lower() == evil
+    assert charts(text)["loops"]["layout"]["annotations"][0]["text"].lower() == evil
 
 
 def test_merging_hides_no_peak():

@@ -15,9 +15,8 @@ from diagnosis_examples import friction_fault
 from tierod.core.findings import Trace
 from tierod.report import write_html
 from tierod.report.charts.over_time import estimate_figures, signal_figure
-from tierod.report.html import LIBRARY, TEMPLATES, script_json
-from tierod.report.packing import BUDGET, LEAST, heads, packed_series
-from tierod.report.page import render
+from tierod.report.diagnosis import render
+from tierod.report.html import BUDGET, LEAST, LIBRARY, TEMPLATES, heads, packed_series, script_json
 
 DRAWN = """
 const fs = require("fs");

@@ -33,7 +33,7 @@ def printed(name):
             "several_elements",
             [
                 "Sensors and actuators",
-                "✕ fault",
+                "✕ FAULT",
                 "outlier",
                 "positive offset",
                 "16.62 °/s (16.17 to 17.06)",

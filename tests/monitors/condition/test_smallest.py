@@ -10,8 +10,8 @@ from monitors.condition.motion_alone import drive
 from tierod.core.findings import Status
 from tierod.core.recording import Recording
 from tierod.monitors.diagnose import diagnose
+from tierod.report.diagnosis import element_rows as rows
 from tierod.report.document import document
-from tierod.report.verdict import rows
 from tierod_lab.ground.faults import injected
 from tierod_lab.papers.condition.drives import Drive
 from tierod_lab.papers.condition.faults import OFFSET, Injected, lost

@@ -15,7 +15,7 @@ from said import said
 from tierod.core.findings import Status
 from tierod.diagnosis.fault_memory import FaultMemory
 from tierod.report import print_table, to_json
-from tierod.report.page import render
+from tierod.report.diagnosis import render
 from tierod_lab.papers.motor_angle.bench import RATE, drive
 from tierod_lab.papers.motor_angle.sensor_faults import DEGREE, offset
 

@@ -28,8 +28,8 @@ if TYPE_CHECKING:
     from tierod.monitors.harness.session import BlockSession, Conclusion, Monitor, Variant
     from tierod.monitors.inspection import inspect
     from tierod.report import to_json, write_html
-    from tierod.report.analysis.isolability import analyse as isolability
     from tierod.report.identification import identify
+    from tierod.report.isolability import analyse as isolability
     from tierod.report.plot import plot
     from tierod.vehicles import Vehicle
     from tierod.vehicles import load as vehicle
@@ -61,7 +61,7 @@ _HOMES = {
     "diagnose": "tierod.monitors.diagnose",
     "identify": "tierod.report.identification",
     "inspect": "tierod.monitors.inspection",
-    "isolability": "tierod.report.analysis.isolability:analyse",
+    "isolability": "tierod.report.isolability:analyse",
     "maths": "tierod.core.graph.maths:",
     "plot": "tierod.report.plot",
     "read": "tierod.io.readers",

@@ -2,18 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from tierod.cli.terminal import Counting, command_line, counting, messages, output, print_json, print_remark, rows, say
+from tierod.cli.terminal import (
+    Counting,
+    command_line,
+    counting,
+    output,
+    print_json,
+    print_remark,
+    rows,
+    say,
+    say_where,
+    show,
+)
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
+    from tierod.core.content import Item
     from tierod_lab.campaign.campaign import Campaign
     from tierod_lab.campaign.report.running import Outcome
     from tierod_lab.campaign.running import Progress
@@ -109,7 +119,7 @@ def _run(
 ) -> int:
     from tierod.core.errors import OutputError
     from tierod.core.processes import stopped_by_sigterm
-    from tierod_lab.campaign.report import show
+    from tierod_lab.campaign.report import shown_items
     from tierod_lab.campaign.report.running import campaign as run
 
     command = command_line()
@@ -124,7 +134,7 @@ def _run(
             except (KeyboardInterrupt, OSError, OutputError):
                 _say_what_is_kept(chosen, folder)
                 raise
-    _show(found, show, as_json)
+    _show(found, shown_items, as_json)
     return found.exit_code
 
 
@@ -148,18 +158,18 @@ def _show_progress(count: Counting, made: Progress) -> None:
     count.show(made.done, made.total)
 
 
-def _show(found: Outcome, show: Callable[[Mapping[str, Any], Console], None], as_json: bool) -> None:
+def _show(found: Outcome, items: Callable[[Mapping[str, Any]], Iterator[Item]], as_json: bool) -> None:
     if as_json:
         print_json(found.content)
     else:
-        show(found.content, output())
-    (messages() if as_json else output()).print(f"report: {found.page}", soft_wrap=True, markup=False)
+        show(items(found.content))
+    say_where(as_json, "report", found.page)
 
 
 def _compare(folders: tuple[Path, Path], target: Path, as_json: bool) -> int:
-    from tierod_lab.campaign.report import show_comparison
+    from tierod_lab.campaign.comparison import shown_comparison
     from tierod_lab.campaign.report.running import compare
 
     found = compare(*folders, target, command=command_line())
-    _show(found, show_comparison, as_json)
+    _show(found, shown_comparison, as_json)
     return found.exit_code

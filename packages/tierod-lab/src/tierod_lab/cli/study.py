@@ -66,12 +66,12 @@ def _results_folder() -> Path | None:
 def _run(chosen: Study, effort: Effort, folder: Path) -> list[Path]:
     """Run a study and write its two files once all results are available."""
     import sys
-    from datetime import UTC, datetime
 
     from tierod.core.claims import Claim, claims_document
     from tierod.core.content import Item, Table
     from tierod.core.files import write_text
     from tierod.core.version import __version__
+    from tierod.report.html import Origin
     from tierod_lab.studies.metrics import Frame
     from tierod_lab.studies.page import StudyPage, render_study
 
@@ -96,12 +96,8 @@ def _run(chosen: Study, effort: Effort, folder: Path) -> list[Path]:
         chosen.summary,
         chosen.groups,
         items,
-        created=datetime.now(UTC).isoformat(timespec="seconds"),
-        version=__version__,
-        command=command,
-        remark="This was a quick run over a few minutes of driving. Its figures are not reliable."
-        if effort.quick
-        else "",
+        Origin.now(command),
+        "This was a quick run over a few minutes of driving. Its figures are not reliable." if effort.quick else "",
     )
     texts = {
         "report.html": render_study(page),

@@ -2,41 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 
 from tierod.core.claims import Claim, Outcome
-from tierod.core.content import Item
+from tierod.core.content import Chart, Flag, Fold, Heading, Item, Table, Verdict
 from tierod.core.shown import written
-from tierod.report.charts.figure import Figure
 from tierod.report.display import number
-from tierod.report.html import Origin, Section, rendered, sections
-
-
-@dataclass(frozen=True)
-class StudyPage:
-    """Content of the page of a study.
-
-    Args:
-        name, title, summary: of the study
-        groups: titles of the groups of claims, in the order shown
-        items: contents of the study, in order
-        created, version, command: origin of the page
-        remark: on the whole page, such as that it was a quick run
-    """
-
-    name: str
-    title: str
-    summary: str
-    groups: Mapping[str, str]
-    items: Sequence[Item]
-    created: str = ""
-    version: str = ""
-    command: str = ""
-    remark: str = ""
-
+from tierod.report.html import Origin, page
 
 _PLURAL = {
     Outcome.HOLDS: "hold",
@@ -52,71 +25,85 @@ _VERDICTS = {
 }
 
 
-def render_study(page: StudyPage) -> str:
-    every = [item for item in page.items if isinstance(item, Claim)]
-    claims, described = ([claim for claim in every if claim.describes is only] for only in (False, True))
-    picture, parts = _picture(sections(page.items))
-    return rendered(
-        Path(__file__).with_name("study.html.j2"),
-        Origin(page.created, page.version, page.command),
-        [picture] if picture else [],
-        sections=parts,
-        page=page,
-        picture=picture,
-        counts=_counts(claims),
-        plural=_PLURAL,
-        groups=[_group(title, members) for title, members in _groups(page.groups, claims) if members],
-        described=[_row(claim) for claim in described],
-        derived=any(claim.derived is not None for claim in claims),
+@dataclass(frozen=True)
+class StudyPage:
+    """Content of the page of a study.
+
+    Args:
+        groups: titles of the groups of claims, in the order shown
+        remark: on the whole page, such as that it was a quick run
+    """
+
+    name: str
+    title: str
+    summary: str
+    groups: Mapping[str, str]
+    items: Sequence[Item]
+    origin: Origin = field(default_factory=Origin)
+    remark: str = ""
+
+
+def render_study(study: StudyPage) -> str:
+    note = (
+        "The same claims stand in claims.json beside this page. What names no recording was measured on virtual cars; "
+        "whether a claim holds follows from the figure and the goal beside it."
     )
+    came = [Heading("Provenance", (note,))]
+    return page(_items(study), study.origin, f"Study: {study.title}", f"study {study.name}", came=came)
 
 
-def _picture(parts: Sequence[Section]) -> tuple[Figure | None, list[Section]]:
-    part = next((part for section in parts for part in section.parts if part[0] == "chart"), None)
-    rest = [replace(section, parts=[each for each in section.parts if each is not part]) for section in parts]
-    return (part[1] if part else None), [section for section in rest if section.text or section.parts]
+def _items(study: StudyPage) -> Iterator[Item]:
+    every = [item for item in study.items if isinstance(item, Claim)]
+    claims, described = ([claim for claim in every if claim.describes is only] for only in (False, True))
+    remark = (("To know", study.remark),) if study.remark else ()
+    yield Verdict(study.title, None, (), (study.summary, f"{_counts(claims)}."), None, remark)
+    picture = next((item for item in study.items if isinstance(item, Chart)), None)
+    if picture:
+        yield picture
+    if every:
+        yield Heading("Claims")
+    derived = any(claim.derived is not None for claim in claims)
+    for title, members in _groups(study.groups, claims):
+        missed = any(claim.met is False for claim in members)
+        yield Fold(f"{title}: {_counts(members)}", [_table(title, members, derived)], opened=missed)
+    if described:
+        rows = tuple(
+            (_named(each), _figure(each.printed), _figure(each.figure), written(each.unit)) for each in described
+        )
+        header = ("figure", "printed", "ours", "unit")
+        yield Table("Figures of description", header, rows, "These figures have no goal, so they cannot fail.")
+    yield from (item for item in study.items if item is not picture and not isinstance(item, Claim))
 
 
-def _groups(titles: Mapping[str, str], claims: Sequence[Claim]) -> list[tuple[str, list[Claim]]]:
-    names = [*titles, *dict.fromkeys(claim.group for claim in claims if claim.group not in titles)]
-    return [(titles.get(name, name), [claim for claim in claims if claim.group == name]) for name in names]
+def _groups(titles: Mapping[str, str], claims: Sequence[Claim]) -> Iterator[tuple[str, list[Claim]]]:
+    for name in dict.fromkeys((*titles, *(claim.group for claim in claims))):
+        if members := [claim for claim in claims if claim.group == name]:
+            yield titles.get(name, name), members
 
 
-def _group(title: str, claims: Sequence[Claim]) -> dict[str, Any]:
-    counts = [(word, count) for _, word, _, count in _counts(claims)]
-    return {
-        "title": title,
-        "open": any(claim.met is False for claim in claims),
-        "counts": ", ".join(f"{count} {word if count == 1 else _PLURAL[word]}" for word, count in counts if count),
-        "rows": [_row(claim) for claim in claims],
-    }
+def _counts(claims: Sequence[Claim]) -> str:
+    """Number of claims of every outcome; of irreproducible ones only where there are any."""
+    counts = {each: sum(claim.outcome is each for claim in claims) for each in Outcome}
+    shown = [(each, n) for each, n in counts.items() if n or each is not Outcome.IRREPRODUCIBLE]
+    return ", ".join(f"{n} {each if n == 1 else _PLURAL[each]}" for each, n in shown)
 
 
-def _counts(claims: Sequence[Claim]) -> list[tuple[str, Outcome, str, int]]:
-    """(symbol, outcome, kind, number) of every outcome; irreproducible claims only where there are any."""
-    found = [(*_VERDICTS[each], each, sum(claim.outcome is each for claim in claims)) for each in Outcome]
-    return [(a, each, b, n) for a, b, each, n in found if n or each is not Outcome.IRREPRODUCIBLE]
+def _table(title: str, claims: Sequence[Claim], derived: bool) -> Table:
+    header = ("claim", "holds", "printed", *(("derived",) if derived else ()), "ours", "goal", "unit")
+    rows = []
+    for claim in claims:
+        outcome = claim.outcome or Outcome.UNMEASURED
+        own = ("" if claim.derived is None else _figure(claim.derived),) if derived else ()
+        goal = str(claim.goal).replace("<=", "≤").replace(">=", "≥").replace("-", "−")
+        figures = (_figure(claim.printed), *own, _figure(claim.figure), goal, written(claim.unit))
+        rows.append((_named(claim), Flag(outcome, *_VERDICTS[outcome]), *figures))
+    return Table(title, header, tuple(rows))
 
 
-def _row(claim: Claim) -> dict[str, Any]:
-    word = claim.outcome or Outcome.UNMEASURED
-    symbol, kind = _VERDICTS[word]
-    unit = written(claim.unit)
-    return {
-        "id": claim.id,
-        "claim": claim.claim,
-        "source": claim.source,
-        "note": claim.note,
-        "cause": claim.cause if claim.met is False else "",
-        "printed": _figure(claim.printed),
-        "derived": "" if claim.derived is None else _figure(claim.derived),
-        "measured": _figure(claim.figure),
-        "goal": "–" if claim.goal is None else str(claim.goal).replace("<=", "≤").replace(">=", "≥").replace("-", "−"),
-        "unit": unit,
-        "symbol": symbol,
-        "word": word,
-        "kind": kind,
-    }
+def _named(claim: Claim) -> str:
+    """The claim with its source, its note, and the cause where it does not hold."""
+    cause = f"Cause: {claim.cause}" if claim.cause and claim.met is False else ""
+    return " ".join(filter(None, (claim.claim, f"({claim.source})", claim.note, cause)))
 
 
 def _figure(value: float | str | None) -> str:

@@ -14,7 +14,6 @@ def demo(
 ) -> int:
     """Judge a recorded drive, and write the report: a demonstration of tierod in one command."""
     from tierod.cli.diagnose import show
-    from tierod.cli.terminal import messages
     from tierod.cli.terminal import output as console
     from tierod.io.demo import VEHICLE, copied
     from tierod.monitors.diagnose import diagnose
@@ -27,5 +26,5 @@ def demo(
     command = shlex.join(["tierod", "diagnose", str(path), "--vehicle", VEHICLE])
     terminal.print(f"judging it, as this command does: {command}", soft_wrap=True, markup=False)
     diagnosis = diagnose(path, VEHICLE, command=command)
-    show(diagnosis, as_json=False, path=output / "demo-friction.html", console=console, messages=messages)
+    show(diagnosis, as_json=False, path=output / "demo-friction.html")
     return 0

@@ -13,8 +13,8 @@ from tierod.core.errors import InputError, ParameterError, nearest
 if TYPE_CHECKING:
     import numpy as np
 
-    from tierod.report.analysis.analysis import Analysis, Facts
-    from tierod.report.analysis.detector_tables import Wish
+    from tierod.report.detector import Wish
+    from tierod.report.html import Analysis
 
 SUBJECTS = ("detector",)
 _SECONDS = {"s": 1.0, "min": 60.0, "h": 3600.0, "d": 86400.0}
@@ -49,7 +49,7 @@ def design(
 ) -> int:
     """Design a stopping rule: threshold, expected detection delay, and the curve of delay against false alarms."""
     from tierod.cli.terminal import present, refuse_to_overwrite
-    from tierod.report.analysis.detector_tables import Wish
+    from tierod.report.detector import Wish
 
     if subject not in SUBJECTS:
         raise ParameterError(f"'{subject}' cannot be designed{nearest(subject, SUBJECTS)}")
@@ -83,8 +83,10 @@ def seconds_between(text: str) -> float:
     return time / count
 
 
-def _found(wish: Wish, rule: str | None, paths: list[Path], signal: str | None) -> tuple[Analysis, Facts]:
-    from tierod.report.analysis.detector import ALL_RULES, LIKELIHOOD_RATIO, Measured, drawn, of_measured, of_white
+def _found(
+    wish: Wish, rule: str | None, paths: list[Path], signal: str | None
+) -> tuple[Analysis, list[tuple[str, str]]]:
+    from tierod.report.detector import ALL_RULES, LIKELIHOOD_RATIO, Measured, drawn, of_measured, of_white
 
     if rule is not None and rule not in ALL_RULES:
         raise ParameterError(f"there is no rule '{rule}'{nearest(rule, ALL_RULES)}")
@@ -98,8 +100,8 @@ def _found(wish: Wish, rule: str | None, paths: list[Path], signal: str | None) 
     return of_measured(wish, rule, given), _facts(wish, given.label)
 
 
-def _facts(wish: Wish, residual: str) -> Facts:
-    from tierod.report.analysis.detector_tables import time_in_words
+def _facts(wish: Wish, residual: str) -> list[tuple[str, str]]:
+    from tierod.report.detector import time_in_words
 
     sides = {"both": "increases and decreases", "upper": "increases", "lower": "decreases"}
     return [

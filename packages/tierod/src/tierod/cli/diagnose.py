@@ -13,8 +13,6 @@ import typer
 from tierod.cli.terminal import command_line, report_path
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from tierod.core.findings import Diagnosis
     from tierod.core.recording import Recording
     from tierod.monitors.several import Judged
@@ -160,8 +158,7 @@ def _one(
     kept: _Kept,
     as_json: bool,
 ) -> int:
-    from tierod.cli.terminal import messages, progress
-    from tierod.cli.terminal import output as console
+    from tierod.cli.terminal import progress, say_where
     from tierod.monitors.diagnose import diagnose as run
     from tierod.monitors.several import source_of
 
@@ -181,13 +178,11 @@ def _one(
                 command=command_line(),
                 progress=advance,
             )
-    show(diagnosis, as_json, target, console, messages)
-    remarks = [] if kept.signals is None else [f"signals: {kept.signals}"]
-    remarks += [
-        f"{name}: {diagnosis.remarks[name]}" for name in ("baseline", "fault memory") if name in diagnosis.remarks
-    ]
-    for line in remarks:
-        (messages() if as_json else console()).print(line, soft_wrap=True, markup=False)
+    show(diagnosis, as_json, target)
+    written = [] if kept.signals is None else [("signals", str(kept.signals))]
+    for what, text in (*written, *((name, diagnosis.remarks.get(name, "")) for name in ("baseline", "fault memory"))):
+        if text:
+            say_where(as_json, what, text)
     return diagnosis.status.exit_code
 
 
@@ -219,12 +214,13 @@ def _naming_others(source: Path | Recording, monitor: str, reading: _Reading) ->
 
 def _all(recordings: list[Path], monitor: str | None, reading: _Reading, target: Path | None, as_json: bool) -> int:
     """Judge several recordings, or with every monitor: one page, one document, and the worst exit code."""
-    from tierod.cli.terminal import messages, origin, print_json, progress, without_advice
-    from tierod.cli.terminal import output as console
+    from tierod.cli.terminal import origin, print_json, progress, say_where
+    from tierod.cli.terminal import show as show_items
     from tierod.core.errors import InputError
     from tierod.core.files import write_text
     from tierod.io.readers.opening import require_there
     from tierod.report import several
+    from tierod.report.display import without_advice
 
     for recording in recordings:
         require_there(recording)
@@ -242,9 +238,9 @@ def _all(recordings: list[Path], monitor: str | None, reading: _Reading, target:
     if as_json:
         print_json(several.to_json(judged, origin()))
     else:
-        _show_all(judged, console())
+        show_items(several.tables(judged, narrow=True))
     if target is not None:
-        (messages() if as_json else console()).print(f"report: {target}", soft_wrap=True, markup=False)
+        say_where(as_json, "report", target)
     return several.status_of(judged).exit_code
 
 
@@ -278,21 +274,6 @@ def _judged(
         if alone:
             raise
         return not_judged(recording, car, monitors, " ".join(str(error).split()))
-
-
-def _show_all(judged: Sequence[Judged], console: Console) -> None:
-    """Table of the verdicts, then remarks on them, and the reasons why monitors did not run."""
-    from tierod.cli.terminal import rows, without_advice
-    from tierod.report import several
-
-    console.print(rows(several.HEADER, several.overview(judged)))
-    if known := several.to_know(judged):
-        console.print("\n[bold]To know[/bold]")
-        console.print(rows(("recording", "monitor", "what"), known))
-    missed = [(where, name, without_advice(reason)) for where, name, reason in several.not_run(judged)]
-    if missed:
-        console.print("\n[bold]Did not run[/bold]")
-        console.print(rows(("recording", "monitor", "why"), missed))
 
 
 def _of(monitors: str, reason: str) -> str:
@@ -333,23 +314,16 @@ def _refuse_what_cannot_be_written(
         require_folder(path)
 
 
-def show(
-    diagnosis: Diagnosis,
-    as_json: bool,
-    path: Path | None,
-    console: Callable[[], Console],
-    messages: Callable[[], Console],
-) -> None:
+def show(diagnosis: Diagnosis, as_json: bool, path: Path | None) -> None:
     """Write the report first, so that a failure to write it precedes the verdict; then print the table or JSON."""
+    from tierod.cli.terminal import output, print_json, say_where
     from tierod.report import print_table, to_json, write_html
 
     if path is not None:
         write_html(diagnosis, path)
     if as_json:
-        from tierod.cli.terminal import print_json
-
         print_json(to_json(diagnosis))
     else:
-        print_table(diagnosis, console())
+        print_table(diagnosis, output())
     if path is not None:
-        (messages() if as_json else console()).print(f"report: {path}", soft_wrap=True, markup=False)
+        say_where(as_json, "report", path)

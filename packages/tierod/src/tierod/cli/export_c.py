@@ -97,7 +97,7 @@ def export_c(name: str, vehicle: str | None, variant: str | None, choice: CChoic
 
 def export_fault_memory(output: Path, evidence: bool) -> None:
     """Write the fault memory of the shipped trouble codes as C, and print a summary."""
-    from tierod.cli.terminal import messages, show, write_page
+    from tierod.cli.terminal import messages, show_analysis, write_page
     from tierod.cli.terminal import output as console
     from tierod.core.files import require_folder
     from tierod.diagnosis.trouble_codes import load_trouble_codes
@@ -118,7 +118,7 @@ def export_fault_memory(output: Path, evidence: bool) -> None:
     if evidence:
         messages().print("comparing, checking and measuring", markup=False)
         found = memory_evidence(output)
-        show(found)
+        show_analysis(found)
         write_page(found, (), output / "evidence.html", kind="evidence")
 
 
@@ -136,19 +136,18 @@ def _write(face: Interface, car: Vehicle, drive: str | None, output: Path) -> li
 
 
 def _write_evidence(face: Interface, car: Vehicle, drive: str | None, output: Path) -> None:
-    from tierod.cli.terminal import messages, show, write_page
+    from tierod.cli.terminal import messages, show_analysis, write_page
     from tierod.export.evidence.page import evidence
     from tierod.export.vectors import SEED, STEPS, affordable, random_inputs, rounded, vectors_of
-    from tierod.report.analysis.analysis import facts_of
-
+    
     subject, most = face.subject, affordable(face.subject, DRIVEN_STEPS)
     inputs, source = inputs_of(subject, car, drive, most)
     random = random_inputs(subject, affordable(subject, RANDOM_STEPS))
     samples = {source: rounded(inputs[:most]), f"random (seed {SEED})": rounded(random)}
     messages().print("comparing, checking and measuring: some minutes", markup=False)
     found = evidence(face, output, vectors_of(subject, inputs[:STEPS], source), samples)
-    show(found)
-    write_page(found, facts_of(car), output / "evidence.html", car.not_good_for, kind="evidence")
+    show_analysis(found)
+    write_page(found, car.facts, output / "evidence.html", car.not_good_for, kind="evidence")
 
 
 def inputs_of(subject: Subject, car: Vehicle, drive: str | None, steps: int) -> tuple[np.ndarray, str]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from tierod.cli.terminal import output, print_json, print_remark
+from tierod.cli.terminal import output, print_json, print_remark, show
 from tierod.core.errors import InputError, ParameterError
 from tierod.core.lab import part
 
@@ -84,9 +84,9 @@ def _read(path: Path, code: str | None, uds: str | None, json: bool) -> None:
         stored = [each for each, entry in memory.entries.items() if entry.stored]
         print_json({"codes": [_code(memory, each) for each in stored]} if code is None else _code(memory, code))
     else:
-        from tierod.report.terminal import print_memory
+        from tierod.report.terminal import memory_items
 
-        print_memory(memory, output())
+        show(memory_items(memory))
 
 
 def _code(memory: FaultMemory, name_or_code: str) -> dict[str, Any]:
@@ -113,7 +113,7 @@ def _request(digits: str) -> bytes:
 
 
 def _snapshot(path: Path, code: str | None, uds: str | None, json: bool) -> None:
-    from tierod.report.terminal import print_snapshot
+    from tierod.report.terminal import snapshot_items
 
     if code is None:
         raise ParameterError(
@@ -132,7 +132,7 @@ def _snapshot(path: Path, code: str | None, uds: str | None, json: bool) -> None
         if frame is None:
             output().print(f"The test failed ({which}), but no signals were kept.")
         else:
-            print_snapshot(frame, which, output())
+            show(snapshot_items(frame, which))
 
 
 def _clear(path: Path, code: str | None, uds: str | None, json: bool) -> None:

@@ -12,8 +12,7 @@ import typer
 from tierod.cli.diagnose import ChannelMap, Databases, StretchStop
 
 if TYPE_CHECKING:
-    from tierod.report.identification import Identification
-    from tierod.report.identification.subject import Subject
+    from tierod.report.identification import Identification, Subject
     from tierod.vehicles import Vehicle
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tierod.cli.terminal import messages, output, print_json, print_remark, progress, rows, without_advice
+from tierod.cli.terminal import messages, output, print_json, print_remark, progress, rows
 
 if TYPE_CHECKING:
     from tierod.core.findings import ChannelQuality
@@ -117,6 +117,7 @@ def _show(found: Inspection, every: bool, channel_map: Path | None) -> None:
     from rich.text import Text
 
     from tierod.core.signals import SIGNALS
+    from tierod.report.display import without_advice
 
     console, whole = output(), found.recording
     first, last = whole.span

@@ -24,8 +24,7 @@ def isolability(
     """Find detectable and isolable faults of sensors and actuators: done (0), bad input (3)."""
     from tierod.cli.app import HEALTHY
     from tierod.cli.terminal import present, refuse_to_overwrite, report_path
-    from tierod.report.analysis.analysis import facts_of
-    from tierod.report.analysis.isolability import analyse
+    from tierod.report.isolability import analyse
     from tierod.vehicles import load
 
     car = load(vehicle)
@@ -33,5 +32,5 @@ def isolability(
     refuse_to_overwrite(target, [car.path])
     found = analyse(car, without or ())
     content = {"vehicle": car.name, "remarks": list(found.remarks), **found.document}
-    present(found, {"schema": "tierod.isolability/2", **content}, as_json, target, facts_of(car), car.not_good_for)
+    present(found, {"schema": "tierod.isolability/2", **content}, as_json, target, car.facts, car.not_good_for)
     return HEALTHY

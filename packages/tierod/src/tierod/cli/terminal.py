@@ -19,8 +19,9 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
-    from tierod.report.analysis.analysis import Analysis, Facts
-    from tierod.report.html import Origin
+    from tierod.core.content import Item
+    from tierod.report.charts.figure import Figure
+    from tierod.report.html import Analysis, Origin
 
 
 UNSHOWN = "tierod.unshown"
@@ -35,12 +36,6 @@ def visible(text: str) -> str:
     Line ends and tabs are kept. A JSON parser turns the escapes back into the characters.
     """
     return _STEERING.sub(lambda found: _spelt(found[0]), text)
-
-
-def without_advice(reason: str) -> str:
-    """The reason of a refusal without its advice and without the name of the monitor, which is shown beside it."""
-    bare = re.sub(r"^the monitor '[^']*' (?:cannot run as '[^']*': )?", "", reason)
-    return re.split(r"; did you mean|; known: |; none of the|\. (?=[A-Z])", bare)[0].rstrip(".")
 
 
 def say(text: str, end: str = "\n") -> None:
@@ -106,20 +101,22 @@ def print_remark(text: str) -> None:
 
 
 def rows(titles: Sequence[str], cells: Iterable[Sequence[str]], right: Sequence[int] = ()) -> Table:
-    from rich.table import Table
-    from rich.text import Text
+    """A plain table, see `tierod.report.terminal.rows`."""
+    from tierod.report.terminal import rows
 
-    from tierod.core.statuses import Status
+    return rows(titles, cells, right)
 
-    def text(cell: str) -> Text:
-        return Text(cell.capitals, style=cell.style) if isinstance(cell, Status) else Text(visible(cell))
 
-    table = Table(box=None, pad_edge=False, header_style="bold")
-    for index, title in enumerate(titles):
-        table.add_column(Text(visible(title)), justify="right" if index in right else "left", overflow="fold")
-    for row in cells:
-        table.add_row(*map(text, row))
-    return table
+def show(items: Iterable[Item | Figure]) -> None:
+    """Print the items of a report to stdout."""
+    from tierod.report.terminal import show
+
+    show(items, output())
+
+
+def say_where(as_json: bool, what: str, path: object) -> None:
+    """Print the path of a file that was written, to stderr beside a JSON document."""
+    (messages() if as_json else output()).print(f"{what}: {path}", soft_wrap=True, markup=False)
 
 
 def print_json(document: Any) -> None:
@@ -239,11 +236,15 @@ def origin() -> Origin:
 
 
 def write_page(
-    found: Analysis, facts: Facts, target: Path, not_good_for: Sequence[str] = (), kind: str = "analysis"
+    found: Analysis,
+    facts: Sequence[tuple[str, str]],
+    target: Path,
+    not_good_for: Sequence[str] = (),
+    kind: str = "analysis",
 ) -> None:
-    """Write the page of an analysis; for the arguments see `tierod.report.analysis.analysis.render_analysis`."""
+    """Write the page of an analysis; for the arguments see `tierod.report.html.render_analysis`."""
     from tierod.core.files import write_text
-    from tierod.report.analysis.analysis import render_analysis
+    from tierod.report.html import render_analysis
 
     write_text(target, render_analysis(found, facts, origin(), not_good_for, kind))
 
@@ -253,7 +254,7 @@ def present(
     document: Mapping[str, Any],
     as_json: bool,
     target: Path | None,
-    facts: Facts,
+    facts: Sequence[tuple[str, str]],
     not_good_for: Sequence[str] = (),
     kind: str = "analysis",
 ) -> None:
@@ -263,24 +264,13 @@ def present(
     if as_json:
         print_json(document)
     else:
-        show(found)
+        show_analysis(found)
     if target is not None:
-        (messages() if as_json else output()).print(f"page: {target}", soft_wrap=True, markup=False)
+        say_where(as_json, "page", target)
 
 
-def show(found: Analysis) -> None:
+def show_analysis(found: Analysis) -> None:
     """Print summary and tables of an analysis."""
-    from rich.text import Text
-
     from tierod.core.content import Table
 
-    console = output()
-    console.print(Text(found.title, style="bold"))
-    for paragraph in (*found.summary, *(f"To know: {remark}" for remark in found.remarks)):
-        console.print(Text(paragraph))
-    for item in found.items:
-        if isinstance(item, Table):
-            console.print(Text(f"\n{item.title}", style="bold"))
-            console.print(rows(item.header, item.rows, right=item.numeric))
-            if item.note:
-                console.print(Text(item.note))
+    show([found.head, *(item for item in found.items if isinstance(item, Table))])

@@ -1,23 +1,99 @@
-"""Content of a study beside its claims: headings, tables and charts, as plain data for the report."""
+"""Items of every report, as plain data: verdicts, headings, tables, charts, facts and folds.
+
+One compiler makes pages of them, `tierod.report.html`, and one prints them in a terminal, `tierod.report.terminal`.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from tierod.core.claims import Claim
+from tierod.core.findings import Estimate
+from tierod.core.statuses import COLOURS, Status
 
 Numbers = Sequence[float] | np.ndarray
 
 
 @dataclass(frozen=True)
 class Heading:
-    """Heading of a part of a study, with its introduction."""
+    """Heading of a section, with its introduction.
+
+    Args:
+        look: CSS class of the section: "pair" for two charts beside each other, "together" on one printed page
+    """
 
     title: str
     text: tuple[str, ...] = ()
+    look: str = ""
+
+
+class Flag(str):
+    """A word with a symbol and a colour, such as the result of a gate; it is shown like a status."""
+
+    symbol: str
+    colour: str
+
+    def __new__(cls, word: str, symbol: str, colour: str) -> Flag:
+        made = super().__new__(cls, word)
+        made.symbol, made.colour = symbol, colour
+        return made
+
+    @property
+    def capitals(self) -> str:
+        return f"{self.symbol} {self.upper()}"
+
+    @property
+    def style(self) -> str:
+        return COLOURS.get(self.colour, "")
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """The statement that a page or a part of it begins with.
+
+    Args:
+        headline: as assembled; nothing is added to it
+        about: what was judged, shown beside the status
+        text: paragraphs below the headline
+        reasons: titles with sentences: why, what to do, to know
+    """
+
+    headline: str
+    status: Status | Flag | None = None
+    about: tuple[tuple[str, str], ...] = ()
+    text: tuple[str, ...] = ()
+    estimate: Estimate | None = None
+    reasons: tuple[tuple[str, str], ...] = ()
+    evidence: tuple[tuple[str, str], ...] = ()
+
+
+@dataclass(frozen=True)
+class Facts:
+    """Names with values; a page folds all but the first ones."""
+
+    rows: Sequence[tuple[str, str]]
+    title: str = ""
+
+
+@dataclass(frozen=True)
+class Fold:
+    """Items under a title that opens them; a terminal leaves them out.
+
+    Args:
+        items: neither headings nor verdicts
+        text: paragraphs before them
+        printed: whether a printed page shows the title and, where it is open, the items
+    """
+
+    title: str
+    items: Sequence[Any]
+    text: tuple[str, ...] = ()
+    printed: bool = True
+    opened: bool = False
 
 
 @dataclass(frozen=True)
@@ -25,7 +101,7 @@ class Table:
     """Table of figures.
 
     Args:
-        title: meaning of the figures, a sentence without full stop, with the unit
+        title: meaning of the figures, a sentence without full stop, with the unit; "" for that of the section
         rows: cells as text; the first one names the row
     """
 
@@ -93,12 +169,22 @@ class Band:
 
 @dataclass(frozen=True)
 class Boxes:
-    """Boxes at named places: mean, one standard deviation as the box, two as whiskers."""
+    """Boxes at named places: quartiles with the median, and whiskers from a low to a high quantile."""
 
     name: str
     places: Sequence[str]
-    mean: Numbers
-    deviation: Numbers
+    low: Numbers
+    lower: Numbers
+    median: Numbers
+    upper: Numbers
+    high: Numbers
+
+    @classmethod
+    def normal(cls, name: str, places: Sequence[str], mean: Numbers, deviation: Numbers) -> Boxes:
+        """Boxes of one standard deviation, with whiskers of two."""
+        middle, spread = np.asarray(mean, float), np.asarray(deviation, float)
+        ends = (middle + factor * spread for factor in (-2.0, -1.0, 0.0, 1.0, 2.0))
+        return cls(name, places, *ends)
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,6 +239,8 @@ class Chart:
     Args:
         name: identifier in the page: words joined by hyphens
         alternative: its content as text, for readers who cannot see it
+        columns, summary: table below the chart; where not given, lowest, mean and highest value of every mark
+        shared_axes: whether all panels have the same scales
     """
 
     name: str
@@ -160,7 +248,10 @@ class Chart:
     caption: str
     alternative: str
     panels: tuple[Panel, ...]
+    columns: tuple[str, str, str, str] = ("series", "lowest", "mean", "highest")
+    summary: tuple[tuple[str, ...], ...] | None = None
+    shared_axes: bool = False
 
 
-Item = Heading | Table | Chart | Claim
-"""One element of the content of a study, which is a sequence of these."""
+Item = Verdict | Heading | Table | Chart | Facts | Fold | Claim
+"""One element of a report, which is a sequence of these."""

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tierod.core.content import Band, Chart, Heading, Item, Lines, Panel, Points, Table
+from tierod.core.content import Band, Chart, Facts, Flag, Heading, Item, Lines, Panel, Points, Table, Verdict
 from tierod.core.files import write_text
 from tierod.core.shown import plus_minus, written
 from tierod.core.statuses import Status
@@ -18,7 +18,7 @@ from tierod.fleet.report import TIMES, FleetReport
 from tierod.fleet.report_document import text
 from tierod.fleet.trends import Trends
 from tierod.report.display import INTERVAL, instant, number
-from tierod.report.html import Looks, Origin, rendered, sections
+from tierod.report.html import Origin, page
 
 LISTED = 200
 """Largest number of cars in the list on the page; the JSON document has all."""
@@ -259,17 +259,11 @@ def _ledger(report: FleetReport) -> Iterator[Item]:
 
 def render(report: FleetReport) -> str:
     """The page as HTML text."""
-    return rendered(
-        "analysis.html.j2",
-        Origin(report.created, __version__, report.command),
-        sections=sections(list(items(report))),
-        looks=Looks(*words.verdict(report)),
-        title=words.headline(report),
-        summary=words.what_to_do(report),
-        remarks=report.remarks,
-        kind="fleet",
-        facts_of=_facts(report),
-    )
+    symbol, colour, state = words.verdict(report)
+    reasons = tuple(("To know", remark) for remark in report.remarks)
+    head = Verdict(words.headline(report), Flag(state, symbol, colour), (), words.what_to_do(report), None, reasons)
+    parts = [head, Facts(_facts(report)), *items(report)]
+    return page(parts, Origin(report.created, __version__, report.command), head.headline, "fleet")
 
 
 def write(report: FleetReport, folder: str | Path) -> tuple[Path, Path]:

@@ -34,7 +34,7 @@ def write_html(diagnosis: Diagnosis, path: str | Path) -> Path:
         OutputError: the page cannot be written
     """
     from tierod.core.files import write_text
-    from tierod.report.page import render
+    from tierod.report.diagnosis import render
 
     return write_text(path, render(diagnosis))
 
@@ -53,6 +53,7 @@ def to_json(diagnosis: Diagnosis, series: bool = False) -> str:
 
 def print_table(diagnosis: Diagnosis, console: Console) -> None:
     """Print the verdict and its evidence to a terminal."""
+    from tierod.report.diagnosis import shown_items
     from tierod.report.terminal import show
 
-    show(diagnosis, console)
+    show(shown_items(diagnosis), console)

@@ -131,3 +131,20 @@ def evidence(name: str, value: object) -> tuple[str, str]:
         text = instant if stem.endswith(("from", "at")) else duration
         return words(stem or "duration"), text(value)
     return words(name), share(value) if ending == "share" else number(value)
+
+
+def alarm_from(levels: tuple[float, ...], below: bool) -> str:
+    """Thresholds of a rule as text: "alarm from 4", "alarm beyond ±0.06", "alarm below 9"; "" without thresholds."""
+    if not levels:
+        return ""
+    if below:
+        return f"alarm below {number(levels[0], 3)}"
+    if len(levels) == 2 and levels[0] == -levels[1]:
+        return f"alarm beyond ±{number(abs(levels[0]), 3)}"
+    return f"alarm from {', '.join(number(level, 3) for level in levels)}"
+
+
+def without_advice(reason: str) -> str:
+    """The reason of a refusal without its advice and without the name of the monitor, which is shown beside it."""
+    bare = re.sub(r"^the monitor '[^']*' (?:cannot run as '[^']*': )?", "", reason)
+    return re.split(r"; did you mean|; known: |; none of the|\. (?=[A-Z])", bare)[0].rstrip(".")

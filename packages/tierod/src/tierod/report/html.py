@@ -1,25 +1,28 @@
-"""Common parts of all pages: templates, style, charting library, packed series, and preparation of texts."""
+"""Compiler of pages: items and charts over time become one self-contained page with style, script and series."""
 
 from __future__ import annotations
 
 import base64
+import heapq
 import json
 import re
-from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from functools import cache
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
-from tierod.core.content import Chart, Heading, Item, Table
-from tierod.core.decimation import Packed
-from tierod.core.statuses import Status
+from tierod.core.content import Chart, Facts, Fold, Heading, Item, Table, Verdict
+from tierod.core.decimation import Packed, coarser, pack
+from tierod.core.findings import Trace
+from tierod.core.signals import SIGNALS
 from tierod.core.version import __version__
 from tierod.report.charts.figure import Figure, drawn_from
-from tierod.report.charts.study import study_figure
+from tierod.report.charts.panels import panel_figure
+from tierod.report.display import interval
+from tierod.report.gauge import gauge
 from tierod.report.glossary import Glossary
-from tierod.report.packing import heads
 
 TEMPLATES = Path(__file__).parent / "templates"
 
@@ -35,34 +38,19 @@ UNFOLDED = 8
 LIBRARY = "plotly-cartesian.min.js.gz"
 """Part of plotly.js for two-dimensional charts, a third of the whole library."""
 
+BUDGET = 900_000
+"""Characters available for all series of a page, which keeps the page with its charting library below 2 MB."""
 
-@cache
-def template(name: str | Path) -> Any:
-    """Jinja template of a page, by its file name, or by its path in another package."""
-    import jinja2
+LEAST = 2000
+"""Smallest number of bins of a series, as many as a chart of the whole recording draws."""
 
-    path = Path(name)
-    loader = jinja2.FileSystemLoader([TEMPLATES, path.parent])
-    environment = jinja2.Environment(
-        loader=loader, autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
-    )
-    environment.filters |= {
-        "breakable": breakable,
-        "anchored": anchored,
-        "explained": jinja2.pass_context(lambda page, text: page["glossary"].link(text)),
-        "status": jinja2.pass_context(lambda page, text: page["glossary"].status(text)),
-        "reading": jinja2.pass_context(lambda page, figure: page["glossary"].chart(figure)),
-    }
-    return environment.get_template(path.name)
+RECORDED, COMPUTED = 12, 16
+"""Bits per value: recorded signals are noise below 1/4000 of their range, estimates settle within a small part."""
 
 
 @dataclass(frozen=True)
 class Origin:
-    """Origin of a page.
-
-    Args:
-        created, version, command: time of creation, version of tierod, and command line
-    """
+    """Time of creation, version of tierod and command line of a page."""
 
     created: str = ""
     version: str = ""
@@ -70,97 +58,163 @@ class Origin:
 
     @classmethod
     def now(cls, command: str = "") -> Origin:
-        """Origin of a page created now by this version."""
         return cls(datetime.now(UTC).isoformat(timespec="seconds"), __version__, command)
 
 
 @dataclass
-class Section:
-    """A section of a page.
+class _Section:
+    title: str = ""
+    text: tuple[str, ...] = ()
+    look: str = ""
+    verdict: Verdict | None = None
+    parts: list[tuple[str, Any]] = field(default_factory=list)
+
+
+def page(
+    items: Iterable[Item | Figure],
+    origin: Origin,
+    title: str,
+    about: str,
+    traces: Mapping[str, Trace] | None = None,
+    came: Sequence[Item] = (),
+) -> str:
+    """HTML text of a page.
 
     Args:
-        title, text: heading and paragraphs
-        parts: contents below them as (kind, content); kinds are chart, table, facts and verdict
-        kind: CSS class of a section with a verdict; "" for any other section
+        items: content; a verdict or a heading begins a section
+        origin: of the page
+        title, about: of the window, and in the head of the page
+        traces: series from which the figures are drawn
+        came: content of the last section, which tells where the page comes from
     """
-
-    title: str
-    text: tuple[str, ...]
-    parts: list[tuple[str, Any]] = field(default_factory=list)
-    kind: str = ""
-
-
-class Looks(NamedTuple):
-    """Appearance of the first verdict of a page: symbol, CSS class and status word."""
-
-    symbol: str
-    kind: str
-    status: str
-
-    @classmethod
-    def of(cls, status: Status) -> Looks:
-        """Appearance of the status of a verdict."""
-        return cls(status.symbol, status.colour, str(status))
-
-
-def rendered(
-    name: str | Path,
-    origin: Origin,
-    figures: Sequence[Figure] = (),
-    packed: Mapping[str, Packed] | None = None,
-    /,
-    *,
-    sections: Sequence[Section] = (),
-    **content: Any,
-) -> str:
-    """HTML text of a self-contained page."""
-    charts = [*figures, *(part for section in sections for kind, part in section.parts if kind == "chart")]
-    scripts = SCRIPTS if charts else SCRIPTS[:1]
-    text: str = template(name).render(
-        {
-            "style": _read("tokens.css", "report.css"),
-            "script": _read(*scripts),
-            "glossary": Glossary(),
-            "folded": {figure.name for figure in charts[UNFOLDED:]},
-            "origin": origin,
-            "created": moment(origin.created),
-            "looks": None,
-            "remarks": (),
-            "not_good_for": (),
-            "sections": sections,
-            "charts": [chart_script(figure, packed or {}) for figure in charts],
-            "series": script_json(heads(packed or {})),
-            "library": library() if charts else "",
-        }
-        | content
+    found = _sections(items)
+    drawn = [figure for figure, _ in _charts(found)]
+    marks = (mark for figure in drawn for mark in figure.data)
+    packed = packed_series(traces or {}, sorted(set().union(*map(drawn_from, marks))))
+    text: str = _template().render(
+        style=_read("tokens.css", "report.css"),
+        script=_read(*(SCRIPTS if drawn else SCRIPTS[:1])),
+        glossary=Glossary(),
+        folded={figure.name for figure, inside in _charts(found)[UNFOLDED:] if not inside},
+        origin=origin,
+        created=moment(origin.created),
+        window=title,
+        about=about,
+        sections=found,
+        came=_sections(came),
+        charts=[_chart_script(figure, packed) for figure in drawn],
+        series=script_json(heads(packed)),
+        library=base64.b64encode((Path(__file__).parent / "library" / LIBRARY).read_bytes()).decode() if drawn else "",
     )
     return text
 
 
-def sections(items: Sequence[Item]) -> list[Section]:
-    """Sections made of items, one per heading; claims are left out because they are shown elsewhere."""
-    found = [Section("", ())]
+@dataclass(frozen=True)
+class Analysis:
+    """Result of an analysis, for terminal, page and JSON document.
+
+    Args:
+        title: a few words
+        summary: paragraphs with the main results
+        items: headings, tables and charts in order; the terminal shows the tables
+        document: the results as data in SI units, for JSON
+        remarks: notices for a reader
+    """
+
+    title: str
+    summary: tuple[str, ...]
+    items: Sequence[Item]
+    document: Mapping[str, Any]
+    remarks: tuple[str, ...] = ()
+
+    @property
+    def head(self) -> Verdict:
+        return Verdict(self.title, text=self.summary, reasons=tuple(("To know", each) for each in self.remarks))
+
+
+def render_analysis(
+    analysis: Analysis,
+    facts: Sequence[tuple[str, str]],
+    origin: Origin,
+    not_good_for: Sequence[str] = (),
+    kind: str = "analysis",
+) -> str:
+    """HTML page of an analysis, with its boundary conditions; `kind` is the kind of page, in one word."""
+    unfit = [("not good for", "; ".join(not_good_for))] if not_good_for else []
+    items = [analysis.head, Facts([*facts, *unfit]), *analysis.items]
+    return page(items, origin, analysis.title, kind)
+
+
+def _sections(items: Iterable[Item | Figure]) -> list[_Section]:
+    """Sections made of items; claims are left out because a study shows them elsewhere."""
+    found = [_Section()]
     for item in items:
-        if isinstance(item, Heading):
-            found.append(Section(item.title, item.text))
-        elif isinstance(item, Table):
-            found[-1].parts.append(("table", item))
-        elif isinstance(item, Chart):
-            figure: Figure = study_figure(item)
-            found[-1].parts.append(("chart", figure))
-    return [section for section in found if section.title or section.parts]
+        if isinstance(item, Verdict):
+            colour = f"verdict {item.status.colour}" if item.status is not None else ""
+            found.append(_Section(look=colour, verdict=item))
+        elif isinstance(item, Heading):
+            found.append(_Section(item.title, item.text, item.look))
+        elif (part := _part(item)) is not None:
+            found[-1].parts.append(part)
+    return [each for each in found if each.title or each.verdict or each.parts]
+
+
+def _part(item: Item | Figure) -> tuple[str, Any] | None:
+    match item:
+        case Figure():
+            return "chart", item
+        case Chart():
+            return "chart", panel_figure(item)
+        case Table() | Facts():
+            return type(item).__name__.lower(), item
+        case Fold():
+            return "fold", replace(item, items=[part for each in item.items if (part := _part(each)) is not None])
+    return None
+
+
+def _charts(sections: Sequence[_Section]) -> list[tuple[Figure, bool]]:
+    """All figures, and whether each is inside a fold."""
+
+    def of(parts: Sequence[tuple[str, Any]], inside: bool) -> Iterator[tuple[Figure, bool]]:
+        for kind, part in parts:
+            if kind == "chart":
+                yield part, inside
+            elif kind == "fold":
+                yield from of(part.items, True)
+
+    return [each for section in sections for each in of(section.parts, False)]
+
+
+@cache
+def _template() -> Any:
+    import jinja2
+
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(TEMPLATES),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters |= {
+        "breakable": breakable,
+        "anchored": anchored,
+        "sentence": sentence,
+        "gauge": gauge,
+        "interval": interval,
+        "explained": jinja2.pass_context(lambda page, text: page["glossary"].link(text)),
+        "status": jinja2.pass_context(lambda page, text: page["glossary"].status(text)),
+        "reading": jinja2.pass_context(lambda page, figure: page["glossary"].chart(figure)),
+    }
+    return environment.get_template("page.html.j2")
 
 
 def _read(*names: str) -> str:
     return "".join((TEMPLATES / name).read_text(encoding="utf-8") for name in names)
 
 
-def library() -> str:
-    """Charting library, compressed and encoded for embedding, so that the page opens without a network connection."""
-    return base64.b64encode((Path(__file__).parent / "library" / LIBRARY).read_bytes()).decode("ascii")
-
-
-def chart_script(figure: Figure, packed: Collection[str] = ()) -> str:
+def _chart_script(figure: Figure, packed: Collection[str]) -> str:
+    """JSON of a chart for the script of the page, without the points that it draws from packed series."""
     data = [
         _without_points(mark) if drawn_from(mark) and drawn_from(mark) <= set(packed) else mark for mark in figure.data
     ]
@@ -177,6 +231,41 @@ def script_json(content: object) -> str:
     return json.dumps(content, ensure_ascii=False, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
 
 
+def packed_series(traces: Mapping[str, Trace], names: Iterable[str], budget: int = BUDGET) -> dict[str, Packed]:
+    """Pack the named traces; the largest are coarsened until all fit, and traces that cannot be packed are left out."""
+    packed = {name: each for name in names if (each := _pack(traces[name], 1)) is not None}
+    steps = dict.fromkeys(packed, 1)
+    largest = [(-_size(each), name) for name, each in packed.items() if each.count > LEAST]
+    heapq.heapify(largest)
+    total = sum(map(_size, packed.values()))
+    while total > budget and largest:
+        size, name = heapq.heappop(largest)
+        steps[name] *= 2
+        each = packed[name] = _pack(traces[name], steps[name]) or packed[name]
+        total += size + _size(each)
+        if each.count > LEAST:
+            heapq.heappush(largest, (-_size(each), name))
+    return packed
+
+
+def heads(packed: Mapping[str, Packed]) -> dict[str, dict[str, object]]:
+    """Packed traces as JSON content for the script of the page."""
+    names = ("start", "width", "count", "lowest", "step")
+    return {
+        key: {name: getattr(each, name) for name in names} | {"data": base64.b64encode(each.data).decode("ascii")}
+        for key, each in packed.items()
+    }
+
+
+def _pack(trace: Trace, step: int) -> Packed | None:
+    return pack(coarser(trace, step), RECORDED if trace.name in SIGNALS else COMPUTED)
+
+
+def _size(packed: Packed) -> int:
+    """Characters of a packed trace in base64."""
+    return 4 * len(packed.data) // 3
+
+
 def moment(text: str) -> str:
     """A time stamp in readable form; any other text unchanged."""
     try:
@@ -184,6 +273,12 @@ def moment(text: str) -> str:
     except ValueError:
         return text
     return f"{when:%Y-%m-%d %H:%M} {when.tzname() or ''}".strip()
+
+
+def sentence(text: str) -> str:
+    """Text with initial capital and full stop, and with non-breaking spaces between numbers and units."""
+    text = re.sub(r"(?<=[\d±]) (?=N·m|km/h|m/s|Hz|[%°±]|(?<=± )\d)", "\N{NO-BREAK SPACE}", text.strip())
+    return f"{text[:1].upper()}{text[1:]}{'' if text.endswith(('.', '!', '?')) else '.'}" if text else ""
 
 
 def breakable(value: object) -> Any:

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 from tierod.core.errors import InputError
 from tierod.core.findings import Diagnosis
-from tierod.report.charts.distributions import histogram_figure, loop_figure
+from tierod.report.charts.distributions import histogram_chart, loop_chart
 from tierod.report.charts.figure import Figure
 from tierod.report.charts.over_time import estimate_figures, innovation_figure, signal_figure
+from tierod.report.charts.panels import panel_figure
 from tierod.report.html import TEMPLATES
 
 if TYPE_CHECKING:
@@ -56,12 +57,12 @@ def _colours() -> dict[str, str]:
 
 
 def _figure(diagnosis: Diagnosis, chart: str) -> Figure | None:
-    if chart == "estimate":
-        return next(iter(estimate_figures(diagnosis)), None)
-    makers = {
-        "hysteresis": loop_figure,
-        "stretches": histogram_figure,
-        "consistency": innovation_figure,
-        "drive": signal_figure,
-    }
-    return makers[chart](diagnosis)
+    match chart:
+        case "estimate":
+            return next(iter(estimate_figures(diagnosis)), None)
+        case "consistency":
+            return innovation_figure(diagnosis)
+        case "drive":
+            return signal_figure(diagnosis)
+    found = loop_chart(diagnosis) if chart == "hysteresis" else histogram_chart(diagnosis)
+    return panel_figure(found) if found else None

@@ -1,150 +1,136 @@
-"""Terminal output of a diagnosis and of a fault memory."""
+"""Terminal output of the items of a report, and of a fault memory."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
-from tierod.core.findings import Diagnosis, Finding
+from tierod.core.content import Facts, Flag, Heading, Item, Table, Verdict
 from tierod.core.shown import shown
 from tierod.core.signals import SIGNALS
-from tierod.diagnosis.entry import FreezeFrame
-from tierod.diagnosis.fault_memory import FaultMemory
-from tierod.report.display import evidence, interval, number, words
-from tierod.report.verdict import (
-    COLUMNS,
-    EFFECT_COLUMNS,
-    EFFECT_HEADING,
-    dated,
-    deciding,
-    effect_rows,
-    measure_first,
-    rows,
-)
+from tierod.core.statuses import Status
+from tierod.report.display import interval, number, words
 
 if TYPE_CHECKING:
+    import rich.table
     from rich.console import Console
 
-
-def show(diagnosis: Diagnosis, console: Console) -> None:
-    """Print all findings, the decisive one first, and remarks on the data."""
-    from rich.markup import escape
-
-    if not diagnosis.findings:
-        console.print(f"[{diagnosis.status.style}]{diagnosis.status.capitals}[/]  no monitor ran on this recording")
-    for finding in diagnosis.findings:
-        _finding(diagnosis, finding, console)
-    if diagnosis.elements:
-        _elements(diagnosis, console)
-    if diagnosis.parameter_effects:
-        _effects(diagnosis, console)
-    if note := diagnosis.remarks.get("parameters"):
-        console.print(f"\n[bold]Parameters[/bold]\n  {escape(note)}")
-    warned = {warning for finding in diagnosis.findings for warning in finding.warnings}
-    remarks = [(row.name, remark) for row in diagnosis.quality for remark in row.remarks]
-    remarks = [(name, remark) for name, remark in remarks if f"{name}: {remark}" not in warned]
-    if remarks:
-        console.print("\n[bold]Remarks on the data[/bold]")
-        for name, remark in remarks:
-            console.print(f"  {escape(words(name))}: {escape(remark)}")
+    from tierod.diagnosis.entry import FreezeFrame
+    from tierod.diagnosis.fault_memory import FaultMemory
+    from tierod.report.charts.figure import Figure
 
 
-def _elements(diagnosis: Diagnosis, console: Console) -> None:
-    """Print the table of sensors and actuators without empty columns."""
-    from rich.markup import escape
-    from rich.table import Table
-
-    lines = [row for element in diagnosis.elements for row in rows(element)]
-    filled = [place for place, _ in enumerate(COLUMNS) if any(row.cells[place] for row in lines)]
-    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), title_justify="left")
-    for place in filled:
-        table.add_column(COLUMNS[place], overflow="fold", header_style="dim")
-    for row in lines:
-        cells = [escape(row.cells[place]) for place in filled]
-        table.add_row(cells[0], f"[{row.status.style}]{cells[1]}[/]" if cells[1] else "", *cells[2:])
-    console.print("\n[bold]Sensors and actuators[/bold]")
-    console.print(table)
-
-
-def _effects(diagnosis: Diagnosis, console: Console) -> None:
-    """Print the table of uncertain parameters, ordered by their effect on the result."""
-    from rich.markup import escape
-    from rich.table import Table
-
-    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
-    for column in EFFECT_COLUMNS:
-        table.add_column(column, overflow="fold", header_style="dim")
-    for row in effect_rows(diagnosis):
-        table.add_row(*map(escape, row))
-    console.print(f"\n[bold]{EFFECT_HEADING}[/bold]")
-    console.print(table)
-    console.print(measure_first(diagnosis))
-
-
-def _finding(diagnosis: Diagnosis, finding: Finding, console: Console) -> None:
-    from rich.markup import escape
-    from rich.table import Table
-
-    status = finding.status
-    console.print(f"[{status.style}]{status.capitals}[/]  {escape(finding.headline)}")
-    table = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
-    table.add_column(style="dim", no_wrap=True)
-    table.add_column(overflow="fold")
-    for name, text in _rows(diagnosis, finding):
-        table.add_row(escape(name), escape(text))
-    console.print(table)
-
-
-def _rows(diagnosis: Diagnosis, finding: Finding) -> list[tuple[str, str]]:
-    rows = [("monitor", finding.monitor), *(("in detail", each) for each in finding.details)]
-    if finding.since is not None:
-        rows.append(("change began", dated(finding)))
-    if finding.estimate is not None:
-        value, low, high, unit = interval(finding.estimate)
-        factor, _ = shown(finding.estimate.unit)
-        rows.append((finding.estimate.quantity, f"{value} {unit}  (95 %: {low} to {high})"))
-        levels = ", ".join(f"{words(n).lower()} {number(v * factor, 3)}" for n, v in finding.estimate.reference.items())
-        rows += [("judged against", f"{levels} {unit}")] if levels else []
-    rows += [("decided by", sentence) for sentence in deciding(diagnosis, finding)]
-    rows += [(title, text) for title, text in (("why", finding.cause), ("what to do", finding.action)) if text]
-    rows += [("to know", warning) for warning in finding.warnings]
-    return rows + [(name.lower(), text) for name, text in (evidence(*each) for each in finding.evidence.items())]
-
-
-def print_memory(memory: FaultMemory, console: Console) -> None:
-    """Print the trouble codes of a memory, its warning lamp and its reaction."""
-    from rich.table import Table
+def show(items: Iterable[Item | Figure], console: Console) -> None:
+    """Print verdicts, headings, tables and facts; charts and folds are left to the page."""
     from rich.text import Text
 
+    for item in items:
+        match item:
+            case Verdict():
+                _verdict(item, console)
+            case Heading():
+                console.print(Text(f"\n{item.title}", style="bold"))
+                for paragraph in item.text:
+                    console.print(Text(paragraph))
+            case Table():
+                if item.title:
+                    console.print(Text(f"\n{item.title}", style="bold"))
+                console.print(rows(item.header, item.rows, item.numeric))
+                if item.note:
+                    console.print(Text(item.note))
+            case Facts():
+                _facts(item.rows, console)
+
+
+def rows(titles: Sequence[str], cells: Iterable[Sequence[str]], right: Sequence[int] = ()) -> rich.table.Table:
+    """A plain table; square brackets are text, and a status or mark gets its looks.
+
+    Args:
+        titles: titles of the columns
+        cells: the rows
+        right: indices of the columns that are aligned to the right, such as numbers
+    """
+    from rich.table import Table as Rich
+    from rich.text import Text
+
+    def text(cell: str) -> Text:
+        return Text(cell.capitals, style=cell.style) if isinstance(cell, Status | Flag) else Text(cell)
+
+    table = Rich(box=None, pad_edge=False, header_style="bold")
+    for index, title in enumerate(titles):
+        table.add_column(Text(title), justify="right" if index in right else "left", overflow="fold")
+    for row in cells:
+        table.add_row(*map(text, row))
+    return table
+
+
+def _verdict(verdict: Verdict, console: Console) -> None:
+    from rich.text import Text
+
+    status = verdict.status
+    if status is None:
+        console.print(Text(verdict.headline, style="bold"))
+    else:
+        console.print(Text.assemble((status.capitals, status.style), f"  {verdict.headline}"))
+    for paragraph in verdict.text:
+        console.print(Text(paragraph))
+    if status is None:
+        for name, text in verdict.reasons:
+            console.print(Text(f"{name}: {text}"))
+    else:
+        reasons = [(name.lower(), text) for name, text in (*verdict.reasons, *verdict.evidence)]
+        _facts([*verdict.about, *_estimate(verdict), *reasons], console)
+
+
+def _estimate(verdict: Verdict) -> Iterator[tuple[str, str]]:
+    if (estimate := verdict.estimate) is not None:
+        value, low, high, unit = interval(estimate)
+        yield estimate.quantity, f"{value} {unit}  (95 %: {low} to {high})"
+        factor, _ = shown(estimate.unit)
+        levels = ", ".join(f"{words(n).lower()} {number(v * factor, 3)}" for n, v in estimate.reference.items())
+        if levels:
+            yield "judged against", f"{levels} {unit}"
+
+
+def _facts(pairs: Iterable[tuple[str, str]], console: Console) -> None:
+    from rich.table import Table as Rich
+    from rich.text import Text
+
+    table = Rich(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
+    table.add_column(style="dim", no_wrap=True)
+    table.add_column(overflow="fold")
+    for name, text in pairs:
+        table.add_row(Text(name), Text(text))
+    console.print(table)
+
+
+def memory_items(memory: FaultMemory) -> Iterator[Item]:
+    """Trouble codes of a memory, its warning lamp and its reaction."""
     cycles = "1 operation cycle" if memory.cycles == 1 else f"{memory.cycles} operation cycles"
-    of = f"Fault memory of {memory.vehicle or 'no vehicle'}, {cycles}, the last of {memory.date or 'never'}"
-    console.print(Text(of))
     stored = {name: entry for name, entry in memory.entries.items() if entry.stored}
+    head = f"Fault memory of {memory.vehicle or 'no vehicle'}, {cycles}, the last of {memory.date or 'never'}"
+    yield Verdict(head, text=() if stored else ("No trouble codes.",))
     if not stored:
-        console.print("No trouble codes.")
         return
-    table = Table("code", "meaning", "status", "byte", "occurrences", "first", "last")
+    cells = []
     for name, entry in stored.items():
         code = memory.codes.codes[name]
         dates = [frame.date[:19].replace("T", " ") if frame else "" for frame in (entry.first, entry.last)]
-        words = ", ".join(entry.status.words)
-        cells = (code.code, code.meaning, words, f"{int(entry.status):02X}", str(entry.occurrences), *dates)
-        table.add_row(*map(Text, cells))
-    console.print(table)
-    console.print(f"Warning lamp {'on' if memory.lamp else 'off'}; reaction: {memory.reaction}.")
-    if memory.overflowed:
-        console.print("The memory was full once: less important codes were displaced.")
+        state = (", ".join(entry.status.words), f"{int(entry.status):02X}", str(entry.occurrences))
+        cells.append((code.code, code.meaning, *state, *dates))
+    lamp = f"Warning lamp {'on' if memory.lamp else 'off'}; reaction: {memory.reaction}."
+    full = " The memory was full once: less important codes were displaced." if memory.overflowed else ""
+    header = ("code", "meaning", "status", "byte", "occurrences", "first", "last")
+    yield Table("", header, tuple(cells), lamp + full)
 
 
-def print_snapshot(frame: FreezeFrame, which: str, console: Console) -> None:
-    """Print the signals at the instant of a failure, with their range around it."""
-    from rich.table import Table
-    from rich.text import Text
-
-    console.print(Text(f"{which}: {frame.instant:.2f} s into operation cycle {frame.cycle}, begun {frame.date}"))
-    table = Table("signal", "at the instant", "lowest around", "highest around")
+def snapshot_items(frame: FreezeFrame, which: str) -> Iterator[Item]:
+    """Signals at the instant of a failure, with their range around it."""
+    cells = []
     for name, value in frame.at_instant().items():
         around = [each for each in frame.values[name] if each is not None]
         values = (value, min(around, default=None), max(around, default=None))
         factor, unit = shown(SIGNALS[name].unit)
-        table.add_row(name, *("missing" if each is None else f"{number(each * factor)} {unit}" for each in values))
-    console.print(table)
+        cells.append((name, *("missing" if each is None else f"{number(each * factor)} {unit}" for each in values)))
+    title = f"{which}: {frame.instant:.2f} s into operation cycle {frame.cycle}, begun {frame.date}"
+    yield Table(title, ("signal", "at the instant", "lowest around", "highest around"), tuple(cells))

@@ -77,6 +77,11 @@ class Vehicle:
         """Whether torques in this vehicle's recordings are in newton metres."""
         return self.torque_unit != "count"
 
+    @property
+    def facts(self) -> list[tuple[str, str]]:
+        """Name, description and source, for a page."""
+        return [("vehicle", self.name), ("described as", self.description), ("source", self.source)]
+
     def __contains__(self, name: object) -> bool:
         return name in self.parameters
 

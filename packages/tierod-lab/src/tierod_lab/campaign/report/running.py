@@ -10,10 +10,9 @@ from typing import Any
 from tierod.core.errors import InputError
 from tierod.core.files import write_text
 from tierod.work.doors import workers_of
-from tierod_lab.campaign import compare as comparing
+from tierod_lab.campaign import comparison
 from tierod_lab.campaign.campaign import Campaign, load
-from tierod_lab.campaign.report.comparison import render_comparison
-from tierod_lab.campaign.report.page import render_campaign
+from tierod_lab.campaign.report import render_campaign
 from tierod_lab.campaign.running import Progress, run
 from tierod_lab.campaign.store import Store
 from tierod_lab.campaign.summary import document, summarise, text
@@ -94,7 +93,7 @@ def compare(first: str | Path, second: str | Path, folder: str | Path, *, comman
         InputError: a folder contains no campaign, or the campaigns have no drive in common
     """
     folders, target = (Path(first), Path(second)), Path(folder)
-    content = comparing.document(comparing.compare(*folders), folders, command)
+    content = comparison.document(comparison.compare(*folders), folders, command)
     target.mkdir(parents=True, exist_ok=True)
     write_text(target / "comparison.json", text(content))
-    return Outcome(content, write_text(target / "comparison.html", render_comparison(content)))
+    return Outcome(content, write_text(target / "comparison.html", comparison.render_comparison(content)))

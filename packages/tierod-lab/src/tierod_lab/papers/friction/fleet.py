@@ -150,7 +150,7 @@ def _chart(groups: dict[str, tuple[Case, ...]], drives: Drives) -> Chart:
     shown = [(state, cases) for state, cases in groups.items() if state != "PWM 15%"]
     places = [f"{STATES[state]:g} N·m" for state, _ in shown]
     boxes = [
-        Boxes(
+        Boxes.normal(
             name,
             places,
             [mean(pooled(drives.of(cases), name)) for _, cases in shown],

@@ -69,7 +69,7 @@ def _chart(estimates: dict[str, np.ndarray], variances: dict[str, np.ndarray]) -
     widest = max((float(np.quantile(values, 0.99)) for values in variances.values() if len(values)), default=1.0)
     steps = np.linspace(0.0, widest, BINS + 1)
     states = list(STATES)
-    boxes = Boxes(
+    boxes = Boxes.normal(
         "estimate",
         states,
         [mean(estimates[state]) for state in states],

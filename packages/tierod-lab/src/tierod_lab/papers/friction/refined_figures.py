@@ -125,7 +125,7 @@ def _boxes(estimates: dict[str, np.ndarray]) -> Chart:
                 "health state",
                 "friction [N·m]",
                 (
-                    Boxes(
+                    Boxes.normal(
                         "printed filter",
                         states,
                         [mean(estimates[state]) for state in states],

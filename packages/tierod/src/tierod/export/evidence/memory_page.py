@@ -11,7 +11,7 @@ from tierod.export.evidence.comparison import COMPILERS, FLAGS, LEVELS
 from tierod.export.evidence.coverage import covered
 from tierod.export.evidence.targets import GCC, M7, R5
 from tierod.export.fault_memory.files import NAMES
-from tierod.report.analysis.analysis import Analysis
+from tierod.report.html import Analysis
 
 SOURCE = NAMES[1]
 VECTORS = ("test/inputs.csv", "test/expected.csv")

@@ -35,7 +35,7 @@ from tierod.export.vectors import (
     input_table,
     rounded,
 )
-from tierod.report.analysis.analysis import Analysis
+from tierod.report.html import Analysis
 
 CALIBRATION_FACTORS = (0.2, 5.0)
 """Factors applied to the changed parameter."""

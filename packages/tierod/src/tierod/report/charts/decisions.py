@@ -6,12 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from tierod.core.content import Chart, Lines, Panel, Points
 from tierod.core.decimation import merged
-from tierod.core.findings import Decided, Diagnosis, Trace
+from tierod.core.findings import Curve, Decided, Diagnosis, Trace
 from tierod.core.shown import shown
 from tierod.report.charts.figure import (
-    BLUE,
-    GREY,
     RED,
     Figure,
     across,
@@ -20,15 +19,12 @@ from tierod.report.charts.figure import (
     drawn_as,
     layout,
     line,
-    rounded,
     strip,
     strip_title,
     summary,
-    upright,
 )
 from tierod.report.charts.over_time import span, verdict_marks
-from tierod.report.display import bracketed, number, time_scale, words
-from tierod.report.verdict import alarm_from
+from tierod.report.display import alarm_from, bracketed, number, time_scale, words
 
 Limit = tuple[float, bool]
 """A threshold, and whether the rule alarms below it."""
@@ -112,44 +108,31 @@ def _statistics(diagnosis: Diagnosis, names: list[str], name: str, title: str) -
     )
 
 
-def looks_figure(diagnosis: Diagnosis) -> Figure | None:
+def looks_chart(diagnosis: Diagnosis) -> Chart | None:
     """Statistics of rules that evaluate the whole recording once, relative to their thresholds."""
     seen = [(each, share) for each in diagnosis.decisions if (share := _over_threshold(each)) is not None]
     if not seen:
         return None
-    height = 90 + 34 * len(seen)
-    names = [words(each.name) for each, _ in seen]
-    shares = np.array([share for _, share in seen])
-    labels = [f"{number(each.reached, 3)}, {alarm_from(each.levels, each.below)}" for each, _ in seen]
-    alarm = shares >= 1.0
-    return Figure(
-        name="looks",
-        title="Statistics judged at the end",
-        caption="Statistics of the rules that judge the whole recording once, over the threshold of each. Dashed: "
-        "threshold. Red: beyond it.",
-        alternative="; ".join(f"{name}: {text}" for name, text in zip(names, labels, strict=True)) + ".",
-        data=[
-            {
-                "type": "bar",
-                "orientation": "h",
-                "x": rounded(np.minimum(shares, _WIDEST)),
-                "y": names,
-                "text": labels,
-                "textposition": "auto",
-                "hoverinfo": "text",
-                "marker": {"color": [RED if each else BLUE for each in alarm.tolist()]},
-            }
-        ],
-        layout=layout(
-            height,
-            showlegend=False,
-            shapes=[upright(1.0, RED, 1.2)],
-            xaxis=axis("over the threshold", range=[0.0, 1.15 * max(1.0, float(np.minimum(shares, _WIDEST).max()))]),
-            yaxis=axis("", autorange="reversed", automargin=True),
-        ),
-        height=height,
-        summary=[(name, "", text, "") for name, text in zip(names, labels, strict=True)],
-        columns=("decision", "", "saw", ""),
+    rows = tuple(
+        (words(each.name), f"{number(each.reached, 3)}, {alarm_from(each.levels, each.below)}") for each, _ in seen
+    )
+    marks = [
+        Points(
+            name,
+            [row[0] for row, (_, share) in zip(rows, seen, strict=True) if (share >= 1.0) is beyond],
+            [min(share, _WIDEST) for _, share in seen if (share >= 1.0) is beyond],
+        )
+        for name, beyond in (("within", False), ("beyond the threshold", True))
+    ]
+    panel = Panel("", "", "over the threshold", tuple(marks), (("threshold", 1.0),), sideways=True)
+    return Chart(
+        "looks",
+        "Statistics judged at the end",
+        "Statistics of the rules that judge the whole recording once, over the threshold of each. Dashed: threshold.",
+        "; ".join(f"{name}: {text}" for name, text in rows) + ".",
+        (panel,),
+        ("decision", "saw", "", ""),
+        tuple((*row, "", "") for row in rows),
     )
 
 
@@ -186,39 +169,26 @@ def _strip(
     return drawn
 
 
-def design_figures(diagnosis: Diagnosis) -> list[Figure]:
+def design_charts(diagnosis: Diagnosis) -> list[Chart]:
     """One chart per rule design; rules with the same design share it."""
-    drawn: dict[Any, list[Decided]] = {}
+    drawn: dict[Curve, list[Decided]] = {}
     for each in diagnosis.decisions:
         if each.curve is not None and each.curve.along:
             drawn.setdefault(each.curve, []).append(each)
-    return [_design(index, group) for index, group in enumerate(drawn.values())]
+    return [_design(index, curve, group) for index, (curve, group) in enumerate(drawn.items())]
 
 
-def _design(index: int, group: list[Decided]) -> Figure:
-    curve = group[0].curve
-    assert curve is not None
-    name = "; ".join(each.name for each in group)
-    kind: dict[str, Any] = {} if curve.chance else {"type": "log"}
-    data = [line(np.asarray(curve.along), np.asarray(curve.up), BLUE, "design")]
+def _design(index: int, curve: Curve, group: list[Decided]) -> Chart:
+    marks: list[Lines | Points] = [Lines("design", curve.along, curve.up)]
     if curve.chosen is not None:
-        place = {"x": rounded([curve.chosen[0]]), "y": rounded([curve.chosen[1]])}
-        looks = {"mode": "markers", "marker": {"color": RED, "size": 9}, "name": "in effect"}
-        data.append({"type": "scatter"} | place | looks)
+        marks.append(Points("in effect", curve.chosen[:1], curve.chosen[1:]))
+    guides = (("in effect", curve.chosen[0]),) if curve.chosen is not None and curve.chance else ()
     meaning = "Probability that one test detects a change of that size" if curve.chance else DELAY
-    guides = [upright(curve.chosen[0], GREY, 1, "dot")] if curve.chosen is not None and curve.chance else []
-    return Figure(
-        name=f"design-{index}",
-        title=f"Rule of: {name}",
-        caption=f"{meaning}. Red: in effect; {group[0].false_alarms}.",
-        alternative=f"{curve.up_title} over {curve.along_title}.",
-        data=data,
-        layout=layout(
-            _PANEL,
-            showlegend=False,
-            shapes=guides,
-            xaxis=axis(curve.along_title, **kind),
-            yaxis=axis(curve.up_title, **kind),
-        ),
-        height=_PANEL,
+    panel = Panel("", curve.along_title, curve.up_title, tuple(marks), (), guides, not curve.chance, not curve.chance)
+    return Chart(
+        f"design-{index}",
+        f"Rule of: {'; '.join(each.name for each in group)}",
+        f"{meaning}. Red: in effect; {group[0].false_alarms}.",
+        f"{curve.up_title} over {curve.along_title}.",
+        (panel,),
     )

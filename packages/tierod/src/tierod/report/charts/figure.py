@@ -21,7 +21,7 @@ TEXT, GRID, PAPER, LINE = "var(--ink)", "var(--grid)", "var(--paper)", "var(--li
 LABEL_GROUND = "var(--label)"
 """Background of labels that cover a curve."""
 
-Summary = tuple[str, str, str, str]
+Summary = tuple[str, ...]
 """One row of the table below a chart: series, lowest, mean, highest."""
 
 

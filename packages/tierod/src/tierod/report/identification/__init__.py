@@ -3,23 +3,26 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
+import numpy as np
+
+from tierod.core.content import Item, Table
 from tierod.core.errors import InputError, ParameterError, nearest
 from tierod.core.files import holding, sha256_of, write_text
 from tierod.core.recording import Recording
+from tierod.core.shown import written
 from tierod.core.user_files import read_text
 from tierod.io.readers import ChannelMap, read
 from tierod.io.readers.opening import Paths
 from tierod.methods.identification.experiment import Found
 from tierod.monitors.several import source_of
-from tierod.report.analysis.analysis import Analysis, render_analysis
-from tierod.report.html import Origin
-from tierod.report.identification.subject import Subject
+from tierod.report.display import number
+from tierod.report.html import Analysis, Origin, render_analysis
 from tierod.vehicles import QUANTITIES, Vehicle, load
 from tierod.vehicles.reading import read_by
 from tierod.vehicles.writer import Change, changed, with_thresholds
@@ -227,3 +230,56 @@ def _source(path: Path) -> str:
     if not path.is_file():  # data from a pipe cannot be read a second time
         return path.name
     return f"{path.name} ({sha256_of(path)[:12]})"
+
+
+_NOTE = "σ and interval hold with residuals that are coloured, and for this model."
+
+
+class Subject(NamedTuple):
+    """A subject of identification.
+
+    Args:
+        title: in one word
+        summary: description of the method, for the page
+        identify: function of vehicle, recordings, names of free parameters, and progress callback
+        items: tables and charts of the page
+        tables: tables in the terminal
+        lines: lines in the terminal, below the tables
+        document: entries of the JSON document besides the parameters
+        takes_false_alarms: whether `identify` also takes the required hours between false alarms
+        signals: returns the signals that are read, so that others can be skipped; None for all
+    """
+
+    title: str
+    summary: str
+    identify: Callable[..., Any]
+    items: Callable[[Any], Iterable[Item]]
+    tables: Callable[[Any], Sequence[Table]]
+    lines: Callable[[Any], Sequence[str]]
+    document: Callable[[Any], dict[str, Any]]
+    takes_false_alarms: bool = False
+    signals: Callable[[], tuple[str, ...] | None] = lambda: None
+
+
+def before(vehicle: Vehicle) -> dict[str, tuple[float, float | None]]:
+    """Value and standard deviation of every parameter in the vehicle file."""
+    return {name: (each.value, each.standard_deviation) for name, each in vehicle.parameters.items()}
+
+
+def found_table(found: Sequence[Found], beyond: str = "") -> Table:
+    """Table of every parameter before and after identification."""
+    rows = tuple(
+        (
+            each.name,
+            f"{number(each.before)}" + (f" ± {number(each.before_deviation, 2)}" if each.before_deviation else ""),
+            number(each.value, 6),
+            number(each.deviation, 2),
+            f"{number(each.low, 5)} to {number(each.high, 5)}",
+            f"{100.0 * each.change:+.2f} %".replace("-", "−") if np.isfinite(each.change) else "–",
+            written(QUANTITIES[each.name].unit),
+            each.method,
+        )
+        for each in found
+    )
+    header = ("parameter", "before", "found", "σ", "95 % interval", "change", "unit", "by")
+    return Table("Parameters before and after", header, rows, f"{_NOTE} {beyond}".strip())

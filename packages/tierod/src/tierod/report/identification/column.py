@@ -13,7 +13,7 @@ from tierod.methods.identification.bench_recording import OUTPUTS
 from tierod.methods.identification.column import ColumnIdentification, Shown, identify_column
 from tierod.methods.identification.sampled_column import BenchParameters
 from tierod.report.display import number
-from tierod.report.identification.subject import Subject, found_table
+from tierod.report.identification import Subject, found_table
 from tierod.vehicles import Vehicle
 
 _POINTS = 4000

@@ -14,7 +14,7 @@ from tierod.methods.identification.motor import MotorIdentification, identify_mo
 from tierod.methods.identification.motor_mechanical import Course
 from tierod.models.stator_frame_motor import MotorParameters
 from tierod.report.display import number
-from tierod.report.identification.subject import Subject, before, found_table
+from tierod.report.identification import Subject, before, found_table
 from tierod.vehicles import Vehicle
 
 _WINDOW = 5.0

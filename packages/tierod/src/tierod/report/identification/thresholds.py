@@ -17,7 +17,7 @@ from tierod.monitors.condition.calibration import (
 from tierod.monitors.condition.signals import ConditionSample
 from tierod.monitors.condition.structure import rolls
 from tierod.report.display import number
-from tierod.report.identification.subject import Subject, found_table
+from tierod.report.identification import Subject, found_table
 from tierod.vehicles import Vehicle
 
 Calibrated: TypeAlias = ConditionCalibration | MotionCalibration

@@ -14,7 +14,7 @@ from tierod.methods.identification.vehicle_judgement import LEARNT
 from tierod.monitors.friction.signals import SteeringSample
 from tierod.monitors.own_car import identify_own_car
 from tierod.report.display import number
-from tierod.report.identification.subject import Subject, found_table
+from tierod.report.identification import Subject, found_table
 from tierod.vehicles import QUANTITIES, Vehicle
 
 _BEYOND = "They include errors of the model, which longer driving does not remove."

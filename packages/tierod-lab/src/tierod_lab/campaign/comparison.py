@@ -4,23 +4,27 @@ from __future__ import annotations
 
 import datetime
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from tierod.core.content import Chart, Facts, Heading, Item, Panel, Points, Table, Verdict
 from tierod.core.errors import InputError
+from tierod.core.shown import shown
 from tierod.core.version import __version__
+from tierod.report.display import bracketed, number
+from tierod.report.html import Origin, page
 from tierod_lab.campaign.figures import CONFIDENCE, paired, pooled
 from tierod_lab.campaign.judged import Judged
+from tierod_lab.campaign.report import RIGHT, amount, count, place, value
 from tierod_lab.campaign.rows import Row
 from tierod_lab.campaign.table import monitors_of, read_table
 
 SCHEMA = "tierod.comparison/1"
 """Name and version of the document."""
-
-RIGHT = {"quiet", "found"}
-"""Correct outcomes of a drive."""
 
 
 @dataclass(frozen=True)
@@ -202,3 +206,153 @@ def _unit(unit: str, pairs: Sequence[Pair]) -> str:
 
 def _finite(value: float) -> float | None:
     return value if math.isfinite(value) else None
+
+
+_DRAWN = ("detection_s", "bias", "absolute_bias", "deviation")
+"""Figures whose differences are drawn."""
+_TITLES = {
+    "detection_s": "time to the alarm",
+    "detection_enabled_s": "enabled time to the alarm",
+    "bias": "bias",
+    "absolute_bias": "size of the bias",
+    "deviation": "deviation of the estimate",
+    "value": "last estimate",
+    "false_alarms": "false alarms",
+    "judged_s": "time judged",
+}
+_CHANCE = (
+    "The interval is that of the mean, by bootstrap. The last two columns: the probability of so uneven a result by "
+    "chance alone. Several figures are tested at once, so about one in twenty falls below 0.05 by chance."
+)
+_SIGNIFICANT = 0.05
+"""Significance level: probability by chance below which a difference is reported."""
+_MOST, _LISTED = 3, 10
+"""Largest number of figures in the headline, and of changed verdicts in the terminal."""
+_COLUMNS = (
+    "figure", "pairs", "mean difference", "95 % interval", "median", "greater / smaller", "sign test", "Wilcoxon",
+)  # fmt: skip
+
+
+def render_comparison(content: Mapping[str, Any]) -> str:
+    """HTML page of a comparison."""
+    monitors = content["monitors"]
+    title = _headline(monitors[0]) if len(monitors) == 1 else "Two campaigns compared"
+    over = count(len(monitors), "monitor")
+    text = f"Every difference is the second campaign less the first, over {over} and the drives that both have."
+    items: list[Item] = [Verdict(title, text=(text,))]
+    items.append(Facts(list(zip(("First campaign", "Second campaign"), content["folders"], strict=True))))
+    for index, monitor in enumerate(monitors):
+        items += _of(index, monitor, len(monitors) > 1)
+    return page(items, Origin(content["created"], content["version"], content["command"]), title, "comparison")
+
+
+def shown_comparison(content: Mapping[str, Any]) -> Iterator[Item]:
+    """What a terminal shows of a comparison."""
+    for monitor in content["monitors"]:
+        yield Verdict(f"{_label(monitor)}: {_headline(monitor)}")
+        yield Table("", _COLUMNS, tuple(map(_figure_row, monitor["figures"])))
+        if changed := _changed(monitor):
+            more = f"{len(changed) - _LISTED} more are in the report." if len(changed) > _LISTED else ""
+            yield Table("Changed verdicts", ("drive", "in the first", "in the second"), changed[:_LISTED], more)
+
+
+def _label(monitor: Mapping[str, Any]) -> str:
+    first, second = monitor["labels"]
+    return first if first == second else f"{first} against {second}"
+
+
+def _of(index: int, monitor: Mapping[str, Any], several: bool) -> Iterator[Item]:
+    """Number of drives, differences of figures, differences of verdicts of one monitor."""
+    right = monitor["right"]
+    yield Heading(_label(monitor), (_headline(monitor),) if several else ())
+    yield Facts([
+        ("Drives in both", str(monitor["pairs"])),
+        ("Only in one of them", f"{monitor['only_first']} in the first, {monitor['only_second']} in the second"),
+        ("Right verdicts", f"{right['first']} in the first, {right['second']} in the second"),
+        ("Right in one alone", f"{right['only_first']} in the first, {right['only_second']} in the second; "
+         f"by chance {_chance(right['sign_p'])}"),
+    ])  # fmt: skip
+    yield Heading("Differences")
+    if chart := _differences(index, monitor["figures"]):
+        yield chart
+    yield Table("Figure by figure", _COLUMNS, tuple(map(_figure_row, monitor["figures"])), _CHANCE)
+    yield Heading("Verdicts")
+    outcomes = tuple((each["first"], each["second"], str(each["drives"])) for each in monitor["outcomes"])
+    yield Table("", ("in the first", "in the second", "drives"), outcomes)
+    if changed := _changed(monitor):
+        yield Table("Drives whose verdict changed", ("drive", "in the first", "in the second"), changed)
+
+
+def _changed(monitor: Mapping[str, Any]) -> tuple[tuple[str, str, str], ...]:
+    return tuple(
+        (place(each["place"]), " / ".join(each["first"]), " / ".join(each["second"])) for each in monitor["changed"]
+    )
+
+
+def _differences(index: int, figures: Sequence[Mapping[str, Any]]) -> Chart | None:
+    """Differences of all pairs of drives, with mean and confidence interval."""
+    panels, rows = [], []
+    for figure in figures:
+        if figure["name"] not in _DRAWN or not figure["pairs"]:
+            continue
+        factor, label = shown(figure["unit"])
+        found = np.asarray(figure["differences"], float) * factor
+        # Spread across by the golden ratio: even, and the same for every rendering.
+        across = 0.7 * (((np.arange(len(found)) * 0.6180339887) % 1.0) - 0.5)
+        low, mean, high = (
+            [factor * value(each)] for each in (figure["interval"][0], figure["mean"], figure["interval"][1])
+        )
+        marks = (Points("pairs", across, found), Points("mean, 95 %", [0.75], mean, low, high))
+        title = _TITLES[figure["name"]].capitalize()
+        rows_ = (("pairs", 0.0), ("mean", 0.75))
+        panels.append(
+            Panel(title, "", bracketed("difference", label), marks, (("none", 0.0),), sideways=True, rows=rows_)
+        )
+        means = (amount(value(figure[key]), figure["unit"]) for key in ("mean", "median"))
+        rows.append((title, *means, str(figure["pairs"])))
+    if not panels:
+        return None
+    return Chart(
+        f"differences-{index}",
+        "Differences of pairs",
+        "The second campaign less the first: a dot per drive, and the mean with its 95 % interval. Left of the dashed "
+        "line the second one has less.",
+        "Differences of every pair for several figures; means in the table beneath.",
+        tuple(panels),
+        ("figure", "mean", "median", "pairs"),
+        tuple(rows),
+    )
+
+
+def _headline(monitor: Mapping[str, Any]) -> str:
+    changes = [
+        f"{_TITLES[figure['name']]} {'rose' if value(figure['mean']) > 0.0 else 'fell'} by "
+        f"{amount(abs(value(figure['mean'])), figure['unit'])}"
+        for figure in monitor["figures"]
+        if figure["rank_p"] is not None and figure["rank_p"] < _SIGNIFICANT
+    ]
+    changed = f"{count(len(monitor['changed']), 'verdict')} of {monitor['pairs']} changed"
+    if not changes:
+        return f"{changed}; no figure differs by more than chance would"
+    return f"{changed}; {', '.join(changes[:_MOST])}{f', and {len(changes) - _MOST} more' * (len(changes) > _MOST)}"
+
+
+def _figure_row(figure: Mapping[str, Any]) -> tuple[str, ...]:
+    unit = figure["unit"]
+    low, high = (amount(value(end), unit) for end in figure["interval"])
+    return (
+        _TITLES[figure["name"]].capitalize(),
+        str(figure["pairs"]),
+        amount(value(figure["mean"]), unit),
+        f"{low} to {high}" if figure["pairs"] else "–",
+        amount(value(figure["median"]), unit),
+        f"{figure['greater']} / {figure['smaller']}",
+        _chance(figure["sign_p"]),
+        _chance(figure["rank_p"]),
+    )
+
+
+def _chance(probability: float | None) -> str:
+    if probability is None:
+        return "–"
+    return "below 0.001" if probability < 0.001 else number(probability, 2)

@@ -17,8 +17,8 @@ from tierod.monitors.condition.structure import (
     rolls,
     vehicle_structure,
 )
-from tierod.report.analysis.analysis import Analysis
 from tierod.report.display import words
+from tierod.report.html import Analysis
 from tierod.vehicles import Vehicle, load
 
 WITH_FORCES = "forces of tyres and tie rods as the model has them"

@@ -1,4 +1,4 @@
-"""Charts of a study, translated from their plain description to plotly."""
+"""Charts of panels, translated from their plain description to plotly."""
 
 from __future__ import annotations
 
@@ -23,6 +23,7 @@ from tierod.report.charts.figure import (
     axis,
     band,
     layout,
+    level_colour,
     rounded,
     strip_title,
     upright,
@@ -39,7 +40,7 @@ _DIGITS, _SMALL = 5, 10
 """Digits of a curve relative to its largest value; more on a logarithmic axis, where small values are visible."""
 
 
-def study_figure(chart: Chart) -> Figure:
+def panel_figure(chart: Chart) -> Figure:
     """A chart with its panels above each other, as plotly draws it."""
     count = len(chart.panels)
     height = max((_ALONE if count == 1 else _PANEL * count) + 110, *(_rows(panel) for panel in chart.panels))
@@ -54,6 +55,9 @@ def study_figure(chart: Chart) -> Figure:
         top, gap = 1.0 - index / count, 78.0 / height
         domain = [1.0 - (index + 1) / count + (gap if index + 1 < count else 0.0), top - (24.0 / height) * (count > 1)]
         axes |= _axes(panel, suffix, domain)
+        if chart.shared_axes and index:
+            axes[f"xaxis{suffix}"] |= {"matches": "x"}
+            axes[f"yaxis{suffix}"] |= {"matches": "y"}
         for mark in panel.marks:
             named_beside = mark.name in [name for name, _ in panel.rows]
             shown = {"showlegend": mark.name not in named_marks and not named_beside, "legendgroup": mark.name}
@@ -64,7 +68,7 @@ def study_figure(chart: Chart) -> Figure:
         drawn, named = _rules(replace(panel, levels=(), uprights=panel.levels) if panel.sideways else panel, suffix)
         shapes += drawn
         notes += named
-        notes += [strip_title(panel.title, domain[1])] if count > 1 else []
+        notes += [strip_title(panel.title, domain[1])] if count > 1 or chart.shared_axes else []
     return Figure(
         name=chart.name,
         title=chart.title,
@@ -73,13 +77,14 @@ def study_figure(chart: Chart) -> Figure:
         data=data,
         layout=layout(height, barmode="overlay", boxmode="group", bargap=0.0, shapes=shapes, annotations=notes, **axes),
         height=height,
-        summary=[_summary(panel, mark, count) for panel in chart.panels for mark in panel.marks],
+        columns=chart.columns,
+        summary=_summaries(chart) if chart.summary is None else chart.summary,
     )
 
 
 def _rows(panel: Panel) -> int:
     """Height that a sideways panel, named rows or cells need [pixels]; 0 for any other panel."""
-    most = max((len(mark.x) for mark in panel.marks if isinstance(mark, Points)), default=0)
+    most = len({name for mark in panel.marks if isinstance(mark, Points) for name in mark.x})
     rows = max((len(mark.down) for mark in panel.marks if isinstance(mark, Cells)), default=0)
     if panel.rows:
         return 130 + 22 * len(panel.rows)
@@ -142,10 +147,8 @@ def _drawn(mark: Mark, colour: str, panel: Panel) -> dict[str, Any]:
             x, low, high = (np.asarray(values, float) for values in (mark.x, mark.low, mark.high))
             return band(x, low, high, colour, name=mark.name, opacity=0.25, line={"width": 0})
         case Boxes():
-            mean, deviation = np.asarray(mark.mean, float), np.asarray(mark.deviation, float)
-            ends = {"q1": mean - deviation, "q3": mean + deviation, "median": mean}
-            whiskers = {"lowerfence": mean - 2.0 * deviation, "upperfence": mean + 2.0 * deviation}
-            values = {key: rounded(value) for key, value in (ends | whiskers).items()}
+            ends = {"q1": mark.lower, "median": mark.median, "q3": mark.upper, "lowerfence": mark.low}
+            values = {key: rounded(value) for key, value in (ends | {"upperfence": mark.high}).items()}
             looks = {"line": {"color": colour, "width": 1.5}, "name": mark.name}
             return {"type": "box", "x": list(mark.places)} | values | looks
         case Cells():
@@ -196,16 +199,25 @@ def _rules(panel: Panel, suffix: str) -> tuple[list[dict[str, Any]], list[dict[s
     # Plotly takes positions on a logarithmic axis as values for shapes, but as exponents for annotations.
     shapes, notes = [], []
     for name, level in panel.levels:
-        shapes.append(across(level, TEXT, 1.2, xref=x_domain, yref=f"y{suffix}"))
+        shapes.append(across(level, _rule_colour(name), 1.2, xref=x_domain, yref=f"y{suffix}"))
         at = float(np.log10(level)) if panel.logarithmic else level
         place = {"xref": x_domain, "x": 1, "xanchor": "right", "yref": f"y{suffix}", "y": at, "yanchor": "bottom"}
         notes.append(text | place | {"text": name})
-    for name, place_along in panel.uprights:
+    for row, (name, place_along) in enumerate(panel.uprights):
         along = float(np.log10(place_along)) if panel.logarithmic_along else place_along
-        shapes.append(upright(place_along, TEXT, 1.2, xref=f"x{suffix}", yref=y_domain))
+        shapes.append(upright(place_along, _rule_colour(name), 1.2, xref=f"x{suffix}", yref=y_domain))
         place = {"xref": f"x{suffix}", "x": along, "xanchor": "left", "yref": y_domain, "y": 1, "yanchor": "top"}
-        notes.append(text | place | {"text": name, "xshift": 3})
+        notes.append(text | place | {"text": name, "xshift": 3, "yshift": -14 * (row % 3)})
     return shapes, notes
+
+
+def _rule_colour(name: str) -> str:
+    """Colour of a reference level such as "fault", as in other charts; that of the text for any other rule."""
+    return TEXT if (colour := level_colour(name)) == GREY else colour
+
+
+def _summaries(chart: Chart) -> list[Summary]:
+    return [_summary(panel, mark, len(chart.panels)) for panel in chart.panels for mark in panel.marks]
 
 
 def _summary(panel: Panel, mark: Mark, count: int) -> Summary:
@@ -228,7 +240,7 @@ def _summary(panel: Panel, mark: Mark, count: int) -> Summary:
 def _heights(mark: Lines | Points | Boxes | Cells) -> Any:
     match mark:
         case Boxes():
-            return mark.mean
+            return mark.median
         case Cells():
             return mark.shares
     return mark.y

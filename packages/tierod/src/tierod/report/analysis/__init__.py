@@ -1,1 +1,0 @@
-"""Results of analyses, for terminal, page and JSON document."""
