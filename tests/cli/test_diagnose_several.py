@@ -50,8 +50,8 @@ def test_several_recordings_give_one_page_and_the_worst_code(folder, capsys):
     assert "report: recordings-friction.html" in printed
     (page,) = folder.glob("*.html")
     text = page.read_text(encoding="utf-8")
-    assert "a.parquet, friction:" in text
-    assert "b.parquet, friction:" in text
+    assert "recording a.parquet" in text
+    assert "recording b.parquet" in text
     assert code in (0, 1, 2)
 
 
@@ -82,10 +82,8 @@ def test_what_a_reader_must_know_stands_below_the_table_once(folder, monkeypatch
 
     diagnoses = {"friction": knowing(stuck), "sideslip": knowing(stuck, spread), "hysteresis": knowing()}
     found = Judged(folder / "a.parquet", "car", diagnoses)
-    assert several.to_know([found]) == [
-        ("a.parquet", "friction, sideslip", stuck),
-        ("a.parquet", "sideslip", spread),
-    ]
+    _, known = several.tables([found], narrow=True)
+    assert known.rows == (("a.parquet", "friction, sideslip", stuck), ("a.parquet", "sideslip", spread))
     monkeypatch.setattr("tierod.monitors.several.judge", lambda *_, **__: found)
     main(["diagnose", "a.parquet", "--vehicle", "car.toml", "--no-report"])
     printed = capsys.readouterr().out

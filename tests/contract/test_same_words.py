@@ -124,7 +124,7 @@ def test_several_recordings_show_the_worst_in_every_order(word, folder, tmp_path
         shown = [(name, *LOOKS[name]) for name in (*names, better[-1])]
         assert [in_json(one) for one in each] == shown
         html = page.read_text(encoding="utf-8")
-        assert badges(html) == [(word, *LOOKS[word])]
+        assert badges(html) == [(word, *LOOKS[word]), *shown]
         assert states(html)[: len(shown)] == shown
         monkeypatch.setenv("FORCE_COLOR", "1")
         main(["diagnose", *paths, "--monitor", "stated", "--no-report"])
