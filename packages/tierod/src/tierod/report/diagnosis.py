@@ -98,7 +98,9 @@ def verdicts(diagnosis: Diagnosis, recording: str = "") -> Iterator[Verdict]:
         reasons += [(name, text) for name, text in (("Why", finding.cause), ("What to do", action)) if text]
         reasons += [("To know", warning) for warning in finding.warnings]
         figures = tuple(evidence(*each) for each in finding.evidence.items())
-        yield Verdict(finding.headline, finding.status, tuple(about), finding.details, finding.estimate, tuple(reasons), figures)
+        yield Verdict(
+            finding.headline, finding.status, tuple(about), finding.details, finding.estimate, tuple(reasons), figures
+        )
 
 
 def deciding(diagnosis: Diagnosis, finding: Finding) -> list[str]:
