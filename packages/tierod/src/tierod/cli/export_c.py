@@ -139,7 +139,7 @@ def _write_evidence(face: Interface, car: Vehicle, drive: str | None, output: Pa
     from tierod.cli.terminal import messages, show_analysis, write_page
     from tierod.export.evidence.page import evidence
     from tierod.export.vectors import SEED, STEPS, affordable, random_inputs, rounded, vectors_of
-    
+
     subject, most = face.subject, affordable(face.subject, DRIVEN_STEPS)
     inputs, source = inputs_of(subject, car, drive, most)
     random = random_inputs(subject, affordable(subject, RANDOM_STEPS))
