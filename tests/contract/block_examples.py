@@ -34,9 +34,8 @@ from tierod.monitors.condition.vehicle_filter import LeaveOutFilter
 from tierod.monitors.driver_torque.block import ColumnSigns, DriverTorqueMonitor
 from tierod.monitors.driver_torque.hands import HandsMonitor, WheelAcceleration
 from tierod.monitors.driver_torque.observer import ColumnObserver, DelayedHandTorque, Starting
-from tierod.monitors.friction.monitor import FrictionMonitor
-from tierod.monitors.friction.motor_ratio import BalanceRows
-from tierod.monitors.friction.presliding import PreslidingFrictionFilter
+from tierod.monitors.friction.definition import FrictionMonitor
+from tierod.monitors.friction.estimator import PreslidingFrictionFilter
 from tierod.monitors.friction.signals import SteeringConditioning, SteeringSample
 from tierod.monitors.friction.verdict import FrictionLimits, FrictionVerdict
 from tierod.monitors.harness.stuck_signals import StuckSignals
@@ -51,6 +50,7 @@ from tierod.monitors.motor_angle.comparison import (
 from tierod.monitors.motor_angle.definition import MotorAngleMonitor
 from tierod.monitors.motor_angle.observer import MotorAngleObserver, MotorVoltages
 from tierod.monitors.motor_angle.plausibility import AnglePlausibility, Superposition, WhichAngle
+from tierod.monitors.own_car import BalanceRows
 from tierod.monitors.sideslip.definition import SideslipMonitor
 from tierod.monitors.sideslip.estimator import CombinedSideslip
 from tierod.vehicles import load

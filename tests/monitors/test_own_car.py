@@ -7,8 +7,7 @@ import pytest
 from driven import drive
 from tierod.core.recording import Recording
 from tierod.methods.identification.vehicle_judgement import LEARNT, NOT_SEEN
-from tierod.monitors.friction.motor_ratio import NAME, DriveRatio
-from tierod.monitors.own_car import _defects_of_torques, _judged
+from tierod.monitors.own_car import NAME, DriveRatio, _defects_of_torques, _judged
 from tierod.vehicles import load
 
 PLAIN = load("midsize-eps")

@@ -10,7 +10,7 @@ from tierod.core.errors import InputError
 from tierod.core.findings import Status
 from tierod.core.graph import scan
 from tierod.core.statement import STATUSES
-from tierod.monitors.friction.monitor import FrictionMonitor
+from tierod.monitors.friction.definition import FrictionMonitor
 from tierod.monitors.friction.verdict import FrictionVerdict
 from tierod.vehicles import load
 

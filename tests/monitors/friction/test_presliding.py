@@ -9,9 +9,9 @@ from tierod.core.block import leaves, rebuild
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
 from tierod.methods.estimators.linear_algebra import unpack
-from tierod.monitors.friction.monitor import FrictionMonitor
-from tierod.monitors.friction.notices import RIGID_WARNING
-from tierod.monitors.friction.presliding import PreslidingFrictionFilter
+from tierod.monitors.friction.definition import FrictionMonitor
+from tierod.monitors.friction.estimator import PreslidingFrictionFilter
+from tierod.monitors.friction.facts import RIGID_WARNING
 from tierod.monitors.friction.signals import SteeringConditioning, SteeringSample
 from tierod.physics.aligning import weight_lever
 from tierod.physics.tyre import parking_torque

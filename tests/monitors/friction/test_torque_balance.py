@@ -7,8 +7,7 @@ import pytest
 
 from models.friction_paper import CAR
 from tierod.core.graph.maths import sin
-from tierod.monitors.friction.signals import ConditionedSteering, SteeringConditioning, SteeringSample
-from tierod.monitors.friction.torque_balance import (
+from tierod.monitors.friction.estimator import (
     ROLLING_SPEED,
     BuildUp,
     Coefficients,
@@ -17,6 +16,7 @@ from tierod.monitors.friction.torque_balance import (
     regressors,
     road_torques,
 )
+from tierod.monitors.friction.signals import ConditionedSteering, SteeringConditioning, SteeringSample
 
 RATIO, LOAD = CAR.steering_ratio, CAR.mass * 9.81 * CAR.rear_distance / (CAR.front_distance + CAR.rear_distance)
 

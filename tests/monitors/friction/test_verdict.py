@@ -9,11 +9,9 @@ from tierod.core.facts import assemble
 from tierod.core.findings import Status
 from tierod.core.graph import scan
 from tierod.core.statement import STATUSES, code_of
-from tierod.monitors.friction.decisions import ABSOLUTE_DESIGN, RISING_DESIGN, AlarmTuning
-from tierod.monitors.friction.finding import verdict_of_run
-from tierod.monitors.friction.judged import VerdictSample
-from tierod.monitors.friction.notices import FrictionRun
-from tierod.monitors.friction.verdict import FrictionLimits, FrictionVerdict
+from tierod.monitors.friction.facts import FrictionRun, verdict_of_run
+from tierod.monitors.friction.thresholds import ABSOLUTE_DESIGN, RISING_DESIGN, AlarmTuning
+from tierod.monitors.friction.verdict import FrictionLimits, FrictionVerdict, VerdictSample
 
 LIMITS = FrictionLimits(4.0, 4.8, 7.5)
 

@@ -10,7 +10,7 @@ from tierod_lab.papers.seeds import ReportedSeeds
 
 
 def _judged() -> Sequence[Block]:
-    from tierod.monitors.friction.monitor import FrictionMonitor
+    from tierod.monitors.friction.definition import FrictionMonitor
 
     return (FrictionMonitor.of_vehicle(load("midsize-eps"), 0.01),)
 

@@ -9,10 +9,9 @@ from functools import cache, partial
 from typing import Any
 
 from tierod.models.friction_estimation import FrictionParameters
-from tierod.monitors.friction.monitor import FrictionMonitor
-from tierod.monitors.friction.presliding import PreslidingFrictionFilter
+from tierod.monitors.friction.definition import FrictionMonitor
+from tierod.monitors.friction.estimator import DEVIATIONS, PROCESS, PreslidingFrictionFilter, PreslidingTuning
 from tierod.monitors.friction.signals import AngleObserver, SteeringConditioning
-from tierod.monitors.friction.torque_balance import DEVIATIONS, PROCESS, PreslidingTuning
 from tierod.vehicles import Vehicle, load
 from tierod_lab.papers.friction.linearised import linearised
 from tierod_lab.papers.friction.presets import consistent, equal_low_pass, printed, printed_open, unscented

@@ -14,7 +14,6 @@ from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.methods.estimators.shapes import Belief
 from tierod.methods.filters import EachSignal
 from tierod.models.friction_estimation import FrictionEstimation, FrictionParameters
-from tierod.monitors.friction.judged import VerdictSample
 from tierod.monitors.friction.signals import (
     FrictionEstimate,
     FrictionGate,
@@ -23,6 +22,7 @@ from tierod.monitors.friction.signals import (
     InnovationVariance,
     SteeringSample,
 )
+from tierod.monitors.friction.verdict import VerdictSample
 
 OperatingPoint = Literal["measurement", "estimate"]
 

@@ -13,7 +13,7 @@ from tierod.core.graph import Result
 from tierod.core.series import Stride
 from tierod.methods.detectors.control_charts import HeldThreshold
 from tierod.methods.detectors.rule_design import alarms_at
-from tierod.monitors.friction.over_drive import EstimateOverDrive
+from tierod.monitors.friction.evidence import EstimateOverDrive
 from tierod.monitors.harness.decision import Decision, Demonstrated
 from tierod.monitors.harness.session import BlockSession, Conclusion, tuning_rows
 from tierod.monitors.harness.verdict import Obstacle, withheld

@@ -14,7 +14,7 @@ def _judged() -> Sequence[Block]:
     from tierod.monitors.condition.definition import condition_monitor
     from tierod.monitors.driver_torque.hands import HandsMonitor
     from tierod.monitors.driver_torque.observer import ColumnObserver
-    from tierod.monitors.friction.monitor import FrictionMonitor
+    from tierod.monitors.friction.definition import FrictionMonitor
     from tierod.monitors.motor_angle.definition import MotorAngleMonitor
     from tierod.monitors.sideslip.estimator import CombinedSideslip
 

@@ -1,4 +1,4 @@
-"""Course of friction over a drive for a report, in memory that hardly grows with it."""
+"""Friction over a drive for a report, in memory that hardly grows with it."""
 
 from __future__ import annotations
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tierod.monitors.friction.over_drive import STROKES, EstimateOverDrive, HysteresisOverDrive
+from tierod.monitors.friction.evidence import STROKES, EstimateOverDrive, HysteresisOverDrive
 
 
 def stretches(seconds, change=None):

@@ -1,4 +1,4 @@
-"""The default friction estimator: a regression on friction as it builds up; law and Dahl angle are learnt."""
+"""The friction estimator: a regression on friction as it builds up; law and Dahl angle are learnt."""
 
 from __future__ import annotations
 
@@ -9,26 +9,356 @@ from typing import Annotated, Any, ClassVar, NamedTuple
 
 from tierod.core.block import Scalar
 from tierod.core.errors import ParameterError
-from tierod.core.graph.maths import absolute, all_of, exp, limit, log, maximum, minimum, sqrt, where
+from tierod.core.graph.maths import absolute, all_of, exp, limit, log, maximum, minimum, sin, sqrt, where
 from tierod.methods.estimators.kernels import correct
 from tierod.methods.estimators.linear_algebra import add, dot, from_diagonal, product, unpack
 from tierod.methods.filters import Butterworth
 from tierod.models.friction_estimation import FrictionParameters
-from tierod.monitors.friction.judged import VerdictSample
-from tierod.monitors.friction.signals import SAMPLE_TIME, FrictionGate, SteeringConditioning, SteeringSample
-from tierod.monitors.friction.torque_balance import (
-    ROLLING_SPEED,
-    Coefficients,
-    PreslidingTuning,
-    Regressors,
-    column_motion,
-    expected_torque,
-    reference_load,
-    regressors,
-    row_of,
+from tierod.monitors.friction.signals import (
+    SAMPLE_TIME,
+    ConditionedSteering,
+    FrictionGate,
+    SteeringConditioning,
+    SteeringSample,
+)
+from tierod.monitors.friction.verdict import VerdictSample
+from tierod.physics.aligning import (
+    force_across_wheels,
+    front_force_from_motion,
+    longitudinal_force_from_motion,
+    weight_torque,
 )
 from tierod.physics.friction import RELAXED, BuildUp, build_ups
+from tierod.physics.single_track import front_axle_load
+from tierod.physics.steering_ratio import (
+    column_torque_of_motor,
+    road_wheel_angle,
+    torque_at_steering_wheel,
+    torsion_bar_twist,
+)
+from tierod.physics.tyre import turn_slip, turn_slip_stiffness
 from tierod.vehicles import Vehicle
+
+
+class Coefficients(NamedTuple):
+    """Coefficients of the regression; also the shape of one row of it, of its variances and of its process noises.
+
+    Args:
+        finite, exponential, long: shares of the friction torque that build up with Dahl exponent 1/2, 1 and 2; their
+            sum is the friction torque [N*m]. One of them may be negative where the true law lies outside the three
+        log_dahl_angle: logarithm of their common Dahl angle [rad]
+        aligning_gain: factor on the self-aligning torque of the vehicle file
+        trail_drop: change of that factor per torque at the steering wheel, as the pneumatic trail shrinks
+        weight_lever: lever of the front axle load, which turns the wheels back to straight ahead
+        turn_slip: turn slip stiffness of both front tyres over the load of their axle
+        drive_share: factor on the torque that the whole drive and brake force, at the front axle, would exert on the
+            steered wheels through the trail of the vehicle file
+        load_share: friction per magnitude of the road torque at the steering wheel
+        offset: constant torque: offsets of both torque sensors, pull of the car
+        damping: viscous damping at the steering wheel axis
+        inertia: inertia below the torsion bar, at the steering wheel axis
+    """
+
+    finite: Annotated[Scalar, "N*m"]
+    exponential: Annotated[Scalar, "N*m"]
+    long: Annotated[Scalar, "N*m"]
+    log_dahl_angle: Annotated[Scalar, ""]
+    aligning_gain: Annotated[Scalar, ""]
+    trail_drop: Annotated[Scalar, "1/(N*m)"]
+    weight_lever: Annotated[Scalar, "m"]
+    turn_slip: Annotated[Scalar, "m**2"]
+    drive_share: Annotated[Scalar, ""]
+    load_share: Annotated[Scalar, ""]
+    offset: Annotated[Scalar, "N*m"]
+    damping: Annotated[Scalar, "N*m*s/rad"]
+    inertia: Annotated[Scalar, "kg*m**2"]
+
+    @property
+    def friction_torque(self) -> Scalar:
+        """Level of dry friction [N*m] at the reference load."""
+        return self.finite + self.exponential + self.long
+
+
+PROCESS = Coefficients(
+    finite=1.0,
+    exponential=1.0,
+    long=1.0,
+    log_dahl_angle=1e-6,
+    aligning_gain=1e-7,
+    trail_drop=1e-10,
+    weight_lever=1e-10,
+    turn_slip=1e-9,
+    drive_share=1e-7,
+    load_share=1e-8,
+    offset=1e-6,
+    damping=1e-8,
+    inertia=1e-10,
+)
+"""Variance that each coefficient gains per enabled second; for the three shares of friction, in multiples of
+error_density / memory**2 of the tuning."""
+
+DEVIATIONS = Coefficients(
+    finite=2.0,
+    exponential=5.0,
+    long=2.0,
+    log_dahl_angle=1.0,
+    aligning_gain=0.5,
+    trail_drop=0.03,
+    weight_lever=0.006,
+    turn_slip=0.03,
+    drive_share=0.4,
+    load_share=0.22,
+    offset=1.0,
+    damping=0.5,
+    inertia=0.1,
+)
+"""Standard deviation of each coefficient before the first sample."""
+
+
+@dataclass(frozen=True)
+class PreslidingTuning:
+    """Noises and priors of the regression.
+
+    Args:
+        error_density: spectral density of the torque balance's persistent errors [N**2*m**2*s]; 0.35 N*m over a second,
+            or 12.5 N**2*m**2 per sample of 10 ms
+        error_time: duration of such an error [s]; where the innovations exceed what density and duration allow, the
+            reported standard deviation grows with them
+        memory: time constant of the friction torque in enabled time [s]. A shorter one detects a fault sooner and
+            scatters more: 10 s halves the delay for 1.3 times the scatter
+        process: variance gained per enabled second by each coefficient, tuned in simulation; for the shares of friction
+            in multiples of error_density / memory**2
+        deviations: standard deviations before the first sample. 2 N*m for the shares of exponent 1/2 and 2 lets another
+            law be learnt within 50 s and costs nothing where the law is exponential (simulated); the vehicle's own
+            constants by their uncertainty in a vehicle file [assumed]
+        initial_friction: initial estimate of friction [N*m]; 3 as printed by Mohtat et al.
+        initial_dahl_angle: initial estimate of the Dahl angle [rad]; 1 degree
+        smallest_dahl_angle, largest_dahl_angle: bounds of the learnt Dahl angle [rad]; 0.05 and 8 degrees
+        initial_weight_lever: initial lever of the front axle load [m]; kingpins inclined by 12 degrees with a scrub
+            radius of 10 mm give 15 mm (`tierod.physics.aligning.weight_lever`), the round tyre shoulders reduce it
+        initial_turn_slip: initial turn slip stiffness over load [m**2]; for a contact patch 160 mm wide with a
+            longitudinal stiffness of 25 times the load
+        initial_drive_share: initial share of the drive and brake force [-]; that of brake forces at the front axle. A
+            front-driven car has more, a rear-driven one less
+        reference_lever: lever of the front axle load that gives the road torque for which friction is stated [m]; usual
+            in curves: a trail of 45 mm at a lateral acceleration of 1.44 m/s**2. 4 N*m at the steering wheel of a
+            mid-size car, 0.9 of a quadricycle, 6 of a van; at a torque that never occurs friction would stay uncertain
+        outlier: innovation beyond which its influence no longer grows (Huber) [N*m]; above that of a step of friction
+            from 4 to 12.5, below a fault of a torque sensor
+        excitation_memory: time constant of the excitation in enabled time [s]; equal to that of the friction torque
+    """
+
+    error_density: Annotated[float, "N**2*m**2*s"] = 0.125
+    error_time: Annotated[float, "s"] = 1.0
+    memory: Annotated[float, "s"] = 20.0
+    process: Coefficients = PROCESS
+    deviations: Coefficients = DEVIATIONS
+    initial_friction: Annotated[float, "N*m"] = 3.0
+    initial_dahl_angle: Annotated[float, "rad"] = math.radians(1.0)
+    smallest_dahl_angle: Annotated[float, "rad"] = math.radians(0.05)
+    largest_dahl_angle: Annotated[float, "rad"] = math.radians(8.0)
+    initial_weight_lever: Annotated[float, "m"] = 0.012
+    initial_turn_slip: Annotated[float, "m**2"] = turn_slip_stiffness(25.0, 0.08)
+    initial_drive_share: Annotated[float, ""] = 0.7
+    reference_lever: Annotated[float, "m"] = 0.0066
+    outlier: Annotated[float, "N*m"] = 10.0
+    excitation_memory: Annotated[float, "s"] = 20.0
+
+
+class ColumnMotion(NamedTuple):
+    """Motion of the column below the torsion bar.
+
+    Args:
+        angle: column angle [rad]
+        increment: change of the angle since the previous sample [rad]
+        rate: column rate [rad/s]
+        acceleration: column acceleration [rad/s**2]
+    """
+
+    angle: Scalar
+    increment: Scalar
+    rate: Scalar
+    acceleration: Scalar
+
+
+def column_motion(clean: ConditionedSteering, stiffness: Scalar, sample_time: Any) -> ColumnMotion:
+    """Motion of the steering wheel less the twist of the torsion bar.
+
+    Angle and torque have passed the same low-pass and the same difference, so that twist and angle have equal delay.
+
+    Args:
+        clean: conditioned signals
+        stiffness: stiffness of the bar [N*m/rad]; infinite for a rigid one
+        sample_time: time between two samples [s]
+    """
+    signals = clean.signals
+    twist_rate = torsion_bar_twist(clean.driver_torque_rate, stiffness)
+    return ColumnMotion(
+        signals.steering_wheel_angle - torsion_bar_twist(signals.driver_torque, stiffness),
+        clean.angle_increment - sample_time * twist_rate,
+        signals.steering_wheel_rate - twist_rate,
+        clean.steering_wheel_acceleration - torsion_bar_twist(clean.driver_torque_acceleration, stiffness),
+    )
+
+
+ROLLING_SPEED = 3.0
+"""Speed of the vehicle below which tyres scrub, which the balance does not model [m/s]."""
+
+
+def reference_load(p: FrictionParameters, lever: Scalar) -> Scalar:
+    """Torque of the road at the steering wheel [N*m] for which friction is stated.
+
+    Args:
+        p: parameters of the vehicle
+        lever: lever of the front axle load about the kingpins [m]
+    """
+    load = front_axle_load(p.mass, p.front_distance, p.rear_distance)
+    return torque_at_steering_wheel(lever * load, p.steering_ratio)
+
+
+class RoadTorques(NamedTuple):
+    """Torques of the road at the steering wheel, each per unit of its coefficient.
+
+    Args:
+        aligning: lateral force of the front axle times the trail of the vehicle file [N*m]
+        weight: torque of the front axle load per lever [N]
+        turn_slip: torque per turn slip stiffness over load [N/m]
+        drive: drive and brake force of the whole car, as if all at the front axle, times the trail [N*m]
+    """
+
+    aligning: Scalar
+    weight: Scalar
+    turn_slip: Scalar
+    drive: Scalar
+
+
+class Regressors(NamedTuple):
+    """Terms and torques of the balance that pass the second low-pass."""
+
+    finite: Scalar
+    finite_sensitivity: Scalar
+    exponential: Scalar
+    exponential_sensitivity: Scalar
+    long: Scalar
+    long_sensitivity: Scalar
+    aligning_torque: Scalar
+    squared_aligning_torque: Scalar
+    weight: Scalar
+    turn_slip: Scalar
+    drive: Scalar
+    loaded_friction: Scalar
+    rate: Scalar
+    acceleration: Scalar
+    torque: Scalar
+    driver_torque: Scalar
+    motor_torque: Scalar
+    steering_wheel_rate: Scalar
+
+
+def regressors(
+    clean: ConditionedSteering,
+    column: ColumnMotion,
+    laws: tuple[BuildUp, BuildUp, BuildUp],
+    mean: Coefficients,
+    parameters: FrictionParameters,
+    reference_load: Scalar,
+) -> Regressors:
+    """Both sides of the balance before the low-pass.
+
+    Args:
+        clean: conditioned signals
+        column: motion below the torsion bar
+        laws: build-up of friction, exponent 1/2, 1 and 2
+        mean: estimated coefficients, which determine the load of the gear
+        parameters: parameters of the vehicle
+        reference_load: road torque for which friction is stated [N*m]
+    """
+    signals = clean.signals
+    road = road_torques(clean, column, parameters)
+    finite, exponential, long = laws
+    return Regressors(
+        *finite,
+        *exponential,
+        *long,
+        aligning_torque=road.aligning,
+        squared_aligning_torque=road.aligning * absolute(road.aligning),
+        weight=road.weight,
+        turn_slip=road.turn_slip,
+        drive=road.drive,
+        loaded_friction=exponential.level * (absolute(_load(road, mean)) - reference_load),
+        rate=column.rate,
+        acceleration=column.acceleration,
+        torque=signals.driver_torque + column_torque_of_motor(signals.motor_torque, parameters.motor_ratio),
+        driver_torque=signals.driver_torque,
+        motor_torque=signals.motor_torque,
+        steering_wheel_rate=signals.steering_wheel_rate,
+    )
+
+
+def road_torques(clean: ConditionedSteering, column: ColumnMotion, p: FrictionParameters) -> RoadTorques:
+    """Torques of tyres and weight at the steering wheel; they oppose a turn to the left.
+
+    Args:
+        clean: conditioned signals
+        column: motion below the torsion bar
+        p: parameters of the vehicle
+    """
+    signals = clean.signals
+    steer = road_wheel_angle(column.angle, p.steering_ratio)
+    across = front_force_from_motion(
+        signals.lateral_acceleration,
+        clean.yaw_acceleration,
+        mass=p.mass,
+        yaw_inertia=p.yaw_inertia,
+        front_distance=p.front_distance,
+        rear_distance=p.rear_distance,
+    )
+    along = longitudinal_force_from_motion(
+        clean.vehicle_acceleration, signals.yaw_rate, mass=p.mass, rear_distance=p.rear_distance
+    )
+    load = front_axle_load(p.mass, p.front_distance, p.rear_distance)
+    turning = road_wheel_angle(column.rate, p.steering_ratio) + signals.yaw_rate
+    about_kingpins = RoadTorques(
+        aligning=p.trail * force_across_wheels(across, 0.0, steer),
+        weight=weight_torque(load, 1.0, sin(steer)),
+        # The speed is bounded below, or the turn slip would be infinite at rest.
+        turn_slip=load * turn_slip(turning, maximum(signals.vehicle_speed, ROLLING_SPEED)),
+        drive=p.trail * force_across_wheels(0.0, along, steer),
+    )
+    return RoadTorques(*(torque_at_steering_wheel(torque, p.steering_ratio) for torque in about_kingpins))
+
+
+def _load(road: RoadTorques, mean: Coefficients) -> Scalar:
+    """Torque [N*m] that loads gear and joints, by the present estimate of the coefficients."""
+    aligning = (mean.aligning_gain + mean.trail_drop * absolute(road.aligning)) * road.aligning
+    return aligning + mean.weight_lever * road.weight + mean.turn_slip * road.turn_slip + mean.drive_share * road.drive
+
+
+def row_of(mean: Coefficients, given: Regressors) -> Coefficients:
+    """Row of the regression: derivative of the torque with respect to each coefficient."""
+    return Coefficients(
+        finite=given.finite,
+        exponential=given.exponential,
+        long=given.long,
+        log_dahl_angle=mean.finite * given.finite_sensitivity
+        + mean.exponential * given.exponential_sensitivity
+        + mean.long * given.long_sensitivity,
+        aligning_gain=given.aligning_torque,
+        trail_drop=given.squared_aligning_torque,
+        weight_lever=given.weight,
+        turn_slip=given.turn_slip,
+        drive_share=given.drive,
+        load_share=given.loaded_friction,
+        offset=1.0,
+        damping=given.rate,
+        inertia=given.acceleration,
+    )
+
+
+def expected_torque(mean: Coefficients, row: Coefficients) -> Scalar:
+    """Torque of the balance [N*m]: linear in every coefficient except the Dahl angle, which acts through build-up."""
+    return dot(mean, row._replace(log_dahl_angle=0.0))
+
 
 COUNTS_OF_HANDS_ON = 10.0
 """Driver's torque in raw counts that opens the gate; 0.03 to 0.1 N*m at the usual 100 to 300 counts per N*m

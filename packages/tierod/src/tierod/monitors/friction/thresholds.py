@@ -1,4 +1,4 @@
-"""Conditions of the verdict on friction, each limit with its reason; its decisions and the design of their limits."""
+"""Thresholds of the verdict on friction, each with its reason, and the design of their false alarm rates."""
 
 from __future__ import annotations
 

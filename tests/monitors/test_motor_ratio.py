@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from tierod.core.recording import Channel, Recording
-from tierod.monitors.friction.motor_ratio import MODEL_ERROR, DriveRatio, ratio_of_drives
-from tierod.monitors.own_car import _judged, identify_own_car
+from tierod.monitors.own_car import MODEL_ERROR, DriveRatio, _judged, identify_own_car, ratio_of_drives
 from tierod_lab.papers.own_car.cars import drawn
 from tierod_lab.papers.own_car.judging import driven, without_truth
 
