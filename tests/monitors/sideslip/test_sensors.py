@@ -165,7 +165,7 @@ def test_no_car_yaws_with_three_radians_per_second(yaw_rate, share, wrong):
 )
 def test_the_signal_that_contradicts_the_motion_of_the_others_is_named(changed, named):
     found = driven(**changed).wrong_motion()
-    assert (() if found is None else found.names) == named
+    assert (() if found is None else found.rests_on) == named
 
 
 def signed(turned=(), missing=(), speed=15.0):

@@ -40,6 +40,12 @@ class Fact:
     explains: bool = False
     withholds: bool = False
 
+    def filled(self, **values: object) -> Fact:
+        """The fact of a table of sentences with these values in the braces of its texts."""
+        values = {"estimate": ESTIMATE, **values}
+        texts = {name: getattr(self, name).format(**values) for name in ("cause", "reason", "action")}
+        return replace(self, **texts)
+
     def limited(self, status: Status) -> Status:
         """Status that it leaves of one without it; for an estimate, suspect is inconsistent."""
         if status.alarm:

@@ -169,6 +169,8 @@ OFFSET_LEAVES = {"vehicle_speed": "gain", REAR_WHEELS: "track"}
 DEVIATES = 1.5
 """Standard deviations from which an observable belongs to a contradiction."""
 
+CONTRADICTION = "signals and vehicle file contradict each other"
+
 UNITS = {"wheelbase": "m", "understeer": "mrad·s²/m", "sensor_place": "m", "track": "m"}
 DECIMALS = {"wheelbase": 2, "understeer": 1, "sensor_place": 1, "track": 2}
 
@@ -350,22 +352,24 @@ class Consistency:
             return self._of_several()
         if of_another_car:
             other = f"; or {best}" if single else ""
-            return Wrong((), f"{self._of_file()}{other}")
+            return Wrong((), f"{self._of_file()}{other}", "the vehicle file does not fit this car")
         alike = [each for each in others if each.weight > best.weight - limits.alike]
         named = (best, *(each for each in alike if (best.zero if each.zero else abs(each.size) > limits.least)))
         names = tuple(name for each in named for name in _signals(each.name))
         sentence = " or ".join(str(each) for each in named)
-        return Wrong(names, f"signals and vehicle file contradict each other: {sentence}")
+        reason = f"{names[0]} contradicts the vehicle file" if len(set(names)) == 1 else CONTRADICTION
+        return Wrong(names, f"{CONTRADICTION}: {sentence}", reason)
 
     def _of_several(self) -> Wrong:
         off = [name for name, each in self.deviations().items() if abs(each) > DEVIATES] or self._names
         rests_on = RESTS_ON if BESIDE.keys().isdisjoint(off) or self._leaves(*self._free(BESIDE)) else BESIDE
         signals = tuple(dict.fromkeys(signal for name in off for signal in rests_on.get(name, ())))
         sentence = (
-            "signals and vehicle file contradict each other, and no wrong scale, zero or file alone explains it: more "
-            f"than one of {', '.join(signals)} is wrong, or one of them is late or changes over the drive"
+            f"{CONTRADICTION}, and no wrong scale, zero or file alone explains it: more than one of "
+            f"{', '.join(signals)} is wrong, or one of them is late or changes over the drive"
         )
-        return Wrong(tuple(name for signal in signals for name in _signals(signal)), sentence, several=True)
+        names = tuple(name for signal in signals for name in _signals(signal))
+        return Wrong(names, sentence, CONTRADICTION, several=True)
 
     def _of_file(self) -> str:
         off = {name: each for name, each in self.deviations().items() if name in FILE}
@@ -396,11 +400,11 @@ class Consistency:
 
 
 class Wrong(NamedTuple):
-    """Result of the test: disagreeing signals, empty where it is the vehicle file alone, a sentence, and whether no
-    single hypothesis explains it."""
+    """Disagreeing signals, none where it is the file alone; a sentence; a reason; whether no hypothesis explains it."""
 
     names: tuple[str, ...]
     sentence: str
+    reason: str
     several: bool = False
 
     @property

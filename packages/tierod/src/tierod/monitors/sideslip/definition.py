@@ -12,8 +12,8 @@ import numpy as np
 
 from tierod.core.block import Block, Scalar, Tree, named_tuple
 from tierod.core.errors import ParameterError
-from tierod.core.facts import Fact, defect, verdict_of
-from tierod.core.findings import Finding, Status
+from tierod.core.facts import Fact, Verdict, defect, weigh
+from tierod.core.findings import Status
 from tierod.core.graph import Result
 from tierod.core.graph.maths import present, where
 from tierod.core.recording import Aligned
@@ -25,7 +25,7 @@ from tierod.models.single_track import SingleTrack
 from tierod.models.steer_by_wire import Actuator
 from tierod.monitors.harness.baseline import Baseline
 from tierod.monitors.harness.session import BlockSession, Conclusion, Monitor, Session, Variant
-from tierod.monitors.harness.verdict import nis_figures, withheld
+from tierod.monitors.harness.verdict import nis_figures
 from tierod.monitors.registry import variants_with_plugins
 from tierod.monitors.sideslip.consistency import Consistency, Tolerances, Wrong, consistency_of
 from tierod.monitors.sideslip.estimator import WORDS, CombinedSideslip, identifiability
@@ -170,6 +170,10 @@ def _sample_class(fields: tuple[str, ...]) -> type:
     return named_tuple("CarSample", [(name, Annotated[float, SIGNALS[name].unit]) for name in names])
 
 
+REQUIRED = ("vehicle_speed", "yaw_rate")
+RESTS_ON = ("road_wheel_angle", "steering_wheel_angle", "lateral_acceleration")
+"""Signals that the estimate needs, and those that it rests on where they are present."""
+
 JUDGED = (
     "road_wheel_angle",
     "steering_wheel_angle",
@@ -245,43 +249,43 @@ class SideslipSession(BlockSession):
         self.drive.add(running, self._reverses, signals, result, contradictions=not self.moved)
 
     def conclude(self) -> Conclusion:
-        reversed_ = (self._reversing.words,) if self._reversing.words else ()
-        if reason := obstacle(self.drive, self._needs_torque, self._torque_known, self._reversing.mirrored):
-            verdict = withheld(self.name, [reason], self.drive.evidence(), reversed_)
+        notes = (Fact("reversed", self._reversing.words),) if self._reversing.words else ()
+        if found := obstacle(self.drive, self._needs_torque, self._torque_known, self._reversing.mirrored):
+            verdict = Verdict(self.name, found[0], found[1:], evidence=self.drive.evidence(), facts=notes)
             return Conclusion(verdict, withheld=tuple(self.traces))
-        found = self._consistency.result()
-        finding = judge(self.drive, self.name, self.misfit_rule, found.nis)
-        finding = replace(finding, warnings=(*reversed_, *finding.warnings))
+        nis = self._consistency.result()
+        verdict = judge(self.drive, self.name, self.misfit_rule, nis.nis, self._restarted())
+        verdict = replace(verdict, facts=(*notes, *verdict.facts))
         if self.moved:
-            return Conclusion(verdict_of(self._judged(finding)))
+            return Conclusion(verdict)
         peak = self.drive.motions.largest
-        offset = finding.evidence.get(OFFSET, 0.0)
+        offset = verdict.evidence.get(OFFSET, 0.0)
         consistency = consistency_of(self.drive.observables, self._vehicle, self.tolerances, offset)
-        finding = replace(finding, evidence={**finding.evidence, **consistency.evidence(), **self._share()})
-        defects, hidden = self._contradicting(consistency, finding)
-        verdict = verdict_of(self._judged(finding))
+        verdict = replace(verdict, evidence=verdict.evidence | consistency.evidence() | self._share())
+        defects, hidden = self._contradicting(consistency, verdict)
         return Conclusion(
-            replace(verdict, facts=(*defects, *verdict.facts)),
-            consistency=nis_figures(found),
+            replace(verdict, facts=tuple(sorted((*defects, *verdict.facts), key=lambda each: each.name != "offset"))),
+            consistency=nis_figures(nis),
             withheld=(*TRUTHS[1:], *hidden),
-            distances=distances(finding),
+            distances=distances(verdict),
             parameter_variance=max(peak.deviation**2 - peak.own**2, 0.0),
         )
 
-    def _contradicting(self, consistency: Consistency, finding: Finding) -> tuple[tuple[Fact, ...], tuple[str, ...]]:
+    def _contradicting(self, consistency: Consistency, verdict: Verdict) -> tuple[tuple[Fact, ...], tuple[str, ...]]:
+        """The contradiction, and the traces withheld because of it; a recorded truth within the band lifts that."""
         wrong, motion = consistency.wrong(), self.drive.own_motion.wrong()
         if motion is not None and wrong is None:
-            wrong = Wrong((), motion)
+            wrong = Wrong((), motion, "the estimate contradicts the motion")
         if wrong is None:
             return (), ()
         # A cause that is known says more than that several signals contradict each other.
-        vague = wrong.several and not finding.status.quiet
-        withholds = wrong.decisive and not vague and not confirmed(finding, self.drive)
-        return (defect(wrong.names, wrong.sentence, withholds=withholds),), tuple(self.traces) if withholds else ()
+        vague = wrong.several and not weigh(verdict, needed=(*REQUIRED, *RESTS_ON)).status.quiet
+        withholds = wrong.decisive and not vague and not confirmed(verdict, self.drive)
+        return (defect(wrong.names, wrong.sentence, wrong.reason, withholds),), tuple(self.traces) if withholds else ()
 
-    def _judged(self, finding: Finding) -> Finding:
-        """The finding with what else an estimator knows of its own state."""
-        return finding
+    def _restarted(self) -> int:
+        """Number of restarts of the filter, where they are too many."""
+        return 0
 
     def _share(self) -> dict[str, float]:
         found = self.drive.own_motion.share()
@@ -365,24 +369,9 @@ class CombinedSession(SideslipSession):
         verdict = replace(verdict, evidence=evidence, details=details)
         return replace(conclusion, verdict=verdict, remarks={"estimate": str(shown)})
 
-    def _judged(self, finding: Finding) -> Finding:
-        minutes = finding.evidence["enabled_s"] / 60.0
-        if finding.status is not Status.NOT_IDENTIFIABLE and self._restarts > max(self.most_restarts * minutes, 1.0):
-            cause = f"the filter diverged and restarted {self._restarts} times"
-            if OFFSET in finding.evidence:
-                return replace(
-                    finding, status=Status.NOT_IDENTIFIABLE, headline=f"{finding.headline} With this offset, {cause}."
-                )
-            return replace(
-                finding,
-                status=Status.NOT_IDENTIFIABLE,
-                headline=f"{finding.headline} But signals or parameters do not fit this car: {cause}.",
-                cause=f"{finding.cause}; {cause}" if finding.cause else cause,
-                action="check scale and unit of yaw rate, lateral acceleration and speed in the channel map, and "
-                "their time stamps; if they are right, give a vehicle file that fits this car: mass, stiffness, "
-                "friction and noise of the sensors",
-            )
-        return finding
+    def _restarted(self) -> int:
+        minutes = self.drive.seconds / 60.0
+        return self._restarts if self._restarts > max(self.most_restarts * minutes, 1.0) else 0
 
 
 PAPER = "Yih, Ryu, Gerdes, Vehicle state estimation using steering torque (2004)"
@@ -444,9 +433,9 @@ SIDESLIP = Monitor(
     source=PAPER,
     drive=f"Forward driving with a steering angle for at least {LEAST_ENABLED:g} s; some minutes with bends to both "
     "sides let it learn stiffnesses and offsets, and test the vehicle file.",
-    required=("vehicle_speed", "yaw_rate"),
+    required=REQUIRED,
     optional=(*JUDGED, *TRUTHS),
-    rests_on=("road_wheel_angle", "steering_wheel_angle", "lateral_acceleration"),
+    rests_on=RESTS_ON,
     rate=100.0,
     minimum_rate=20.0,
     maximum_age=0.1,

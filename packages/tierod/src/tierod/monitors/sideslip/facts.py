@@ -6,14 +6,14 @@ import math
 from dataclasses import replace
 from typing import Annotated
 
-from tierod.core.findings import Estimate, Finding, Status
+from tierod.core.facts import Fact, Verdict, defect
+from tierod.core.findings import Estimate, Status
 from tierod.methods.detectors import Detector
 from tierod.methods.detectors.control_charts import HeldThreshold
 from tierod.methods.detectors.reversing import MIRRORED, TURN_FORWARD
 from tierod.methods.detectors.rule_design import RuleDesign, alarms_at
 from tierod.methods.detectors.stopping_rules import HoldRule
 from tierod.monitors.harness.decision import Decision, Demonstrated, OwnRule
-from tierod.monitors.harness.verdict import Obstacle
 from tierod.monitors.sideslip.consistency import FILE_WEIGHT as FILE
 from tierod.monitors.sideslip.consistency import SIGNALS_WEIGHT as SIGNALS
 from tierod.monitors.sideslip.consistency import Tolerances
@@ -143,146 +143,170 @@ OFFSET = "yaw_rate_offset_rad_per_s"
 """Name of the yaw rate offset in the evidence, present only where there is one."""
 
 LARGE_GEOMETRY: Annotated[float, "rad"] = math.radians(2.0)
-"""Sideslip angle of a turn without slip from which the headline says so; tyres alone make 2 degrees in hard bends."""
+"""Sideslip angle of a turn without slip from which a detail says so; tyres alone make 2 degrees in hard bends."""
 
 LEAST_COMPARED = 5.0
 """Least time with a recorded truth for a judgement of the band [s]."""
 
+CASES = {
+    each.name: each
+    for each in (
+        Fact("mirrored", MIRRORED, "reversed throughout, or yaw_rate is mirrored", TURN_FORWARD),
+        Fact(
+            "sign",
+            "the sign of {names} contradicts the other signals of a turning car",
+            "the sign of {names} is wrong",
+            "correct the sign of {names} in the channel map",
+        ),
+        Fact("unit", "{cause}", "{signal} has a wrong unit", "correct the unit in the channel map"),
+        Fact(
+            "no angle",
+            "the recording has neither road_wheel_angle nor steering_wheel_angle",
+            "no steering angle",
+            "name one of them in the channel map",
+        ),
+        Fact(
+            "no torque",
+            "this variant needs the torque of the steering, but there is no {missing}",
+            "no steering torque",
+            "choose a variant that needs no torque (--variant combined), or add what is missing",
+        ),
+        Fact(
+            "walking pace",
+            "the car drove at walking pace throughout (fastest {fastest:.1f} m/s), where the geometry of the turn "
+            "alone makes the sideslip",
+            "the car drove at walking pace throughout",
+            f"record a drive above {WALKING:g} m/s",
+        ),
+        Fact(
+            "too short",
+            f"it could be estimated for {{seconds:.1f}} s only, {LEAST_ENABLED:g} s are needed; the car stood, rolled "
+            "backwards, or speed or angle were missing (fastest {fastest:.1f} m/s)",
+            "estimated for {seconds:.1f} s only",
+            "record a drive, with speed and steering angle throughout",
+        ),
+        Fact(
+            "misfit",
+            "the parameters do not fit this car: the innovations are {ratio:.1f} times as large as the estimator "
+            "expects",
+            "the parameters do not fit this car",
+            "give a vehicle file that fits this car: mass, stiffness and noise of the sensors{steering}",
+        ),
+        Fact(
+            "band",
+            "the 95 % band contains the recorded truth for only {share:.0f} % of the time: parameters of the vehicle "
+            "file or offsets of sensors are wrong by more than the band covers",
+            "the band misses the recorded truth",
+            "use the error as the uncertainty, or fit stiffness and friction of the vehicle file to the truth and "
+            "calibrate the sensors",
+        ),
+        Fact(
+            "lost",
+            "the filter diverged and restarted {restarts} times: signals or parameters do not fit this car",
+            "the filter diverged {restarts} times",
+            "check scale, unit and time stamps of yaw rate, lateral acceleration and speed in the channel map; if they "
+            "are right, give a vehicle file that fits this car: mass, stiffness, friction and noise of the sensors",
+        ),
+        replace(
+            defect(
+                ("yaw_rate",),
+                "the yaw rate has an offset of {offset} degrees per second, shown by its mean {shown_by}",
+                "yaw_rate has an offset",
+            ),
+            name="offset",
+            action="calibrate the yaw rate sensor, or subtract its offset in the channel map, and judge again",
+        ),
+    )
+}
+"""Sentences of the findings, by case."""
 
-def obstacle(drive: SideslipDrive, needs_torque: bool, torque_known: bool, mirrored: bool = False) -> Obstacle | None:
-    """Why no statement is possible; None where one is."""
+
+def obstacle(
+    drive: SideslipDrive, needs_torque: bool, torque_known: bool, mirrored: bool = False
+) -> tuple[Status, Fact] | None:
+    """Why no statement is possible; None where one is.
+
+    Args:
+        needs_torque: whether the estimator cannot run without the torque of the steering
+        torque_known: whether the vehicle file converts the motor's torque into it
+        mirrored: whether every turn mirrors the steering angle
+    """
     if mirrored:
-        return Obstacle(Status.NOT_TESTABLE, MIRRORED, TURN_FORWARD)
+        return Status.NOT_TESTABLE, CASES["mirrored"]
     if turned := drive.sensors.turned():
-        names = " or ".join(turned)
-        cause = f"the sign of {names} contradicts the other signals of a turning car"
-        return Obstacle(Status.NOT_TESTABLE, cause, f"correct the sign of {names} in the channel map")
+        return Status.NOT_TESTABLE, CASES["sign"].filled(names=" or ".join(turned))
     if wrong := drive.sensors.wrong_unit():
-        return Obstacle(Status.NOT_TESTABLE, wrong, "correct the unit in the channel map")
+        signal = "yaw_rate" if "yaw rate is" in wrong else "lateral_acceleration, yaw_rate or speed"
+        return Status.NOT_TESTABLE, CASES["unit"].filled(cause=wrong, signal=signal)
     if not drive.angles:
-        cause = "the recording has neither road_wheel_angle nor steering_wheel_angle"
-        return Obstacle(Status.NOT_AVAILABLE, cause, "name one of them in the channel map")
+        return Status.NOT_AVAILABLE, CASES["no angle"]
     if needs_torque and not (drive.torques and torque_known):
         missing = "motor_torque or motor_current" if torque_known else "gearhead_ratio in the vehicle file"
-        cause = f"this variant needs the torque of the steering, but there is no {missing}"
-        return Obstacle(
-            Status.NOT_AVAILABLE,
-            cause,
-            "choose a variant that needs no torque (--variant combined), or add what is missing",
-        )
+        return Status.NOT_AVAILABLE, CASES["no torque"].filled(missing=missing)
     if drive.seconds < LEAST_ENABLED:
-        if 0.0 < drive.fastest <= WALKING:
-            cause = (
-                f"the car drove at walking pace throughout (fastest {drive.fastest:.1f} m/s), where the geometry of "
-                "the turn alone makes the sideslip"
-            )
-            return Obstacle(Status.NOT_ENABLED, cause, f"record a drive above {WALKING:g} m/s")
-        cause = (
-            f"it could be estimated for {drive.seconds:.1f} s only, {LEAST_ENABLED:g} s are needed; the car stood, "
-            f"rolled backwards, or speed or angle were missing (fastest {drive.fastest:.1f} m/s)"
-        )
-        return Obstacle(Status.NOT_ENABLED, cause, "record a drive, with speed and steering angle throughout")
+        name = "walking pace" if 0.0 < drive.fastest <= WALKING else "too short"
+        return Status.NOT_ENABLED, CASES[name].filled(fastest=drive.fastest, seconds=drive.seconds)
     return None
 
 
-def judge(drive: SideslipDrive, name: str, misfit_rule: Detector, nis: float) -> Finding:
-    """The finding where the sideslip was estimated."""
+def judge(drive: SideslipDrive, name: str, misfit_rule: Detector, nis: float, restarted: int = 0) -> Verdict:
+    """The verdict where the sideslip was estimated.
+
+    Args:
+        misfit_rule: rule that decides whether the parameters fit
+        nis: mean NIS per reading
+        restarted: number of restarts of the filter, where they are too many
+    """
     evidence = {**drive.evidence(), **drive.beside_truth(), "nis_mean": nis}
     peak = drive.motions.largest
     estimate = Estimate("largest sideslip angle at the centre of gravity", peak.value, peak.deviation, "rad")
-    largest = f"{_signed(math.degrees(peak.value), 2)} ± {math.degrees(peak.deviation):.2f} degrees"
-    if alarms_at(misfit_rule, math.log(max(nis, 1e-12)) / USUAL_MISFIT):
-        cause = f"the innovations are {math.sqrt(nis):.1f} times as large as the estimator expects"
-        headline = f"Sideslip angle up to {largest}, but the parameters do not fit this car: {cause}."
+    details = [f"estimated for {drive.seconds:.0f} s", *_geometry(peak)]
+    because, decided_by = [Fact("estimated", "", action="none")], []
+    status = Status.CONSISTENT if drive.compared >= LEAST_COMPARED else Status.ESTIMATED
+    misfits = alarms_at(misfit_rule, math.log(max(nis, 1e-12)) / USUAL_MISFIT)
+    if status is Status.CONSISTENT and evidence["truth_within_band_share"] < LEAST_COVERAGE and not misfits:
+        status = Status.INCONSISTENT
+        because = [CASES["band"].filled(share=100.0 * evidence["truth_within_band_share"])]
+        error = math.degrees(evidence["error_against_truth_rms_rad"])
+        details.append(f"the error is {error:.2f} degrees (root mean square)")
+        decided_by = [BAND_DECISION.name]
+    if restarted and not misfits:
+        status, because = Status.NOT_IDENTIFIABLE, [CASES["lost"].filled(restarts=restarted), *because]
+    if misfits:
         steering = ", and trail, friction and inertia of the steering" if drive.torques else ""
-        action = f"give a vehicle file that fits this car: mass, stiffness and noise of the sensors{steering}"
-        found = Finding(name, Status.NOT_IDENTIFIABLE, headline, None, estimate, evidence, cause, action)
-    else:
-        headline = f"Sideslip angle up to {largest}, estimated for {drive.seconds:.0f} s.{_geometry(peak)}"
-        status = Status.CONSISTENT if drive.compared >= LEAST_COMPARED else Status.ESTIMATED
-        found = Finding(name, status, headline, None, estimate, evidence, action="none")
-        found = _beside_truth(found, drive.compared)
-    return _contradicted(_with_offset(found, drive), drive)
+        status, because = Status.NOT_IDENTIFIABLE, [CASES["misfit"].filled(ratio=math.sqrt(nis), steering=steering)]
+    facts = [each for each in (drive.sensors.wrong_motion(),) if each is not None]
+    if offset := drive.sensors.offset(drive.observables.yaw_rate_offset()):
+        degrees = f"{math.degrees(offset.value):+.1f}".replace("-", "−")
+        facts.insert(0, CASES["offset"].filled(offset=degrees, shown_by=offset.shown_by))
+        evidence[OFFSET] = offset.value
+        decided_by.append(OFFSET_DECISION.name)
+    return Verdict(
+        name, status, tuple(because), estimate, evidence=evidence, details=tuple(details), decided_by=tuple(decided_by),
+        facts=tuple(facts),
+    )  # fmt: skip
 
 
-def _geometry(peak: Largest) -> str:
+def _geometry(peak: Largest) -> list[str]:
+    """Detail on an angle that is mostly the geometry of a tight turn; none for one that the tyres make."""
     tyres = abs(peak.value - peak.geometry)
     if abs(peak.geometry) < LARGE_GEOMETRY or tyres > 0.5 * abs(peak.geometry):
-        return ""
-    return f" Most of it is the geometry of a tight turn at {3.6 * peak.speed:.0f} km/h."
+        return []
+    return [f"most of it is the geometry of a tight turn at {3.6 * peak.speed:.0f} km/h"]
 
 
-def confirmed(finding: Finding, drive: SideslipDrive) -> bool:
+def confirmed(verdict: Verdict, drive: SideslipDrive) -> bool:
     """Whether the band contains a recorded truth for enough of the time."""
-    share = finding.evidence.get("truth_within_band_share", 0.0)
+    share = verdict.evidence.get("truth_within_band_share", 0.0)
     return share >= LEAST_COVERAGE and drive.compared >= LEAST_COMPARED
 
 
-def _beside_truth(finding: Finding, seconds: float) -> Finding:
-    share = finding.evidence.get("truth_within_band_share", 1.0)
-    if not (share < LEAST_COVERAGE and seconds >= LEAST_COMPARED):
-        return finding
-    error = math.degrees(finding.evidence["error_against_truth_rms_rad"])
-    cause = f"the 95 % band contains the recorded truth for only {100.0 * share:.0f} % of the time"
-    return replace(
-        finding,
-        status=Status.INCONSISTENT,
-        headline=f"{finding.headline} But {cause}; the error is {error:.2f} degrees (root mean square).",
-        cause=f"{cause}: parameters of the vehicle file or offsets of sensors are wrong by more than the band covers",
-        action="use this error as the uncertainty, or fit stiffness and friction of the vehicle file to the truth and "
-        "calibrate the sensors",
-        decided_by=(BAND_DECISION.name,),
-    )
-
-
-def _with_offset(finding: Finding, drive: SideslipDrive) -> Finding:
-    if (offset := drive.sensors.offset(drive.observables.yaw_rate_offset())) is None:
-        return finding
-    cause = (
-        f"the yaw rate has an offset of {_signed(math.degrees(offset.value), 1)} degrees per second, shown by its "
-        f"mean {offset.shown_by}"
-    )
-    joint = "But" if finding.status.quiet else "Cause:"
-    return replace(
-        finding,
-        status=finding.status.doubted if finding.status.judged else finding.status,
-        headline=f"{finding.headline} {joint} {cause}." if finding.status.judged else finding.headline,
-        evidence={**finding.evidence, OFFSET: offset.value},
-        cause=cause,
-        action="calibrate the yaw rate sensor, or subtract its offset in the channel map, and judge again",
-        warnings=(*finding.warnings, f"{cause}: it causes an error of the sideslip angle"),
-        decided_by=(*finding.decided_by, OFFSET_DECISION.name),
-    )
-
-
-def _contradicted(finding: Finding, drive: SideslipDrive) -> Finding:
-    wrong = drive.sensors.wrong_motion()
-    if wrong is None:
-        return finding
-    finding = replace(finding, warnings=(*finding.warnings, wrong.cause))
-    if wrong.rests_on == ("longitudinal_acceleration",) or not finding.status.quiet:
-        return finding
-    return replace(
-        finding,
-        status=Status.INCONSISTENT,
-        headline=f"{finding.headline} But {wrong.cause}.",
-        cause=wrong.cause,
-        action="correct sign and unit of the signal in the channel map, correct its time stamps, or repair the "
-        "sensor, and judge again",
-    )
-
-
-def distances(finding: Finding) -> dict[str, float]:
+def distances(verdict: Verdict) -> dict[str, float]:
     """Statistics of the decisions that are taken once per recording, by name of the decision."""
-    evidence = finding.evidence
+    evidence = verdict.evidence
     found = {MISFIT_DECISION.name: math.log(max(evidence["nis_mean"], 1e-12)) / USUAL_MISFIT}
     if OFFSET in evidence:
         found[OFFSET_DECISION.name] = evidence[OFFSET] / USUAL_OFFSET
     if "truth_within_band_share" in evidence:
         found[BAND_DECISION.name] = evidence["truth_within_band_share"]
-    found |= {SIGNALS_DECISION.name: evidence[SIGNALS], FILE_DECISION.name: evidence[FILE]}
-    return found
-
-
-def _signed(value: float, decimals: int) -> str:
-    return f"{value:+.{decimals}f}".replace("-", "−")
+    return found | {SIGNALS_DECISION.name: evidence[SIGNALS], FILE_DECISION.name: evidence[FILE]}
