@@ -42,9 +42,9 @@ class Fact:
 
     def filled(self, **values: object) -> Fact:
         """The fact of a table of sentences with these values in the braces of its texts."""
-        values = {"estimate": ESTIMATE, **values}
-        texts = {name: getattr(self, name).format(**values) for name in ("cause", "reason", "action")}
-        return replace(self, **texts)
+        given = {"estimate": ESTIMATE, **values}
+        cause, reason, action = (each.format(**given) for each in (self.cause, self.reason, self.action))
+        return replace(self, cause=cause, reason=reason, action=action)
 
     def limited(self, status: Status) -> Status:
         """Status that it leaves of one without it; for an estimate, suspect is inconsistent."""

@@ -73,17 +73,6 @@ class SideslipEstimate(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Ratio:
-    """Angle of the road wheels over that of the steering wheel.
-
-    Args:
-        steering_ratio: road wheels over steering wheel
-    """
-
-    steering_ratio: Annotated[float, ""]
-
-
-@dataclass(frozen=True)
 class SideslipMonitor:
     """A sideslip estimator with the signals of a car as input, and the statement on its estimate.
 
@@ -92,12 +81,12 @@ class SideslipMonitor:
 
     Args:
         estimator: the estimator, see the module
-        ratio: steering ratio
+        steering_ratio: angle of the road wheels over that of the steering wheel
         actuator: actuator of a car steered by wire; None where the torque at the road wheels is unknown
     """
 
     estimator: Block
-    ratio: Ratio
+    steering_ratio: Annotated[float, ""]
     actuator: Actuator | None
 
     @classmethod
@@ -108,7 +97,7 @@ class SideslipMonitor:
             ParameterError: the file lacks one of them
         """
         actuator = vehicle.parameters_for(Actuator) if BY_WIRE in vehicle else None
-        return cls(estimator, vehicle.parameters_for(Ratio), actuator)
+        return cls(estimator, vehicle["steering_ratio"], actuator)
 
     class Output(NamedTuple):
         """Sideslip angle at the centre of gravity [rad] as a statement, and the output of the estimator.
@@ -123,14 +112,14 @@ class SideslipMonitor:
     @property
     def Sample(self) -> type:
         """NamedTuple class of the car's signals that the estimator needs."""
-        return _sample_class(_fields(self.estimator.Sample))
+        return _sample_class(self.estimator.Sample._fields)
 
     def init(self) -> Tree:
         return self.estimator.init()
 
     def step(self, state: Tree, sample: Tree) -> tuple[Tree, Output]:
-        kind = self.estimator.Sample
-        after, estimate = self.estimator.step(state, kind(*(self._read(name, sample) for name in _fields(kind))))
+        kind: Tree = self.estimator.Sample
+        after, estimate = self.estimator.step(state, kind(*(self._read(name, sample) for name in kind._fields)))
         statement = Statement(
             status=where(estimate.held > 0.5, code_of(Status.NOT_ENABLED), code_of(Status.ESTIMATED)),
             since=-1.0,
@@ -143,7 +132,7 @@ class SideslipMonitor:
 
     def _read(self, name: str, sample: Tree) -> Scalar:
         if name == "road_wheel_angle":
-            of_wheel = self.ratio.steering_ratio * sample.steering_wheel_angle
+            of_wheel = self.steering_ratio * sample.steering_wheel_angle
             angle: Scalar = where(present(sample.road_wheel_angle), sample.road_wheel_angle, of_wheel)
             return angle
         if name == "road_wheel_torque":
@@ -155,11 +144,6 @@ class SideslipMonitor:
             return torque
         value: Scalar = getattr(sample, name)
         return value
-
-
-def _fields(kind: type) -> tuple[str, ...]:
-    names: tuple[str, ...] = getattr(kind, "_fields", ())
-    return names
 
 
 @lru_cache(maxsize=64)
@@ -213,9 +197,9 @@ class SideslipSession(BlockSession):
         self.traces = {**self.traces, "true_sideslip_angle": "rad"}
         self.signals = tuple(dict.fromkeys((*self.signals, *JUDGED, *TRUTHS)))
         self.name, self._needs_torque, self._torque_known = name, needs_torque, block.actuator is not None
-        self.drive = SideslipDrive(vehicle.parameters_for(SingleTrack.Parameters), block.ratio.steering_ratio, rate)
+        self.drive = SideslipDrive(vehicle.parameters_for(SingleTrack.Parameters), block.steering_ratio, rate)
         self._consistency, self._vehicle = ConsistencyAccumulator(), vehicle
-        self._rear_distance, self._ratio = vehicle["rear_distance"], block.ratio.steering_ratio
+        self._rear_distance, self._ratio = vehicle["rear_distance"], block.steering_ratio
         self._reversing = Reversing(rate, self._ratio, vehicle["front_distance"] + self._rear_distance)
         self._reverses = np.zeros(0, bool)
         self._piece: tuple[np.ndarray, Mapping[str, np.ndarray], np.ndarray] | None = None

@@ -348,9 +348,7 @@ class OwnMotionOverDrive:
         """Sentence on a wrong estimate; None where it changes as the car does, or within its band."""
         limits, found = self.limits, self.share()
         count, total, squares = self._angles
-        if found is None or not (count and self._variance[0]):
-            return None
-        if found.tolerance < limits.separable:
+        if found is None or found.tolerance < limits.separable or not (count and self._variance[0]):
             return None
         band = math.sqrt(self._variance[1] / self._variance[0])
         off = abs(found.value - 1.0)
