@@ -12,8 +12,7 @@ import numpy as np
 
 from tierod.io.readers.candump import frames_of
 from tierod.io.readers.dbc import bus_source, load_databases
-from tierod.io.readers.frames import EXTENDED, Frames, joined
-from tierod.io.readers.log import Log, heard
+from tierod.io.readers.frames import EXTENDED, Frames, Log, heard, joined
 
 _REPEATS = 7
 _ROOT = Path(__file__).resolve().parents[1]

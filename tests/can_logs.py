@@ -4,8 +4,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from tierod.io.readers.content import Content, content_of
-from tierod.io.readers.frames import Frames, joined
-from tierod.io.readers.log import Log
+from tierod.io.readers.frames import Frames, Log, joined
 
 
 def log_of(*blocks: Frames) -> Log:

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from tierod.core.errors import InputError, ParameterError
-from tierod.io.readers import limits, open_chunks, read
-from tierod.io.readers.limits import VARIABLE, Limits
+from tierod.io.readers import content, open_chunks, read
+from tierod.io.readers.content import VARIABLE, Limits
 
 SMALL = "16MB"
 """The limit in these tests, which need not unfold gigabytes to pass it."""
@@ -146,14 +146,14 @@ def test_a_raised_limit_lets_it_in(tmp_path, monkeypatch):
 @pytest.mark.parametrize(("text", "size"), [("4GB", 4e9), ("1.5 GiB", 1.5 * 2**30), ("1000000", 1e6), ("200kb", 2e5)])
 def test_the_limit_is_a_size(monkeypatch, text, size):
     monkeypatch.setenv(VARIABLE, text)
-    assert limits.limits().largest == size
+    assert content.limits().largest == size
 
 
 @pytest.mark.parametrize("text", ["much", "-1GB", "4TB", "1e9", "9" * 400])
 def test_what_is_no_size_is_said(monkeypatch, text):
     monkeypatch.setenv(VARIABLE, text)
     with pytest.raises(ParameterError, match=f"{VARIABLE} = .* is not a size; write bytes, or for example 4GB"):
-        limits.limits()
+        content.limits()
 
 
 def test_ten_hours_at_a_hundred_hertz_are_allowed_whatever_they_are_packed_to():

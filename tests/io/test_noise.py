@@ -73,7 +73,7 @@ def test_coarse_or_held_readings_are_no_noise(bends, step, rate):
 
 
 def test_the_noise_does_not_depend_on_the_cuts(bends):
-    from tierod.io.noise import Noise
+    from tierod.io.readings import Noise
 
     values = noisy(bends)["driver_torque"].values
     whole, cut = Noise(), Noise()

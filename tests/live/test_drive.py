@@ -221,7 +221,7 @@ def test_a_session_over_multicast_that_is_ended(tmp_path, multicast, ending):
     time.sleep(0.3)
     process.send_signal(ending)
     out, err = process.communicate(timeout=60)
-    from tierod.io.readers.log import heard
+    from tierod.io.readers.frames import heard
     from tierod.io.readers.mdf import open_mdf
 
     assert heard(open_mdf(log)).frames >= 0.99 * len(frames)

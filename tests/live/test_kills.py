@@ -55,7 +55,7 @@ def killed(folder, pause, until, frames):
 def survives(folder, frames, pause, until=0.0):
     """Seconds that the log lost by a kill; NaN where nothing was logged yet. The fault memory can be opened."""
     from tierod.diagnosis.fault_memory import FaultMemory
-    from tierod.io.readers.log import InOrder
+    from tierod.io.readers.frames import InOrder
     from tierod.io.readers.mdf import open_mdf
 
     taken, lost = killed(folder, pause, until, frames), math.nan
@@ -68,7 +68,7 @@ def survives(folder, frames, pause, until=0.0):
 
 
 def test_the_log_of_a_killed_drive_is_judged_as_the_drive_was(tmp_path, capsys):
-    from tierod.io.readers.log import heard
+    from tierod.io.readers.frames import heard
     from tierod.io.readers.mdf import open_mdf
 
     frames = frames_of_drive(tmp_path, 8.0)

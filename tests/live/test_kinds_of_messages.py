@@ -90,7 +90,7 @@ def test_a_disk_that_fills_up_leaves_whole_records(tmp_path):
     problems = [each["text"] for each in events if each["event"] == "problem"]
     assert any("monitoring goes on without a log" in each for each in problems), problems
     assert events[-1]["event"] == "end"
-    from tierod.io.readers.log import heard
+    from tierod.io.readers.frames import heard
     from tierod.io.readers.mdf import open_mdf
 
     assert heard(open_mdf(tmp_path / "log.mf4")).frames > 500

@@ -8,8 +8,7 @@ import pytest
 
 from can_logs import together
 from tierod.core.errors import OutputError
-from tierod.io.readers.frames import EXTENDED
-from tierod.io.readers.log import InOrder
+from tierod.io.readers.frames import EXTENDED, InOrder
 from tierod.io.readers.mdf import open_mdf
 from tierod.live.clock import Frame
 from tierod.live.log import FrameLog

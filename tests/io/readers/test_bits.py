@@ -5,7 +5,7 @@ import pytest
 from cantools.database.can import Message, Signal
 from cantools.database.conversion import BaseConversion
 
-from tierod.io.readers.bits import Payloads, span
+from tierod.io.readers.dbc import Payloads, span
 
 FRAMES = np.arange(24, dtype=np.uint8).reshape(3, 8)
 

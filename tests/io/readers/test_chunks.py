@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from tierod.core.errors import InputError
 from tierod.core.recording import Channel
-from tierod.io.readers.chunks import slices
-from tierod.io.readers.limits import Allowance
+from tierod.io.readers.content import Allowance
+from tierod.io.readers.slices import slices
 from tierod.io.readers.source import Piece
 
 

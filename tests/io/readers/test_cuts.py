@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from tierod.core.recording import Channel, Recording
-from tierod.io.readers import content, mdf_child, open_chunks, parquet, read, vectors, vendor_can
-from tierod.io.readers.chunks import slices
-from tierod.io.readers.limits import Allowance
+from tierod.io.readers import content, mdf_child, open_chunks, read, tables, vectors, vendor_can
+from tierod.io.readers.content import Allowance
+from tierod.io.readers.slices import slices
 from tierod.io.readers.source import Piece
 from tierod.io.writers import write
 
@@ -107,7 +107,7 @@ def files(tmp_path_factory):
 def cut(monkeypatch, tmp_path, size: int) -> None:
     """Let every reader take pieces of about so many samples."""
     monkeypatch.setattr(content, "BLOCK", 20 * size)
-    monkeypatch.setattr(parquet, "BATCH", size)
+    monkeypatch.setattr(tables, "BATCH", size)
     monkeypatch.setattr(vectors, "SAMPLES", size)
     monkeypatch.setattr(vendor_can, "BLOCK", size)
     source = Path(mdf_child.__file__).read_text()

@@ -10,11 +10,10 @@ from hypothesis import strategies as st
 from can_logs import log_of
 from tierod.core.errors import InputError, MissingExtra
 from tierod.io.readers import open_chunks, read
-from tierod.io.readers.chunks import slices
+from tierod.io.readers.content import Allowance
 from tierod.io.readers.dbc import bus_source, load_databases
-from tierod.io.readers.frames import EXTENDED, Frames
-from tierod.io.readers.limits import Allowance
-from tierod.io.readers.log import heard
+from tierod.io.readers.frames import EXTENDED, Frames, heard
+from tierod.io.readers.slices import slices
 
 cantools = pytest.importorskip("cantools")
 

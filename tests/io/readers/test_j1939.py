@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tierod.io.readers import read
-from tierod.io.readers.frames import parameter_group
+from tierod.io.readers.dbc import parameter_group
 
 pytest.importorskip("cantools")
 

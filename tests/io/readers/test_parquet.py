@@ -10,7 +10,7 @@ import pytest
 
 from tierod.core.errors import InputError
 from tierod.core.recording import Channel, Recording
-from tierod.io.readers import open_chunks, parquet, read
+from tierod.io.readers import open_chunks, read, tables
 from tierod.io.writers import write
 
 
@@ -102,10 +102,10 @@ def test_padding_of_a_slow_clock_is_not_unpacked_and_statistics_are_not_trusted_
                 "yaw_rate": Channel("yaw_rate", slow, np.cos(slow), "rad/s")}  # fmt: skip
     write(Recording(channels), tmp_path / "drive.parquet")
     file = pq.ParquetFile(tmp_path / "drive.parquet")
-    true = parquet._padding(file, "time.2")
+    true = tables._padding(file, "time.2")
     assert true == [54_000, 54_000]
-    monkeypatch.setattr(parquet, "_padding", lambda file, clock: [each + lie for each in true] if "2" in clock else [0])
-    batches = parquet._batches(tmp_path / "drive.parquet", file, ["time.2", "yaw_rate"], 1 << 17)
+    monkeypatch.setattr(tables, "_padding", lambda file, clock: [each + lie for each in true] if "2" in clock else [0])
+    batches = tables._batches(tmp_path / "drive.parquet", file, ["time.2", "yaw_rate"], 1 << 17)
     unpacked = sum(batch.num_rows for batch, _ in batches)
     assert unpacked == (12_002 if lie == 0 else 120_000)
     assert np.array_equal(read(tmp_path / "drive.parquet")["yaw_rate"].values, np.cos(slow))

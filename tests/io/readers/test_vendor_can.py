@@ -9,8 +9,7 @@ import pytest
 from can_logs import stored, together
 from tierod.core.errors import InputError
 from tierod.io.readers import vendor_can
-from tierod.io.readers.frames import EXTENDED
-from tierod.io.readers.log import Remembered
+from tierod.io.readers.frames import EXTENDED, Remembered
 from tierod.io.readers.vendor_can import frames_of
 
 can = pytest.importorskip("can")

@@ -7,7 +7,7 @@ import pytest
 
 from tierod import read
 from tierod.core.recording import Channel, Recording
-from tierod.io.layout import DAMAGED, description_in
+from tierod.io.formats import DAMAGED, description_in
 from tierod.io.writers import write
 
 WHOLE = {

@@ -39,7 +39,7 @@ def replay(
     from tierod.cli.terminal import print_remark
     from tierod.io.readers.dbc import load_databases
     from tierod.io.readers.opening import shipped
-    from tierod.io.readers.streaming import loaded_map
+    from tierod.io.readers.reading import loaded_map
     from tierod.live.buses import Address, interface_options, open_bus
     from tierod.live.encoding import Differences
     from tierod.live.replay import Disturbance, Played, disturbed, frames_of_file, play

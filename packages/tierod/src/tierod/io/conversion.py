@@ -11,8 +11,8 @@ from typing import Any
 from tierod.core.recording import Recording
 from tierod.io.readers.mapping import Plan, as_recorded
 from tierod.io.readers.opening import open_parts
+from tierod.io.readers.reading import SHARE_READ, Reading, loaded_map, planned
 from tierod.io.readers.source import Source
-from tierod.io.readers.streaming import SHARE_READ, Reading, loaded_map, planned
 from tierod.io.writers import WRITERS, require_writable, write
 from tierod.io.writers.spool import FromSpool, Spool
 

@@ -14,7 +14,7 @@ from tierod.core.residues import levels_of, residue_between
 from tierod.core.series import longest_run, runs
 from tierod.core.shown import in_words
 from tierod.core.signals import SIGNALS
-from tierod.io.held_readings import held_remark, rows_per_reading
+from tierod.io.readings import LEAST_RATE, held_remark, median_rate, rows_per_reading, too_slow
 from tierod.methods.running import OuterLevels, piles_up
 
 
@@ -22,8 +22,7 @@ from tierod.methods.running import OuterLevels, piles_up
 class QualityLimits:
     """Limits beyond which a channel deserves a remark."""
 
-    # rate [Hz] below which steering monitors cannot follow a driver (movements reach 3 Hz, six samples each)
-    slow: Annotated[float, "Hz"] = 20.0
+    slow: Annotated[float, "Hz"] = LEAST_RATE
     gap: Annotated[float, "s"] = 0.1  # pause [s] that counts as a gap; ten missed messages of a 10 ms bus
     missing: Annotated[float, ""] = 0.01  # share of missing samples that deserves a remark
     # time [s] at the extreme value that indicates a saturated sensor, not driving
@@ -42,18 +41,6 @@ APPROACH = 0.1
 
 
 _MISSING, _GAP, _PLAUSIBLE = "% of the samples are missing", "the longest gap lasts", "leaves the plausible"
-
-
-def median_rate(time: np.ndarray) -> float:
-    """Sampling rate from the median interval between different stamps [Hz]; NaN with fewer than two."""
-    steps = np.diff(time)
-    steps = steps[steps > 0.0]
-    return float(1.0 / np.median(steps)) if len(steps) else float("nan")
-
-
-def too_slow(rate: float, needed: float) -> bool:
-    """Whether a rate [Hz] is below the one needed [Hz] by more than 5 %, which allows for jitter and clock drift."""
-    return rate < 0.95 * needed
 
 
 def mean_rate(time: np.ndarray) -> float:

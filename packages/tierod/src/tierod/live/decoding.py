@@ -10,10 +10,9 @@ from tierod.core.errors import ParameterError
 from tierod.core.recording import Channel
 from tierod.io.readers.channel_map import ChannelMap, load_maps_beside, maps_beside
 from tierod.io.readers.dbc import Described, Rows, channel_of, described, load_databases, silent_channels
-from tierod.io.readers.frames import EXTENDED, Frames, identifier_text, messages
-from tierod.io.readers.log import Heard
+from tierod.io.readers.frames import EXTENDED, Frames, Heard, identifier_text, messages
 from tierod.io.readers.opening import Paths, shipped
-from tierod.io.readers.streaming import loaded_map
+from tierod.io.readers.reading import loaded_map
 from tierod.vehicles import Vehicle
 from tierod.vehicles.reading import Map, read_by
 

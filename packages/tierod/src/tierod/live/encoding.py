@@ -18,8 +18,8 @@ from tierod.core.units import scale, split_suffix, tidy
 from tierod.io.readers.channel_map import ChannelMap, Entry
 from tierod.io.readers.frames import EXTENDED
 from tierod.io.readers.opening import open_source
+from tierod.io.readers.reading import Reading
 from tierod.io.readers.source import Column
-from tierod.io.readers.streaming import Reading
 from tierod.live.clock import Frame
 
 if TYPE_CHECKING:

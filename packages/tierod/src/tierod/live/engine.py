@@ -15,10 +15,9 @@ from tierod.core.findings import Diagnosis
 from tierod.core.recording import Channel, Recording
 from tierod.io.readers.channel_map import ChannelMap
 from tierod.io.readers.frames import Frames, taken
-from tierod.io.readers.making import Doubts, made_from
 from tierod.io.readers.mapping import Plan as Mapping_
 from tierod.io.readers.mapping import plan as mapping
-from tierod.io.readers.streaming import completed
+from tierod.io.readers.reading import Doubts, completed, made_from
 from tierod.live.clock import DriveClock, Frame, Gaps, frames_of, sentences
 from tierod.live.decoding import Decoder
 from tierod.live.judge import Judge, Plan, Shown

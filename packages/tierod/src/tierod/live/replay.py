@@ -11,8 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from tierod.io.readers.channel_map import ChannelMap
-from tierod.io.readers.frames import EXTENDED
-from tierod.io.readers.log import InOrder, Log
+from tierod.io.readers.frames import EXTENDED, InOrder, Log
 from tierod.io.readers.opening import frames_in
 from tierod.live.clock import Frame
 from tierod.live.encoding import Differences, encoded

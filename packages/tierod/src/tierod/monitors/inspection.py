@@ -13,10 +13,10 @@ from tierod.core.findings import ChannelQuality
 from tierod.core.recording import Recording
 from tierod.core.units import COUNT
 from tierod.io.derive import complete
-from tierod.io.layout import plain
-from tierod.io.noise import noise_warnings
+from tierod.io.formats import plain
 from tierod.io.quality import channel_quality
 from tierod.io.readers import ChannelMap, read
+from tierod.io.readings import noise_warnings
 from tierod.io.signs import sign_warnings, turn_warnings
 from tierod.monitors.harness.acceptance import Readiness, refusals
 from tierod.monitors.harness.named_vehicle import vehicle_named_in

@@ -19,10 +19,10 @@ from tierod.core.signals import SIGNALS
 from tierod.fleet.judging import Asked
 from tierod.fleet.stamps import code, vehicle_digest
 from tierod.io.derive import RECIPES, ingredients
-from tierod.io.layout import plain
+from tierod.io.formats import plain
 from tierod.io.readers import SHARE_READ, ChannelMap, open_chunks, open_source, parse_channel_map
 from tierod.io.readers.opening import shipped
-from tierod.io.readers.streaming import completed, loaded_map, planned
+from tierod.io.readers.reading import completed, loaded_map, planned
 from tierod.monitors.harness.over_time import OverTime
 from tierod.monitors.harness.pieces import CHUNK
 from tierod.monitors.harness.run import Run

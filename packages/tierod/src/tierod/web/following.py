@@ -20,9 +20,9 @@ import numpy as np
 from tierod.core.errors import InputError, ParameterError, TierodError
 from tierod.core.signals import SIGNALS
 from tierod.io.readers.channel_map import ChannelMap
-from tierod.io.readers.making import Doubts, made_from
 from tierod.io.readers.mapping import Plan as Mapping_
 from tierod.io.readers.mapping import plan as mapping
+from tierod.io.readers.reading import Doubts, made_from
 from tierod.live.clock import Frame, frames_of
 from tierod.live.decoding import Decoder, bus_files
 from tierod.live.drive import Drive, Outputs

@@ -23,8 +23,8 @@ from tierod.io.proposal.words import Meant, counts_turns, meant_by
 from tierod.io.readers.channel_map import Entry
 from tierod.io.readers.mapping import Pick, Plan
 from tierod.io.readers.opening import Paths, open_source
+from tierod.io.readers.reading import SHARE_READ, Reading
 from tierod.io.readers.source import Column
-from tierod.io.readers.streaming import SHARE_READ, Reading
 
 SLICE = 600.0  # Length of a recording that is read at once [s]
 

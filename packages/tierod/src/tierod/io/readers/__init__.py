@@ -10,8 +10,8 @@ from tierod.io.readers.channel_map import ChannelMap, TimeEntry, load_channel_ma
 from tierod.io.readers.content import Content
 from tierod.io.readers.frames import Frames
 from tierod.io.readers.opening import READERS, open_source
+from tierod.io.readers.reading import LACKING, SHARE_READ, open_chunks, read
 from tierod.io.readers.source import Column, Format, Piece, Source, begins_with, source_of
-from tierod.io.readers.streaming import LACKING, SHARE_READ, open_chunks, read
 
 __all__ = [
     "LACKING",

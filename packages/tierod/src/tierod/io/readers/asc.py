@@ -12,8 +12,7 @@ import numpy as np
 
 from tierod.core.errors import InputError
 from tierod.io.readers.content import whole_lines
-from tierod.io.readers.frames import EXTENDED, IDENTIFIERS, Frames, bus_number
-from tierod.io.readers.log import Log, Remembered
+from tierod.io.readers.frames import EXTENDED, IDENTIFIERS, Frames, Log, Remembered, bus_number, only_notes, stacked
 from tierod.io.readers.source import Format, text_begin
 
 _BASE = re.compile(rb"base\s+(hex|dec)\b(?:\s+timestamps\s+(absolute|relative))?", re.IGNORECASE)
@@ -169,33 +168,20 @@ def calendar(text: str) -> float | None:
 def frames_of(blocks: Iterable[bytes]) -> Iterator[Frames]:
     """The frames of a log, block by block, their time counted from the first; the last has the notes on losses."""
     lines, first = _Lines(), None
+    frames: Frames | None = None
     for block in blocks:
         found = lines.block(block.splitlines())
         if found.time:
             first = found.time[0] if first is None else first
-            yield _frames(found, lines, first)
+            time, origin = np.array(found.time) - first, 0.0 if lines.begin is None else lines.begin + first
+            frames = stacked(time, found.identifier, found.bus, found.payload, tuple(lines.buses), origin)
+            yield frames
     notes = tuple(f"{what} were left out: {number}" for what, number in lines.left_out.items())
-    if first is None:
+    if frames is None:
         why = f" ({'; '.join(notes)})" if notes else ""
         raise InputError(f"the ASC log holds no frame with data{why}; record it, or export it with numeric identifiers")
     if notes:
-        yield _frames(_Block(), lines, first, notes)
-
-
-def _frames(found: _Block, lines: _Lines, first: float, notes: tuple[str, ...] = ()) -> Frames:
-    length = np.array([len(data) for data in found.payload], dtype=int)
-    width = max(int(length.max(initial=0)), 8)
-    payload = np.frombuffer(b"".join(data.ljust(width, b"\0") for data in found.payload), dtype=np.uint8)
-    return Frames(
-        np.array(found.time, dtype=float) - first,
-        np.array(found.identifier, dtype=np.uint32),
-        np.array(found.bus, dtype=np.uint16),
-        payload.reshape(-1, width),
-        length,
-        tuple(lines.buses),
-        lines.begin + first if lines.begin is not None else 0.0,
-        notes,
-    )
+        yield only_notes(frames, notes)
 
 
 _HEAD = re.compile(rb"^\s*(//.*\s+)?(date .*\s+)?base\s+(hex|dec)\b", re.IGNORECASE)

@@ -2,7 +2,7 @@
 
 It is a separate script that imports nothing of tierod, so that it starts fast. It imports the library, and forks for
 every file. The fork takes requests, one JSON document per line, and answers each with such a line, followed by the
-arrays that the line lists. `tierod.io.readers.reader_template` and `tierod.io.readers.reader_process` are the other
+arrays that the line lists. `tierod.io.readers.reader_process` and `tierod.io.readers.reader_process` are the other
 ends. Arrays are sent as bare numbers, so that the output of a damaged process can do no harm there. The class `Reader`
 of the script that is named on the command line makes the answers.
 """

@@ -11,7 +11,7 @@ from typing import Any
 
 from tierod.core.errors import InputError
 from tierod.core.units import known, split_name, tidy
-from tierod.io.layout import DAMAGED, description_in
+from tierod.io.formats import DAMAGED, description_in
 from tierod.io.readers.clocks import is_time
 from tierod.io.readers.source import Column
 

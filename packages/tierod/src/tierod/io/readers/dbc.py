@@ -6,7 +6,7 @@ import logging
 import re
 import warnings
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,10 +15,16 @@ import numpy as np
 from tierod.core.errors import InputError, MissingExtra
 from tierod.core.recording import Channel
 from tierod.core.user_files import MOST_DATA_BYTES, read_bytes
-from tierod.io.libraries import muted
-from tierod.io.readers.bits import Payloads, span
-from tierod.io.readers.frames import EXTENDED, Frames, identifier_text, messages, parameter_group, without_value
-from tierod.io.readers.log import Heard, InOrder, Log
+from tierod.io.formats import muted
+from tierod.io.readers.frames import (
+    EXTENDED,
+    Frames,
+    Heard,
+    InOrder,
+    Log,
+    identifier_text,
+    messages,
+)
 from tierod.io.readers.source import Column, Lane, Piece, Source
 
 if TYPE_CHECKING:
@@ -26,8 +32,119 @@ if TYPE_CHECKING:
     from cantools.database.can.database import Database as CanDatabase
     from cantools.database.diagnostics.database import Database as DiagnosticsDatabase
 
+
+_REALS = {16: (np.uint16, np.float16), 32: (np.uint32, np.float32), 64: (np.uint64, np.float64)}
+
+LONGEST = 64  # Largest number of bits of a number; longer signals hold texts, keys or checksums
+
+
+def span(start: int, length: int, big_endian: bool) -> tuple[int, int]:
+    """(first bit, bit after the last) of a signal, in the order of its bits.
+
+    Bits count from the highest bit of the first byte where the signal is big endian, else from its lowest bit.
+    """
+    begin = 8 * (start // 8) + 7 - start % 8 if big_endian else start
+    return begin, begin + length
+
+
+@dataclass(frozen=True)
+class Payloads:
+    """The payloads of the frames of one message, with their bytes as 64-bit words, which are made once."""
+
+    data: np.ndarray  # bytes, shape (n, width); zero beyond the end of a short frame
+    # 64-bit words made so far, by (byte they begin at, byte order)
+    words: dict[tuple[int, bool], np.ndarray] = field(default_factory=dict)
+
+    def word(self, first: int, big_endian: bool) -> np.ndarray:
+        """The eight bytes from `first` on as unsigned words, shape (n,)."""
+        if (first, big_endian) not in self.words:
+            part = self.data[:, first : first + 8]
+            if part.shape[1] < 8:
+                part = np.pad(part, ((0, 0), (0, 8 - part.shape[1])))
+            word = np.ascontiguousarray(part).view(">u8" if big_endian else "<u8")[:, 0]
+            self.words[first, big_endian] = word.astype(np.uint64)
+        return self.words[first, big_endian]
+
+    def raw(self, start: int, length: int, big_endian: bool, signed: bool = False, real: bool = False) -> np.ndarray:
+        """The raw values of one signal, before factor and offset.
+
+        Returns:
+            unsigned or signed 64-bit integers, or floats, shape (n,); NaN where the description is invalid: more
+                than
+            64 bits, a begin before the first bit, a real number of another length
+        """
+        if not 1 <= length <= LONGEST or start < 0 or (real and length not in _REALS):
+            return np.full(len(self.data), np.nan)
+        begin, end = span(start, length, big_endian)
+        first = 0 if end <= 64 else begin // 8
+        begin, end = begin - 8 * first, end - 8 * first
+        value = self.word(first, big_endian)
+        # Shifted up to the end of the word and down again, which extends the sign of a signed signal.
+        if end <= 64:
+            above = begin if big_endian else 64 - end
+            value = value << np.uint64(above) if above else value
+        else:
+            value = self._across_nine_bytes(value, first, begin, end, big_endian)
+        below = 64 - length
+        if real:
+            bits, kind = _REALS[length]
+            return (value >> np.uint64(below)).astype(bits).view(kind)
+        if signed:
+            return value.view(np.int64) >> np.int64(below)
+        return value >> np.uint64(below)
+
+    def _across_nine_bytes(self, value: np.ndarray, first: int, begin: int, end: int, big_endian: bool) -> np.ndarray:
+        """Bits of a signal that covers nine bytes, shifted to the upper end of a word."""
+        ninth = self.word(first + 8, big_endian)
+        if big_endian:
+            return (value << np.uint64(begin)) | (ninth >> np.uint64(64 - begin))
+        below = (value >> np.uint64(begin)) | (ninth << np.uint64(64 - begin))
+        return below << np.uint64(64 - (end - begin))
+
+
 _KINDS = ("arxml", "dbc", "kcd", "sym", "cdd")
 _ENTRY = re.compile(r"""\b(VAL_|SIG_VALTYPE_)\s+(\d+)\s+(\w+)\b(?:"(?:[^"\\]|\\.)*"|[^;"])*;""")
+
+
+# J1939-21: below this PDU format the next byte is the address of the receiver, not part of the parameter group
+_PGN_WITH_ADDRESS = 240
+
+# Pattern of the names that databases give to states without a value
+_SAYS_NOTHING = re.compile(
+    r"not[ _-]*(avail|defin|install|support|used)|n/?a\b|sna\b|error|fault|invalid|reserved|undefined"
+    r"|do ?n.?o?t[ _-]*care|no[ _-]*action",
+    re.IGNORECASE,
+)
+
+
+def parameter_group(identifier: int) -> int:
+    """The parameter group number (PGN) in a 29-bit identifier of J1939-21."""
+    group = (identifier >> 8) & 0x3FFFF
+    return group & 0x3FF00 if (group >> 8) & 0xFF < _PGN_WITH_ADDRESS else group
+
+
+def without_value(item: Signal, raw: np.ndarray) -> np.ndarray | None:
+    """Mask of values that the sender marks as not available or in error; None where the signal has no such code.
+
+    J1939-71, ranges of transmitted signals: a parameter of one byte is in error at 0xFE and not available at 0xFF, a
+    longer one where its highest byte is. Discrete parameters of two bits: 0b10 error (of a command: reserved),
+    0b11 not available (of a command: take no action). Of four bits: 0xE error, 0xF not available (SPN 1675).
+    Of 3, 5, 6 and 7 bits only all ones is not available: the value below may be a state (SPN 527, 0b110: accelerator
+    override). One bit cannot code it. Commands that use all four states of two bits exist (SPN 695): a state that the
+    database names otherwise than error or not available is kept.
+
+    Args:
+        raw: its raw values, shape (n,); unsigned for a signal that has such codes
+    """
+    if item.is_signed or item.is_float or not 2 <= item.length <= LONGEST:
+        return None
+    if item.length >= 8:
+        return raw >= np.uint64(0xFE << (item.length - 8))
+    ones = (1 << item.length) - 1
+    states = (ones - 1, ones) if item.length in (2, 4) else (ones,)
+    names: Mapping[int, object] = item.choices or {}
+    silent = [state for state in states if state not in names or _SAYS_NOTHING.search(str(names[state]))]
+    return np.isin(raw, np.array(silent, dtype=np.uint64)) if silent else None
 
 
 @dataclass(frozen=True)

@@ -1,19 +1,20 @@
-"""CAN frames as arrays, their identifiers, and their meaning in J1939."""
+"""CAN frames as arrays, their identifiers and meaning in J1939, and a CAN log that is read more than once."""
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 import numpy as np
 
 from tierod.core.errors import InputError
-from tierod.io.readers.bits import LONGEST
+from tierod.core.timestamps import LATE, Repairs
+from tierod.io.readers.content import Kept
 
 if TYPE_CHECKING:
-    from cantools.database.can import Signal
+    pass
+
 
 EXTENDED = 1 << 31  # Flag of a 29-bit identifier in `Frames.identifier`
 MOST_BUSES = 64  # Largest number of buses of a log: with more names in their place, the log is damaged, or is none
@@ -78,6 +79,30 @@ def taken(frames: Frames, index: np.ndarray | slice) -> Frames:
     )
 
 
+def only_notes(frames: Frames, notes: tuple[str, ...]) -> Frames:
+    """Notes on a log after its last frames."""
+    return replace(taken(frames, slice(0, 0)), notes=notes)
+
+
+def stacked(
+    time: np.ndarray, identifier: Sequence[int], bus: Sequence[int], data: Sequence[bytes], buses: tuple[str, ...],
+    origin: float,
+) -> Frames:  # fmt: skip
+    """Frames from the bytes of each."""
+    length = np.array([len(each) for each in data], dtype=int)
+    width = max(int(length.max(initial=0)), 8)
+    payload = np.frombuffer(b"".join(each.ljust(width, b"\0") for each in data), dtype=np.uint8)
+    return Frames(
+        time,
+        np.array(identifier, dtype=np.uint32),
+        np.array(bus, dtype=np.uint16),
+        payload.reshape(-1, width),
+        length,
+        buses,
+        origin,
+    )
+
+
 def joined(parts: Sequence[Frames]) -> Frames:
     """The frames of several logs or groups with one origin, in the order of time."""
     if len(parts) == 1:
@@ -121,42 +146,136 @@ def identifier_text(identifier: int) -> str:
     return f"0x{identifier & ~EXTENDED:08X}" if identifier & EXTENDED else f"0x{identifier:03X}"
 
 
-# J1939-21: below this PDU format the next byte is the address of the receiver, not part of the parameter group
-_PGN_WITH_ADDRESS = 240
-
-# Pattern of the names that databases give to states without a value
-_SAYS_NOTHING = re.compile(
-    r"not[ _-]*(avail|defin|install|support|used)|n/?a\b|sna\b|error|fault|invalid|reserved|undefined"
-    r"|do ?n.?o?t[ _-]*care|no[ _-]*action",
-    re.IGNORECASE,
-)
+# Delay of frames from which there is a remark, though they can be sorted [s]: drivers of buses are faster
+LATE_ENOUGH = 0.005
 
 
-def parameter_group(identifier: int) -> int:
-    """The parameter group number (PGN) in a 29-bit identifier of J1939-21."""
-    group = (identifier >> 8) & 0x3FFFF
-    return group & 0x3FF00 if (group >> 8) & 0xFF < _PGN_WITH_ADDRESS else group
+@dataclass(frozen=True)
+class Log:
+    """A CAN log."""
+
+    name: str  # name of its file, for messages
+    # gives the frames from the beginning, in blocks; several lanes where the log keeps its buses apart
+    lanes: Callable[[], list[Iterator[Frames]]]
 
 
-def without_value(item: Signal, raw: np.ndarray) -> np.ndarray | None:
-    """Mask of values that the sender marks as not available or in error; None where the signal has no such code.
+class Remembered:
+    """The frames of a log that is slow to read, kept in a temporary file after they were read to the end."""
 
-    J1939-71, ranges of transmitted signals: a parameter of one byte is in error at 0xFE and not available at 0xFF, a
-    longer one where its highest byte is. Discrete parameters of two bits: 0b10 error (of a command: reserved),
-    0b11 not available (of a command: take no action). Of four bits: 0xE error, 0xF not available (SPN 1675).
-    Of 3, 5, 6 and 7 bits only all ones is not available: the value below may be a state (SPN 527, 0b110: accelerator
-    override). One bit cannot code it. Commands that use all four states of two bits exist (SPN 695): a state that the
-    database names otherwise than error or not available is kept.
+    def __init__(self, read: Callable[[], Iterator[Frames]]):
+        self._read = read
+        self._kept: Kept | None = None
+        self._blocks: list[tuple[int, Frames]] = []
 
-    Args:
-        raw: its raw values, shape (n,); unsigned for a signal that has such codes
-    """
-    if item.is_signed or item.is_float or not 2 <= item.length <= LONGEST:
-        return None
-    if item.length >= 8:
-        return raw >= np.uint64(0xFE << (item.length - 8))
-    ones = (1 << item.length) - 1
-    states = (ones - 1, ones) if item.length in (2, 4) else (ones,)
-    names: Mapping[int, object] = item.choices or {}
-    silent = [state for state in states if state not in names or _SAYS_NOTHING.search(str(names[state]))]
-    return np.isin(raw, np.array(silent, dtype=np.uint64)) if silent else None
+    def __call__(self) -> list[Iterator[Frames]]:
+        return [self._first() if self._kept is None else self._again(self._kept)]
+
+    def _first(self) -> Iterator[Frames]:
+        kept, blocks = Kept(), []
+        for frames in self._read():
+            columns = (frames.time, frames.identifier, frames.bus, frames.length, frames.payload)
+            # An index copies, but an empty slice would keep all frames in memory.
+            blocks.append((len(frames), taken(frames, np.arange(0))))
+            for column, kind in zip(columns, _KINDS, strict=True):
+                kept.append(column.astype(kind).tobytes())
+            yield frames
+        self._kept, self._blocks = kept, blocks
+
+    def _again(self, kept: Kept) -> Iterator[Frames]:
+        at = 0
+        for count, empty in self._blocks:
+            columns = []
+            for kind, width in zip(_KINDS, (1, 1, 1, 1, empty.payload.shape[1]), strict=True):
+                size = count * width * np.dtype(kind).itemsize
+                columns.append(np.frombuffer(kept.read(size, at), dtype=kind))
+                at += size
+            time, identifier, bus, length, payload = columns
+            payload = payload.reshape(count, empty.payload.shape[1])
+            yield replace(empty, time=time, identifier=identifier, bus=bus, length=length.astype(int), payload=payload)
+
+
+_KINDS = ("f8", "u4", "u2", "u2", "u1")  # Types in which time, identifier, bus, length and payload of a frame are kept
+
+
+@dataclass
+class Heard:
+    """Content of a log."""
+
+    # number of frames by (number of the bus, identifier), in the order of both
+    counts: dict[tuple[int, int], int] = field(default_factory=dict)
+    buses: tuple[str, ...] = ()  # names of the buses, in the order of their first frames
+    frames: int = 0  # number of all frames
+    origin: float = 0.0  # calendar time of the stamp zero [s]
+    newest: float = 0.0  # time of the last frame [s]
+    notes: tuple[str, ...] = ()  # notes on losses and repairs
+
+
+class InOrder:
+    """The frames of all lanes of a log together, in the order of time."""
+
+    def __init__(self, log: Log):
+        self.buses: dict[str, int] = {}
+        self.notes: dict[str, None] = {}
+        self.behind = 0.0
+        self._lanes = log.lanes()
+        self._repairs = [Repairs(f"the log {log.name}") for _ in self._lanes]
+
+    def __iter__(self) -> Iterator[Frames]:
+        """The frames, block by block."""
+        waiting: list[Frames | None] = [None] * len(self._lanes)
+        reach = np.full(len(self._lanes), -np.inf)
+        while (until := reach.min()) < np.inf:
+            lane = int(np.argmin(reach))
+            block = next(self._lanes[lane], None)
+            if block is None:
+                reach[lane] = np.inf
+            else:
+                self.notes |= dict.fromkeys(block.notes)
+                kept = self._repairs[lane].arrived(block.time)
+                old, block = waiting[lane], block if kept is None else taken(block, kept)
+                # Sorted by time, since a block may hold frames that belong before the last one of the block before.
+                waiting[lane] = joined([old, block] if old else [block])
+                reach[lane] = self._repairs[lane].newest - LATE
+            until = reach.min()
+            ready = [self._ready(waiting, each, until) for each in range(len(waiting))] if until > -np.inf else []
+            if any(len(part) for part in ready if part):
+                yield self._numbered(joined([part for part in ready if part]))
+        self.behind = max((each.behind for each in self._repairs), default=0.0)
+
+    @staticmethod
+    def _ready(waiting: list[Frames | None], lane: int, until: float) -> Frames | None:
+        """Remove the waiting frames of a lane before `until` [s] and return them."""
+        frames = waiting[lane]
+        if frames is None:
+            return None
+        last = int(np.searchsorted(frames.time, until, side="left"))
+        waiting[lane] = taken(frames, slice(last, None))
+        return taken(frames, slice(0, last))
+
+    def _numbered(self, frames: Frames) -> Frames:
+        numbers, first = np.unique(frames.bus, return_index=True)
+        for number in numbers[np.argsort(first)].tolist():
+            self.buses.setdefault(frames.buses[number], len(self.buses))
+        table = np.array([self.buses.get(name, 0) for name in frames.buses], dtype=np.uint16)
+        return replace(frames, bus=table[frames.bus], buses=tuple(self.buses))
+
+
+def heard(log: Log) -> Heard:
+    """Content of a log, read once from its beginning to its end."""
+    found = Heard()
+    counts: dict[tuple[int, int], int] = {}
+    blocks = InOrder(log)
+    for frames in blocks:
+        found.origin = found.origin if found.frames else frames.origin
+        found.frames += len(frames)
+        found.newest = float(frames.time[-1])
+        for identifier, bus, rows in messages(frames):
+            counts[bus, identifier] = counts.get((bus, identifier), 0) + len(rows)
+    if not found.frames:
+        raise InputError(f"the log {log.name} holds no frame with data; record or export it again")
+    found.counts = dict(sorted(counts.items()))
+    found.buses, found.notes = tuple(blocks.buses), tuple(blocks.notes)
+    if blocks.behind > LATE_ENOUGH:
+        late = f"frames of the log come up to {blocks.behind:.2g} s late and were put in order"
+        found.notes = (*found.notes, f"{late}: was a clock set back there?")
+    return found

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -14,9 +13,8 @@ import numpy as np
 from tierod.core.errors import InputError
 from tierod.core.recording import Channel
 from tierod.core.user_files import json_document
-from tierod.io.layout import metadata_in
-from tierod.io.readers.frames import EXTENDED, Frames, taken
-from tierod.io.readers.log import Log
+from tierod.io.formats import metadata_in
+from tierod.io.readers.frames import EXTENDED, Frames, Log, only_notes
 from tierod.io.readers.reader_process import MdfProcess
 from tierod.io.readers.source import Column, Format, Lane, Piece, Source, begins_with
 
@@ -139,7 +137,7 @@ def _frames(
     if done < records:
         notes = (*notes, f"the file is damaged: {records - done} of {records} frames are lost")
     if frames is not None and notes:
-        yield replace(taken(frames, slice(0, 0)), notes=notes)
+        yield only_notes(frames, notes)
 
 
 FORMAT = Format(

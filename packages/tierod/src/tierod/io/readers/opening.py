@@ -5,19 +5,49 @@ from __future__ import annotations
 import os
 import stat
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import IO
 
 from tierod.core.errors import InputError, PluginWarning, TierodError, nearest
 from tierod.core.plugins import Registry
 from tierod.io.readers.channel_map import GUESSED, TimeEntry, maps_beside
 from tierod.io.readers.content import Content, content_of, spooled
-from tierod.io.readers.folders import beside_bag, folder_content, holds_bag
-from tierod.io.readers.frames import identifier_text
-from tierod.io.readers.log import Heard, Log, heard
+from tierod.io.readers.frames import Heard, Log, heard, identifier_text
 from tierod.io.readers.source import Format, Lane, Source
+
+
+def holds_bag(folder: Path) -> bool:
+    """Whether a folder is a ROS 2 bag, with its description beside its data."""
+    return (folder / "metadata.yaml").is_file() and bool(bag_files(folder))
+
+
+def bag_files(folder: Path) -> list[Path]:
+    """The data files of a ROS 2 bag."""
+    return sorted(each for each in folder.iterdir() if each.suffix in (".db3", ".mcap"))
+
+
+def beside_bag(folder: Path, endings: Iterable[str]) -> str:
+    """A sentence on recordings in the folder of a bag that are no part of it; "" where there are none."""
+    known = set(endings)
+    own = set(bag_files(folder))
+    others = [each.name for each in sorted(folder.iterdir()) if each.suffix.lower() in known and each not in own]
+    if not others:
+        return ""
+    more = f" and {len(others) - 3} more" if len(others) > 3 else ""
+    return f"the folder is a ROS 2 bag; {', '.join(others[:3])}{more} beside it was not read: give it by its own path"
+
+
+def folder_content(folder: Path) -> Content:
+    """The content of a folder, which only the reader of bags can open."""
+
+    def opened() -> IO[bytes]:
+        raise InputError(f"{folder} is a folder; give one recording in it")
+
+    return Content(folder, sum(each.stat().st_size for each in bag_files(folder)), False, False, opened)
+
 
 _HEAD = 1 << 16
 
@@ -31,13 +61,13 @@ _REFUSED = (
 # tierod's own formats, in the order in which they examine the beginning of a file; the last takes any other text
 _OWN = {
     "mdf": "tierod.io.readers.mdf:FORMAT",
-    "parquet": "tierod.io.readers.parquet:FORMAT",
+    "parquet": "tierod.io.readers.tables:PARQUET",
     "mat": "tierod.io.readers.vectors:MAT",
     "hdf5": "tierod.io.readers.vectors:HDF5",
-    "arrow": "tierod.io.readers.arrow:FORMAT",
-    "mcap": "tierod.io.readers.listed:MCAP",
-    "ros1": "tierod.io.readers.listed:ROS1",
-    "ros2": "tierod.io.readers.listed:ROS2",
+    "arrow": "tierod.io.readers.tables:ARROW",
+    "mcap": "tierod.io.readers.bags:MCAP",
+    "ros1": "tierod.io.readers.bags:ROS1",
+    "ros2": "tierod.io.readers.bags:ROS2",
     "erg": "tierod.io.readers.erg:FORMAT",
     "blf": "tierod.io.readers.vendor_can:BLF",
     "asc": "tierod.io.readers.asc:FORMAT",
@@ -206,7 +236,7 @@ def frames_in(path: Path) -> Log | None:
 
 def open_parts(paths: Sequence[Path], dbc: Paths = None, time: TimeEntry | None = None) -> tuple[Source, Kind]:
     """Several files of one drive as one, in the order of their time; arguments and errors as for `open_source`."""
-    from tierod.io.readers.parts import joined_source
+    from tierod.io.readers.slices import joined_source
 
     opened = [(path, *open_source(path, dbc, time)) for path in paths]
     if len(opened) == 1:
@@ -215,7 +245,7 @@ def open_parts(paths: Sequence[Path], dbc: Paths = None, time: TimeEntry | None 
 
 
 def _joined(folder: Path, dbc: Paths, time: TimeEntry | None) -> tuple[Source, Kind]:
-    from tierod.io.readers.parts import parts_in
+    from tierod.io.readers.slices import parts_in
 
     endings = [ending for name in READERS.own for ending in READERS[name].endings]
     return open_parts(parts_in(folder, endings), dbc, time)

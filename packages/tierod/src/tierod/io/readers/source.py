@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 from tierod.core.recording import Channel
 from tierod.io.readers.channel_map import TimeEntry
 from tierod.io.readers.content import Content
-from tierod.io.readers.log import Log
+from tierod.io.readers.frames import Log
 
 
 @dataclass(frozen=True)

@@ -13,13 +13,12 @@ import numpy as np
 
 from tierod.core.errors import InputError
 from tierod.core.recording import Channel
-from tierod.io.libraries import require_library
+from tierod.io.formats import require_library
 from tierod.io.readers import vectors_child
 from tierod.io.readers.channel_map import GUESSED, TimeEntry
 from tierod.io.readers.clocks import is_time, require_plausible_rate, unit_of
 from tierod.io.readers.clocks import seconds as to_seconds
-from tierod.io.readers.content import BLOCK
-from tierod.io.readers.limits import Allowance
+from tierod.io.readers.content import BLOCK, Allowance
 from tierod.io.readers.reader_process import ReaderProcess
 from tierod.io.readers.source import Column, Format, Lane, Piece, Source, begins_with
 
@@ -108,7 +107,7 @@ def _source(path: Path, process: ReaderProcess, given: TimeEntry, kind: str) -> 
 
 
 def _listed(path: Path, process: ReaderProcess) -> list[Data]:
-    listed, units = [], {}
+    listed, units = list[Data](), dict[str, str]()
     try:
         for about, _ in process.answers({}):
             units |= {str(name): str(unit)[:60] for name, unit in about.get("units", {}).items()}

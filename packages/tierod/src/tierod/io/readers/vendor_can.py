@@ -10,18 +10,15 @@ import struct
 import zlib
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import replace
 from itertools import islice
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tierod.core.errors import InputError, MissingExtra, TierodError
-from tierod.io.libraries import muted
-from tierod.io.readers.content import Content, Stream, whole_lines
-from tierod.io.readers.frames import EXTENDED, IDENTIFIERS, Frames, bus_number, taken
-from tierod.io.readers.limits import Allowance
-from tierod.io.readers.log import Log, Remembered
+from tierod.io.formats import muted
+from tierod.io.readers.content import Allowance, Content, Stream, whole_lines
+from tierod.io.readers.frames import EXTENDED, IDENTIFIERS, Frames, Log, Remembered, bus_number, only_notes, stacked
 from tierod.io.readers.source import Format, begins_with, text_begin
 
 if TYPE_CHECKING:
@@ -139,7 +136,7 @@ def frames_of(content: Content, kind: str) -> Iterator[Frames]:
         notes.append(f"the log is damaged after {count} frames ({damage}); the rest was left out")
     elif kind == "blf":
         notes.append(cut_off(content))
-    yield replace(taken(frames, slice(0, 0)), notes=tuple(filter(None, notes)))
+    yield only_notes(frames, tuple(filter(None, notes)))
 
 
 def _messages(content: Content, kind: str, damages: list[str], strange: Counter[str]) -> Iterator[can.Message]:
@@ -176,22 +173,11 @@ def _reader(content: Content, kind: str) -> Iterable[can.Message]:
 
 def _frames(rows: Sequence[can.Message], buses: dict[str, int], origin: float | None) -> Frames:
     """A block of frames, their time counted from the first frame of the log."""
-    length = np.array([len(message.data) for message in rows])
-    width = max(int(length.max()), 8)
-    payload = np.frombuffer(b"".join(bytes(message.data).ljust(width, b"\0") for message in rows), dtype=np.uint8)
+    time = np.array([message.timestamp for message in rows], dtype=float)
     bus = [bus_number(buses, str(message.channel)) for message in rows]
     identifier = [message.arbitration_id | (EXTENDED if message.is_extended_id else 0) for message in rows]
-    time = np.array([message.timestamp for message in rows], dtype=float)
     origin = float(time[0]) if origin is None else origin
-    return Frames(
-        time - origin,
-        np.array(identifier, dtype=np.uint32),
-        np.array(bus, dtype=np.uint16),
-        payload.reshape(-1, width),
-        length,
-        tuple(buses),
-        origin,
-    )
+    return stacked(time - origin, identifier, bus, [bytes(each.data) for each in rows], tuple(buses), origin)
 
 
 def _format(name: str, recognises: Callable[[bytes, str], bool], text: bool) -> Format:

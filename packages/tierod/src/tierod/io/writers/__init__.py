@@ -8,17 +8,17 @@ from tierod.core.errors import OutputError, nearest
 from tierod.core.files import expanded
 from tierod.core.plugins import Registry
 from tierod.core.recording import Recording
-from tierod.io.layout import Writer
+from tierod.io.formats import Writer
 
 __all__ = ["WRITERS", "Writer", "require_writable", "write"]
 
 _OWN = {
-    "parquet": "tierod.io.writers.parquet:WRITER",
-    "pq": "tierod.io.writers.parquet:WRITER",
-    "csv": "tierod.io.writers.csv:WRITER",
-    "mf4": "tierod.io.writers.mf4:WRITER",
-    "mcap": "tierod.io.writers.mcap:WRITER",
-    "mat": "tierod.io.writers.mat:WRITER",
+    "parquet": "tierod.io.writers.tables:PARQUET",
+    "pq": "tierod.io.writers.tables:PARQUET",
+    "csv": "tierod.io.writers.tables:CSV",
+    "mf4": "tierod.io.writers.measurements:MF4",
+    "mcap": "tierod.io.writers.measurements:MCAP",
+    "mat": "tierod.io.writers.tables:MAT",
 }
 
 

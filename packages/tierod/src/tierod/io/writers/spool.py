@@ -12,9 +12,9 @@ import numpy as np
 
 from tierod.core.errors import OutputError
 from tierod.core.recording import Channel, Recording
-from tierod.io.layout import plain
+from tierod.io.formats import plain
 from tierod.io.readers.content import Kept
-from tierod.io.readers.streaming import LACKING, SHARE_READ
+from tierod.io.readers.reading import LACKING, SHARE_READ
 
 # Metadata of a recording that are not written, since the next reader determines them
 _OF_READING = ("origin", "format", SHARE_READ, LACKING)

@@ -12,7 +12,7 @@ import numpy as np
 from tierod.core.errors import InputError
 from tierod.core.recording import Aligned, Recording
 from tierod.io.readers import SHARE_READ
-from tierod.io.readers.making import measured
+from tierod.io.readers.reading import measured
 from tierod.vehicles import Vehicle
 from tierod.vehicles.reading import read_by
 

@@ -13,8 +13,6 @@ from tierod.core.recording import Channel, Recording
 from tierod.core.series import Rows
 from tierod.core.shown import in_words
 from tierod.core.signals import SIGNALS
-from tierod.io.held_readings import HeldReadings, held_remark
-from tierod.io.noise import USUAL, Noise
 from tierod.io.quality import (
     Pace,
     assumes_unit,
@@ -24,6 +22,7 @@ from tierod.io.quality import (
     is_about_implausible_values,
     too_slow,
 )
+from tierod.io.readings import USUAL, HeldReadings, Noise, held_remark
 from tierod.io.signs import COMPARED, sign_warnings, turn_warnings
 from tierod.monitors.harness.pieces import joined
 

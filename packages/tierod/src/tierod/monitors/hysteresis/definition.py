@@ -14,7 +14,7 @@ from tierod.core.findings import Estimate, Status
 from tierod.core.recording import Aligned, Channel, Recording
 from tierod.core.shown import in_words
 from tierod.core.signals import SIGNALS
-from tierod.io.noise import LOUD, USUAL, scatter
+from tierod.io.readings import LOUD, USUAL, scatter
 from tierod.methods.detectors.rule_design import alarms_at
 from tierod.methods.identification.hysteresis import HysteresisFriction, HysteresisIdentification, Support
 from tierod.methods.identification.lock_to_lock import Noise

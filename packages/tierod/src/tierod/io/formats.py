@@ -1,16 +1,42 @@
-"""Description that tierod stores in its files beside the numbers: clocks, units, sources, notes, metadata."""
+"""What formats share: their libraries, and the description that tierod stores beside the numbers."""
 
 from __future__ import annotations
 
+import importlib.util
 import json
+import logging
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from tierod.core.errors import MissingExtra
 from tierod.core.recording import Recording
 from tierod.core.user_files import json_document
+
+
+def require_library(library: str, extra: str, purpose: str) -> None:
+    """Raise MissingExtra where a library is not installed."""
+    try:
+        found = importlib.util.find_spec(library)
+    except ValueError:
+        found = None
+    if found is None:
+        raise MissingExtra(library, extra, purpose)
+
+
+@contextmanager
+def muted(library: str, level: int) -> Iterator[None]:
+    """Suppress what a library logs below a level."""
+    logger = logging.getLogger(library)
+    before = logger.level
+    logger.setLevel(level)
+    try:
+        yield
+    finally:
+        logger.setLevel(before)
 
 
 @dataclass(frozen=True)
@@ -38,7 +64,7 @@ _TEXTS = ("name", "unit", "source", "note")
 
 
 def description_in(text: str | bytes) -> dict[str, Any]:
-    """The description of a recording (see `tierod.io.layout`): origin, clocks, channels, metadata."""
+    """The description of a recording (see `tierod.io.formats`): origin, clocks, channels, metadata."""
     document = json_document(text)
     channels = _table(_table(document).get("channels", {}))
     for each in channels.values():

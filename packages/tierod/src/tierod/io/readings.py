@@ -1,4 +1,4 @@
-"""Noise of sensor readings that exceeds the noise of usual sensors."""
+"""Readings of a sensor: their noise, and the rows that a file repeats each in, where rows are faster than readings."""
 
 from __future__ import annotations
 
@@ -7,9 +7,23 @@ import numpy as np
 from tierod.core.recording import Recording
 from tierod.core.shown import in_words
 from tierod.core.signals import SIGNALS
-from tierod.io.quality import LIMITS, median_rate, too_slow
 from tierod.methods.analysis.noise import DEVIATION_OF_MEDIAN, differences, fresh
 from tierod.methods.running import Sizes
+
+LEAST_RATE = 20.0  # of readings that steering monitors can use [Hz]: movements reach 3 Hz, six samples each
+
+
+def median_rate(time: np.ndarray) -> float:
+    """Sampling rate from the median interval between different stamps [Hz]; NaN with fewer than two."""
+    steps = np.diff(time)
+    steps = steps[steps > 0.0]
+    return float(1.0 / np.median(steps)) if len(steps) else float("nan")
+
+
+def too_slow(rate: float, needed: float) -> bool:
+    """Whether a rate [Hz] is below the one needed [Hz] by more than 5 %, which allows for jitter and clock drift."""
+    return rate < 0.95 * needed
+
 
 # Noise of the sensors of usual cars, resolution included [unit of the signal]: no less than that of the virtual cars;
 # real logs have 0.005 rad/s and 0.05 m/s. Accelerations vibrate with the car: their noise is none of the sensor.
@@ -56,7 +70,7 @@ class Noise:
         Args:
             rate: sampling rate [Hz]
         """
-        if self._thirds.counts.sum() < LEAST_READINGS or too_slow(rate * self._fresh / self._seen, LIMITS.slow):
+        if self._thirds.counts.sum() < LEAST_READINGS or too_slow(rate * self._fresh / self._seen, LEAST_RATE):
             return 0.0
         found = DEVIATION_OF_MEDIAN * self._thirds.quantile(0.5)
         return found if found > self._firsts.quantile(STEP_SHARE) else 0.0
@@ -94,3 +108,73 @@ def noise_warnings(recording: Recording) -> tuple[str, ...]:
             noise.add(recording[name].values)
             found.append(noise.warning(name, median_rate(recording[name].time)))
     return tuple(filter(None, found))
+
+
+# Numbers of changes of a signal from which it is judged, and after which further ones are not kept
+FEWEST, MOST = 30, 2000
+
+LEAST_ROWS = 4  # Least rows per reading: below it an interpolated or resampled signal looks the same
+
+# Least share of the changes that come whole periods apart, to one row: a signal that rests changes at any time
+REGULAR = 0.95
+
+# Least share of changes larger than one and a half steps: a signal with coarse steps that moves slowly and evenly
+# changes regularly too, but by one step each
+LARGE = 0.5
+
+
+class HeldReadings:
+    """Finds how many rows repeat each reading of one signal, over the pieces of a recording."""
+
+    def __init__(self) -> None:
+        self._rows: list[int] = []
+        self._sizes: list[float] = []
+        self._last = np.nan
+        self._since: int | None = None
+
+    def add(self, values: np.ndarray) -> None:
+        """Add the next rows, (n,); NaN where missing."""
+        if len(self._rows) >= MOST:
+            return
+        values = values[np.isfinite(values)]
+        steps = np.abs(np.diff(values, prepend=self._last))
+        at = np.flatnonzero(steps > 0.0)
+        if len(values):
+            self._last = float(values[-1])
+        # The time before the first change is no whole period.
+        starts = at if self._since is None else np.concatenate([[-self._since], at])
+        self._rows += np.diff(starts).tolist()
+        self._sizes += steps[at if self._since is not None else at[1:]].tolist()
+        if len(starts):
+            self._since = len(values) - int(starts[-1])
+
+    def rows(self) -> float:
+        """Rows that repeat one reading; 1 where readings are not held."""
+        if len(self._rows) < FEWEST:
+            return 1.0
+        apart, sizes = np.array(self._rows, float), np.array(self._sizes)
+        period = float(np.quantile(apart, 0.1))
+        if period < LEAST_ROWS:
+            return 1.0
+        period = float(np.mean(apart[apart < 1.5 * period]))
+        times = np.maximum(np.round(apart / period), 1.0)
+        regular = np.abs(apart - times * period) <= np.maximum(1.0, 0.02 * apart)
+        if np.mean(regular) < REGULAR or np.mean(sizes > 1.5 * sizes.min()) < LARGE:
+            return 1.0
+        return period
+
+
+def rows_per_reading(values: np.ndarray) -> float:
+    """Rows that repeat one reading of a whole signal, (n,); 1 where readings are not held."""
+    held = HeldReadings()
+    held.add(values)
+    return held.rows()
+
+
+def held_remark(rate: float, rows: float) -> str:
+    """Remark on held readings.
+
+    Args:
+        rate: rate of the rows [Hz]
+    """
+    return f"readings come at {rate / rows:.3g} Hz only: each is repeated in {rows:.0f} rows"

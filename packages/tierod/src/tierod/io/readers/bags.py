@@ -12,9 +12,8 @@ import numpy as np
 
 from tierod.core.errors import InputError
 from tierod.core.recording import Channel
-from tierod.io.layout import description_in
-from tierod.io.libraries import require_library
-from tierod.io.readers import bag_child
+from tierod.io.formats import description_in, require_library
+from tierod.io.readers import bags_child
 from tierod.io.readers.channel_map import GUESSED, TimeEntry
 from tierod.io.readers.reader_process import ReaderProcess
 from tierod.io.readers.source import Column, Format, Lane, Piece, Source, begins_with
@@ -30,7 +29,7 @@ def open_bag(path: Path, time: TimeEntry = GUESSED) -> Source:
     """
     for library in ("rosbags", "mcap"):
         require_library(library, "ros", "reading a bag or MCAP file")
-    process = ReaderProcess(path, bag_child, "the decoder", "a bag or MCAP file")
+    process = ReaderProcess(path, bags_child, "the decoder", "a bag or MCAP file")
     about, _ = process.ask({})
     try:
         written = _written(about["metadata"])
