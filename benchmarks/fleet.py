@@ -22,8 +22,7 @@ from tierod.fleet.compaction import compact
 from tierod.fleet.fleet_file import one_vehicle
 from tierod.fleet.judging import Asked, chunk, judge, pieces_of
 from tierod.fleet.ledger import Ledger, prepare
-from tierod.fleet.places import place_of
-from tierod.fleet.recordings import Found
+from tierod.fleet.places import Found, place_of
 from tierod.fleet.results import findings_of
 from tierod.fleet.running import run
 from tierod.fleet.task import _about, _stream, part_of

@@ -48,7 +48,7 @@ def _whole_recording(path: Path) -> None:
 
 
 def _whole_table(path: Path) -> None:
-    from tierod_lab.campaign.table import read_table
+    from tierod_lab.campaign.summary import read_table
 
     assert read_table(path)
 

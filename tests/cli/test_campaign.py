@@ -16,7 +16,7 @@ import pytest
 
 from experiments.test_campaign import BASE
 from tierod.cli import main
-from tierod_lab.campaign.table import read_table
+from tierod_lab.campaign.summary import read_table
 
 SCHEMA = json.loads(files("tierod_lab.campaign").joinpath("campaign.schema.json").read_text(encoding="utf-8"))
 FILE = """name = "lost signals"

@@ -8,8 +8,8 @@ from tierod.cli import main
 from tierod.core.errors import OutputError
 from tierod.core.findings import Diagnosis, Finding, Status
 from tierod.core.recording import Aligned
+from tierod.diagnosis.entry import CodeStatus
 from tierod.diagnosis.fault_memory import FaultMemory
-from tierod.diagnosis.status import CodeStatus
 from tierod.monitors.harness.into_memory import MemoryFeed
 from tierod.monitors.harness.session import StatusChange
 

@@ -11,8 +11,7 @@ from models.friction_paper import CAR
 from monitors.condition.demonstrator import CAR as DEMONSTRATOR
 from tierod.core.graph.bank import Bank
 from tierod.diagnosis.debounce import DebounceCounter, DebounceCounters
-from tierod.diagnosis.substitution import Substitute, SubstitutionGraph
-from tierod.diagnosis.switchover import Switchover
+from tierod.diagnosis.switchover import Substitute, SubstitutionGraph, Switchover
 from tierod.methods.detectors.control_charts import Cusum, Debounce, GeometricAverage, HeldThreshold
 from tierod.methods.detectors.likelihood_tests import LikelihoodRatio, MovingMoments, SequentialTest, TwoSided
 from tierod.methods.estimators.kalman import KalmanFilter

@@ -135,8 +135,7 @@ def test_several_recordings_show_the_worst_in_every_order(word, folder, tmp_path
 def test_a_fleet_shows_the_same_on_its_page_in_its_document_and_for_a_car(folder, tmp_path):
     from tierod.fleet.judging import Asked
     from tierod.fleet.ranking import Ranked, Reason, Urgency
-    from tierod.fleet.report import report
-    from tierod.fleet.report_document import document
+    from tierod.fleet.report import document, report
     from tierod.fleet.report_page import render
     from tierod.web.fleets import drives_of
 
@@ -186,7 +185,7 @@ def test_a_live_drive_shows_the_same_in_its_events_and_in_the_terminal(word, fol
 def test_the_web_page_gets_the_same_from_its_endpoint_and_its_script(word, folder, tmp_path):
     pytest.importorskip("fastapi", reason="the extra 'web' is not installed")
     from tierod.web.analysing import Reading, analyse
-    from tierod.web.page import files
+    from tierod.web.app import files
     from tierod.web.store import Store
 
     store = Store(tmp_path)

@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 
 from tierod.core.errors import ParameterError
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE, SHARE, check_ranges, numbers, replaced
-from tierod.core.toml import Document, build, override
-from tierod.core.toml_builder import kind_name
+from tierod.core.toml import Document, build, kind_name, override
 
 
 @dataclass(frozen=True)

@@ -3,8 +3,8 @@ import pytest
 
 from diagnosis.memories import code, drive, table
 from tierod.core.errors import InputError, ParameterError
+from tierod.diagnosis.entry import CLEARED, CodeStatus
 from tierod.diagnosis.fault_memory import CAUSE_DELAY, FaultMemory
-from tierod.diagnosis.status import CLEARED, CodeStatus
 
 FAILED_NOW = CodeStatus.TEST_FAILED | CodeStatus.FAILED_THIS_CYCLE | CodeStatus.PENDING | CodeStatus.FAILED_SINCE_CLEAR
 

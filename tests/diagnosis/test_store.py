@@ -11,8 +11,8 @@ import pytest
 from diagnosis.memories import code, drive, table
 from tierod.core.errors import InputError, OutputError
 from tierod.core.locks import alone
+from tierod.diagnosis.entry import CodeStatus
 from tierod.diagnosis.fault_memory import FaultMemory
-from tierod.diagnosis.status import CodeStatus
 from tierod.diagnosis.store import digest_of
 
 CODES = table(**{f"c{k}": code(k) for k in range(16)})

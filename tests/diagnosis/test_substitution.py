@@ -7,8 +7,7 @@ import pytest
 
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan, trace
-from tierod.diagnosis.substitution import Substitute, graph_from
-from tierod.diagnosis.switchover import HELD, NOTHING, SENSOR, Switchover
+from tierod.diagnosis.switchover import HELD, NOTHING, SENSOR, Substitute, Switchover, graph_from
 
 SAMPLE_TIME = 0.01
 FADE = 0.1

@@ -3,8 +3,7 @@
 import math
 
 from tierod_lab.campaign.figures import Moments
-from tierod_lab.campaign.judged import Judged
-from tierod_lab.campaign.rows import FAULT_FREE, Row
+from tierod_lab.campaign.judged import FAULT_FREE, Judged, Row
 
 
 def judged(outcome="quiet", **changes):

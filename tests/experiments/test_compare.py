@@ -8,7 +8,7 @@ from experiments.campaign_rows import row
 from tierod.core.errors import InputError
 from tierod_lab.campaign.comparison import compare, document
 from tierod_lab.campaign.figures import Moments
-from tierod_lab.campaign.table import write_table
+from tierod_lab.campaign.summary import write_table
 
 STEP = {"fault": "step", "size": 4}
 

@@ -5,8 +5,8 @@ import math
 import pytest
 
 from experiments.campaign_rows import row
+from tierod_lab.campaign.judged import matching
 from tierod_lab.campaign.pools import boxes, confusion, pool
-from tierod_lab.campaign.rows import matching
 
 FOUND = {"fault": "step", "size": 4}
 

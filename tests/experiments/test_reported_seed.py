@@ -2,7 +2,7 @@ from dataclasses import replace
 
 from tierod.monitors.condition.definition import condition_monitor
 from tierod.vehicles import load
-from tierod_lab.campaign.reported_seed import reported_seed
+from tierod_lab.campaign.code import reported_seed
 from tierod_lab.papers.condition.reported import USED, first_vehicle, vehicles
 from tierod_lab.studies.effort import Effort
 

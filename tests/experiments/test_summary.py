@@ -12,10 +12,8 @@ from experiments.campaign_rows import row
 from tierod.core.claims import Goal
 from tierod.core.errors import InputError, OutputError
 from tierod.core.toml import Document
-from tierod_lab.campaign.gates import Gate, pass_through, pool_at
-from tierod_lab.campaign.pools import Box, Pool
-from tierod_lab.campaign.summary import Summary, document, groups, text
-from tierod_lab.campaign.table import monitors_of, read_table, write_table
+from tierod_lab.campaign.pools import Box, Gate, Pool, pass_through, pool_at
+from tierod_lab.campaign.summary import Summary, document, groups, monitors_of, read_table, text, write_table
 
 SCHEMA = json.loads(files("tierod_lab.campaign").joinpath("campaign.schema.json").read_text(encoding="utf-8"))
 

@@ -10,7 +10,7 @@ from fleet.drives import Here, judged, written
 from tierod.core.errors import ParameterError
 from tierod.fleet import fleet_file
 from tierod.fleet.fleet_file import Assigned
-from tierod.fleet.patterns import fits
+from tierod.fleet.places import fits
 from tierod.fleet.results import findings_of, ledger_of
 
 TEXT = """

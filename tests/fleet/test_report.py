@@ -13,9 +13,8 @@ from tierod.cli import main
 from tierod.core.errors import InputError
 from tierod.fleet import report_words as words
 from tierod.fleet.ranking import Urgency
-from tierod.fleet.report import worked_out
+from tierod.fleet.report import document, text, worked_out
 from tierod.fleet.report_command import report
-from tierod.fleet.report_document import document, text
 from tierod.fleet.report_page import render
 from tierod.fleet.schema import findings, ledger
 from tierod.fleet.trends import Design

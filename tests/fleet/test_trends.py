@@ -8,8 +8,8 @@ import pyarrow as pa
 import pytest
 
 from tierod.core.errors import ParameterError
-from tierod.fleet.cohorts import expected_of, write_prior
 from tierod.fleet.series import series_of
+from tierod.fleet.statistics import expected_of, write_prior
 from tierod.fleet.trends import Design, trends
 from tierod.vehicles import load
 from tierod_lab.fleet.ageing import SECONDS_PER_DAY, Ageing, Linear, Sudden

@@ -4,9 +4,8 @@ import pytest
 
 from tierod.core.errors import ParameterError
 from tierod.vehicles import load
-from tierod.vehicles.beginning import begun
 from tierod.vehicles.classes import Known, classes
-from tierod.vehicles.given import known_from
+from tierod.vehicles.draft import begun, known_from
 
 
 def parameters(texts, of=None, like=None):

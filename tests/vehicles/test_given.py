@@ -3,7 +3,7 @@
 import pytest
 
 from tierod.core.errors import ParameterError
-from tierod.vehicles.given import known_from
+from tierod.vehicles.draft import known_from
 
 
 @pytest.mark.parametrize(

@@ -6,8 +6,8 @@ import math
 import pytest
 
 from tierod.vehicles import QUANTITIES, load, shipped
-from tierod.vehicles.beginning import begun
 from tierod.vehicles.classes import Known
+from tierod.vehicles.draft import begun
 from tierod.vehicles.uncertain import (
     WatchedParameters,
     bound_distance,

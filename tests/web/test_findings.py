@@ -22,7 +22,7 @@ def script(tmp_path_factory):
     if shutil.which("node") is None:
         pytest.skip("node is not installed")
     pytest.importorskip("fastapi", reason="the extra 'web' is not installed")
-    from tierod.web.page import STATIC
+    from tierod.web.app import STATIC
 
     folder = tmp_path_factory.mktemp("web") / "static"
     shutil.copytree(STATIC, folder)

@@ -10,7 +10,7 @@ from tierod.core.recording import Channel, Recording
 from tierod.io.derive import complete
 from tierod.web.analysing import Derived
 from tierod.web.errors import Absent
-from tierod.web.pyramid import SeriesReader, SeriesWriter
+from tierod.web.series import SeriesReader, SeriesWriter
 
 
 def kept(folder, channels, cuts=(0, None)):

@@ -7,7 +7,7 @@ import pytest
 from shared_data import shared_data
 from tierod.core.errors import InputError
 from tierod.web.analysing import Reading, analyse
-from tierod.web.pyramid import SeriesReader
+from tierod.web.series import SeriesReader
 from tierod.web.store import Store
 
 

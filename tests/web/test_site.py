@@ -6,8 +6,7 @@ import pytest
 
 from tierod.core.errors import InputError
 from tierod.web.errors import Absent
-from tierod.web.listing import listing
-from tierod.web.site import Site, roots_of
+from tierod.web.site import Site, listing, roots_of
 from tierod.web.store import Store, stamp_of
 
 

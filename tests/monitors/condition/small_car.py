@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 
 from tierod.core.recording import Channel, Recording
-from tierod.vehicles.beginning import begun
 from tierod.vehicles.classes import Known
+from tierod.vehicles.draft import begun
 from tierod.vehicles.vehicle import Vehicle
 
 STEP = 0.002

@@ -8,7 +8,7 @@ import pytest
 from monitors.condition.made_up_judge import made_up_bank
 from monitors.condition.made_up_lanes import LEFT, column, healthy_drive
 from tierod.core.graph import Stream, scan, trace
-from tierod.diagnosis.counting import Counting
+from tierod.diagnosis.fault_memory import Counting
 from tierod.diagnosis.trouble_codes import load_trouble_codes
 from tierod.monitors.condition.courses import FAULT, HEALTHY
 from tierod.monitors.condition.definition import condition_monitor

@@ -6,8 +6,7 @@ import pkgutil
 import pytest
 
 from tierod.core.errors import ParameterError
-from tierod.core.toml import Document
-from tierod.core.toml_builder import kind_name
+from tierod.core.toml import Document, kind_name
 from tierod_lab.ground import cars
 from tierod_lab.ground.cars.active_front_car import ActiveFrontCar
 from tierod_lab.ground.cars.car import Car

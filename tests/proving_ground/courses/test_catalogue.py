@@ -6,8 +6,7 @@ import pytest
 
 from tierod.core.block import leaves, skeleton
 from tierod.core.errors import ParameterError
-from tierod.core.toml import Document, override
-from tierod.core.toml_builder import kind_name
+from tierod.core.toml import Document, kind_name, override
 from tierod_lab.ground.cars.column_bench import Acting
 from tierod_lab.ground.courses import described, load, shipped
 from tierod_lab.ground.courses.catalogue import AnyCourse

@@ -11,7 +11,9 @@ from pathlib import Path
 
 import numpy as np
 
+from tierod.core.block import Block
 from tierod.core.files import sha256_of
+from tierod.core.graph.analysis import graph_digest
 from tierod.core.version import __version__
 from tierod.work.fingerprint import ROOT as PRODUCT
 from tierod.work.fingerprint import contents, fingerprint, verdict_code
@@ -71,3 +73,11 @@ def _file_of(module: str) -> Path | None:
     except (ModuleNotFoundError, ValueError):  # an object within a module, or a script
         return None
     return Path(found.origin) if found and found.origin else None
+
+
+def reported_seed(*blocks: Block) -> int:
+    """Seed of reported drives, from the graphs and the tuning of the judged monitor.
+
+    A change of a threshold or an equation changes the drives; moving a file does not.
+    """
+    return int(graph_digest(*blocks)[:6], 16)

@@ -11,7 +11,7 @@ from typing import Any
 from tierod.core.errors import nearest
 from tierod.core.toml import Document
 from tierod_lab.campaign.definition import CampaignFile, Seeds, label, labels
-from tierod_lab.campaign.rows import FAULT, FAULT_FREE, SEED, SIZE, is_at
+from tierod_lab.campaign.judged import FAULT, FAULT_FREE, SEED, SIZE, is_at
 from tierod_lab.ground.faults import Fault, fault_of
 
 Location = tuple[str | int, ...]

@@ -10,9 +10,8 @@ from tierod.monitors.harness.session import Monitor, Variant
 from tierod.vehicles import Vehicle
 from tierod.work.fingerprint import fingerprint
 from tierod_lab.campaign.code import ground_code, judging_code
-from tierod_lab.campaign.judged import Window
+from tierod_lab.campaign.judged import FAULT, FAULT_FREE, Window
 from tierod_lab.campaign.matrix import Point
-from tierod_lab.campaign.rows import FAULT, FAULT_FREE
 from tierod_lab.campaign.store import Store, slug
 
 

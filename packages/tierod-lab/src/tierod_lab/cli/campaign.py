@@ -93,7 +93,7 @@ def _dry(chosen: Campaign, folder: Path, processes: int, as_json: bool) -> int:
     import dataclasses
 
     from tierod.report.display import duration
-    from tierod_lab.campaign.estimate import estimate
+    from tierod_lab.campaign.campaign import estimate
     from tierod_lab.campaign.store import Store
 
     cost = estimate(chosen, Store(folder), processes)

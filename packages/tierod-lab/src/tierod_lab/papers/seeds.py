@@ -9,7 +9,7 @@ from functools import cached_property
 from tierod.core.block import Block
 from tierod.core.content import Table
 from tierod.core.errors import ParameterError, nearest
-from tierod_lab.campaign.reported_seed import reported_seed
+from tierod_lab.campaign.code import reported_seed
 
 APART = 100_000
 """Seeds in a block. Seeds below this number were driven while tierod was tuned and are never reported."""

@@ -139,10 +139,11 @@ def _drive_of(wanted: _Wanted, addresses: Sequence[Address]) -> tuple[Drive, Hub
     from tierod.io.readers.dbc import load_databases
     from tierod.live.buses import receiver
     from tierod.live.decoding import bus_files, disagreements
-    from tierod.live.drive import Drive, Outputs, Traffic
+    from tierod.live.drive import Drive, Traffic
     from tierod.live.engine import Pace
     from tierod.live.events import Hub
     from tierod.live.judge import Plan
+    from tierod.live.outputs import Outputs
     from tierod.monitors.together import usual
     from tierod.vehicles import load
 

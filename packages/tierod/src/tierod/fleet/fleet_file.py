@@ -25,7 +25,7 @@ from tierod.core.fields import NOT_NEGATIVE
 from tierod.core.files import expanded
 from tierod.core.toml import Document, build
 from tierod.core.units import scale
-from tierod.fleet.patterns import fits, regular
+from tierod.fleet.places import fits, regular
 
 OWN_GROUPS = ("vehicle", "mileage", "start")
 """Groups of a pattern with a fixed meaning; every other group is a label of the cohort."""

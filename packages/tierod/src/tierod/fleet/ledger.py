@@ -14,8 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from tierod.core.errors import InputError
 from tierod.core.version import __version__
 from tierod.fleet import schema
-from tierod.fleet.places import Place
-from tierod.fleet.recordings import Found
+from tierod.fleet.places import Found, Place
 from tierod.fleet.results import read_table
 
 if TYPE_CHECKING:

@@ -11,8 +11,8 @@ from tierod.core.errors import InputError, ParameterError
 from tierod.core.screen import printable
 from tierod.core.shown import plus_minus
 from tierod.core.statuses import COLOURS
-from tierod.fleet.cohorts import NOMINAL, expected_of, write_prior
 from tierod.fleet.places import LOCAL, protocol_of
+from tierod.fleet.statistics import NOMINAL, expected_of, write_prior
 
 if TYPE_CHECKING:
     from tierod.fleet.report import FleetReport
@@ -34,7 +34,7 @@ def report(
 ) -> int:
     """Write fleet.html and fleet.json, and return an exit code: no car to inspect (0), some (1), no verdict (2)."""
     from tierod.fleet.report import report as worked_out
-    from tierod.fleet.report_document import text
+    from tierod.fleet.report import text
     from tierod.fleet.report_page import write
 
     folder = output or (Path(results) if protocol_of(results) == LOCAL else Path())

@@ -14,8 +14,7 @@ from tierod.core.statuses import Status
 from tierod.core.version import __version__
 from tierod.fleet import report_words as words
 from tierod.fleet.ranking import Ranked, date
-from tierod.fleet.report import TIMES, FleetReport
-from tierod.fleet.report_document import text
+from tierod.fleet.report import TIMES, FleetReport, text
 from tierod.fleet.trends import Trends
 from tierod.report.display import INTERVAL, instant, number
 from tierod.report.html import Origin, page

@@ -17,8 +17,7 @@ from tierod.fleet.compaction import compact, mark_doubles, mark_overlaps
 from tierod.fleet.fleet_file import Fleet
 from tierod.fleet.judging import Asked
 from tierod.fleet.ledger import Ledger, prepare
-from tierod.fleet.places import Place, place_of
-from tierod.fleet.recordings import Found, find
+from tierod.fleet.places import Found, Place, find, place_of
 from tierod.fleet.stamps import code
 from tierod.fleet.task import Done, Job, Task, work
 from tierod.vehicles import load

@@ -23,8 +23,7 @@ from tierod.fleet import levels, schema
 from tierod.fleet.fleet_file import Assigned, Fleet
 from tierod.fleet.judging import Asked, Judgement, TooShort, chunk, judge
 from tierod.fleet.likeness import TEMPERATURE
-from tierod.fleet.places import LOCAL, Place, of_storage, protocol_of, reason_of, storage_of
-from tierod.fleet.recordings import Found
+from tierod.fleet.places import LOCAL, Found, Place, of_storage, protocol_of, reason_of, storage_of
 from tierod.fleet.stamps import code, vehicle_digest
 from tierod.monitors.harness.pieces import pieces_of
 from tierod.vehicles import Vehicle

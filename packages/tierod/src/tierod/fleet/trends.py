@@ -9,9 +9,8 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from tierod.fleet.cohorts import Cohorted, cohorted
-from tierod.fleet.learning import MILEAGE, Learnt, learnt
 from tierod.fleet.series import Series
+from tierod.fleet.statistics import MILEAGE, Cohorted, Learnt, cohorted, learnt
 from tierod.methods.trends.change_evidence import evidence
 from tierod.methods.trends.drive_filter import FIRST, Prior, filtered, smoothed, with_right_first
 from tierod.methods.trends.drives import JUMP, Drives, level_steps

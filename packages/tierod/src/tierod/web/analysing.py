@@ -29,9 +29,9 @@ from tierod.monitors.harness.run import Run
 from tierod.monitors.together import Chosen, Concluded, Together, usual
 from tierod.vehicles import Vehicle, load
 from tierod.vehicles.reading import read_by
-from tierod.web.pyramid import SeriesReader, SeriesWriter
+from tierod.web.errors import in_the_page
+from tierod.web.series import SeriesReader, SeriesWriter
 from tierod.web.store import Store, stamp_of
-from tierod.web.wording import in_the_page
 from tierod.work.fingerprint import fingerprint
 
 SCHEMA = "tierod.web-result/1"

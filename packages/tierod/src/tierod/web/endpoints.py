@@ -15,11 +15,11 @@ from starlette.requests import ClientDisconnect
 from tierod.core.errors import InputError
 from tierod.core.files import replacing
 from tierod.core.lab import part
-from tierod.web import fleets, windows
+from tierod.web import fleets
+from tierod.web import series as signals
 from tierod.web.errors import Absent
 from tierod.web.guard import REPORT_POLICY
 from tierod.web.jobs import Job
-from tierod.web.listing import Listing
 from tierod.web.shapes import (
     Analysed,
     Asked,
@@ -32,6 +32,7 @@ from tierod.web.shapes import (
     SiteShape,
     State,
 )
+from tierod.web.site import Listing
 from tierod.web.workbench import Workbench
 
 Text = Annotated[str, Query(max_length=4096)]
@@ -42,7 +43,7 @@ PROBLEMS: dict[int | str, dict[str, Any]] = {400: {"model": Problem}, 403: {"mod
 Key = Annotated[str, Query(max_length=80)]
 Names = Annotated[list[str], Query(max_length=64)]
 Time = Annotated[float | None, Query(allow_inf_nan=False)]
-Points = Annotated[int, Query(ge=10, le=windows.MOST_POINTS)]
+Points = Annotated[int, Query(ge=10, le=signals.MOST_POINTS)]
 
 FORMATS = {
     "csv": "text/csv; charset=utf-8",
@@ -162,9 +163,9 @@ def recording_endpoints(bench: Workbench) -> APIRouter:
     def window(
         key: str, name: Names, result: Key = "", start: Time = None, stop: Time = None, points: Points = 1000
     ) -> Response:
-        """Time spans of signals, as numbers in one binary packet (see `tierod.web.windows.packet`)."""
-        found = windows.windows(bench.readers(key, result), name, start, stop, points)
-        return Response(windows.packet(found), media_type="application/octet-stream")
+        """Time spans of signals, as numbers in one binary packet (see `tierod.web.series.packet`)."""
+        found = signals.windows(bench.readers(key, result), name, start, stop, points)
+        return Response(signals.packet(found), media_type="application/octet-stream")
 
     _exports(router, bench)
     _results(router, bench)
@@ -186,7 +187,7 @@ def _exports(router: APIRouter, bench: Workbench) -> None:
         os.close(handle)
         path = Path(place)
         try:
-            windows.export(bench.readers(key, result), name, start, stop, path)
+            signals.export(bench.readers(key, result), name, start, stop, path)
         except BaseException:
             path.unlink(missing_ok=True)
             raise

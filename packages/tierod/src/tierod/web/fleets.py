@@ -63,7 +63,7 @@ def work_out(results: Path, cache: Path, key: str) -> dict[str, Any]:
 
 
 def _content(found: FleetReport) -> dict[str, Any]:
-    from tierod.fleet.report_document import document
+    from tierod.fleet.report import document
 
     content = document(found)
     ranks = {each["vehicle"]: each for each in content["cars"]}
@@ -77,7 +77,7 @@ def _rows(found: FleetReport, ranks: Mapping[str, Mapping[str, Any]]) -> list[di
     import pyarrow as pa
     import pyarrow.compute as pc
 
-    from tierod.fleet.report_document import step
+    from tierod.fleet.report import step
     from tierod.fleet.standing import JUDGED
 
     counts = found.findings.group_by("vehicle").aggregate([("start", "max"), ("recording_name", "count_distinct")])

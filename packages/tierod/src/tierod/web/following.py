@@ -25,9 +25,10 @@ from tierod.io.readers.mapping import plan as mapping
 from tierod.io.readers.reading import Doubts, made_from
 from tierod.live.clock import Frame, frames_of
 from tierod.live.decoding import Decoder, bus_files
-from tierod.live.drive import Drive, Outputs
+from tierod.live.drive import Drive
 from tierod.live.events import Hub, line
 from tierod.live.judge import Plan
+from tierod.live.outputs import Outputs
 from tierod.monitors.together import usual
 
 PERIOD = 0.05

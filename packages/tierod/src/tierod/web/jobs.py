@@ -6,26 +6,26 @@ exceed its limits, without an effect on the others. One process per thread waits
 
 from __future__ import annotations
 
+import signal
 import threading
 import time
 import uuid
+import warnings
 from collections import OrderedDict, deque
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
-from multiprocessing import get_context
+from multiprocessing import get_context, parent_process
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any
 
-from tierod.core.errors import OutputError, ParameterError
+from tierod.core.errors import KernelWarning, OutputError, ParameterError
 from tierod.core.processes import safe_path
-from tierod.web.errors import Absent, Busy
+from tierod.web.errors import Absent, Busy, in_the_page
 from tierod.web.site import Limits
-from tierod.web.wording import in_the_page
-from tierod.web.worker import serve
-from tierod.work.executor import Failure
+from tierod.work.executor import Failure, done
 
 KEPT = 500
 """Number of finished jobs that are kept in the list."""
@@ -233,3 +233,49 @@ def workers_of(given: int | None) -> int:
     if given is not None and given < 1:
         raise ParameterError(f"--workers needs at least one process, not {given}")
     return given or max(cores() // 2, 1)
+
+
+OFTEN = 0.1
+"""Shortest time between two messages on progress [s]."""
+
+
+def serve(connection: Connection, memory: int) -> None:
+    """Run the process of a job.
+
+    Args:
+        connection: connection to the server, which sends (kind, arguments), and receives progress and the result
+        memory: largest memory of the process [bytes]
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches all processes; the server alone ends this one
+    threading.Thread(target=_end_with_server, daemon=True).start()
+    warnings.simplefilter("ignore", KernelWarning)
+    from tierod.web.work import WORKS
+
+    _limit(memory)
+    with suppress(EOFError, OSError):
+        kind, given = connection.recv()
+        last = [0.0]
+
+        def say(share: float, text: str, **found: Any) -> None:
+            now = time.monotonic()
+            if found or now - last[0] >= OFTEN:
+                last[0] = now
+                connection.send(("progress", (share, text, found)))
+
+        connection.send(("end", done(lambda task: WORKS[kind](task, say), given)))
+
+
+def _limit(memory: int) -> None:
+    with suppress(ImportError, ValueError, OSError):
+        import resource
+
+        # RLIMIT_DATA does not count mapped files, which the store reads and writes.
+        resource.setrlimit(resource.RLIMIT_DATA, (memory, memory))
+
+
+def _end_with_server() -> None:
+    if (parent := parent_process()) is not None:
+        import os
+
+        parent.join()
+        os._exit(1)

@@ -11,7 +11,7 @@ from tierod.core.shown import shown
 from tierod.core.signals import SIGNALS
 from tierod.report.display import words
 from tierod.web.jobs import Job
-from tierod.web.pyramid import Kept, SeriesReader
+from tierod.web.series import Kept, SeriesReader
 
 Name = Field(min_length=1, max_length=4096)
 

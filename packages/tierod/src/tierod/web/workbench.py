@@ -24,13 +24,11 @@ from tierod.core.signals import SIGNALS
 from tierod.core.version import __version__
 from tierod.web import fleets, shapes
 from tierod.web.demo import folders
-from tierod.web.errors import Absent, Forbidden
+from tierod.web.errors import Absent, Forbidden, in_the_page
 from tierod.web.jobs import Job, Jobs
-from tierod.web.listing import Listing, listing
-from tierod.web.pyramid import SeriesReader
-from tierod.web.site import UPLOADS, Root, Site
+from tierod.web.series import SeriesReader
+from tierod.web.site import UPLOADS, Listing, Root, Site, listing
 from tierod.web.store import Store, stamp_of
-from tierod.web.wording import in_the_page
 
 READERS = 32
 """Number of recordings whose index of signals stays in memory."""
@@ -104,7 +102,7 @@ class Workbench:
     def files(
         self, folder: str = "", search: str = "", sort: str = "name", offset: int = 0, count: int = 200
     ) -> Listing:
-        """Listing of a folder; arguments and errors as in `tierod.web.listing.listing`."""
+        """Listing of a folder; arguments and errors as in `tierod.web.site.listing`."""
         found = listing(self.site, folder, search, sort, offset, count)
         for each in found.entries:
             if not each.folder:

@@ -15,8 +15,7 @@ from tierod_lab.campaign.campaign import Campaign, load
 from tierod_lab.campaign.report import render_campaign
 from tierod_lab.campaign.running import Progress, run
 from tierod_lab.campaign.store import Store
-from tierod_lab.campaign.summary import document, summarise, text
-from tierod_lab.campaign.table import write_table
+from tierod_lab.campaign.summary import document, summarise, text, write_table
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,7 @@ from typing import Any, get_args
 
 from tierod.core.errors import ParameterError, nearest
 from tierod.core.fields import hints, meaning, members, replaced
-from tierod.core.toml import Document, Location
-from tierod.core.toml_builder import kind_name
+from tierod.core.toml import Document, Location, kind_name
 from tierod_lab.ground.cars.active_front_car import ActiveFrontCar
 from tierod_lab.ground.cars.column_bench import ColumnBench
 from tierod_lab.ground.cars.demonstrator_car import DemonstratorCar

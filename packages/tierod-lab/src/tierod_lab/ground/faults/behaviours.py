@@ -10,7 +10,7 @@ import numpy as np
 
 from tierod.core.errors import ParameterError
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE, Range
-from tierod.core.toml_builder import SIGNAL_UNIT, kind_name
+from tierod.core.toml import SIGNAL_UNIT, kind_name
 from tierod.physics.lag import share_reached
 from tierod_lab.ground.faults.behaviour import (
     ACTUATOR,

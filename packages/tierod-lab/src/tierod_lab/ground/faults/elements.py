@@ -11,7 +11,7 @@ from tierod.core.errors import ParameterError, nearest
 from tierod.core.fields import Meaning, Number, Range, hints, meaning, numbers
 from tierod.core.graph.trace import trace
 from tierod.core.signals import SIGNALS
-from tierod.core.toml_builder import kind_name
+from tierod.core.toml import kind_name
 from tierod_lab.ground.faults.behaviour import ACTUATOR, LOOP, PARAMETER, SIGNAL, SURROUNDING, Behaviour
 from tierod_lab.ground.faults.behaviours import BEHAVIOURS, Sluggish
 from tierod_lab.ground.parts import Demand, Plant, Road, Wind

@@ -9,8 +9,7 @@ from typing import Annotated, Any
 
 from tierod.core.errors import ParameterError
 from tierod.core.fields import POSITIVE, check_ranges
-from tierod.core.toml import Document, build
-from tierod.core.toml_builder import kind_name
+from tierod.core.toml import Document, build, kind_name
 from tierod_lab.ground.faults.behaviour import Behaviour
 from tierod_lab.ground.faults.behaviours import AnyBehaviour
 from tierod_lab.ground.faults.triggers import Always, AnyTrigger

@@ -10,8 +10,7 @@ from typing import Any
 from tierod.core.errors import ParameterError, TierodError, nearest
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE, Meaning, Range, hints, meaning
 from tierod.core.plugins import FileRegistry
-from tierod.core.toml import Document, Location, build
-from tierod.core.toml_builder import Builder, kind_name
+from tierod.core.toml import Builder, Document, Location, build, kind_name
 from tierod_lab.ground.faults.behaviours import BEHAVIOURS, AnyBehaviour, Intermittent
 from tierod_lab.ground.faults.elements import unit_without_car
 from tierod_lab.ground.faults.fault import Effect, Fault, Origin

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tierod.core.errors import ParameterError
-from tierod.core.toml_builder import kind_name
+from tierod.core.toml import kind_name
 from tierod_lab.ground.faults import triggers
 from tierod_lab.ground.faults.active import Active, prepared
 from tierod_lab.ground.faults.behaviour import ACTUATOR, LOOP, PARAMETER, SIGNAL, SURROUNDING, Change

@@ -9,7 +9,7 @@ import numpy as np
 
 from tierod.core.errors import ParameterError
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE, Range
-from tierod.core.toml_builder import SIGNAL_UNIT
+from tierod.core.toml import SIGNAL_UNIT
 from tierod_lab.ground.faults.behaviour import (
     ACTUATOR,
     LOOP,

@@ -11,7 +11,7 @@ import numpy as np
 
 from tierod.core.errors import InputError, ParameterError
 from tierod.core.fields import NOT_NEGATIVE, check_ranges
-from tierod.core.toml_builder import kind_name
+from tierod.core.toml import kind_name
 from tierod.core.units import scale
 
 

@@ -6,7 +6,7 @@ import dataclasses
 from typing import Any, cast
 
 from tierod.core.fields import hints, meaning, members
-from tierod.core.toml_builder import SIGNAL_UNIT, kind_name
+from tierod.core.toml import SIGNAL_UNIT, kind_name
 from tierod_lab.ground.faults.behaviour import Behaviour
 from tierod_lab.ground.faults.elements import unit_without_car
 from tierod_lab.ground.faults.fault import Effect, Fault

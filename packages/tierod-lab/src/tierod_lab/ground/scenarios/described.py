@@ -7,7 +7,7 @@ from dataclasses import asdict
 from typing import Any
 
 from tierod.core.fields import numbers
-from tierod.core.toml_builder import kind_name
+from tierod.core.toml import kind_name
 from tierod_lab.ground.cars.catalogue import VirtualCar, by_path
 from tierod_lab.ground.cars.kinds import parts_of
 from tierod_lab.ground.courses import AnyCourse

@@ -10,7 +10,7 @@ import numpy as np
 
 from tierod.core.errors import ParameterError
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE, Range, check_ranges
-from tierod.core.toml_builder import SIGNAL_UNIT
+from tierod.core.toml import SIGNAL_UNIT
 
 
 def gauss_markov(count: int, correlation: float, generator: np.random.Generator) -> np.ndarray:

@@ -6,7 +6,7 @@ from functools import cache
 
 from tierod.monitors.condition.definition import condition_monitor
 from tierod.vehicles import load
-from tierod_lab.campaign.reported_seed import reported_seed
+from tierod_lab.campaign.code import reported_seed
 from tierod_lab.studies.effort import Effort
 
 COUNT = 3

@@ -14,8 +14,8 @@ from tierod.methods.identification.motor import identify_motor
 from tierod.models.stator_frame_motor import MotorParameters
 from tierod.physics.pm_motor import flux_at
 from tierod.vehicles import load
-from tierod.vehicles.beginning import UNKNOWN
 from tierod.vehicles.classes import USUAL, rules
+from tierod.vehicles.draft import UNKNOWN
 from tierod.vehicles.vehicle import Vehicle
 from tierod_lab.papers.motor_angle.bench import ObserverDrive, bench
 from tierod_lab.papers.motor_angle.drawn_motors import Drawn, recording

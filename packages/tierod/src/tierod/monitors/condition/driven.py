@@ -10,7 +10,7 @@ import numpy as np
 from tierod.core.findings import Status
 from tierod.core.graph import Result
 from tierod.core.series import LastRead, runs
-from tierod.diagnosis.substitution import SubstitutionGraph
+from tierod.diagnosis.switchover import SubstitutionGraph
 from tierod.monitors.condition.coverage import ALL, LOST, UNASKED, Absence, Covered, Loss
 from tierod.monitors.condition.rolling_filter import SLIPPERIEST
 from tierod.monitors.condition.signals import ACTUATORS, ALL_WHEELS, ELEMENTS, SENSORS, TARGETS, ConditionSample

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from tierod.core.findings import Element, Episode, Finding, Status
 from tierod.core.signals import SIGNALS
-from tierod.diagnosis.substitution import SubstitutionGraph
+from tierod.diagnosis.switchover import SubstitutionGraph
 from tierod.diagnosis.trouble_codes import load_trouble_codes
 from tierod.monitors.condition.accelerations import MOTION, Disagreement
 from tierod.monitors.condition.courses import TOGETHER, ElementCourse, listed, shown

@@ -14,8 +14,7 @@ from tierod.core.findings import Status
 from tierod.core.graph.maths import any_of, both, maximum, present, where
 from tierod.core.statement import code_of
 from tierod.diagnosis.debounce import DebounceCounter, DebounceCounters
-from tierod.diagnosis.substitution import SubstitutionGraph, graph_from
-from tierod.diagnosis.switchover import NOTHING, Supplied, SupplyState, Switchover
+from tierod.diagnosis.switchover import NOTHING, SubstitutionGraph, Supplied, SupplyState, Switchover, graph_from
 from tierod.diagnosis.trouble_codes import TroubleCodes, load_trouble_codes
 from tierod.models.automated_vehicle import AutomatedVehicle
 from tierod.models.rolling_car import RollingCar

@@ -15,7 +15,7 @@ from tierod.core.findings import Status
 from tierod.core.graph import Memory, Scanner
 from tierod.core.recording import Aligned
 from tierod.core.signals import SIGNALS
-from tierod.diagnosis.substitution import SubstitutionGraph
+from tierod.diagnosis.switchover import SubstitutionGraph
 from tierod.methods.detectors.reversing import MIRRORED, TURN_FORWARD, Reversing
 from tierod.models.automated_vehicle import AutomatedVehicle
 from tierod.models.rolling_car import RollingCar

@@ -11,8 +11,7 @@ from tierod.core.files import require_folder
 from tierod.core.findings import Diagnosis, Status
 from tierod.core.recording import Aligned
 from tierod.core.series import Rows, Stride
-from tierod.diagnosis.counting import Counting
-from tierod.diagnosis.fault_memory import FaultMemory
+from tierod.diagnosis.fault_memory import Counting, FaultMemory
 from tierod.diagnosis.trouble_codes import load_trouble_codes
 from tierod.monitors.harness.session import StatusChange
 
