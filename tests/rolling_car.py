@@ -17,6 +17,9 @@ from tierod.vehicles import load
 OWN = 0.01
 """The estimator's own standard deviation [rad]."""
 
+MASS = 1700.0
+"""Mass of the car [kg]."""
+
 
 @dataclass(frozen=True)
 class Geometry:
@@ -42,11 +45,15 @@ class Geometry:
 
 
 class GeometrySession(BlockSession):
-    """Gives the largest angle; a fault above a limit, or by a misfit where no estimate is meant."""
+    """Gives the largest angle; a fault above a limit, or by a misfit where no estimate is meant.
 
-    def __init__(self, vehicle, limit, misfit):
+    With `laden`, the axle lies further behind the centre of gravity of a heavier car.
+    """
+
+    def __init__(self, vehicle, limit, misfit, laden):
+        share = vehicle["mass"] / MASS if laden else 1.0
         super().__init__(
-            Geometry(vehicle["rear_distance"], vehicle["mass"]),
+            Geometry(share * vehicle["rear_distance"], vehicle["mass"]),
             {"angle": ("angle", "rad"), "deviation": ("angle_standard_deviation", "rad")},
         )
         self.limit, self.misfit, self.largest = limit, misfit, 0.0
@@ -62,8 +69,10 @@ class GeometrySession(BlockSession):
         return Conclusion(Verdict("geometry", status, estimate=estimate), elements=elements)
 
 
-def monitor(limit=9.0, misfit=False):
-    variant = Variant("only", "One.", "none", lambda vehicle, rate, level: GeometrySession(vehicle, limit, misfit))
+def monitor(limit=9.0, misfit=False, laden=False):
+    variant = Variant(
+        "only", "One.", "none", lambda vehicle, rate, level: GeometrySession(vehicle, limit, misfit, laden)
+    )
     return Monitor(
         "geometry", "Angle", "Angle.", "none", ("yaw_rate", "vehicle_speed"), (), 50.0, 10.0, 0.1, {"only": variant},
         "only",
@@ -73,6 +82,6 @@ def monitor(limit=9.0, misfit=False):
 def car(rear_distance, deviation, mass_deviation=0.0):
     vehicle = load("revsted-car")
     parameters = dict(vehicle.parameters)
-    for name, value, spread in (("rear_distance", rear_distance, deviation), ("mass", 1700.0, mass_deviation)):
+    for name, value, spread in (("rear_distance", rear_distance, deviation), ("mass", MASS, mass_deviation)):
         parameters[name] = dataclasses.replace(parameters[name], value=value, standard_deviation=spread)
     return dataclasses.replace(vehicle, parameters=parameters)

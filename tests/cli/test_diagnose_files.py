@@ -10,7 +10,7 @@ from tierod.core.recording import Recording
 from tierod.diagnosis.fault_memory import FaultMemory
 from tierod.io.writers import write
 from tierod.monitors.harness.baseline import Baseline, load_baseline, store_baseline
-from tierod.monitors.harness.run import Run
+from tierod.monitors.run import Run
 
 
 @pytest.fixture(scope="module")

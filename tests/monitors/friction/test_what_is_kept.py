@@ -4,8 +4,8 @@ import pytest
 
 from tierod.io.derive import complete
 from tierod.monitors.diagnose import find
-from tierod.monitors.harness.run import Run
 from tierod.monitors.harness.session import opened
+from tierod.monitors.run import Run
 from tierod.vehicles import load
 from tierod_lab.ground import drive
 

@@ -11,8 +11,8 @@ import numpy as np
 from tierod.core.findings import Finding, Status
 from tierod.core.recording import Aligned, Recording
 from tierod.monitors.harness.baseline import Baseline
-from tierod.monitors.harness.run import Run
 from tierod.monitors.harness.session import Conclusion, Monitor, Session, StatusChange, Variant
+from tierod.monitors.run import Run
 from tierod.vehicles import Vehicle
 from tierod_lab.campaign.figures import Moments, area_under_curve
 from tierod_lab.campaign.judged import (

@@ -16,7 +16,7 @@ from tierod.monitors.diagnose import find
 from tierod.monitors.harness.baseline import Baseline, load_baseline
 from tierod.monitors.harness.into_memory import MemoryFeed
 from tierod.monitors.harness.pieces import joined
-from tierod.monitors.harness.run import Ended, Run, fitting
+from tierod.monitors.run import Ended, Run, fitting
 from tierod.vehicles import Vehicle
 
 HISTORY, SPACING = 24, 2.0

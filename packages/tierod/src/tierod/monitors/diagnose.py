@@ -16,9 +16,9 @@ from tierod.monitors.harness.baseline import Baseline, keep_first, load_baseline
 from tierod.monitors.harness.named_vehicle import vehicle_named_in
 from tierod.monitors.harness.over_time import OverTime
 from tierod.monitors.harness.pieces import pieces_of, share_read
-from tierod.monitors.harness.run import Run
 from tierod.monitors.harness.session import Monitor, Variant
 from tierod.monitors.registry import MONITORS, obstacle
+from tierod.monitors.run import Run
 from tierod.vehicles import Vehicle, load
 
 

@@ -13,8 +13,8 @@ from tierod.core.recording import Recording
 from tierod.monitors.diagnose import find
 from tierod.monitors.harness.pieces import OVERLAP
 from tierod.monitors.harness.quality_over_chunks import Shared
-from tierod.monitors.harness.run import Run
 from tierod.monitors.registry import MONITORS
+from tierod.monitors.run import Run
 from tierod.vehicles import Vehicle
 
 

@@ -10,7 +10,7 @@ from tierod.core.content import Facts, Fold, Heading, Item, Table, Verdict
 from tierod.core.findings import Decided, Diagnosis, Element, Episode, Finding, ParameterEffect
 from tierod.core.shown import in_words, shown, written
 from tierod.core.timestamps import CALENDAR
-from tierod.monitors.harness.spread.advice import first_to_measure
+from tierod.monitors.robustness import first_to_measure
 from tierod.report.charts.decisions import decision_figure, design_charts, looks_chart, quiet_figure
 from tierod.report.charts.distributions import histogram_chart, loop_chart
 from tierod.report.charts.elements import state_figure, substitute_figures

@@ -25,7 +25,7 @@ from tierod.io.readers.opening import shipped
 from tierod.io.readers.reading import completed, loaded_map, planned
 from tierod.monitors.harness.over_time import OverTime
 from tierod.monitors.harness.pieces import CHUNK
-from tierod.monitors.harness.run import Run
+from tierod.monitors.run import Run
 from tierod.monitors.together import Chosen, Concluded, Together, usual
 from tierod.vehicles import Vehicle, load
 from tierod.vehicles.reading import read_by

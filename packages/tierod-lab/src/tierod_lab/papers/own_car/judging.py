@@ -16,8 +16,8 @@ from tierod.io.derive import complete
 from tierod.methods.identification.experiment import Found
 from tierod.monitors.diagnose import find
 from tierod.monitors.harness.over_time import OverTime
-from tierod.monitors.harness.run import Run
 from tierod.monitors.own_car import identify_own_car
+from tierod.monitors.run import Run
 from tierod.vehicles.vehicle import Vehicle
 from tierod_lab.ground import run
 from tierod_lab.ground.courses.conditions import Restlessness

@@ -79,6 +79,7 @@ FRICTION = Monitor(
     optional=(),
     rate=100.0,
     minimum_rate=20.0,
+    lane_rate=25.0,
     maximum_age=0.1,
     variants=variants_with_plugins("friction", {"pre-sliding": "tierod.monitors.friction.definition:PRE_SLIDING"}),
     default="pre-sliding",

@@ -282,6 +282,8 @@ class Monitor:
             give a wrong verdict
         slower: rates for recordings whose required channels come slower than `rate` [Hz], the fastest first; empty
             if held values do no harm
+        lane_rate: rate at which this monitor for other parameters is compared with it [Hz]; None takes the last of
+            `slower`, or `rate`
         subjects: signals whose faults it judges itself, so that stuck values must not be removed from them
         reaction: time that it needs to find a fault [s]; if required signals are lost for longer at the end of a
             recording, the verdict is not healthy
@@ -311,6 +313,7 @@ class Monitor:
     rests_on: tuple[str, ...] = ()
     subjects: tuple[str, ...] = ()
     reaction: Annotated[float, "s"] = 10.0
+    lane_rate: Annotated[float, "Hz"] | None = None
     subject: str = ""
 
     def needing(self, variant: Variant) -> Monitor:

@@ -21,7 +21,6 @@ from tierod.methods.identification.lock_to_lock import Noise
 from tierod.monitors.friction.facts import SMALLEST_NOMINAL, TOO_LOW
 from tierod.monitors.harness.baseline import Baseline
 from tierod.monitors.harness.session import Conclusion, Monitor, Session, Variant
-from tierod.monitors.harness.spread.advice import baseline_command, cure
 from tierod.monitors.harness.verdict import Obstacle, withheld
 from tierod.monitors.hysteresis.facts import (
     FAULT_FREE_TEST,
@@ -35,6 +34,7 @@ from tierod.monitors.hysteresis.facts import (
     over_nominal,
     torque_defects,
 )
+from tierod.monitors.robustness import baseline_command, cure
 from tierod.vehicles import Vehicle
 from tierod.vehicles.uncertain import held_deviation, torque_gain_deviation
 

@@ -35,10 +35,8 @@ from tierod.monitors.harness.session import (
     Variant,
     opened,
 )
-from tierod.monitors.harness.spread.joining import joined as with_parameter_spread
-from tierod.monitors.harness.spread.joining import with_own_interval
-from tierod.monitors.harness.spread.opening import Uncertain
-from tierod.monitors.harness.spread.parameter_spread import ParameterSpread
+from tierod.monitors.robustness import exact, robust
+from tierod.monitors.uncertainty import Lanes, Uncertain
 from tierod.vehicles import Vehicle
 from tierod.vehicles.uncertain import in_words
 
@@ -133,7 +131,7 @@ class Run:
         )
         if isinstance(self.session, BlockSession):
             self.session.pictured = signals_shown
-        self._spread: ParameterSpread | None = None
+        self._lanes: Lanes | None = None
         self._may_turn = baseline is None
         self.feed: MemoryFeed | None = None
         if memory:
@@ -199,7 +197,7 @@ class Run:
         if self._start is None:
             refuse_unsuitable(self.monitor, self.vehicle, complete_piece)
             self._start = begin
-            self._spread = None if self._uncertain is None else self._uncertain.spread()
+            self._lanes = None if self._uncertain is None else self._uncertain.lanes()
         self._inputs.refuse_slow()
         self._before = piece.slice(last - OVERLAP)
         # Later steps have to wait, since the next piece may hold samples that belong to them.
@@ -251,8 +249,8 @@ class Run:
         self._inputs.add(whole, self._start, usable)
         # Reports show stuck signals as recorded; only the input of the monitor is without them.
         traces = self.session.absorb(usable)
-        if self._spread is not None:
-            traces = self._spread.absorb(usable, traces)
+        if self._lanes is not None:
+            traces = self._lanes.absorb(usable, traces)
         if isinstance(self.session, BlockSession):
             self.session.observe(traces)
         shown = {**aligned.columns, **traces}
@@ -311,9 +309,9 @@ class Run:
             self.session.stuck = self._inputs.stuck.spans()
         conclusion = self.session.conclude()
         if self._uncertain is None:
-            return with_own_interval(conclusion, self.vehicle, self._may_turn, self.monitor.learns), ()
-        outcome = None if self._spread is None else self._spread.conclude()
-        found = with_parameter_spread(conclusion, outcome, self._uncertain.vehicle, self._may_turn, self.monitor.learns)
+            return exact(conclusion, self.vehicle, self._may_turn, self.monitor.learns), ()
+        effects = None if self._lanes is None else self._lanes.conclude()
+        found = robust(conclusion, effects, self._uncertain.vehicle, self._may_turn, self.monitor.learns)
         note = in_words(self._uncertain.vehicle, self._uncertain.of_class)
         remarks = {**found.conclusion.remarks, **({"parameters": f"{note}."} if note else {})}
         return dataclasses.replace(found.conclusion, remarks=remarks), found.effects

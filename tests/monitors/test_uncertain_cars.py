@@ -11,10 +11,11 @@ from shared_data import shared_data
 from tierod.core.findings import Status
 from tierod.core.recording import Channel, Recording
 from tierod.io.readers import read
+from tierod.monitors import uncertainty
 from tierod.monitors.diagnose import diagnose, find
-from tierod.monitors.harness.run import Run
 from tierod.monitors.harness.session import opened
-from tierod.monitors.harness.spread.opening import Uncertain
+from tierod.monitors.run import Run
+from tierod.monitors.uncertainty import Uncertain
 from tierod.vehicles import Vehicle, load
 from tierod.vehicles.uncertain import WatchedParameters, may_move
 from tierod_lab.ground import drive
@@ -77,6 +78,20 @@ def test_without_spread_a_run_is_the_same_to_the_last_bit():
     for name in plain.traces:
         assert np.array_equal(with_spread.traces[name].mean, plain.traces[name].mean, equal_nan=True), name
     assert np.array_equal(judged.traces["nis"].mean, plain.traces["nis"].mean, equal_nan=True)
+
+
+@pytest.mark.usefixtures("kernels_in_a_moment")
+def test_lanes_in_one_kernel_show_what_each_shows_alone_to_the_last_bit(monkeypatch):
+    monkeypatch.setattr(uncertainty, "AT_ONCE", 1)
+    whole, found = drive(minutes=1.5, seed=2), []
+    for least in (np.inf, 0):
+        monkeypatch.setattr(uncertainty, "ABREAST_FROM", least)
+        found.append(diagnose(whole, brochure_car("unknown", "midsize", 1500.0, 2.7), "friction"))
+    alone, abreast = found
+    assert alone.findings == abreast.findings
+    assert alone.parameter_effects == abreast.parameter_effects != ()
+    for name, trace in alone.traces.items():
+        np.testing.assert_array_equal(trace.upper, abreast.traces[name].upper, err_msg=name)
 
 
 def test_a_monitor_that_reads_a_deviation_itself_has_it_in_its_band_once():

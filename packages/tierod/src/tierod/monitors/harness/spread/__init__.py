@@ -1,1 +1,0 @@
-"""Effect of uncertain vehicle parameters on a monitor's result: band, verdict, and the parameters that decide."""
