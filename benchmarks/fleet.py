@@ -28,7 +28,7 @@ from tierod.fleet.running import run
 from tierod.fleet.task import _about, _stream, part_of
 from tierod.monitors.together import Chosen, usual
 from tierod.vehicles import load
-from tierod.work.doors import cores, workers_of
+from tierod.work.pool import cores, workers_of
 
 VEHICLE = "midsize-eps"
 FRICTION = Asked((Chosen("friction"),))

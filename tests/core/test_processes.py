@@ -35,7 +35,7 @@ def test_a_child_interpreter_finds_the_package(planted):
 
 
 POOL = """
-from tierod.work.executor import Executor
+from tierod.work.pool import Executor
 if __name__ == "__main__":
     with Executor(1) as pool:
         print(list(pool.run(abs, [-3])))

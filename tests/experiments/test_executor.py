@@ -11,7 +11,7 @@ import pytest
 
 from experiments.worker_tasks import do, environment, linger
 from tierod.core.errors import OutputError
-from tierod.work.executor import Executor, Failure, run
+from tierod.work.pool import Executor, Failure, run
 
 
 def test_every_task_gives_its_result_whatever_the_number_of_processes():
@@ -68,7 +68,7 @@ def test_workers_compute_with_one_thread_and_the_parent_as_before(monkeypatch):
 PARENT = """
 import sys
 from experiments.worker_tasks import linger
-from tierod.work.executor import run
+from tierod.work.pool import run
 if __name__ == "__main__":
     list(run(linger, [sys.argv[1]], 1))
 """
@@ -87,7 +87,7 @@ def test_no_worker_outlives_a_parent_that_is_killed(tmp_path):
 
 def test_a_script_without_a_guard_is_reported_what_to_do(tmp_path):
     script = tmp_path / "unguarded.py"
-    script.write_text("from experiments.worker_tasks import do\nfrom tierod.work.executor import run\n"
+    script.write_text("from experiments.worker_tasks import do\nfrom tierod.work.pool import run\n"
                       "print(list(run(do, [('square', 2)], 1)))\n")  # fmt: skip
     done = subprocess.run([sys.executable, script], env=environment(), capture_output=True, text=True, check=False)
     assert done.returncode != 0

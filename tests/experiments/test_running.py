@@ -16,7 +16,7 @@ from experiments.toy_scenario import FAULT, ToyScenario, plan
 from experiments.worker_tasks import environment
 from tierod.core.errors import OutputError
 from tierod.core.files import write_text
-from tierod.work.executor import Executor
+from tierod.work.pool import Executor
 from tierod_lab.campaign import running
 from tierod_lab.campaign.matrix import Point
 from tierod_lab.campaign.plan import Cell
@@ -229,7 +229,7 @@ SCRIPT = """
 import sys
 from pathlib import Path
 from experiments.toy_scenario import FAULT, ToyScenario, plan
-from tierod.work.executor import Executor
+from tierod.work.pool import Executor
 from tierod_lab.campaign.running import run
 from tierod_lab.campaign.store import Store
 

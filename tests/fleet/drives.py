@@ -10,7 +10,7 @@ from tierod.fleet.judging import Asked
 from tierod.fleet.running import run
 from tierod.io.writers import write
 from tierod.monitors.together import Chosen
-from tierod.work.executor import done
+from tierod.work.pool import done
 
 SECONDS = 40.0
 DAY = 86400.0

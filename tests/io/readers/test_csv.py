@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from tierod.core.errors import InputError
-from tierod.io.readers import csv_cells, read
+from tierod.io.readers import csv, read
 from tierod.io.readers.content import content_of
 from tierod.io.readers.csv import _past_midnight
-from tierod.io.readers.csv_layout import find_layout
 
 
 def written(tmp_path, text, name="drive.csv", encoding="utf-8"):
@@ -190,10 +189,8 @@ def test_a_cell_that_is_no_number(tmp_path):
 
 def test_only_the_column_with_the_bad_cell_is_read_as_text(tmp_path, monkeypatch):
     seen: list[int] = []
-    by_cell = csv_cells._cell_by_cell
-    monkeypatch.setattr(
-        csv_cells, "_cell_by_cell", lambda cells, decimal: seen.append(len(cells)) or by_cell(cells, decimal)
-    )
+    by_cell = csv._cell_by_cell
+    monkeypatch.setattr(csv, "_cell_by_cell", lambda cells, decimal: seen.append(len(cells)) or by_cell(cells, decimal))
     body = rows("{t:.2f};{v:.1f};{k};;{k}", 3000).replace(".", ",")
     text = "time;speed [m/s];count;empty;other\n" + body.replace(";2999;;2999\n", ";2999;;oops\n")
     found = read(written(tmp_path, text))
@@ -211,11 +208,11 @@ def test_no_thread_of_the_library_holds_memory_of_python(tmp_path):
     path = tmp_path / "drive.csv"
     path.write_bytes(b"time,yaw_rate,steps\n" + b"1,2,3\n" * 2000 + b"1,2\n")
     content = content_of(path, packed=False)
-    table = csv_cells.counted(content, find_layout(csv_cells.head_of(content)), b"\n")
+    table = csv.Table(content)
     (block,) = table.blocks()
     held = sys.getrefcount(block)
     for _ in range(400):
-        rows, _, _ = csv_cells.numbers(block, table, ["time", "yaw_rate", "steps"])
+        rows = table.rows(block, ["time", "yaw_rate", "steps"])
         assert rows.broken == 1
         assert sys.getrefcount(block) == held
 

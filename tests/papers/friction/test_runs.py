@@ -5,7 +5,7 @@ import pytest
 
 from tierod.core.errors import ParameterError, TierodError
 from tierod.core.findings import Status
-from tierod.work.executor import Failure
+from tierod.work.pool import Failure
 from tierod_lab.ground import FrictionCourse
 from tierod_lab.papers.friction.cases import Case
 from tierod_lab.papers.friction.digest import digest, lag_between

@@ -10,7 +10,7 @@ from tierod.core.block import structure
 from tierod.core.errors import TierodError
 from tierod.core.graph.kernel import kernel
 from tierod.monitors.harness.baseline import Baseline
-from tierod.work.executor import Failure, Workers
+from tierod.work.pool import Failure, Workers
 from tierod_lab.campaign.plan import Cell, Judge, Plan
 from tierod_lab.campaign.store import Store
 from tierod_lab.campaign.work import DRIVEN, Reference, Task, Verdict, code, failed, work

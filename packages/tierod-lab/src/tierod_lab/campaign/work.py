@@ -13,7 +13,7 @@ from tierod.core.errors import CompileError, MissingExtra, OutputError, TierodEr
 from tierod.core.recording import Recording
 from tierod.core.version import __version__
 from tierod.monitors.harness.baseline import Baseline
-from tierod.work.executor import Passing
+from tierod.work.pool import Passing
 from tierod_lab.campaign.code import ground_code, judging_code
 from tierod_lab.campaign.judged import Window, plain
 from tierod_lab.campaign.judging import judge

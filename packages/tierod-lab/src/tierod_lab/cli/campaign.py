@@ -61,7 +61,7 @@ def campaign(
     if file is None:
         _list(shipped())
         return 0
-    from tierod.work.doors import cores
+    from tierod.work.pool import cores
     from tierod_lab.ground.scenarios.plants import native_code
 
     chosen = load(file)

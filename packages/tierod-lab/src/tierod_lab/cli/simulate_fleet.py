@@ -32,7 +32,7 @@ def simulate_fleet(
         OutputError: the folder cannot be written
     """
     from tierod.cli.terminal import print_json, print_remark, progress, say
-    from tierod.work.doors import cores
+    from tierod.work.pool import cores
     from tierod_lab.fleet import virtual
     from tierod_lab.fleet import writing as virtual_writing
 

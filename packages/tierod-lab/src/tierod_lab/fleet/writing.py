@@ -13,7 +13,7 @@ import numpy as np
 from tierod.core.files import replacing, write_text
 from tierod.core.toml import Document, build
 from tierod.fleet.series import stamps
-from tierod.work.executor import Failure, run
+from tierod.work.pool import Failure, run
 from tierod_lab.fleet.drives import VirtualDrive
 from tierod_lab.fleet.estimates import ErrorLaw, estimates, findings_table
 from tierod_lab.fleet.virtual import VirtualCars

@@ -21,8 +21,8 @@ from tierod.fleet.places import Found, Place, find, place_of
 from tierod.fleet.stamps import code
 from tierod.fleet.task import Done, Job, Task, work
 from tierod.vehicles import load
-from tierod.work.executor import Failure, Workers
 from tierod.work.fingerprint import fingerprint
+from tierod.work.pool import Failure, Workers
 
 if TYPE_CHECKING:
     import pyarrow as pa

@@ -27,8 +27,8 @@ from tierod.fleet.places import LOCAL, Found, Place, of_storage, protocol_of, re
 from tierod.fleet.stamps import code, vehicle_digest
 from tierod.monitors.harness.pieces import pieces_of
 from tierod.vehicles import Vehicle
-from tierod.work.executor import Passing
 from tierod.work.fingerprint import fingerprint
+from tierod.work.pool import Passing
 
 if TYPE_CHECKING:
     import pyarrow as pa

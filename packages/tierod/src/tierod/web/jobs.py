@@ -25,7 +25,7 @@ from tierod.core.errors import KernelWarning, OutputError, ParameterError
 from tierod.core.processes import safe_path
 from tierod.web.errors import Absent, Busy, in_the_page
 from tierod.web.site import Limits
-from tierod.work.executor import Failure, done
+from tierod.work.pool import Failure, done
 
 KEPT = 500
 """Number of finished jobs that are kept in the list."""
@@ -228,7 +228,7 @@ def _named(reason: str, given: Mapping[str, Any]) -> str:
 
 def workers_of(given: int | None) -> int:
     """Number of jobs at a time; half of the cores if not given."""
-    from tierod.work.doors import cores
+    from tierod.work.pool import cores
 
     if given is not None and given < 1:
         raise ParameterError(f"--workers needs at least one process, not {given}")

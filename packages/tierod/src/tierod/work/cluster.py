@@ -20,33 +20,27 @@ from typing import Annotated, Any
 
 from tierod.core.errors import KernelWarning, MissingExtra, OutputError, ParameterError
 from tierod.core.version import __version__
-from tierod.work.executor import Failure, Given, Result, Work, done
 from tierod.work.fingerprint import installed_code
+from tierod.work.pool import Failure, Given, Result, Work, done
 
+# Size from which glibc maps a block [bytes]; smaller blocks come from memory that the process already has
 MMAP_THRESHOLD = 32 * 1024**2
-"""Size from which glibc maps a block [bytes]; smaller blocks come from memory that the process already has."""
 
-_M_MMAP_THRESHOLD = -3
-"""Number of this setting in malloc.h."""
+_M_MMAP_THRESHOLD = -3  # Number of this setting in malloc.h
+PATIENCE: Annotated[float, "s"] = 15.0  # Timeout of the scheduler
 
-PATIENCE: Annotated[float, "s"] = 15.0
-"""Timeout of the scheduler."""
-
+# Time without workers after which a run ends; a nanny restarts a lost worker within seconds
 WITHOUT_WORKERS: Annotated[float, "s"] = 60.0
-"""Time without workers after which a run ends; a nanny restarts a lost worker within seconds."""
 
-LOOK: Annotated[float, "s"] = 1.0
-"""Polling interval of the state of the cluster."""
+LOOK: Annotated[float, "s"] = 1.0  # Polling interval of the state of the cluster
 
-_alone = threading.Lock()
-"""Lock of a worker process: only one thread runs kernels at a time, whatever `--nthreads` is."""
+_alone = threading.Lock()  # Lock of a worker process: only one thread runs kernels at a time, whatever `--nthreads` is
 
 
 class Cluster:
     """The workers of a Dask scheduler, as a context manager.
 
     Args:
-        address: address of the scheduler, as "tcp://host:8786"
         count: number of tasks submitted at a time; if None twice the number of workers, so that none waits
     """
 
@@ -55,12 +49,7 @@ class Cluster:
         self._client: Any = None
 
     def __enter__(self) -> Cluster:
-        """Connect, and check that the workers have the same tierod.
-
-        Raises:
-            ParameterError: the scheduler does not answer, has no workers, or they have another tierod
-            MissingExtra: `distributed` is not installed
-        """
+        """Connect, and check that the workers have the same tierod."""
         try:
             from distributed import Client
         except ImportError:
@@ -95,12 +84,7 @@ class Cluster:
         """Do nothing: the workers of a cluster already run."""
 
     def run(self, work: Callable[[Given], Result], tasks: Sequence[Given]) -> Iterator[tuple[int, Result | Failure]]:
-        """(number of the task, result or Failure) of every task, as in `Executor.run`.
-
-        Raises:
-            OSError, OutputError: raised by a task
-            ParameterError: the scheduler or all workers are gone
-        """
+        """(number of the task, result or Failure) of every task, as in `Executor.run`."""
         waiting = iter(enumerate(tasks))
         open_: dict[Any, int] = {}
         ended: queue.SimpleQueue[Any] = queue.SimpleQueue()
@@ -126,7 +110,6 @@ class Cluster:
 
     def _fill(self, work: Work, waiting: Iterator[tuple[int, Any]], open_: dict[Any, int],
               ended: queue.SimpleQueue[Any], watch: _Watch) -> None:  # fmt: skip
-        """Submit tasks until the cluster has as many as it should."""
         while len(open_) < (self.count or 2 * watch.workers):
             each = next(waiting, None)
             if each is None:
@@ -179,11 +162,7 @@ class Cluster:
 
 
 class _Watch:
-    """Polls the state of the cluster.
-
-    Args:
-        cluster: connected cluster
-    """
+    """Polls the state of the cluster."""
 
     def __init__(self, cluster: Cluster):
         self._cluster = cluster
@@ -193,17 +172,11 @@ class _Watch:
 
     @property
     def workers(self) -> int:
-        """Number of workers at the last poll."""
         if time.monotonic() - self._looked > LOOK:
             self.look()
         return self._count
 
     def look(self) -> None:
-        """Count the workers.
-
-        Raises:
-            ParameterError: the scheduler is gone, or there have been no workers for `WITHOUT_WORKERS`
-        """
         client = self._cluster._client
         self._looked = now = time.monotonic()
         if client.status in ("closed", "closing"):

@@ -18,19 +18,17 @@ from tierod.core.files import sha256_of
 
 ROOT = Path(__file__).resolve().parents[1]
 
+# Packages whose code determines a verdict
 VERDICT = ("monitors", "methods", "models", "vehicles", "io", "physics", "core")
-"""Packages whose code determines a verdict."""
 
 
 def fingerprint(*values: Any) -> str:
     """SHA-256 of values, in hexadecimal: equal for equal content in every process, whatever its hash seed.
 
     Args:
-        values: dataclasses, mappings, sequences, arrays, sets, texts, numbers; a path contributes its name only, since
-            its content is fingerprinted separately, as does a function; fields excluded from comparisons are ignored
-
-    Raises:
-        TypeError: a value whose content is unknown, such as a function without a name
+        values: dataclasses, mappings, sequences, arrays, sets, texts, numbers; a path contributes its name only,
+            since its content is fingerprinted separately, as does a function; fields excluded from comparisons are
+            ignored
     """
     digest = hashlib.sha256()
     for part in _encoded(values):

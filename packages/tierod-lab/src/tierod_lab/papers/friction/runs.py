@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 from tierod.core.errors import TierodError
-from tierod.work.executor import Failure
+from tierod.work.pool import Failure
 from tierod_lab.papers.friction.cases import Case
 from tierod_lab.papers.friction.digest import Digest, digest
 from tierod_lab.studies.effort import Effort, Progress

@@ -13,7 +13,7 @@ from tierod.core.claims import Claim, Goal, at_most, between, exactly
 from tierod.core.content import Heading, Item, Table
 from tierod.core.errors import InputError
 from tierod.monitors.sideslip.tuning import CONSTANT_ERROR
-from tierod.work.executor import Failure
+from tierod.work.pool import Failure
 from tierod_lab.papers.own_car.judging import (
     BROCHURE,
     ESTIMATES,

@@ -35,21 +35,15 @@ from tierod.core.threads import THREADS
 
 Given = TypeVar("Given")
 Result = TypeVar("Result")
-Work = Callable[[Any], Any]
-"""Importable function of one task; task and result must be picklable."""
+Work = Callable[[Any], Any]  # Importable function of one task; task and result must be picklable
 
 
 @dataclass(frozen=True)
 class Failure:
-    """A task without a result.
+    """A task without a result."""
 
-    Args:
-        reason: reason in words
-        lasting: whether the same task would fail again; false after a crash, or if something was not installed
-    """
-
-    reason: str
-    lasting: bool
+    reason: str  # reason in words
+    lasting: bool  # whether the same task would fail again; false after a crash, or if something was not installed
 
 
 class Passing(TierodError):
@@ -59,17 +53,7 @@ class Passing(TierodError):
 def run(
     work: Callable[[Given], Result], tasks: Sequence[Given], workers: int
 ) -> Iterator[tuple[int, Result | Failure]]:
-    """(number of the task, result or Failure) of a batch of tasks, in the order of their completion.
-
-    Args:
-        work: function of one task, see `Executor.run`
-        tasks: tasks, started in this order
-        workers: number of processes
-
-    Raises:
-        OSError, OutputError: raised by a task (a full disk, for example)
-        ParameterError: the processes cannot start
-    """
+    """(number of the task, result or Failure) of a batch of tasks, in the order of their completion."""
     with Executor(workers) as executor:
         yield from executor.run(work, tasks)
 
@@ -89,11 +73,7 @@ class Workers(Protocol):
 
 
 class Executor:
-    """Processes that are kept from one batch of tasks to the next, as a context manager.
-
-    Args:
-        workers: maximum number of processes
-    """
+    """Processes that are kept from one batch of tasks to the next, as a context manager."""
 
     def __init__(self, workers: int):
         self.workers = workers
@@ -119,11 +99,6 @@ class Executor:
         Args:
             work: function of one task; OSError and OutputError are raised here too, all other exceptions become a
                 Failure
-            tasks: tasks, started in this order
-
-        Raises:
-            OSError, OutputError: raised by a task (a full disk, for example)
-            ParameterError: the processes cannot start
         """
         waiting = ((number, (work, task)) for number, task in enumerate(tasks))
         self.start(work, len(tasks))
@@ -231,3 +206,23 @@ def done(work: Callable[[Given], Result], task: Given) -> Result | Failure | OSE
             return Failure("the memory was not enough; run with fewer --workers", lasting=False)
         reason = f"a defect of tierod itself: {type(error).__name__}: {' '.join(str(error).split())[:200]}"
         return Failure(reason, lasting=True)
+
+
+def cores() -> int:
+    """Number of processor cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def workers_of(count: int | None = None, scheduler: str | None = None) -> Workers:
+    """Workers for tasks, not started yet.
+
+    Args:
+        count: processes of this machine; one per core if None. With a cluster, number of tasks submitted at a time;
+            twice the number of workers if None
+        scheduler: address of a Dask scheduler, as "tcp://host:8786"; None for processes of this machine
+    """
+    if scheduler is None:
+        return Executor(count or cores())
+    from tierod.work.cluster import Cluster
+
+    return Cluster(scheduler, count)
