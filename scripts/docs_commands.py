@@ -30,9 +30,12 @@ EXIT_CODES = (
 def pages() -> dict[str, Callable[[], str]]:
     """Path below docs/ -> function that returns the text."""
     every: dict[str, Callable[[], str]] = {f"reference/cli/{verb}.md": _page_of(verb) for verb in commands()}
-    packages = {f"reference/python/{target}": _package_page_of(package) for package, target in PAGE_OF.items()}
-    own = {"reference/python/index.md": python_index, "reference/python/tierod.md": tierod_page}
-    return {"reference/cli/index.md": index, **every, **own, **packages}
+    python = {"index": python_index, "tierod": tierod_page, "packages": packages_page}
+    return {
+        "reference/cli/index.md": index,
+        **every,
+        **{f"reference/python/{name}.md": it for name, it in python.items()},
+    }
 
 
 def _page_of(verb: str) -> Callable[[], str]:
@@ -170,51 +173,36 @@ def python_index() -> str:
     )
 
 
-PAGE_OF = {
-    "core": "core.md",
-    "core.graph": "graph.md",
-    "physics": "physics.md",
-    "models": "models.md",
-    "methods": "methods.md",
-    "io": "io.md",
-    "vehicles": "vehicles.md",
-    "diagnosis": "diagnosis.md",
-    "monitors.harness": "monitors.md",
-    "report": "report.md",
-    "tierod_lab.ground": "ground.md",
-    "tierod_lab.campaign": "campaign.md",
-}
-"""Package, below tierod unless named in full -> page with the docstrings of all its modules."""
+PACKAGES = (
+    "tierod.core",
+    "tierod.core.graph",
+    "tierod.physics",
+    "tierod.models",
+    "tierod.methods",
+    "tierod.io",
+    "tierod.vehicles",
+    "tierod.diagnosis",
+    "tierod.monitors.harness",
+    "tierod.report",
+    "tierod_lab.ground",
+    "tierod_lab.campaign",
+)
+"""Packages whose docstrings the site shows."""
 
-WITHOUT = {"core": '\n    options:\n      filters: ["!^_", "!^graph$"]'}
-"""Package -> mkdocstrings option that excludes a part with a page of its own."""
+WITHOUT = {"tierod.core": '\n    options:\n      filters: ["!^_", "!^graph$"]'}
+"""Package -> mkdocstrings option that excludes a part listed by itself."""
 
 
 def _packages() -> list[tuple[str, str]]:
-    rows = []
-    for package, target in PAGE_OF.items():
-        module = importlib.import_module(_full(package))
-        rows.append((f"[`{module.__name__}`]({target})", first_sentence(module.__doc__)))
-    return rows
+    return [(f"`{name}`", first_sentence(importlib.import_module(name).__doc__)) for name in PACKAGES]
 
 
-def _full(package: str) -> str:
-    return package if package.startswith("tierod_lab") else f"tierod.{package}"
-
-
-def _package_page_of(package: str) -> Callable[[], str]:
-    return lambda: package_page(package)
-
-
-def package_page(package: str) -> str:
-    """Page of a package, whose last line mkdocstrings replaces by the docstrings."""
-    name = _full(package)
-    module = importlib.import_module(name)
+def packages_page() -> str:
+    """Page of all packages, whose last lines mkdocstrings replaces by the docstrings."""
     return page(
-        name,
-        first_sentence(module.__doc__),
-        f"The site shows here the docstrings of every module; in a terminal `python -c \"help('{name}')\"` does.",
-        f"::: {name}" + WITHOUT.get(package, ""),
+        "Packages",
+        "The site shows here the docstrings of every module; in a terminal `python -c \"help('tierod.core')\"` does.",
+        *(f"::: {name}" + WITHOUT.get(name, "") for name in PACKAGES),
     )
 
 

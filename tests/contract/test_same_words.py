@@ -17,7 +17,7 @@ from stated_monitor import drive
 from tierod.cli import main
 from tierod.core.findings import Status
 from tierod.io.writers import write
-from tierod.live.drive import Outputs
+from tierod.live.outputs import Outputs
 from tierod.monitors.diagnose import diagnose
 from tierod.monitors.registry import MONITORS
 from tierod.monitors.together import Chosen

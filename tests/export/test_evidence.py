@@ -1,7 +1,5 @@
 import shutil
-import threading
 from dataclasses import dataclass
-from functools import partial
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -16,7 +14,7 @@ from tierod.export.evidence.comparison import differences, table
 from tierod.export.evidence.coverage import Stepped, covered
 from tierod.export.evidence.targets import targets
 from tierod.export.subject import subject_of, subject_of_block
-from tierod.export.vectors import FACTORS, affordable, altered_inputs, input_table, random_inputs, vectors_of
+from tierod.export.vectors import affordable, input_table, random_inputs, vectors_of
 from watched_torque import Watch
 
 needs_arm = pytest.mark.skipif(
@@ -145,24 +143,3 @@ def test_a_branch_that_a_limit_at_zero_leaves_is_counted_as_one(tmp_path):
     (reason,) = (each for each in dict(left.rows) if each.startswith("a limit at zero"))
     assert dict(left.rows)[reason] == "1"
     assert not others
-
-
-def test_calls_run_some_at_a_time_and_answer_in_their_order():
-    begun = threading.Barrier(tools.AT_ONCE, timeout=10.0)
-
-    def call(number):
-        begun.wait()
-        return number
-
-    assert tools.at_once([partial(call, number) for number in range(tools.AT_ONCE)]) == list(range(tools.AT_ONCE))
-
-
-def test_an_altered_drive_has_one_signal_of_another_size_throughout():
-    drive = np.arange(12.0).reshape(6, 2) + 1.0
-    found = list(altered_inputs(drive, 4))
-    assert len(found) == 2 * len(FACTORS)
-    assert all(each.shape == (4, 2) for each in found)
-    changed = [tuple((each != drive[:4]).all(axis=0)) for each in found]
-    assert set(changed) == {(True, False), (False, True)}
-    np.testing.assert_array_equal(found[0][:, 0], -drive[:4, 0])
-    np.testing.assert_array_equal(drive[:, 0], [1.0, 3.0, 5.0, 7.0, 9.0, 11.0])

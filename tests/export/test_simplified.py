@@ -7,13 +7,9 @@ import pytest
 
 from blocks_of_graph import Pair
 from exported_c import exported, needs_gcc, reference, rounded, run
-from tierod.core.block import tuning
 from tierod.core.graph import maths
-from tierod.core.graph.operations import NEXT_STATE, SAMPLE, Builder, Program, program
-from tierod.core.graph.state import initial_program
-from tierod.core.graph.trace import trace
+from tierod.core.graph.operations import NEXT_STATE, SAMPLE, Builder, Program
 from tierod.export.nested import Nested, nested
-from tierod.export.simplification import counters, simplified
 from tierod.export.subject import subject_of_block
 from tierod.export.vectors import random_inputs
 
@@ -48,16 +44,6 @@ class Hold:
         value = maths.where(there, given, state.value)
         shown = maths.where(recent, value + sample.b * sample.b, 0.0)
         return self.State(value, age), Held(shown, maths.where(recent, 1.0, 0.0))
-
-
-def test_a_counter_is_compared_with_a_whole_number_and_presence_is_asked_once():
-    block = Hold()
-    whole, first = program(trace(block).function), initial_program(block)
-    found = simplified(whole, first, [value for _, value in tuning(block)])
-    assert counters(whole, first) == {1}
-    assert found.counts()["lt"] == whole.counts()["lt"] - 1
-    assert found.counts()["sub"] == found.counts()["fnma"] == 0
-    assert sum(found.counts().values()) < sum(whole.counts().values())
 
 
 @needs_gcc

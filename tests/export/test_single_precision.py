@@ -12,7 +12,6 @@ from exported_c import exported, needs_gcc, reference, rounded, run
 from tierod.core.graph.maths import where
 from tierod.export.evidence import comparison as single_precision
 from tierod.export.evidence.comparison import Aim, aim_of, apart, beside_double
-from tierod.export.simplification import growth_first
 from tierod.export.subject import subject_of_block
 from tierod.export.vectors import random_inputs
 from watched_torque import Watch
@@ -54,18 +53,6 @@ def test_growth_that_is_less_than_the_last_bit_of_a_variance_is_not_rounded_away
     face = exported(subject, tmp_path, inputs=inputs[:100], precision="single")
     found, wanted = run(face, tmp_path, inputs)[-1, 0], reference(subject, inputs)[-1, 0]
     assert abs(found - wanted) < 5e-3
-
-
-def test_what_grows_by_tuning_alone_is_added_first_and_in_single_precision_only(tmp_path):
-    subject = subject_of_block("variance", Variance(), 100.0, "A variance")
-    plain = exported(subject, tmp_path / "double", inputs=np.ones((20, 2)), precision="double").program
-    moved = growth_first(plain)
-    assert exported(subject, tmp_path / "single", inputs=np.ones((20, 2)), precision="single").program == moved
-    last = moved.operations[moved.outputs[0, 0]]
-    assert plain.operations[plain.outputs[0, 0]] != last
-    assert last.name == "add"
-    assert moved.operations[last.arguments[0]].constant == (1, 0)
-    assert growth_first(moved) == moved
 
 
 @needs_gcc

@@ -16,8 +16,8 @@ from tierod.core.errors import InputError, ParameterError
 from tierod.diagnosis.fault_memory import FaultMemory
 from tierod.live.buses import Address, ProcessReceiver, Receiver, open_bus
 from tierod.live.clock import Frame, Notice
-from tierod.live.drive import Outputs
 from tierod.live.events import Socket, line
+from tierod.live.outputs import Outputs
 
 can = pytest.importorskip("can")
 pytest.importorskip("cantools")

@@ -15,8 +15,8 @@ import pytest
 
 from live_drives import CAR, START, driven, frames_of_drive, started
 from tierod.cli import main
-from tierod.live.drive import Outputs
 from tierod.live.log import FrameLog, is_unfinished
+from tierod.live.outputs import Outputs
 
 pytest.importorskip("cantools")
 pytest.importorskip("asammdf")
@@ -25,7 +25,7 @@ WRITING = """
 import pathlib, pickle, sys, time
 sys.path[:0] = {path!r}
 from live_drives import START, started
-from tierod.live.drive import Outputs
+from tierod.live.outputs import Outputs
 folder = pathlib.Path({folder!r})
 run, inbox, _ = started(folder, Outputs(folder / "log.mf4"), folder / "car.json")
 frames = pickle.loads((folder / "frames").read_bytes())

@@ -8,9 +8,9 @@ import pytest
 from attack.crowds import at_once
 from live_drives import CAR, DBC, START, driven, frames_of_drive, started
 from tierod.io.readers.dbc import load_databases
-from tierod.live.drive import Outputs
 from tierod.live.engine import Engine
 from tierod.live.judge import Plan
+from tierod.live.outputs import Outputs
 
 pytest.importorskip("cantools")
 pytest.importorskip("asammdf")

@@ -8,9 +8,9 @@ import pytest
 from live_drives import DBC, START, database_file, driven, frames_of_drive, started
 from tierod.io.readers.dbc import load_databases
 from tierod.live.decoding import disagreements
-from tierod.live.drive import Outputs
 from tierod.live.events import Events, line
 from tierod.live.log import FrameLog, is_unfinished
+from tierod.live.outputs import Outputs
 
 pytest.importorskip("cantools")
 

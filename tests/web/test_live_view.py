@@ -9,9 +9,10 @@ import pytest
 
 from live_drives import database_file, drive, messages
 from tierod.live.clock import Frame
-from tierod.live.drive import Drive, Outputs
+from tierod.live.drive import Drive
 from tierod.live.events import Hub
 from tierod.live.judge import Plan
+from tierod.live.outputs import Outputs
 from tierod.vehicles import load
 from tierod.web.following import Samples
 from tierod.web.relay import KEPT, WAITING, Relay

@@ -1,14 +1,11 @@
 """What is printed with tables, branches and whole numbers is what the block says, to the last bit."""
 
-import re
 from dataclasses import dataclass
 
 import numpy as np
 
 from bank_of_graph import Pair
-from tierod.core.graph import KEEP, Bank, Verdict, maths, scan, trace
-from tierod.core.graph.operations import Condition, branches, program, with_picks
-from tierod.core.graph.printer import print_c
+from tierod.core.graph import KEEP, Bank, Verdict, maths, scan
 
 LANES = 12
 
@@ -85,28 +82,3 @@ def test_it_is_what_plain_numbers_and_the_virtual_machine_give():
         rows.append(output)
     np.testing.assert_allclose(compiled, np.array(rows), rtol=1e-11)
     np.testing.assert_allclose(scan(block, given, engine="virtual machine").values, compiled, rtol=1e-11)
-
-
-def test_chains_become_tables_and_lanes_are_reached_by_their_number():
-    judge = with_picks(program(trace(bank()).judge.function))
-    assert judge.counts()["pick"] == 2
-    assert judge.counts()["eq"] == 0
-    source = print_c(trace(bank()))
-    assert source.count("o[(i") == 1
-    assert len(re.findall(r"const real w\d", source)) == 1
-
-
-def test_a_branch_holds_what_is_needed_under_its_condition_alone():
-    judge = with_picks(program(trace(bank()).judge.function))
-    parts = branches(judge)
-    numbers = [index for part in parts for index in part.operations]
-    assert sorted(numbers) == [k for k in range(len(judge.operations)) if k not in judge.invariant]
-    place = {index: k for k, index in enumerate(numbers)}
-    for index in numbers:
-        assert all(place[each] < place[index] for each in judge.operations[index].arguments if each in place)
-    found = {part.condition for part in parts} - {None}
-    assert any(not each.holds for each in found)
-    assert any(each.holds for each in found)
-    assert all(isinstance(each, Condition) for each in found)
-    always = [judge.operations[index].name for part in parts if part.condition is None for index in part.operations]
-    assert "sin" not in always

@@ -103,16 +103,6 @@ def test_a_script_that_changes_constants_finds_no_entry(monkeypatch):
     assert entry(Cusum(0.5, 4.0, 20.0)) is None
 
 
-def test_the_entry_depends_on_the_structure_the_sources_and_the_compiler(cache, monkeypatch):
-    usual = entry(Cusum(0.5, 4.0, 20.0))
-    assert usual == entry(Cusum(0.7, 5.0, 30.0)), "floats are inputs of the graph"
-    assert usual != entry(Cusum(0.5, 4.0, 20.0, "upper"))
-    monkeypatch.setattr(compiler, "FLAGS", (*compiler.FLAGS, "-O1"))
-    flagged = entry(Cusum(0.5, 4.0, 20.0))
-    monkeypatch.setattr(known_graphs, "_digest_of_sources", lambda: "others")
-    assert len({usual, flagged, entry(Cusum(0.5, 4.0, 20.0))}) == 3
-
-
 def test_a_block_that_is_not_of_tierod_has_no_entry(cache):
     assert entry(Cusum(0.5, 4.0, 20.0)) is not None
     assert entry(Plugin(0.5, 4.0, 20.0)) is None

@@ -7,13 +7,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from blocks_of_graph import Everything
-from tierod.core.block import Ring, structure
+from tierod.core.block import Ring
 from tierod.core.errors import CompileError, TraceError
 from tierod.core.graph import jacobian, maths, scan, trace
 from tierod.core.graph.derivatives import tuning_in_use
-from tierod.core.graph.operations import program
-from tierod.core.graph.printer import print_c, print_lanes
 
 
 class One(NamedTuple):
@@ -85,25 +82,6 @@ def _scaled_block(factor):
 def test_a_class_written_anew_under_an_old_name_is_traced_anew():
     values = [scan(_scaled_block(factor), [1.0]).values.item() for factor in (2.0, 3.0)]
     assert values == [2.0, 3.0]
-
-
-def test_true_and_one_are_different_structures():
-    assert structure(Applied(_smooth, (True,))) != structure(Applied(_smooth, (1,)))
-
-
-def test_a_chain_of_steps_is_worked_out_once_and_tuning_before_the_loop():
-    operations = program(trace(Everything()).function)
-    assert operations.counts()["div"] == 0, "x / (1 + b²) and tanh(b) / (1 + b²) share one reciprocal"
-    assert operations.counts()["inverse"] == 1
-    source = print_c(trace(Everything()))
-    prepare = source[source.index("_prepare(const real *restrict p, real *restrict c) {") :].split("}")[0]
-    assert "tierod_exp" in prepare, "exp(-offset) depends on tuning alone"
-
-
-def test_the_printed_c_names_its_signals():
-    source = print_lanes(trace(Everything()), own_tuning=True)
-    assert "/* sample    0  a */" in source
-    assert "next level" in source
 
 
 def test_jacobian_of_numbers_and_structural_zeros():

@@ -85,26 +85,6 @@ def test_a_state_masked_with_zero_keeps_its_variance_exactly():
     assert result[0, 0] < P[0, 0]
 
 
-def test_nothing_measured_changes_nothing():
-    _, P, C, R, _ = problem(1)
-    done = kernels.correct(packed(P), C.tolist(), [np.nan, np.inf, -np.inf], R.tolist())
-    assert done.shift == (0.0,) * 4
-    assert done.covariance == packed(P)
-    assert (done.nis, done.present) == (0.0, 0.0)
-
-
-def test_masks_are_held_to_zero_and_one_and_a_missing_one_is_zero():
-    assert kernels.clean_mask((True, float("nan"), 2.0, -1.0, 0.4)) == (True, 0.0, 1.0, 0.0, 0.4)
-
-
-def test_usable():
-    assert kernels.usable(()) is True
-    assert kernels.usable((1.0, 2.0))
-    for bad in (float("nan"), float("inf")):
-        assert not kernels.usable((1.0, bad))
-    assert not kernels.usable((float("inf"), float("-inf")))
-
-
 @pytest.mark.parametrize("with_input", [True, False])
 def test_predicted_covariance(with_input):
     rng, P, _, _, _ = problem(5)

@@ -1,5 +1,3 @@
-import itertools
-
 import numpy as np
 import pytest
 
@@ -8,9 +6,7 @@ from example_models import (
     CartParameters,
     ContinuousCart,
     Two,
-    assert_floats_equal_scan,
     random_linear,
-    with_gaps,
 )
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
@@ -61,16 +57,6 @@ def test_missing_outputs_predict_and_missing_inputs_hold():
     predicted = Cart.transition(before, Cart.Input(1.0), CartParameters())
     np.testing.assert_allclose(result.values[1, :2], predicted)
     np.testing.assert_array_equal(result.values[2, :2], result.values[1, :2])
-
-
-def test_any_pattern_of_missing_values_leaves_the_state_finite():
-    patterns = np.array(list(itertools.product((1.0, np.nan, np.inf, -np.inf), repeat=3)))
-    assert np.isfinite(scan(FULL, np.random.default_rng(0).permutation(patterns)).state.values).all()
-
-
-def test_floats_agree_with_the_scan():
-    rng = np.random.default_rng(0)
-    assert_floats_equal_scan(FULL, with_gaps(rng, rng.normal(size=(60, 3))))
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from example_models import assert_floats_equal_scan, with_gaps
+from example_models import with_gaps
 from tierod.core.block import units
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
@@ -36,12 +36,6 @@ BLOCKS = {
 }
 each = pytest.mark.parametrize("block", BLOCKS.values(), ids=BLOCKS)
 GAP = 5  # samples that maximum_gap bridges
-
-
-@each
-def test_floats_agree_with_the_scan(block):
-    rng = np.random.default_rng(1)
-    assert_floats_equal_scan(block, with_gaps(rng, rng.normal(size=(150, 2)), 0.4))
 
 
 @each

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tierod.core.block import Scalar
-from tierod.methods.identification.posterior import STALLED, Prior, Search, _stalled, considering
+from tierod.methods.identification.posterior import Prior, Search, considering
 
 
 @dataclass(frozen=True)
@@ -101,10 +101,3 @@ def test_a_prior_keeps_values_within_what_is_possible():
     assert prior.at(3.0) == 1100.0
     assert prior.at(-3.0) == 900.0
     assert prior.at(0.0) == 1000.0
-
-
-def test_a_search_ends_where_its_last_steps_gained_next_to_nothing():
-    falling = [10.0, 5.0, 4.0, 3.9, 3.895, 3.894, 3.893]
-    assert not _stalled(falling[:STALLED], 0.02)
-    assert not _stalled(falling, 0.02)
-    assert _stalled([*falling, 3.892], 0.02)

@@ -10,6 +10,7 @@ from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
 from tierod.methods.identification.column_misfit import misfit
 from tierod.methods.identification.experiment import Experiment, Free
+from tierod.methods.identification.map_search import MapSearch
 from tierod.methods.identification.maximum_likelihood import MaximumLikelihood
 from tierod.methods.identification.simulation import Innovations
 from tierod_lab.papers.column.output_error import OutputError
@@ -90,7 +91,7 @@ def test_a_missing_sample_leaves_no_term():
 
 def test_gradient_and_scores_agree_with_differences_of_the_cost():
     experiment, place = recorded(2, DRIVE), np.array([np.log(0.88), 1.05, np.log(0.2), np.log(0.3)])
-    found = search().likelihood(place, [experiment], range(4))
+    found = search().search([experiment]).at(place)
     for k in range(4):
         step = 1e-5 * np.eye(4)[k]
         slope = search().cost(place + step, [experiment]) - search().cost(place - step, [experiment])
@@ -151,35 +152,38 @@ def test_a_better_start_is_taken():
     assert far._best_start(far.start(), [recorded(9, DRIVE)])[0] == pytest.approx(np.log(0.01) + 4.4)
 
 
-class Stuck(MaximumLikelihood):
+class NowhereBetter(MapSearch):
     """Finds no place that is better than the one where it is."""
 
-    def cost(self, place, experiments):
+    def cost(self, place):
         return np.inf
 
 
-def test_a_search_that_is_stuck_far_off_has_not_converged():
-    recordings = [recorded(3, DRIVE)]
-    stuck = Stuck(FirstOrder, Lag(0.8, 0.7), FREE, (0.1,), (0.5,))
-    assert not stuck.fit(recordings, start=stuck.start()).converged
-    end = search().place_of(search().fit(recordings))
-    assert stuck.fit(recordings, start=end).converged
-
-
-class Stumbling(MaximumLikelihood):
+class Stumbling(MapSearch):
     """Runs out of steps on its way from the large noise."""
 
-    def _descend(self, place, experiments, moving, enough):
-        end = super()._descend(place, experiments, moving, enough)
-        descents = self.__dict__.setdefault("descents", [])
-        descents.append(end)
-        return end._replace(converged=False, found=end.found._replace(cost=np.inf)) if len(descents) <= 3 else end
+    descents = 0
+
+    def descend(self, *given, **named):
+        end = super().descend(*given, **named)
+        Stumbling.descents += 1
+        return end._replace(converged=False, found=end.found._replace(cost=np.inf)) if Stumbling.descents <= 3 else end
 
 
-def test_a_search_that_stops_on_its_way_begins_again():
+def test_a_search_that_is_stuck_far_off_has_not_converged(monkeypatch):
     recordings = [recorded(3, DRIVE)]
-    straight, stumbled = search().fit(recordings), Stumbling(FirstOrder, Lag(0.8, 0.7), FREE, (0.1,), (0.5,))
-    found = stumbled.fit(recordings)
+    likelihood = search()
+    end = likelihood.place_of(likelihood.fit(recordings))
+    monkeypatch.setattr("tierod.methods.identification.maximum_likelihood.MapSearch", NowhereBetter)
+    assert not likelihood.fit(recordings, start=likelihood.start()).converged
+    assert likelihood.fit(recordings, start=end).converged
+
+
+def test_a_search_that_stops_on_its_way_begins_again(monkeypatch):
+    recordings = [recorded(3, DRIVE)]
+    straight = search().fit(recordings)
+    monkeypatch.setattr("tierod.methods.identification.maximum_likelihood.MapSearch", Stumbling)
+    found = search().fit(recordings)
     assert found.converged
     assert found.values == pytest.approx(straight.values, rel=1e-3)
     assert found.cost == pytest.approx(straight.cost, abs=0.02)

@@ -13,17 +13,14 @@ import numpy as np
 
 from tierod.core.block import Block
 from tierod.core.graph import scan
+from tierod.methods.identification.map_search import MapSearch, Place
 
 STEP = 1e-3
 """Step of the finite differences [prior standard deviations]."""
 ENOUGH = 0.02
 """Predicted increase of the log-posterior below which a search ends [nat]."""
-MOST_STEPS = 40
-STALLED = 4
-"""Number of steps that end a search if they together gain less than the required increase: with gated measurements the
-quadratic approximation may predict an increase that no step finds."""
-LARGEST = 1.0
-"""Largest step of a coordinate [prior standard deviations], within which the derivatives are valid."""
+PATIENCE = 4
+"""Number of steps that end a search if they together gain less than the required increase, see `MapSearch`."""
 TRUSTED = 6000.0
 """Upper limit of the effective number of measurements: beyond it, errors of the model determine the accuracy."""
 
@@ -58,25 +55,6 @@ class Prior:
     def spread(self, place: float, deviation: float) -> float:
         """Standard deviation in the unit of the value, from one in prior standard deviations."""
         return deviation * self.scale * (abs(self.at(place)) if self.positive else 1.0)
-
-
-class Place(NamedTuple):
-    """Cost of a set of parameters, with its derivatives.
-
-    Args:
-        cost: negative logarithm of the posterior density, without its constant
-        gradient, information: of the cost with the prior, in prior standard deviations
-        scores: gradient of every sample, per recording
-        shares: information of each recording alone, without the prior
-        whitened: innovations over their standard deviations, per recording
-    """
-
-    cost: float
-    gradient: np.ndarray
-    information: np.ndarray
-    scores: tuple[np.ndarray, ...]
-    shares: tuple[np.ndarray, ...]
-    whitened: tuple[np.ndarray, ...]
 
 
 class Posterior(NamedTuple):
@@ -116,7 +94,7 @@ whitened innovations, followed by the logarithms of their standard deviations.""
 
 @dataclass(frozen=True, eq=False)
 class Search:
-    """Gauss-Newton search for the most probable parameters.
+    """Search for the most probable parameters.
 
     Args:
         recordings: samples of the blocks, (n, inputs) each
@@ -144,34 +122,13 @@ class Search:
         block = self.built(self.values(place), recording)
         return scan(block, self.recordings[recording]).values[:, : 2 * self.outputs]
 
-    def cost(self, place: np.ndarray) -> float:
-        """Negative logarithm of the posterior density at a place, infinite where it is not finite."""
-        total = 0.5 * float(place @ place)
-        for k in range(len(self.recordings)):
-            total += self.weight * _cost(self.scored(place, k), self.outputs)
-        return total if math.isfinite(total) else math.inf
-
-    def at(self, place: np.ndarray) -> Place:
-        """Cost and derivatives at a place."""
-        count, m = len(place), self.outputs
-        cost, gradient, information = 0.5 * float(place @ place), place.copy(), np.eye(count)
-        scores, shares, whitened = [], [], []
-        for k in range(len(self.recordings)):
-            here = self.scored(place, k)
-            moved = np.stack([(self.scored(place + STEP * row, k) - here) / STEP for row in np.eye(count)])
-            surprise, widths = moved[:, :, :m], moved[:, :, m:]
-            score = self.weight * np.sum(surprise * here[:, :m] + widths, axis=2).T
-            flat, wide = (surprise + here[:, :m] * widths).reshape(count, -1), widths.reshape(count, -1)
-            share = self.weight * (flat @ flat.T + 2.0 * wide @ wide.T)
-            cost, gradient, information = (
-                cost + self.weight * _cost(here, m),
-                gradient + score.sum(axis=0),
-                information + share,
-            )
-            scores.append(score)
-            shares.append(share)
-            whitened.append(here[:, :m])
-        return Place(cost, gradient, information, tuple(scores), tuple(shares), tuple(whitened))
+    @cached_property
+    def search(self) -> MapSearch:
+        """The search over coordinates, in prior standard deviations from the prior values."""
+        one = np.ones(len(self.priors))
+        return MapSearch(
+            self.scored, len(self.recordings), 0.0 * one, one, -np.inf * one, STEP, self.weight, patience=PATIENCE
+        )
 
     def run(
         self,
@@ -187,24 +144,11 @@ class Search:
             progress: called with the completed share, roughly
         """
         place = np.zeros(len(self.priors)) if start is None else start
-        here, damping, steps = self.at(place), 1e-3, 0
-        costs = [here.cost]
-        while steps < MOST_STEPS and not _ended(here, enough) and not _stalled(costs, enough) and damping < 1e6:
-            steps += 1
-            damped = here.information + damping * np.diag(np.diag(here.information))
-            move = np.clip(-np.linalg.solve(damped, here.gradient), -LARGEST, LARGEST)
-            cost = self.cost(place + move)
-            if cost < here.cost:
-                place, damping = place + move, 0.1 * damping
-                here = self.at(place)
-                costs.append(here.cost)
-            else:
-                damping = max(10.0 * damping, 1e-3)
-            progress(min(steps / 12.0, 0.95))
-        converged = _ended(here, enough) or _stalled(costs, enough)
-        covariance = np.linalg.inv(here.information)
+        end = self.search.descend(place, enough, progress=lambda steps: progress(min(steps / 12.0, 0.95)))
+        covariance = np.linalg.inv(end.found.information)
         progress(1.0)
-        return Posterior(self.priors, place, covariance, here, steps, converged, np.zeros_like(covariance))
+        nothing = np.zeros_like(covariance)
+        return Posterior(self.priors, end.place, covariance, end.found, end.steps, end.converged, nothing)
 
 
 def considering(
@@ -225,18 +169,6 @@ def considering(
     if not held:
         return found._replace(unseen=unseen)
     whole = dataclasses.replace(search, priors=(*search.priors, *held))
-    information = whole.at(np.concatenate([found.place, np.zeros(len(held))])).information
+    information = whole.search.at(np.concatenate([found.place, np.zeros(len(held))])).information
     moved = np.linalg.solve(information[:count, :count], information[:count, count:])
     return found._replace(unseen=unseen + moved @ moved.T)
-
-
-def _ended(here: Place, enough: float) -> bool:
-    return float(0.5 * here.gradient @ np.linalg.solve(here.information, here.gradient)) < enough
-
-
-def _stalled(costs: Sequence[float], enough: float) -> bool:
-    return len(costs) > STALLED and costs[-1 - STALLED] - costs[-1] < enough
-
-
-def _cost(scored: np.ndarray, outputs: int) -> float:
-    return float(0.5 * np.sum(scored[:, :outputs] ** 2) + np.sum(scored[:, outputs:]))
