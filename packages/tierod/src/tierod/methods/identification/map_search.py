@@ -92,7 +92,7 @@ class MapSearch:
 
     def at(self, place: np.ndarray, moving: Sequence[int] | None = None) -> Place:
         """Cost and derivatives at a place with respect to the coordinates `moving` (indices), by default to all."""
-        own = np.arange(len(place)) if moving is None else np.array(moving)
+        own = list(range(len(place))) if moving is None else list(moving)
         away = place - self.centre
         cost = 0.5 * float(np.sum(self.precision * away**2))
         gradient, information = (self.precision * away)[own], np.diag(self.precision[own])
@@ -126,7 +126,7 @@ class MapSearch:
         Args:
             progress: called with the number of every step
         """
-        own = np.arange(len(place)) if moving is None else np.array(moving)
+        own = list(range(len(place))) if moving is None else list(moving)
         damping, now = 1e-2, self.at(place, own)
         costs = [now.cost]
         for steps in range(1, self.most_steps + 1):
@@ -150,7 +150,7 @@ class MapSearch:
                 return End(place, now, steps, near or (stalled and self.patience > 1))
         return End(place, now, self.most_steps, False)
 
-    def _step(self, place: np.ndarray, now: Place, own: np.ndarray, damping: float) -> np.ndarray:
+    def _step(self, place: np.ndarray, now: Place, own: list[int], damping: float) -> np.ndarray:
         """A damped step of Fisher scoring; coordinates at their lower bound that would fall further are fixed."""
         kept = np.flatnonzero((place[own] > self.least[own] + 1e-9) | (now.gradient < 0.0))
         information = now.information[np.ix_(kept, kept)]

@@ -20,9 +20,8 @@ from tierod.io.quality import (
     figure_remarks,
     follows_from_figures,
     is_about_implausible_values,
-    too_slow,
 )
-from tierod.io.readings import USUAL, HeldReadings, Noise, held_remark
+from tierod.io.readings import USUAL, HeldReadings, Noise, held_remark, too_slow
 from tierod.io.signs import COMPARED, sign_warnings, turn_warnings
 from tierod.monitors.harness.pieces import joined
 
