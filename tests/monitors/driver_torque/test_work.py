@@ -10,10 +10,11 @@ from exact_vehicle import diagnose
 from tierod.core.findings import Status
 from tierod.core.recording import Recording
 from tierod.monitors.driver_torque.block import WorkOverDrive
-from tierod.monitors.driver_torque.facts import UNSIGNED
+from tierod.monitors.driver_torque.facts import CASES
 from tierod.vehicles import load
 
 CAR = load("midsize-eps")
+UNSIGNED = CASES["unsigned"].cause
 SIGNALS = ("steering_wheel_angle", "driver_torque", "motor_torque", "truth_hand_torque")
 
 

@@ -10,11 +10,11 @@ import numpy as np
 
 from tierod.core.block import Block
 from tierod.core.errors import ParameterError
-from tierod.core.facts import verdict_of
+from tierod.core.facts import Fact
 from tierod.core.graph import Result
 from tierod.core.recording import Aligned
 from tierod.monitors.driver_torque.block import ColumnSigns, DriverTorqueMonitor
-from tierod.monitors.driver_torque.column import SIGNALS
+from tierod.monitors.driver_torque.column import SIGNALS, GeometryOverDrive
 from tierod.monitors.driver_torque.design import (
     FINE,
     PRODUCTION,
@@ -26,16 +26,14 @@ from tierod.monitors.driver_torque.design import (
 )
 from tierod.monitors.driver_torque.evidence import TRUTH, Drive, DriveFigures
 from tierod.monitors.driver_torque.facts import (
+    CASES,
     DECISIONS,
     LEAST_READY,
+    RATIO_SPREAD,
     FitRules,
     distances,
     judge,
-    ratio_fits,
-    ratio_is_guessed,
-    ratio_of_angles,
-    ratio_remark,
-    with_ratio,
+    ratio_spread,
 )
 from tierod.monitors.driver_torque.hands import HandsMonitor
 from tierod.monitors.driver_torque.observer import DELAY, ColumnObserver, DelayedHandTorque
@@ -44,6 +42,7 @@ from tierod.monitors.harness.session import BlockSession, Conclusion, Monitor, S
 from tierod.monitors.harness.verdict import nis_figures
 from tierod.monitors.registry import variants_with_plugins
 from tierod.vehicles import Vehicle
+from tierod.vehicles.uncertain import is_guess
 
 WITHHELD = (
     "The torque of the hands, and whether they are on the wheel, are withheld, since the vehicle file does not fit the "
@@ -143,7 +142,9 @@ class DriverTorqueSession(BlockSession):
     def refit(self, fitted: Fitted) -> None:
         self.fitted = self._fitted = fitted
         if fitted.motor_ratio is not None:
-            self.vehicle = with_ratio(self._given, fitted.motor_ratio)
+            # A deviation of zero, so that the identified ratio no longer counts as a guess.
+            known = replace(self._given.parameters["motor_ratio"], value=fitted.motor_ratio, standard_deviation=0.0)
+            self.vehicle = replace(self._given, parameters={**self._given.parameters, "motor_ratio": known})
             self._figures = DriveFigures(self.vehicle, self.rate, self._has_nis)
         self.block = self._build(self.vehicle, fitted.noise, fitted.with_motor)
 
@@ -153,32 +154,41 @@ class DriverTorqueSession(BlockSession):
         noise = measured_noise(wheel, torque, self.rate, self._usual)
         if not np.isfinite(columns["motor_angle_mechanical"]).any():
             return Fitted(noise, False)
-        if not ratio_is_guessed(self._given):
+        known = self._given.parameters["motor_ratio"]
+        # A ratio that is less certain than a design value and wrong by more imitates torques.
+        if not is_guess(known, RATIO_SPREAD):
             return Fitted(noise, True)
-        ratio = ratio_of_angles(self._given, wheel, motor, torque, self.rate)
-        if ratio is None:
+        geometry = GeometryOverDrive(self.rate)
+        geometry.add(wheel, motor, torque)
+        found = geometry.found()
+        if found is None or found.ratio_uncertainty > RATIO_SPREAD:
             return Fitted(noise, False, hidden=True)
-        return Fitted(noise, True, ratio if ratio_fits(self._given, ratio, self.rules) else None)
+        fits = not self.rules.apart(found.ratio / known.value - 1.0, ratio_spread(self._given))
+        return Fitted(noise, True, found.ratio if fits else None)
 
     def collect(self, time: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
         self._nis = result["nis"] / np.where(result["present"] > 0.0, result["present"], np.nan)
         self._figures.add(time, signals, result)
 
-    def _remarks(self, drive: Drive) -> tuple[str, ...]:
+    def _remarks(self, drive: Drive) -> tuple[Fact, ...]:
         seen = self._fitted.motor_ratio
         if seen is None and not self._fitted.hidden:
             return ()
-        over_drive = seen if seen is None or drive.geometry is None else drive.geometry.ratio
-        return (ratio_remark(self._given, over_drive),)
+        known = self._given.parameters["motor_ratio"]
+        given = {"given": known.value, "deviation": known.standard_deviation or 0.0}
+        if seen is None:
+            return (CASES["ratio unknown"].filled(**given),)
+        there = seen if drive.geometry is None else drive.geometry.ratio
+        return (CASES["ratio found"].filled(**given, there=there),)
 
     def conclude(self) -> Conclusion:
         drive, found = self._figures.drive(), self._figures.consistency()
-        finding = judge(drive, self.vehicle, self.name, self.rules, self._remarks(drive))
-        fits, unfit = finding.status.quiet, finding.status.alarm
+        verdict = judge(drive, self.vehicle, self.name, self.rules, self._remarks(drive))
+        fits, unfit = verdict.status.quiet, verdict.status.alarm
         withheld = (TRUTH,) if fits else (TRUTH, *(name for name in self.traces if not (unfit and name == "nis")))
         remarks = {"estimate": WITHHELD if unfit else self._remark if fits else "", "consistency": SIZED * bool(found)}
         return Conclusion(
-            verdict_of(finding),
+            verdict,
             consistency=nis_figures(found, wide=True) if found else {},
             remarks={part: remark for part, remark in remarks.items() if remark},
             withheld=withheld,

@@ -1,25 +1,24 @@
-"""Decisions of the monitor of the driver's hands, and the design of their thresholds."""
+"""Decisions and verdict of the monitor of the driver's hands: the hands, and whether file and recording fit."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Annotated
 
-import numpy as np
-
-from tierod.core.findings import Estimate, Finding, Status
+from tierod.core.facts import Fact, Verdict
+from tierod.core.findings import Estimate, Status
 from tierod.methods.detectors import Detector
 from tierod.methods.detectors.control_charts import Cusum
 from tierod.methods.detectors.rule_design import RuleDesign, RunLengthLine, alarms_at
 from tierod.methods.detectors.stopping_rules import CusumRule, HoldRule
-from tierod.monitors.driver_torque.column import GeometryOverDrive, described
+from tierod.monitors.driver_torque.column import described
 from tierod.monitors.driver_torque.design import usual_tuning
 from tierod.monitors.driver_torque.evidence import Drive
 from tierod.monitors.driver_torque.hands import THRESHOLDS
 from tierod.monitors.harness.decision import Decision, Demonstrated
 from tierod.vehicles import Vehicle
-from tierod.vehicles.uncertain import is_guess, torque_gain_deviation
+from tierod.vehicles.uncertain import torque_gain_deviation
 
 INERTIA_SPREAD, STIFFNESS_SPREAD, RATIO_SPREAD, MOTOR_INERTIA_SPREAD = 0.026, 0.064, 0.005, 0.104
 """Relative standard deviations of fault-free cars from their vehicle files [-]: the wheel's inertia as weighed and
@@ -146,177 +145,283 @@ DECISIONS = (
 """Decisions of every variant."""
 
 
-MOTOR_RATIO = "motor_ratio"
-
-
-def ratio_spread(vehicle: Vehicle) -> float:
-    """Relative standard deviation of the motor ratio; 0 where the file gives none, since `RATIO_SPREAD` is added."""
-    known = vehicle.parameters[MOTOR_RATIO]
-    return (known.standard_deviation or 0.0) / known.value
-
-
-def ratio_is_guessed(vehicle: Vehicle) -> bool:
-    """Whether the ratio is less certain than a design value; one wrong by more imitates torques."""
-    return is_guess(vehicle.parameters[MOTOR_RATIO], RATIO_SPREAD)
-
-
-def ratio_of_angles(
-    vehicle: Vehicle, wheel_angle: np.ndarray, motor_angle: np.ndarray, driver_torque: np.ndarray, rate: float
-) -> float | None:
-    """The ratio of the angles; None where they do not give it within `RATIO_SPREAD`."""
-    geometry = GeometryOverDrive(rate)
-    geometry.add(wheel_angle, motor_angle, driver_torque)
-    found = geometry.found()
-    return None if found is None or found.ratio_uncertainty > RATIO_SPREAD else found.ratio
-
-
-def ratio_fits(vehicle: Vehicle, ratio: float, rules: FitRules) -> bool:
-    """Whether an identified ratio agrees with that of the vehicle file within its standard deviation."""
-    return not rules.apart(ratio / vehicle[MOTOR_RATIO] - 1.0, ratio_spread(vehicle))
-
-
-def with_ratio(vehicle: Vehicle, ratio: float) -> Vehicle:
-    """The vehicle with an identified ratio."""
-    # Zero, so that the identified ratio no longer counts as a guess.
-    known = replace(vehicle.parameters[MOTOR_RATIO], value=ratio, standard_deviation=0.0)
-    return replace(vehicle, parameters={**vehicle.parameters, MOTOR_RATIO: known})
-
-
-def ratio_remark(vehicle: Vehicle, ratio: float | None) -> str:
-    """Notice that the ratio was guessed, and what was used instead.
-
-    Args:
-        ratio: ratio of the angles over the drive [-]; None where they do not give it
-    """
-    known = vehicle.parameters[MOTOR_RATIO]
-    file = f"{MOTOR_RATIO} is {known.value:.4g} ± {known.standard_deviation or 0.0:.2g} in the vehicle file"
-    if ratio is None:
-        return f"motor_angle_mechanical is not used: {file}, and the angles at the beginning do not determine it"
-    return f"{file}, but the ratio of the angles is {ratio:.4g}, which is used: enter {MOTOR_RATIO} = {ratio:.4g}"
-
-
+LEAST_READY = 5.0
+"""Least time with a known torque for a finding [s]; some seconds of every state."""
+STILL_TORQUE, STILL_ANGLE = 0.1, math.radians(0.5)
+"""Ranges of torque [N*m] and angle [rad] below which the wheel stood still; noise and rounding of its sensors."""
+LOCKED_TORQUE = 5.0
+"""Range of the bar's torque above which a still wheel is locked rather than held by hands [N m]."""
+LONG_OFF = 5.0
+"""Duration above which stretches without hands are listed one by one [s]; driver assistance warns there or later."""
+MOST_LISTED = 20
+"""Largest number of listed stretches, the longest ones."""
 DEGREES, UNIT_MARGIN = math.degrees(1.0), 0.1
 """Factor between an angle in degrees and in radians, and tolerance on the logarithm of a ratio near that factor."""
-UNNAMED = "the innovations"
-"""Start of the sentence on a misfit that names no parameter."""
-OF_ANGLES = "(motor_angle_mechanical over steering_wheel_angle)"
-NO_THIRD = (
-    "steering_wheel_angle or driver_torque may be wrong; motor_angle_mechanical, named in the channel map or recorded, "
-    "would show which"
-)
+
+_STATED = "its angle changed by {angle:.2f} degrees, the torque of the bar by {torque:.2f} N·m"
+_CORRECT = "correct the vehicle file, or identify the column; if the file is right, check gain and delay of the sensors"
+CASES = {
+    each.name: each
+    for each in (
+        Fact("sign", "{cause}", "a signal has the wrong sign", "correct the channel map and judge the recording again"),
+        Fact(
+            "too short",
+            f"the driver torque could be estimated for {{ready:.1f}} s only; {LEAST_READY:g} s are needed",
+            "estimated for {ready:.1f} s only",
+            "record longer, with steering_wheel_angle and driver_torque throughout",
+        ),
+        Fact(
+            "still",
+            f"the wheel stood still: {_STATED}",
+            "the wheel stood still",
+            "record a drive, or let the motor turn the column",
+        ),
+        Fact(
+            "locked",
+            f"the wheel was locked: {_STATED}",
+            "the wheel was locked",
+            "record with the wheel free or in a driver's hands",
+        ),
+        Fact(
+            "unit",
+            "{larger} is {factor:.1f} times too large relative to {smaller} for a motor_ratio of {ratio:.4g}: one of "
+            "them has degrees and radians confused",
+            "degrees and radians are confused",
+            _CORRECT,
+        ),
+        Fact(
+            "inertia",
+            "steering_wheel_inertia is {given:.3g} kg·m², but the motion without hands shows {there:.3g} "
+            "(driver_torque over the acceleration of steering_wheel_angle)",
+            "steering_wheel_inertia does not fit",
+            _CORRECT,
+        ),
+        Fact(
+            "ratio",
+            "motor_ratio is {given:.4g}, but the ratio of the angles is {there:.4g} (motor_angle_mechanical over "
+            "steering_wheel_angle)",
+            "motor_ratio does not fit",
+            _CORRECT,
+        ),
+        Fact("late", "{name} is about {lag:.0f} ms {when} relative to {others}", "{name} is {when}", _CORRECT),
+        Fact(
+            "stiffness",
+            "torsion_bar_stiffness is {given:.3g} N·m/rad, but the twist of the bar shows {there:.3g} (driver_torque "
+            "over steering_wheel_angle less motor_angle_mechanical)",
+            "torsion_bar_stiffness does not fit",
+            _CORRECT,
+        ),
+        Fact(
+            "offset",
+            "driver_torque is {offset:.2f} N·m too {way} for the twist of the bar (or steering_wheel_angle and "
+            "motor_angle_mechanical, which should agree on the unloaded bar, differ by {turn:.2f} degrees); correct "
+            "the offset in the channel map",
+            "driver_torque has an offset",
+            _CORRECT,
+        ),
+        Fact(
+            "innovations",
+            "the innovations of {signals} are {ratio:.2g} times as large as the observer expects; a signal may be "
+            "late, have an offset or the wrong sign, or motor_inertia, gear_stiffness or the noise of the sensors may "
+            "be wrong",
+            "innovations are {ratio:.2g} times too large",
+            _CORRECT,
+        ),
+        Fact("contradiction", "{cause}", "signals of the column contradict each other", _CORRECT),
+        Fact(
+            "no third",
+            "steering_wheel_angle or driver_torque may be wrong; motor_angle_mechanical, named in the channel map or "
+            "recorded, would show which",
+        ),
+        Fact("motor torque", "the angles and the torque of the bar fit each other, so that {motor} is suspected"),
+        Fact(
+            "motor inertia",
+            "motor_inertia with that of the gear is {given:.2g} kg·m² at the motor's shaft, but the recording shows "
+            "{there:.2g}; the disturbance torque is wrong by as much, the torque of the hands hardly affected",
+            action="correct the vehicle file before the disturbance torque is used",
+        ),
+        Fact(
+            "doubtful deviation",
+            "the innovations of {signals} are {ratio:.1f} times as large as the observer expects: the standard "
+            "deviation of the torque of the hands may be too small by this factor",
+        ),
+        Fact(
+            "unchecked",
+            "without motor_angle_mechanical gain and offset of driver_torque and of steering_wheel_angle are not "
+            "checked",
+        ),
+        Fact("unsigned", "without motor_torque and motor_angle_mechanical the sign of driver_torque is not checked"),
+        Fact(
+            "ratio unknown",
+            "motor_angle_mechanical is not used: motor_ratio is {given:.4g} ± {deviation:.2g} in the vehicle file, "
+            "and the angles at the beginning do not determine it",
+        ),
+        Fact(
+            "ratio found",
+            "motor_ratio is {given:.4g} ± {deviation:.2g} in the vehicle file, but the ratio of the angles is "
+            "{there:.4g}, which is used: enter motor_ratio = {there:.4g}",
+        ),
+    )
+}
+"""Sentences of the findings, by case."""
 
 
-def misfits(drive: Drive, vehicle: Vehicle, rules: FitRules) -> list[str]:
-    """Contradictions between the vehicle file and the data, a half-sentence each."""
+def judge(drive: Drive, vehicle: Vehicle, name: str, rules: FitRules, remarks: tuple[Fact, ...] = ()) -> Verdict:
+    """The verdict over a drive; `remarks` are those on the adaptation of the observer."""
+    evidence = _evidence(drive, vehicle, rules)
+    if found := _obstacle(drive):
+        return Verdict(name, found[0], found[1:], evidence=evidence)
+    if wrong := misfits(drive, vehicle, rules):
+        hidden = Fact("withheld", "the torque of the hands, and when they were on the wheel, are withheld")
+        decided_by = tuple(each for each, distance in distances(drive, vehicle).items() if rules.beyond(each, distance))
+        because = (*wrong, *_suspected(drive, wrong))
+        return Verdict(
+            name, Status.INCONSISTENT, because, evidence=evidence, decided_by=decided_by, facts=(hidden, *remarks)
+        )
+    evidence |= _value(drive)
+    estimate, gain = None, torque_gain_deviation(vehicle)  # without a deviation there is no interval
+    if drive.hand_deviation > 0.0:
+        whole = math.hypot(drive.hand_deviation, gain.value * drive.hand_rms)
+        assumed, given = gain.parts(drive.hand_rms)
+        quantity = "torque of the driver's hands, rms"
+        estimate = Estimate(quantity, drive.hand_rms, whole, "N*m", assumed=assumed, given=given)
+    contradicts = drive.contradiction is not None and bool(drive.contradiction.names)
+    status = Status.ESTIMATED if contradicts or drive.contradiction is None else Status.CONSISTENT
+    share = drive.on / drive.ready if drive.ready > 0.0 else 0.0
+    value = ", {estimate}" if estimate is not None else ""
+    because = (Fact("hands", "", f"on the wheel {share:.0%}{value}", "none"),)
+    details, facts = _details(drive, estimate, gain.value), (*_notes(drive, vehicle, rules), *remarks)
+    return Verdict(name, status, because, estimate, evidence=evidence, details=details, facts=facts)
+
+
+def _details(drive: Drive, estimate: Estimate | None, gain: float) -> tuple[str, ...]:
+    share = drive.on / drive.ready if drive.ready > 0.0 else 0.0
+    longest = max((each.duration for each in drive.stretches), default=0.0)
+    unsure = f", {drive.uncertain / drive.ready:.0%} uncertain" if drive.uncertain > 0.005 * drive.ready else ""
+    off = f"off for {longest:.1f} s at the longest" if longest > 0.0 else "never off"
+    hands = f"hands on the wheel {share:.0%} of the time, {off}{unsure}"
+    if estimate is None:
+        return (hands, f"they give {drive.hand_rms:.2f} N·m rms, up to {abs(drive.peak):.2f} N·m")
+    # With the same share of the gain, which scales every torque alike.
+    deviation = math.hypot(drive.peak_deviation, gain * drive.peak)
+    torque = f"they give {{estimate}} rms, up to {abs(drive.peak):.2f} ± {deviation:.2f} N·m"
+    return (hands, torque, f"torque gain ± {100.0 * gain:.2g} % included")
+
+
+def _notes(drive: Drive, vehicle: Vehicle, rules: FitRules) -> tuple[Fact, ...]:
+    """What hardly affects the torque of the hands, or what the recording cannot reveal."""
+    notes = []
+    if drive.motor_inertia is not None and is_zeroed(vehicle) and "motor_inertia" in vehicle:
+        gear = vehicle["gear_inertia"] / vehicle["motor_ratio"] ** 2 if "gear_inertia" in vehicle else 0.0
+        expected = vehicle["motor_inertia"] + gear
+        if rules.apart(math.log(drive.motor_inertia / expected), MOTOR_INERTIA_SPREAD):
+            notes.append(CASES["motor inertia"].filled(given=expected, there=drive.motor_inertia))
+    if drive.nis > 0.0 and misfit(drive.nis) > DOUBTED:
+        notes.append(CASES["doubtful deviation"].filled(signals=_signals(drive), ratio=math.sqrt(drive.nis)))
+    if drive.contradiction is None:
+        unsigned = tuple(Fact("sign", each) for each in drive.doubts) or (CASES["unsigned"],)
+        notes += (*(() if drive.motor else unsigned), CASES["unchecked"])
+    elif drive.contradiction.names:
+        notes.append(Fact("contradiction", described(drive.contradiction)))
+    return tuple(notes)
+
+
+def _obstacle(drive: Drive) -> tuple[Status, Fact] | None:
+    if drive.turned:
+        return Status.NOT_TESTABLE, CASES["sign"].filled(cause="; ".join(drive.turned))
+    if drive.ready < LEAST_READY:
+        return Status.NOT_ENABLED, CASES["too short"].filled(ready=drive.ready)
+    if drive.angle_span < STILL_ANGLE and not STILL_TORQUE <= drive.torque_span <= LOCKED_TORQUE:
+        case = CASES["still" if drive.torque_span < STILL_TORQUE else "locked"]
+        return Status.NOT_ENABLED, case.filled(angle=math.degrees(drive.angle_span), torque=drive.torque_span)
+    return None
+
+
+def misfits(drive: Drive, vehicle: Vehicle, rules: FitRules) -> list[Fact]:
+    """Contradictions between the vehicle file and the data."""
     if unit := _wrong_unit(drive, vehicle):
         return [unit]
     wrong = _of_the_column(drive, vehicle, rules)
     # A slow change of a gain or zero appears as a wrong stiffness, an offset or a delay, whichever fits best.
     found = drive.contradiction
     if wrong and found is not None and found.creeps:
-        return [described(found)]
+        return [CASES["contradiction"].filled(cause=described(found))]
     # Signals that contradict each other make large innovations suspicious that alone would only be remarked on.
     if not wrong and found is not None and found.names and drive.nis > 0.0 and misfit(drive.nis) > DOUBTED:
         return [_surprising(drive)]
     return wrong
 
 
-def _of_the_column(drive: Drive, vehicle: Vehicle, rules: FitRules) -> list[str]:
+def _of_the_column(drive: Drive, vehicle: Vehicle, rules: FitRules) -> list[Fact]:
     """Contradictions on the assumption that each signal had a constant gain, offset and delay."""
     if is_late(drive, vehicle, rules):
         return _misshapen(drive, vehicle, rules)
-    wrong = []
-    inertia = vehicle["steering_wheel_inertia"]
+    wrong, inertia = [], vehicle["steering_wheel_inertia"]
     if rules.apart(_departures(drive, vehicle)["inertia"], 1.0):
-        there = inertia + drive.inertia_error
-        wrong.append(
-            f"steering_wheel_inertia is {inertia:.3g} kg·m², but the motion without hands shows {there:.3g} "
-            "(driver_torque over the acceleration of steering_wheel_angle)"
-        )
+        wrong.append(CASES["inertia"].filled(given=inertia, there=inertia + drive.inertia_error))
     wrong += _misshapen(drive, vehicle, rules)
     if rules.misfit(drive.nis) and (drive.geometry is None or not wrong):
         wrong.append(_surprising(drive))
     return wrong
 
 
-def _surprising(drive: Drive) -> str:
-    return (
-        f"{innovations_of(drive)} are {math.sqrt(drive.nis):.2g} times as large as the observer expects; a signal may "
-        "be late, have an offset or the wrong sign, or motor_inertia, gear_stiffness or the noise of the sensors may "
-        "be wrong"
-    )
+def _surprising(drive: Drive) -> Fact:
+    return CASES["innovations"].filled(signals=_signals(drive), ratio=math.sqrt(drive.nis))
 
 
-def innovations_of(drive: Drive) -> str:
-    """The innovations with the signals that they are of."""
+def _signals(drive: Drive) -> str:
     third = "" if drive.contradiction is None else ", motor_angle_mechanical"
-    return f"{UNNAMED} of steering_wheel_angle{third} and driver_torque"
+    return f"steering_wheel_angle{third} and driver_torque"
 
 
-def suspected(drive: Drive, wrong: list[str]) -> tuple[str, ...]:
-    """Signals that may be wrong instead of the vehicle file, as half-sentences."""
+def _suspected(drive: Drive, wrong: list[Fact]) -> tuple[Fact, ...]:
+    """Signals that may be wrong instead of the vehicle file."""
     found = drive.contradiction
     if found is None:
-        return (NO_THIRD,)
+        return (CASES["no third"],)
     if found.creeps:
         return ()
     if found.names:
-        return (described(found),)
-    if drive.motor and all(each.startswith(UNNAMED) for each in wrong):
-        return (f"the angles and the torque of the bar fit each other, so that {drive.motor} is suspected",)
+        return (CASES["contradiction"].filled(cause=described(found)),)
+    if drive.motor and all(each.name == "innovations" for each in wrong):
+        return (CASES["motor torque"].filled(motor=drive.motor),)
     return ()
 
 
-def _misshapen(drive: Drive, vehicle: Vehicle, rules: FitRules) -> list[str]:
+def _misshapen(drive: Drive, vehicle: Vehicle, rules: FitRules) -> list[Fact]:
+    """Contradictions between angles and torque of the bar; a late signal distorts stiffness and offset."""
     found = drive.geometry
     if found is None:
         return []
-    wrong = []
-    ratio, bar = vehicle["motor_ratio"], vehicle["torsion_bar_stiffness"]
-    apart = _departures(drive, vehicle)
+    wrong, apart = [], _departures(drive, vehicle)
     if rules.apart(apart["ratio"], 1.0):
-        wrong.append(f"motor_ratio is {ratio:.4g}, but the ratio of the angles is {found.ratio:.4g} {OF_ANGLES}")
+        wrong.append(CASES["ratio"].filled(given=vehicle["motor_ratio"], there=found.ratio))
     if is_late(drive, vehicle, rules):
         others = "the others" if found.lag > 0.0 else "both others, which may themselves be late"
         when = "late" if found.lag > 0.0 else "early"
-        return [*wrong, f"{found.late} is about {1e3 * abs(found.lag):.0f} ms {when} relative to {others}"]
+        return [*wrong, CASES["late"].filled(name=found.late, lag=1e3 * abs(found.lag), when=when, others=others)]
     if rules.apart(apart["stiffness"], 1.0):
-        wrong.append(
-            f"torsion_bar_stiffness is {bar:.3g} N·m/rad, but the twist of the bar shows {found.stiffness:.3g} "
-            "(driver_torque over steering_wheel_angle less motor_angle_mechanical)"
-        )
+        wrong.append(CASES["stiffness"].filled(given=vehicle["torsion_bar_stiffness"], there=found.stiffness))
     elif rules.apart(apart.get("offset", 0.0), 1.0):
         offset, turn = found.torque_offset, math.degrees(abs(found.torque_offset) / found.stiffness)
-        way = "high" if offset > 0.0 else "low"
-        wrong.append(
-            f"driver_torque is {abs(offset):.2f} N·m too {way} for the twist of the bar (or steering_wheel_angle and "
-            f"motor_angle_mechanical, which should agree on the unloaded bar, differ by {turn:.2f} degrees); correct "
-            "the offset in the channel map"
-        )
+        wrong.append(CASES["offset"].filled(offset=abs(offset), way="high" if offset > 0.0 else "low", turn=turn))
     return wrong
 
 
 def is_late(drive: Drive, vehicle: Vehicle, rules: FitRules) -> bool:
     """Whether a signal is late by more than the sampling interval, and the observer's innovations confirm it."""
     unfit = math.isnan(drive.nis) or rules.misfit(drive.nis)
-    if drive.geometry is None or not unfit:
-        return False
-    return rules.apart(_departures(drive, vehicle)["lag"], 1.0)
+    return drive.geometry is not None and unfit and rules.apart(_departures(drive, vehicle)["lag"], 1.0)
 
 
-def _wrong_unit(drive: Drive, vehicle: Vehicle) -> str:
-    if drive.geometry is None:
-        return ""
-    factor = drive.geometry.ratio / vehicle["motor_ratio"]
+def _wrong_unit(drive: Drive, vehicle: Vehicle) -> Fact | None:
+    ratio = vehicle["motor_ratio"]
+    factor = 1.0 if drive.geometry is None else drive.geometry.ratio / ratio
     if abs(abs(math.log(factor)) - math.log(DEGREES)) > UNIT_MARGIN:
-        return ""
-    larger, smaller = "motor_angle_mechanical", "steering_wheel_angle"
-    if factor < 1.0:
-        larger, smaller = smaller, larger
-    return (
-        f"{larger} is {DEGREES:.1f} times too large relative to {smaller} for a motor_ratio of "
-        f"{vehicle['motor_ratio']:.4g}: one of them has degrees and radians confused"
-    )
+        return None
+    names = ("motor_angle_mechanical", "steering_wheel_angle")
+    larger, smaller = names if factor > 1.0 else names[::-1]
+    return CASES["unit"].filled(larger=larger, smaller=smaller, factor=DEGREES, ratio=ratio)
 
 
 def distances(drive: Drive, vehicle: Vehicle) -> dict[str, float]:
@@ -324,6 +429,12 @@ def distances(drive: Drive, vehicle: Vehicle) -> dict[str, float]:
     furthest = max(_departures(drive, vehicle).values(), key=abs)
     innovations = {INNOVATIONS: misfit(drive.nis)} if drive.nis > 0.0 else {}
     return {COLUMN: furthest} | innovations
+
+
+def ratio_spread(vehicle: Vehicle) -> float:
+    """Relative standard deviation of the motor ratio; 0 where the file gives none, since `RATIO_SPREAD` is added."""
+    known = vehicle.parameters["motor_ratio"]
+    return (known.standard_deviation or 0.0) / known.value
 
 
 def _departures(drive: Drive, vehicle: Vehicle) -> dict[str, float]:
@@ -344,107 +455,6 @@ def _departures(drive: Drive, vehicle: Vehicle) -> dict[str, float]:
 def is_zeroed(vehicle: Vehicle) -> bool:
     """Whether the angles are zero on the unloaded bar, so that they reveal the offset of its torque."""
     return usual_tuning(vehicle).offset is None
-
-
-LEAST_READY = 5.0
-"""Least time with a known torque for a finding [s]; some seconds of every state."""
-STILL_TORQUE, STILL_ANGLE = 0.1, math.radians(0.5)
-"""Ranges of torque [N*m] and angle [rad] below which the wheel stood still; noise and rounding of its sensors."""
-LOCKED_TORQUE = 5.0
-"""Range of the bar's torque above which a still wheel is locked rather than held by hands [N m]."""
-LONG_OFF = 5.0
-"""Duration above which stretches without hands are listed one by one [s]; driver assistance warns there or later."""
-MOST_LISTED = 20
-"""Largest number of listed stretches, the longest ones."""
-UNCHECKED = (
-    "without motor_angle_mechanical gain and offset of driver_torque and of steering_wheel_angle are not checked"
-)
-UNSIGNED = "without motor_torque and motor_angle_mechanical the sign of driver_torque is not checked"
-
-
-def judge(drive: Drive, vehicle: Vehicle, name: str, rules: FitRules, remarks: tuple[str, ...] = ()) -> Finding:
-    """The finding over a drive."""
-    evidence = _evidence(drive, vehicle, rules)
-    if reason := _obstacle(drive):
-        status, cause, action = reason
-        headline = f"Torque of the driver's hands: {status.value}; {cause}."
-        return Finding(name, status, headline, evidence=evidence, cause=cause, action=action)
-    if wrong := misfits(drive, vehicle, rules):
-        cause = "; ".join((*wrong, *suspected(drive, wrong)))
-        action = (
-            "correct the vehicle file, or identify the column; if the file is right, check gain and delay of the "
-            "sensors"
-        )
-        headline = f"Torque of the driver's hands: withheld; vehicle file and recording do not fit: {cause}."
-        notice = ("the torque of the hands, and when they were on the wheel, are withheld", *remarks)
-        decided_by = tuple(name for name, distance in distances(drive, vehicle).items() if rules.beyond(name, distance))
-        return Finding(
-            name, Status.INCONSISTENT, headline, evidence=evidence, cause=cause, action=action, warnings=notice,
-            decided_by=decided_by,
-        )  # fmt: skip
-    evidence |= _value(drive)
-    estimate, gain = None, torque_gain_deviation(vehicle)  # without a deviation there is no interval
-    if drive.hand_deviation > 0.0:
-        whole = math.hypot(drive.hand_deviation, gain.value * drive.hand_rms)
-        assumed, given = gain.parts(drive.hand_rms)
-        quantity = "torque of the driver's hands, rms"
-        estimate = Estimate(quantity, drive.hand_rms, whole, "N*m", assumed=assumed, given=given)
-    notices = _notices(drive, vehicle, rules)
-    action = "correct the vehicle file before the disturbance torque is used" if notices else "none"
-    notices += (*remarks, *_doubts(drive))
-    notices += _unchecked(drive)
-    if drive.contradiction is not None and drive.contradiction.names:
-        notices += (described(drive.contradiction),)
-    status = Status.CONSISTENT
-    if drive.contradiction is None or drive.contradiction.names:
-        status = Status.ESTIMATED
-    return Finding(
-        name, status, _headline(drive, estimate, gain.value), None, estimate, evidence, action=action, warnings=notices
-    )
-
-
-def _notices(drive: Drive, vehicle: Vehicle, rules: FitRules) -> tuple[str, ...]:
-    if drive.motor_inertia is None or not is_zeroed(vehicle) or "motor_inertia" not in vehicle:
-        return ()
-    gear = vehicle["gear_inertia"] / vehicle["motor_ratio"] ** 2 if "gear_inertia" in vehicle else 0.0
-    expected = vehicle["motor_inertia"] + gear
-    if not rules.apart(math.log(drive.motor_inertia / expected), MOTOR_INERTIA_SPREAD):
-        return ()
-    return (
-        f"motor_inertia with that of the gear is {expected:.2g} kg·m² at the motor's shaft, but the recording shows "
-        f"{drive.motor_inertia:.2g}; the disturbance torque is wrong by as much, the torque of the hands hardly "
-        "affected",
-    )
-
-
-def _doubts(drive: Drive) -> tuple[str, ...]:
-    if not drive.nis > 0.0 or misfit(drive.nis) <= DOUBTED:
-        return ()
-    return (
-        f"{innovations_of(drive)} are {math.sqrt(drive.nis):.1f} times as large as the observer expects: the standard "
-        "deviation of the torque of the hands may be too small by this factor",
-    )
-
-
-def _unchecked(drive: Drive) -> tuple[str, ...]:
-    if drive.contradiction is not None:
-        return ()
-    return (UNCHECKED,) if drive.motor else (*(drive.doubts or (UNSIGNED,)), UNCHECKED)
-
-
-def _headline(drive: Drive, estimate: Estimate | None, gain: float) -> str:
-    share = drive.on / drive.ready if drive.ready > 0.0 else 0.0
-    longest = max((each.duration for each in drive.stretches), default=0.0)
-    unsure = f", {drive.uncertain / drive.ready:.0%} uncertain" if drive.uncertain > 0.005 * drive.ready else ""
-    off = f"off for {longest:.1f} s at the longest" if longest > 0.0 else "never off"
-    known_to = "" if estimate is None else f" ± {estimate.standard_deviation:.2f}"
-    included = "" if estimate is None else f" (torque gain ± {100.0 * gain:.2g} % included)"
-    # With the same share of the gain, which scales every torque alike.
-    peak_deviation = math.hypot(drive.peak_deviation, gain * drive.peak)
-    peak_known_to = "" if estimate is None else f" ± {peak_deviation:.2f}"
-    torque = f"they give {drive.hand_rms:.2f}{known_to} N·m rms{included}"
-    torque += f", up to {abs(drive.peak):.2f}{peak_known_to} N·m"
-    return f"Hands on the wheel {share:.0%} of the time, {off}{unsure}; {torque}."
 
 
 def _value(drive: Drive) -> dict[str, float]:
@@ -484,24 +494,3 @@ def _evidence(drive: Drive, vehicle: Vehicle, rules: FitRules) -> dict[str, floa
         if is_late(drive, vehicle, rules):
             found[f"{drive.geometry.late}_lag_s"] = drive.geometry.lag
     return found
-
-
-def _obstacle(drive: Drive) -> tuple[Status, str, str] | None:
-    if drive.turned:
-        return Status.NOT_TESTABLE, "; ".join(drive.turned), "correct the channel map and judge the recording again"
-    if drive.ready < LEAST_READY:
-        cause = f"the driver torque could be estimated for {drive.ready:.1f} s only; {LEAST_READY:g} s are needed"
-        return Status.NOT_ENABLED, cause, "record longer, with steering_wheel_angle and driver_torque throughout"
-    if drive.torque_span < STILL_TORQUE and drive.angle_span < STILL_ANGLE:
-        cause = (
-            f"the wheel stood still: its angle changed by {math.degrees(drive.angle_span):.2f} degrees, the torque of "
-            f"the bar by {drive.torque_span:.2f} N·m"
-        )
-        return Status.NOT_ENABLED, cause, "record a drive, or let the motor turn the column"
-    if drive.torque_span > LOCKED_TORQUE and drive.angle_span < STILL_ANGLE:
-        cause = (
-            f"the wheel was locked: its angle changed by {math.degrees(drive.angle_span):.2f} degrees, the torque of "
-            f"the bar by {drive.torque_span:.0f} N·m"
-        )
-        return Status.NOT_ENABLED, cause, "record with the wheel free or in a driver's hands"
-    return None

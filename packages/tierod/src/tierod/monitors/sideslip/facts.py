@@ -180,9 +180,8 @@ CASES = {
         ),
         Fact(
             "too short",
-            f"it could be estimated for {{seconds:.1f}} s only, {LEAST_ENABLED:g} s are needed; the car stood, rolled "
-            "backwards, or speed or angle were missing (fastest {fastest:.1f} m/s)",
-            "estimated for {seconds:.1f} s only",
+            " s are needed; the car stood, rolled backwards, or speed or angle were missing (fastest {fastest:.1f} "
+            "m/s)",
             "record a drive, with speed and steering angle throughout",
         ),
         Fact(
@@ -204,8 +203,9 @@ CASES = {
             "lost",
             "the filter diverged and restarted {restarts} times: signals or parameters do not fit this car",
             "the filter diverged {restarts} times",
-            "check scale, unit and time stamps of yaw rate, lateral acceleration and speed in the channel map; if they "
-            "are right, give a vehicle file that fits this car: mass, stiffness, friction and noise of the sensors",
+            "check scale, unit and time stamps of yaw rate, lateral acceleration and speed in the channel map; if "
+            "they are right, give a vehicle file that fits this car: mass, stiffness, friction and noise of the "
+            "sensors",
         ),
         replace(
             defect(
