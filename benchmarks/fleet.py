@@ -20,12 +20,13 @@ from pathlib import Path
 from tierod.fleet import schema
 from tierod.fleet.compaction import compact
 from tierod.fleet.fleet_file import one_vehicle
-from tierod.fleet.judging import Asked, chunk, judge, pieces_of
+from tierod.fleet.judging import Asked, chunk, judge
 from tierod.fleet.ledger import Ledger, prepare
 from tierod.fleet.places import Found, place_of
 from tierod.fleet.results import findings_of
 from tierod.fleet.running import run
 from tierod.fleet.task import _about, _stream, part_of
+from tierod.monitors.harness.pieces import pieces_of
 from tierod.monitors.together import Chosen, usual
 from tierod.vehicles import load
 from tierod.work.pool import cores, workers_of

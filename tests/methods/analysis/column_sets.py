@@ -2,7 +2,7 @@
 
 from tierod.models.linear import linearise
 from tierod.models.steering_column import ColumnInput, SteeringColumn
-from tierod_lab.papers.column.parameter_sets import SETS
+from tierod_lab.papers.column.columns import SETS
 
 TORQUES = ("hand_torque", "disturbance_torque")
 

@@ -21,8 +21,7 @@ from tierod.methods.analysis.observability import (
 )
 from tierod.models.column_observation import with_outputs
 from tierod.models.linear import LinearSystem, linearise, sampled
-from tierod_lab.papers.column.output_subsets import extended
-from tierod_lab.papers.column.parameter_sets import EIGENVALUES, SETS
+from tierod_lab.papers.column.columns import EIGENVALUES, SETS, extended
 
 
 def friction_system(direction, outputs=3):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tierod_lab.ground.cars.column_bench import ColumnBench
-from tierod_lab.papers.column import position_control, tracking
+from tierod_lab.papers.column.charts import differences
 from tierod_lab.papers.column.closed_loop import (
     BEGIN,
     NOISE,
@@ -14,18 +14,18 @@ from tierod_lab.papers.column.closed_loop import (
     belief,
     error,
     followed,
-    loop_of,
     run,
     sine,
 )
 from tierod_lab.papers.column.control.reference import Sweep
+from tierod_lab.papers.column.hand_datasets import loops
 
 KNOWN = belief()
 
 
 @pytest.fixture(scope="module")
 def loop():
-    return loop_of(tracking.observers(KNOWN)[tracking.CHOSEN], KNOWN)
+    return loops()["printed, mechanical"]
 
 
 @pytest.fixture(scope="module")
@@ -78,5 +78,5 @@ def test_hands_off_the_wheel_are_on_it_with_no_torque(slow):
 
 def test_differences_are_late_by_nothing():
     time = np.arange(0.0, 2.0, SAMPLE_TIME)
-    rate = position_control.differences(np.sin(6.0 * time))
+    rate = differences(np.sin(6.0 * time))
     np.testing.assert_allclose(rate[50:-50], 6.0 * np.cos(6.0 * time[50:-50]), atol=6e-3)

@@ -1,17 +1,11 @@
-"""Scores are checked on states made up by hand; the parts themselves run in their quick form."""
+"""Scores of the hands on states made up by hand, and on a run of a bench and of the car."""
 
 import numpy as np
 import pytest
-from scipy.signal import lfilter
 
-from tierod.core.claims import Claim, claims_document
-from tierod.core.graph import scan
-from tierod.monitors.driver_torque.hands import OFF, HandsMonitor
-from tierod.vehicles import load
 from tierod_lab.ground.courses.bench import BenchHands
-from tierod_lab.papers.column import hands, natural_drives
-from tierod_lab.papers.column.handled_bench import STEP, HeldRecord, design_thresholds, drawn, score, together
-from tierod_lab.studies.effort import Effort
+from tierod_lab.papers.column.hand_datasets import Held, Natural, hands_on_and_off, natural_drives
+from tierod_lab.papers.column.handled_bench import STEP, drawn, score
 
 COURSE = BenchHands(time=60.0, seed=8)
 
@@ -46,35 +40,23 @@ def test_hands_that_are_never_found_are_late_for_ever():
     assert np.all(np.isinf(found.grabs))
 
 
-def test_scores_add_up():
-    one = score(perfect(0.1), COURSE)
-    both = together([one, one])
-    assert len(both.grabs) == 2 * len(one.grabs)
-    assert both.seconds == 2.0 * one.seconds
-
-
 def test_benches_differ_from_the_vehicle_file_by_the_share():
     bench = drawn(5, 0.1, 60.0)
     assert abs(bench.plant.wheel_inertia / 0.035 - 1.0) == pytest.approx(0.1)
     assert abs(bench.gain - 1.0) == pytest.approx(0.1)
 
 
+def test_hands_of_a_bench_are_found():
+    found = hands_on_and_off(Held("usual", 2000, 60.0))
+    delays = [row["delay"] for row in found if row["event"] == "grab"]
+    assert delays
+    assert max(delays) < 500.0
+    assert sum(row["wrong"] for row in found) == 0.0
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("part", [hands, natural_drives])
-def test_the_part_runs_quickly(part):
-    claims = [item for item in part.items(Effort(quick=True, processes=1)) if isinstance(item, Claim)]
-    assert claims
-    assert claims_document(claims)
-
-
-def test_a_monitor_is_designed_for_both_changes():
-    draw, time = np.random.default_rng(4), np.arange(0.0, 60.0, 1e-3)
-    held = (np.floor(time / 5.0) % 2.0).astype(float)
-    noise = draw.standard_normal((3, len(time)))
-    hand = held * 0.15 * np.convolve(noise[0], np.hanning(150) / 7.5, "same")
-    rate = lfilter([0.0, 1e-3 / 0.035], [1.0, -np.exp(-1e-3 * 0.2286 / 0.035)], hand)
-    samples = np.column_stack([np.cumsum(rate) * 1e-3 + 1e-4 * noise[1], 0.01 * noise[2]])
-    monitor = HandsMonitor.of_vehicle(load("column-bench"), 1e-3)
-    design = design_thresholds(monitor, [HeldRecord(samples, held)], 0.1)
-    assert all(each > 0.0 for each in design.thresholds)
-    assert np.any(scan(monitor, samples)["hands"] == OFF)
+def test_hands_that_leave_the_wheel_of_a_car_are_found():
+    drive, *releases = natural_drives(Natural("straight", "bench, 1000 Hz", 1, 60.0))
+    assert drive["torque"] < 0.1
+    assert drive["off_while_held"] == 0.0
+    assert [row["release"] < 1.0 for row in releases] == [True, True]

@@ -19,10 +19,9 @@ from tierod_lab.papers.column.balancing import (
     gramian_condition,
     observability_gramian,
 )
+from tierod_lab.papers.column.columns import EIGENVALUES, SETS, extended
 from tierod_lab.papers.column.frequency_response import frequency_response, largest_difference
 from tierod_lab.papers.column.model_reduction import balanced_reduction, modal_reduction
-from tierod_lab.papers.column.output_subsets import extended
-from tierod_lab.papers.column.parameter_sets import EIGENVALUES, SETS
 
 
 @pytest.mark.parametrize("rate", [-2.0, 0.0, 3.0])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Annotated, NamedTuple
 
@@ -14,8 +14,7 @@ from tierod.core.graph.kernel import kernel
 from tierod.monitors.driver_torque.hands import UNCERTAIN, HandsMonitor
 from tierod_lab.ground.cars.column_bench import ColumnBench
 from tierod_lab.ground.courses.bench import BenchHands
-from tierod_lab.papers.column.measured_ratios import RatioDesign, threshold_from_ratios
-from tierod_lab.papers.column.parameter_sets import SCATTERED
+from tierod_lab.papers.column.columns import SCATTERED
 
 PIECE = 60.0
 """Duration of a simulated piece, so short that its arrays fit into the processor's cache [s]."""
@@ -149,77 +148,3 @@ def decisions(hands: np.ndarray) -> np.ndarray:
     """States of the hands, in which an uncertain sample keeps the last decision."""
     decided: np.ndarray = hands[np.maximum.accumulate(np.where(hands == UNCERTAIN, 0, np.arange(len(hands))))]
     return decided
-
-
-def together(scores: list[Score]) -> Score:
-    """Pool the scores of several benches."""
-    return Score(
-        np.concatenate([each.grabs for each in scores]),
-        np.concatenate([each.releases for each in scores]),
-        np.concatenate([each.firmness for each in scores]),
-        sum(each.false_on for each in scores),
-        sum(each.false_off for each in scores),
-        sum(each.uncertain for each in scores),
-        sum(each.seconds for each in scores),
-    )
-
-
-SETTLED = 1.0
-"""Time after hands have come or gone whose evidence is left out, since it is not that of the steady state [s]."""
-
-
-class HeldRecord(NamedTuple):
-    """A recording with the true state of the hands.
-
-    Args:
-        samples: angle [rad] and torque of the torsion bar [N*m], (n, 2)
-        held: 1 where hands held the wheel, 0 where none did, (n,)
-    """
-
-    samples: np.ndarray
-    held: np.ndarray
-
-
-class HandsDesign(NamedTuple):
-    """Thresholds for both changes, from measured log-likelihood ratios.
-
-    Args:
-        to_on: design of the threshold for "on", from data without hands
-        to_off: design of the threshold for "off", from data with hands
-    """
-
-    to_on: RatioDesign
-    to_off: RatioDesign
-
-    @property
-    def thresholds(self) -> tuple[float, float]:
-        """Thresholds for "on" and "off" [nat], as `HandsMonitor.of_vehicle` takes them."""
-        return self.to_on.threshold, self.to_off.threshold
-
-
-def design_thresholds(monitor: HandsMonitor, records: Iterable[HeldRecord], hours: float) -> HandsDesign:
-    """Design thresholds for a mean time between false changes.
-
-    Args:
-        monitor: monitor with thresholds so high that the records contain no false change
-        records: fault-free recordings of vehicles that differ from the file as much as is to be tolerated
-        hours: mean time between false changes, to "on" without hands and to "off" with hands [h]
-
-    Raises:
-        InputError: the records are too few to measure the run length
-    """
-    without, with_ = [], []
-    for record in records:
-        ratio = scan(monitor, record.samples)["log_likelihood_ratio"]
-        settled = _settled(record.held, round(SETTLED / monitor.sample_time))
-        without.append(np.where(settled & (record.held == 0.0), ratio, np.nan))
-        with_.append(np.where(settled & (record.held == 1.0), -ratio, np.nan))
-    wanted = 3600.0 * hours / monitor.sample_time
-    return HandsDesign(threshold_from_ratios(without, wanted), threshold_from_ratios(with_, wanted))
-
-
-def _settled(held: np.ndarray, count: int) -> np.ndarray:
-    """Mask of the samples at least `count` samples after the last change; the first sample counts as a change."""
-    place = np.arange(len(held))
-    changed = np.maximum.accumulate(np.where(np.diff(held, prepend=np.nan) != 0.0, place, 0))
-    return place - changed >= count

@@ -19,30 +19,19 @@ def _judged() -> Sequence[Block]:
     return ColumnObserver.of_vehicle(bench, 1e-3), ColumnObserver.of_vehicle(car, 1e-2), *hands
 
 
-BENCH, SENSITIVITY, FREQUENCY = "observers on the bench", "an observer's parameters off", "frequency response"
-MODEL, NATURAL = "chance of the model's modes", "natural drives"
-BY_INSTRUMENTS, BY_LIKELIHOOD, FITS = (
-    "identified by instruments",
-    "identified by likelihood",
-    "identified under other conditions",
-)
-HANDS, COMPARED, FAR_OFF, STILL = "hands", "hands, thresholds compared", "hands, parameters far off", "still hands"
-
 SEEDS = ReportedSeeds(
     _judged,
     {
-        NATURAL: 5,
-        BENCH: 11,
-        SENSITIVITY: 19,
-        FREQUENCY: 60,
-        MODEL: 70,
-        FITS: 200,
-        HANDS: 2000,
-        COMPARED: 3000,
-        FAR_OFF: 4000,
-        STILL: 5000,
-        BY_INSTRUMENTS: 6000,
-        BY_LIKELIHOOD: 7000,
+        "natural drives": 5,
+        "observers on the bench": 11,
+        "frequency response": 60,
+        "identified under other conditions": 200,
+        "hands": 2000,
+        "hands, thresholds compared": 3000,
+        "hands, parameters far off": 4000,
+        "still hands": 5000,
+        "identified by instruments": 6000,
+        "identified by likelihood": 7000,
     },
     "the observers and hands of bench and car",
 )

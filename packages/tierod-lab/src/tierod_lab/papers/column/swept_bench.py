@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import lru_cache
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -17,8 +16,6 @@ from tierod.models.steering_column import ColumnParameters
 from tierod.vehicles import load
 from tierod_lab.ground.cars.column_bench import Acting, BenchPorts, BenchSignals, BenchState, ColumnBench
 from tierod_lab.ground.parts import NO_FAULT
-from tierod_lab.papers.column.reported import BENCH, SEEDS
-from tierod_lab.studies.effort import Effort
 
 AMPLITUDE = math.radians(30.0)
 """Amplitude of the sweep, as in figure 10 of the paper [rad]."""
@@ -165,7 +162,6 @@ SIGNALS = ("motor_torque", "steering_wheel_angle", "motor_angle_mechanical", "dr
 DELAY = 20
 """Lag of the delayed estimate in samples: 20 ms."""
 
-GOAL = "goal of tierod"
 
 Change = Callable[[np.ndarray], np.ndarray]
 
@@ -188,22 +184,6 @@ class Errors:
     hand_torque: float
     disturbance_torque: float
     nis: float
-
-
-def seeds(effort: Effort) -> tuple[int, ...]:
-    """Seeds of the reported runs; the observers were tuned on 1 and 2."""
-    return tuple(SEEDS.of(BENCH, 1 if effort.quick else 5))
-
-
-@lru_cache(maxsize=64)
-def drive(hands: str, seed: int, pace: str = "octaves") -> dict[str, np.ndarray]:
-    """One cached run of the bench over 40 s."""
-    return swept(hands, 40.0, seed, pace=pace)
-
-
-def driven(hands: str, effort: Effort, pace: str = "octaves") -> list[dict[str, np.ndarray]]:
-    """The reported runs."""
-    return [drive(hands, seed, pace) for seed in seeds(effort)]
 
 
 def samples(run: Mapping[str, np.ndarray]) -> np.ndarray:
@@ -240,10 +220,3 @@ def errors(
         if "nis" in found.names:
             nis.append(found["nis"][late][counted])
     return Errors(rms(hand), rms(disturbance), float(np.mean(np.concatenate(nis))) if nis else float("nan"))
-
-
-def over_hands(
-    block: Block, effort: Effort, delay: int = 0, change: Change | None = None, pace: str = "octaves"
-) -> dict[str, Errors]:
-    """Errors of an observer on the reported runs, by behaviour of the hands."""
-    return {hands: errors(block, driven(hands, effort, pace), delay, change) for hands in HANDS}

@@ -1,4 +1,4 @@
-"""Three columns with the eigenvalues of Raffone's Table 3 to all ten digits.
+"""Columns with the eigenvalues of Raffone's Table 3 to all ten digits, and their reductions to four states.
 
 The table fixes five numbers and the model has eight parameters, so that torsion bar, ratio and inertia of the wheel
 are free. S1 has a typical torsion bar of 2.4 N m per degree and is shipped as `column-bench`; S3 has a softer one.
@@ -6,14 +6,19 @@ are free. S1 has a typical torsion bar of 2.4 N m per degree and is shipped as `
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from functools import cache
 
 import numpy as np
 
-from tierod.models.steering_column import ColumnParameters
+from tierod.models.column_observation import linear_column, with_disturbance_states
+from tierod.models.linear import LinearSystem
+from tierod.models.modes import modes
+from tierod.models.steering_column import SPRINGS, ColumnParameters, SteeringColumn, TwoInertiaColumn, without_gear
 from tierod.vehicles import load
 from tierod_lab.ground.cars.column_bench import ColumnBench
+from tierod_lab.papers.column.model_reduction import Reduction, balanced_reduction, modal_reduction
 
 SETS: Mapping[str, ColumnParameters] = {
     "S1": load("column-bench").parameters_for(ColumnParameters),
@@ -137,3 +142,74 @@ def bench_of(p: ColumnParameters) -> ColumnBench:
         motor_inertia=p.motor_inertia,
         motor_damping=p.motor_damping,
     )
+
+
+UNKNOWN_TORQUES = ("hand_torque", "disturbance_torque")
+"""Unmeasured inputs, which an observer estimates as states."""
+ANGLE, TORQUE = math.radians(0.1), 1.0
+"""Units for balancing a column: a tenth of a degree of the steering wheel [rad], a newton metre of the bar [N*m].
+
+With a larger angle the slow coasting of the column weighs less than the resonance of the gear, and is removed first."""
+
+
+def extended(system: LinearSystem, disturbances: Sequence[str] = UNKNOWN_TORQUES) -> LinearSystem:
+    """The system with some of its inputs as constant states, in this order after the others.
+
+    Source: Raffone, eq (8), where the torques of driver and disturbance become states.
+    """
+    return with_disturbance_states(system, dict.fromkeys(disturbances, 1))
+
+
+def balanced_column(parameters: ColumnParameters, order: int = 4, *, feed_through: bool = True) -> Reduction:
+    """The column with fewer states by balanced singular perturbation; torques have equal weight wherever they act.
+
+    Args:
+        parameters: of the column
+        order: number of states of the reduced column
+        feed_through: whether the feed-through D from torques to outputs is kept; Raffone, (17) drops it
+
+    Source: Raffone, eqs (14) to (16); the free angle, which has no Gramian, is separated from the rest.
+    """
+    inputs, outputs = balancing_sizes(parameters.motor_ratio)
+    column = linear_column(SteeringColumn, parameters)
+    return balanced_reduction(column, order, feed_through=feed_through, input_size=inputs, output_size=outputs)
+
+
+def balancing_sizes(
+    ratio: float, angle: float = ANGLE, torque: float = TORQUE
+) -> tuple[dict[str, float], dict[str, float]]:
+    """Typical sizes of inputs and outputs of a column for its balanced reduction.
+
+    Args:
+        ratio: turns of the motor per turn of the shaft [-]
+        angle: at the steering wheel [rad]
+        torque: of the bar [N*m]
+
+    Returns:
+        sizes of the inputs (1 where not given), and of the outputs, by name
+    """
+    outputs = {"steering_wheel_angle": angle, "motor_angle_mechanical": ratio * angle, "driver_torque": torque}
+    return {"hand_torque": ratio}, outputs
+
+
+def reduced_columns(parameters: ColumnParameters) -> Mapping[str, LinearSystem | Reduction]:
+    """The column with four states by every method of reduction, by name."""
+    mechanical = {
+        f"mechanical, {spring}": linear_column(TwoInertiaColumn, without_gear(parameters, spring)) for spring in SPRINGS
+    }
+    return mechanical | {
+        "balanced": balanced_column(parameters),
+        "balanced, without D": balanced_column(parameters, feed_through=False),
+        "modal": modal_reduction(linear_column(SteeringColumn, parameters), 4),
+    }
+
+
+def vibrations(system: LinearSystem) -> list[complex]:
+    """Eigenvalues in rising magnitude [1/s], of each complex pair the one with positive imaginary part."""
+    values = [mode.eigenvalue for mode in modes(system)]
+    return sorted((value for value in values if value.imag > -1e-9 * max(abs(value), 1.0)), key=abs)
+
+
+def damping_ratio(eigenvalue: complex) -> float:
+    """Damping ratio of a mode [-]; NaN for an eigenvalue at zero."""
+    return -eigenvalue.real / abs(eigenvalue) if abs(eigenvalue) > 1e-6 else float("nan")

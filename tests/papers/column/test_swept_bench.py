@@ -1,4 +1,4 @@
-"""The part of the column study on the torque of the hands."""
+"""The swept bench, and the errors of observers on it."""
 
 import math
 from dataclasses import dataclass
@@ -8,27 +8,18 @@ import numpy as np
 import pytest
 
 from tierod.core.block import Ring
-from tierod.core.claims import Claim
-from tierod.core.content import Chart, Table
 from tierod.monitors.driver_torque.observer import ColumnSample
-from tierod_lab.papers.column.driver_torque import items
-from tierod_lab.papers.column.observer_sensitivity import SENSORS
+from tierod_lab.papers.column.hand_datasets import SENSORS, hand_torque, wrong_columns
 from tierod_lab.papers.column.swept_bench import (
     AMPLITUDE,
     HANDS,
     NOISE,
     SIGNALS,
     demands,
-    drive,
-    driven,
     errors,
     samples,
-    seeds,
     swept,
 )
-from tierod_lab.studies.effort import Effort
-
-QUICK = Effort(quick=True)
 
 
 def test_the_bench_follows_its_sweep_whatever_the_hands_do():
@@ -84,8 +75,8 @@ class LateBar:
 
 
 def test_errors_take_the_lag_into_account():
-    (seed,) = seeds(QUICK)
-    true = drive("ramps", seed)["hand_torque"]
+    drive = swept("ramps", 10.0, 11)
+    true = drive["hand_torque"]
 
     def with_hands(given):
         changed = given.copy()
@@ -93,30 +84,30 @@ def test_errors_take_the_lag_into_account():
         return changed
 
     block = LateBar(3)
-    found = errors(block, driven("ramps", QUICK), 3, with_hands)
+    found = errors(block, [drive], 3, with_hands)
     assert found.hand_torque == 0.0
     assert math.isnan(found.nis)
     assert math.isnan(found.disturbance_torque)
-    assert errors(block, driven("ramps", QUICK), 0, with_hands).hand_torque > 0.0
-
-
-@pytest.mark.slow
-def test_the_part_is_whole_and_its_goals_are_met():
-    found = list(items(QUICK))
-    claims = [item for item in found if isinstance(item, Claim)]
-    assert {claim.group for claim in claims} == {"torque"}
-    assert all(claim.met is not False for claim in claims)
-    assert sum(isinstance(item, Table) for item in found) == 5
-    assert sum(isinstance(item, Chart) for item in found) == 1
+    assert errors(block, [drive], 0, with_hands).hand_torque > 0.0
 
 
 def test_sensors_that_are_not_as_trusted_change_their_own_column():
-    given = drive("free", 11)
+    given = swept("free", 5.0, 11)
     before = samples(given)
-    for what, change in SENSORS.items():
+    for what, (change, _) in SENSORS.items():
         after = change(before)
         column = SIGNALS.index("driver_torque" if "bar" in what else "motor_torque")
         np.testing.assert_array_equal(np.delete(after, column, 1), np.delete(before, column, 1))
         assert np.any(after[:, column] != before[:, column])
-    late = SENSORS["bar's torque 1 ms late"](before)[:, 3]
+    late = SENSORS["bar's torque 1 ms late"][0](before)[:, 3]
     np.testing.assert_array_equal(late[1:], before[:-1, 3])
+
+
+def test_the_default_is_better_than_the_printed_observers_and_a_wrong_inertia_costs():
+    found = {row["observer"]: row for row in hand_torque(("ramps", 11))}
+    assert found["default"]["error"] < 0.04 < found["paper: full"]["error"]
+    assert found["20 ms later"]["error"] < found["default"]["error"]
+    assert found["friction by its law, level half"]["disturbance"] < 0.3 * found["default"]["disturbance"]
+    (wrong,) = wrong_columns(("steering wheel inertia +10 %", "ramps", 11))
+    assert wrong["kind"] == "parameter"
+    assert wrong["error"] > 2.0 * found["default"]["error"]
