@@ -66,43 +66,25 @@ def test_no_generated_page_is_left_over(generator):
     assert marked <= made
 
 
-def test_the_page_of_a_study_holds_the_claims_that_it_printed(generator):
-    head = "| claim | printed | ours | goal | unit | holds |\n| --- | --- | ---: | --- | --- | --- |"
-    rows = "| paper.one |  | 1 | <= 2 | m | yes |\n| cars.two | well | 2 | <= 3 |  | yes |"
-    claims = f"**Claims**\n\n{head}\n{rows}\n\n2 claims"
-    described = "**Figures of description**\n\n| figure | printed | ours | unit |\n| --- | --- | ---: | --- |\n"
-    described += "| paper.three |  | 7.5 | m |"
-    printed = f"**First table**\n\n| a |\n| --- |\n| 7 |\n\n{described}\n\n{claims}"
-    page = generator[1].page("sideslip", printed, {"paper.one": "One is small."})
-    assert "| One is small. |  | 1 | <=\N{NO-BREAK SPACE}2 | m | yes | `one` |" in page
-    assert "| well | 2 | <=\N{NO-BREAK SPACE}3 |  | yes | `two` |" in page
-    assert "|  |  | 7.5 | m | `paper.three` |" in page.partition("## Figures of description")[2]
-    assert "## Real cars" in page
-    assert "| 7 |" not in page
-    assert "`tierod study sideslip` measures these figures." in page
+def test_the_page_of_a_study_holds_what_fails_first_with_its_cause(generator):
+    def claim(name, outcome, **more):
+        met = {"holds": True, "not measured": None}.get(outcome, False)
+        usual = {"printed": None, "measured": 1.5, "goal": "<= 2", "unit": "m", "cause": ""}
+        return {"id": name, "claim": f"It is {name}.", "outcome": outcome, "met": met, **usual, **more}
 
-
-def test_the_page_of_a_study_gives_causes_and_no_lines_of_progress(generator):
-    why = "**What does not hold, and why**\n\n| claim | ours | goal | cause |\n| --- | --- | --- | --- |\n"
-    why += "| paper.one | 3 | <= 2 | P0 is not printed. |"
-    claims = "**Claims**\n\n| claim | goal |\n| --- | --- |\n| paper.one | <= 2 |\n\n1 claims: 0 hold, 1 do not\n0"
-    page = generator[1].page("sideslip", f"measuring: the rest\n\n{why}\n\n{claims}")
-    assert "| `paper.one` | 3 | <= 2 | P0 is not printed. |" in page.partition("and why")[2]
-    assert not page.rstrip().endswith("\n0")
-    assert "measuring" not in page
-
-
-def test_the_page_of_a_study_says_which_command_printed_it(generator):
-    claims = "**Claims**\n\n| claim | goal |\n| --- | --- |\n| paper.one | <= 2 |\n\n1 claims: 1 hold, 0 do not"
-    printed = f"{claims}\n\nPrinted by `tierod study sideslip --quick` of tierod 9.8.7\n"
-    page = generator[1].page("sideslip", printed)
-    assert (
-        "`tierod study sideslip --quick` of tierod 9.8.7 measured these figures. It drives a few minutes only" in page
-    )
-    assert "Printed by" not in page
-    assert "\n1 claims: 1 hold, 0 do not\n" in page
-    whole = generator[1].page("sideslip", printed.replace(" --quick", ""))
-    assert "a few minutes" not in whole
+    claims = [
+        claim("paper.one", "holds", printed="well"),
+        claim("cars.two", "does not come out", measured=3.0, cause="P0 is not printed."),
+        claim("paper.three", "not measured", measured=None),
+        claim("paper.four", None, goal=None),
+    ]
+    page = generator[1].page("sideslip", claims)
+    missed, _, rest = page.partition("## What the paper says")
+    assert "\n3 claims: 1 hold, 0 do not, 1 of the source do not come out, 1 not measured\n" in missed
+    assert "| It is cars.two. | 3 m | <=\N{NO-BREAK SPACE}2 | P0 is not printed. | `cars.two` |" in missed
+    assert "| It is paper.one. Printed: well. | 1.5 m | <=\N{NO-BREAK SPACE}2 | `paper.one` |" in rest
+    assert "not measured | <=" in rest
+    assert "four" not in page
 
 
 def test_studies_have_their_pages():
