@@ -8,6 +8,8 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
+from tierod.core.series import last_true
+
 
 class Blocks:
     """Rows of a drive in blocks of equal length; rows that do not fill a block wait for the next piece."""
@@ -22,6 +24,53 @@ class Blocks:
         count = len(rows) // self.size
         self._rest = rows[count * self.size :]
         return rows[: count * self.size].reshape(count, self.size, rows.shape[1])
+
+
+class Share:
+    """Share of the samples for which a flag holds, and the time of the last one [s]; None before the first."""
+
+    def __init__(self) -> None:
+        self.count = self.true = 0
+        self.last: float | None = None
+
+    def add(self, time: np.ndarray, flags: np.ndarray) -> None:
+        self.count += len(flags)
+        self.true += int(np.count_nonzero(flags))
+        if (at := last_true(flags)) is not None:
+            self.last = float(time[at])
+
+
+class Span(NamedTuple):
+    start: Annotated[float, "s"]
+    end: Annotated[float, "s"]  # infinite while the flag holds
+    samples: int
+
+
+class Spans:
+    """Spans of samples for which a flag holds; short ones are left out, and no more than `most` are kept."""
+
+    def __init__(self, fewest: float = 0.0, most: int = 1000):
+        self._fewest, self._most = fewest, most
+        self._kept: list[Span] = []
+        self._open: Span | None = None
+
+    def add(self, time: np.ndarray, flags: np.ndarray) -> None:
+        """Add the next samples (n,); the first one is compared with the end of the previous piece."""
+        before = 0
+        for place in np.flatnonzero(np.diff(flags, prepend=self._open is not None)).tolist():
+            if self._open is None:
+                self._open = Span(float(time[place]), math.inf, 0)
+            else:
+                closed = Span(self._open.start, float(time[place]), self._open.samples + place - before)
+                self._open = None
+                if closed.samples > self._fewest and len(self._kept) < self._most:
+                    self._kept.append(closed)
+            before = place
+        if self._open is not None:
+            self._open = self._open._replace(samples=self._open.samples + len(flags) - before)
+
+    def found(self) -> list[Span]:
+        return [*self._kept, *([self._open] if self._open is not None else ())]
 
 
 class Moments:

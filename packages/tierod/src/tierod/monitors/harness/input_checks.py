@@ -12,9 +12,8 @@ from tierod.core.findings import Finding
 from tierod.core.recording import Aligned, Recording
 from tierod.io.derive import ingredients
 from tierod.monitors.harness.input_defects import InputDefects
-from tierod.monitors.harness.judged_time import JudgedTime
-from tierod.monitors.harness.missing_stretches import MissingStretches
 from tierod.monitors.harness.named_vehicle import other_vehicle
+from tierod.monitors.harness.presence import JudgedTime, MissingStretches
 from tierod.monitors.harness.quality_over_chunks import QualityOverChunks
 from tierod.monitors.harness.session import Conclusion, Monitor, StatusChange
 from tierod.monitors.harness.stuck_over_drive import StuckOverDrive

@@ -28,12 +28,7 @@ class OverTime:
             self._values.setdefault(name, []).append(np.asarray(values, float))
 
     def recording(self, units: Mapping[str, str], source: str) -> Recording:
-        """All pieces as one recording on the grid of the monitor.
-
-        Args:
-            units: units by name of the signals to be included
-            source: origin of the signals, in words
-        """
+        """All pieces as one recording on the grid of the monitor."""
         time = np.concatenate(self._times)
         return Recording(
             {

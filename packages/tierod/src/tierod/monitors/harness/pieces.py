@@ -16,14 +16,13 @@ from tierod.io.readers.reading import measured
 from tierod.vehicles import Vehicle
 from tierod.vehicles.reading import read_by
 
-CHUNK = 120.0
-"""Duration of one piece in memory [s]; the outputs of a monitor over ten minutes would take 120 MB more."""
+CHUNK = 120.0  # Duration of one piece in memory [s]; the outputs of a monitor over ten minutes would take 120 MB more
 
+# Longest pause of a recording [s], a night between two drives; a longer leap means that the clock was set
 LEAP = 86400.0
-"""Longest pause of a recording [s], a night between two drives; a longer leap means that the clock was set."""
 
+# Duration of the previous piece that is kept [s]: longer than any maximum age and any memory of a derived signal
 OVERLAP = 1.0
-"""Duration of the previous piece that is kept [s]: longer than any maximum age and any memory of a derived signal."""
 
 
 def pieces_of(
@@ -37,15 +36,8 @@ def pieces_of(
     """Pieces of a recording in the order of time; a recording in memory is a single piece.
 
     Args:
-        source: a recording, or the path of one
         needs: channels to be read; None for all
-        vehicle: vehicle whose CAN databases and channel map are used if none are given
-        dbc: path(s) of CAN databases
-        channel_map: path of a channel map
         seconds: duration of a piece [s]
-
-    Raises:
-        InputError: the file cannot be read
     """
     if isinstance(source, Recording):
         yield measured(source)
@@ -62,9 +54,6 @@ def refuse_leap(last: float, following: float) -> None:
     Args:
         last: time of the last sample before the pause [s]
         following: time of the first sample after it [s]
-
-    Raises:
-        InputError: the pause is longer than `LEAP`
     """
     if following - last > LEAP:
         raise InputError(
@@ -97,27 +86,22 @@ def joined(before: Recording | None, piece: Recording) -> Recording:
 
 
 def together(parts: Sequence[Aligned]) -> Aligned:
-    """Join consecutive parts of one grid.
-
-    Args:
-        parts: parts in the order of time, at least one
-    """
+    """Join consecutive parts of one grid."""
     if len(parts) == 1:
         return parts[0]
     time, values = (np.concatenate(each) for each in zip(*((p.time, p.values) for p in parts), strict=True))
     return Aligned(time, values, parts[0].names)
 
 
-PAUSE = 2.0
-"""Time without a sample from which a stretch counts as a pause [s]; all held values have expired by then."""
+PAUSE = 2.0  # Time without a sample from which a stretch counts as a pause [s]; all held values have expired by then
 
+# Longest part of a pause that a monitor receives as missing samples [s]: variances grow and verdicts lapse in that
+# time, and nothing changes afterwards
 LONGEST = 600.0
-"""Longest part of a pause that a monitor receives as missing samples [s]: variances grow and verdicts lapse in that
-time, and nothing changes afterwards."""
 
+# Total time of pauses, beyond the time with samples, that is judged with up to `LONGEST` each [s]; further pauses get
+# `PAUSE` each, so that the work grows with the samples and not with their time stamps
 MOST = 3600.0
-"""Total time of pauses, beyond the time with samples, that is judged with up to `LONGEST` each [s]; further pauses get
-`PAUSE` each, so that the work grows with the samples and not with their time stamps."""
 
 
 class Stretch(NamedTuple):
@@ -143,9 +127,6 @@ class Silence:
             stamps: time stamps of every signal of the piece [s]
             begin: begin of the piece [s]
             stop: end of the piece [s]
-
-        Raises:
-            InputError: a pause is longer than `LEAP`
         """
         if self._first is None or self._last_sample is None:
             self._first = self._last_sample = begin

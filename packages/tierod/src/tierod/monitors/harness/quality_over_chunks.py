@@ -25,11 +25,8 @@ from tierod.io.readings import USUAL, HeldReadings, Noise, held_remark, too_slow
 from tierod.io.signs import COMPARED, sign_warnings, turn_warnings
 from tierod.monitors.harness.pieces import joined
 
-REDUCED_RATE = 10.0
-"""Rate at which signals are stored for the comparison of their signs [Hz]."""
-
-FEWEST = 3
-"""Fewest samples of a channel that can be called constant."""
+REDUCED_RATE = 10.0  # Rate at which signals are stored for the comparison of their signs [Hz]
+FEWEST = 3  # Fewest samples of a channel that can be called constant
 
 
 class Qualities:
@@ -52,11 +49,10 @@ class Qualities:
 class Shared:
     """A piece that several monitors share, and the qualities of its channels.
 
+    `whole` is the piece with the end of the previous one in front.
+
     Args:
         before: end of the previous piece; None for the first piece
-        piece: piece of the recording
-
-    `whole` is the piece with the end of the previous one in front.
     """
 
     def __init__(self, before: Recording | None, piece: Recording):
@@ -87,12 +83,7 @@ class QualityOverChunks:
         self._noises = {name: Noise() for name in self.names if name in USUAL}
 
     def add(self, piece: Recording, qualities: Qualities | None = None) -> None:
-        """Add the next piece.
-
-        Args:
-            piece: next piece of the recording
-            qualities: cache of the qualities of its channels, if other monitors use them too
-        """
+        """Add the next piece."""
         qualities = qualities or Qualities()
         for name in self.names:
             if name in piece:
@@ -157,14 +148,10 @@ class QualityOverChunks:
         """Refuse a required signal with a low sampling rate.
 
         Args:
-            required: names of the required signals
             minimum_rate: minimum sampling rate of each [Hz]
 
         Returns:
             whether the rate of every required signal is known, which takes two samples of each
-
-        Raises:
-            InputError: a required signal comes at less than the minimum rate
         """
         names = tuple(required)
         for name in (name for name in names if name in self._rows):
@@ -181,12 +168,7 @@ class QualityOverChunks:
         """Refuse a required signal that holds too little information over the whole recording.
 
         Args:
-            required: names of the required signals
             minimum_rate: minimum rate of the readings of each [Hz]
-
-        Raises:
-            InputError: a required signal is missing or constant throughout, has fewer than `FEWEST` samples, or its
-                readings come at less than the minimum rate, repeated in many rows
         """
         for name in required:
             row = self._rows.get(name)

@@ -38,17 +38,15 @@ class EqualValues(NamedTuple):
     stuck: Scalar
 
 
+# State of a signal before its first sample
 NEW = EqualValues(math.inf, 0.0, 0.0, 0.0, 0.0, 0.0, math.inf, -math.inf, math.inf, 0.0, 0.0)
-"""State of a signal before its first sample."""
 
 
 def repeated(run: EqualValues, value: Scalar, moves: Scalar, sample_time: float, residue: float = 0.0) -> EqualValues:
     """State of a signal after one sample; a missing sample changes nothing.
 
     Args:
-        run: state before the sample
         value: value of the signal; not finite if missing
-        moves: whether the car moves
         sample_time: sampling interval [s]
         residue: difference up to which values count as equal [unit of the signal], see `residue_of`
     """
@@ -77,19 +75,17 @@ def is_changing(run: EqualValues, value: Scalar, jitter: Scalar) -> Scalar:
     """Whether a signal is present and changes with practically every sample.
 
     Args:
-        run: state before the sample
         value: value of the signal; not finite if missing
         jitter: longest run of equal values of such a signal [s]
     """
     return both(present(value), run.seconds < jitter)
 
 
-STEPS = 1.5
-"""Error of a difference of two readings in steps of quantisation [-]: half a step each, and half in reserve."""
+STEPS = 1.5  # Error of a difference of two readings in steps of quantisation [-]: half a step each, and half in reserve
 
+# Share of a limit within which two signals must have agreed before a run of equal values [-], so that a constant offset
+# between them is not taken for a stuck signal
 AGREED = 0.5
-"""Share of a limit within which two signals must have agreed before a run of equal values [-], so that a constant
-offset between them is not taken for a stuck signal."""
 
 
 class Contradiction(NamedTuple):

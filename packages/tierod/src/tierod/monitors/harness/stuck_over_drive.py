@@ -16,34 +16,23 @@ from tierod.core.signals import SIGNALS
 from tierod.methods.relations import witnesses
 from tierod.monitors.harness.stuck_signals import StuckSignals
 
+# Rate at which signals are checked [Hz]: enough, since a stuck signal repeats its value in every sample, and cheap even
+# beside a monitor at 10 kHz
 RATE = 20.0
-"""Rate at which signals are checked [Hz]: enough, since a stuck signal repeats its value in every sample, and cheap
-even beside a monitor at 10 kHz."""
 
-MAXIMUM_AGE = 0.1
-"""Age from which a sample counts as missing [s], as in most monitors."""
-
-NAMED = 3
-"""Most spans of one signal that a warning lists; further ones are counted."""
+MAXIMUM_AGE = 0.1  # Age from which a sample counts as missing [s], as in most monitors
+NAMED = 3  # Most spans of one signal that a warning lists; further ones are counted
 
 
 @dataclass(frozen=True)
 class Stuck:
-    """Span of time over which a signal was stuck.
+    """Span of time over which a signal was stuck."""
 
-    Args:
-        name: name of the signal
-        start: start of the equal values, in the time of the recording [s]
-        found: time of the detection [s]
-        end: time of the next change [s]; None if there is none
-        value: value of the stuck signal [unit of the signal]
-    """
-
-    name: str
-    start: float
-    found: float
-    end: float | None
-    value: float
+    name: str  # name of the signal
+    start: float  # start of the equal values, in the time of the recording [s]
+    found: float  # time of the detection [s]
+    end: float | None  # time of the next change [s]; None if there is none
+    value: float  # value of the stuck signal [unit of the signal]
 
 
 class StuckOverDrive:
@@ -52,7 +41,6 @@ class StuckOverDrive:
     Args:
         names: input signals of the monitor; only canonical signals are checked
         rate: rate of the monitor's grid [Hz]
-        passed_on: signals whose faults the monitor judges itself: named if stuck, but not removed
     """
 
     def __init__(self, names: Collection[str], rate: float, passed_on: Collection[str] = ()):
@@ -69,12 +57,7 @@ class StuckOverDrive:
         self._closed: list[Stuck] = []
 
     def without(self, aligned: Aligned, recording: Recording) -> Aligned:
-        """Next samples of the monitor with NaN where a signal is stuck.
-
-        Args:
-            aligned: next samples
-            recording: piece that they come from, with the signals that serve as evidence
-        """
+        """Next samples of the monitor with NaN where a signal is stuck."""
         watched = self._stride.over(len(aligned.time))
         if self._block is None:
             return aligned
@@ -103,11 +86,7 @@ class StuckOverDrive:
         return dict(self._open)
 
     def facts(self, units: Mapping[str, str]) -> tuple[Fact, ...]:
-        """Stuck signals with their spans and values, each with the remedy where it was removed.
-
-        Args:
-            units: units of the signals in the recording
-        """
+        """Stuck signals with their spans and values, each with the remedy where it was removed."""
         found = []
         for name in dict.fromkeys(each.name for each in self.spans()):
             times = [each for each in self.spans() if each.name == name]

@@ -61,20 +61,21 @@ class StuckSignals:
         names: canonical signals that are checked
         beside: further signals that serve as evidence
         sample_time: sampling interval [s]
-        shortest: shortest run of equal values that counts [s]; twice ten samples of the slowest channel that a monitor
-            accepts
-        jitter: longest run of equal values of a signal that changes with every sample [s]; three samples at 20 Hz. A
-            wheel at rest under a sensor of 0.1 degrees has longer runs in every half minute of driving
+        shortest: shortest run of equal values that counts [s]; twice ten samples of the slowest channel that a
+            monitor accepts
+        jitter: longest run of equal values of a signal that changes with every sample [s]; three samples at 20 Hz.
+            A wheel at rest under a sensor of 0.1 degrees has longer runs in every half minute of driving
         longer: multiple of the longest run so far from which a run counts [-]; lost frames also repeat a value
         learning: driving time after which a signal is known to change with every sample [s]
         moving: speed from which the car counts as moving [m/s]; below it sensors may rest with the car
-        delay: largest delay between signals that is not taken for a stuck signal [s]; half a second for a late channel,
-            and a tenth in reserve
+        delay: largest delay between signals that is not taken for a stuck signal [s]; half a second for a late
+            channel, and a tenth in reserve
         angle: bound of the difference between rate and angle over a run [rad]; six degrees, above any sensor's step
-        drift: growth of that bound per second of the run [rad/s]; rates have noise, and offsets, which are estimated
+        drift: growth of that bound per second of the run [rad/s]; rates have noise, and offsets, which are
+            estimated
         offset_time: time constant of the estimated offset of a rate [s]; far longer than a turn
-        turn: bound of the difference between lateral acceleration and speed times yaw rate [m/s^2]; a road bank of 9
-            degrees. A car that exceeds it to both sides was steered
+        turn: bound of the difference between lateral acceleration and speed times yaw rate [m/s^2]; a road bank of
+            9 degrees. A car that exceeds it to both sides was steered
         yaw_rate: yaw rate from which a turn shows the speed [rad/s]; an offset of the lateral acceleration does not
             produce it at 20 m/s and more
         misfit: largest share of time with an inconsistent turn while all its signals change [-]; above it a unit, a
@@ -211,7 +212,6 @@ class StuckSignals:
         return moves
 
     def _rests_alone(self, run: EqualValues, moves: Scalar, name: str) -> Scalar:
-        """Whether a signal that changes with every sample repeats one value inside its range for too long."""
         if is_ordered(name):
             return 0.0
         residue = residue_of(name)

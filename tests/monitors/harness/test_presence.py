@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from tierod.core.recording import Aligned
-from tierod.monitors.harness.judged_time import JudgedTime
-from tierod.monitors.harness.missing_stretches import MissingStretches
+from tierod.monitors.harness.presence import JudgedTime, MissingStretches
 
 RATE = 10.0
 TIME = np.arange(1200) / RATE
