@@ -11,7 +11,7 @@ from tierod.core.graph import scan
 from tierod.methods.estimators.linear_algebra import unpack
 from tierod.monitors.friction.definition import FrictionMonitor
 from tierod.monitors.friction.estimator import PreslidingFrictionFilter
-from tierod.monitors.friction.facts import RIGID_WARNING
+from tierod.monitors.friction.sentences import NOTES
 from tierod.monitors.friction.signals import SteeringConditioning, SteeringSample
 from tierod.physics.aligning import weight_lever
 from tierod.physics.tyre import parking_torque
@@ -98,8 +98,8 @@ def test_a_bar_taken_as_rigid_reads_high_and_is_reported():
     )
     assert settled(samples, PreslidingFrictionFilter.of_vehicle(car)).mean() > settled(samples).mean() + 0.1
     rigid, elastic = (FrictionMonitor.of_vehicle(each) for each in (car, VEHICLE))
-    assert RIGID_WARNING in rigid.finding(scan(rigid, samples)).warnings
-    assert RIGID_WARNING not in elastic.finding(scan(elastic, samples)).warnings
+    assert NOTES["rigid_bar"] in rigid.finding(scan(rigid, samples)).warnings
+    assert NOTES["rigid_bar"] not in elastic.finding(scan(elastic, samples)).warnings
 
 
 def test_counts_have_no_bar():

@@ -15,8 +15,7 @@ import numpy as np
 from tierod.core.graph import Result
 from tierod.models.friction_estimation import FrictionParameters, driving_torque
 from tierod.monitors.friction.definition import PAPER, Acting, FrictionMonitor, FrictionSession, Opener, learnt
-from tierod.monitors.friction.thresholds import DECISIONS
-from tierod.monitors.friction.verdict import FrictionVerdict
+from tierod.monitors.friction.verdict import DECISIONS, FrictionVerdict
 from tierod.monitors.harness.baseline import Baseline
 from tierod.monitors.harness.session import Session, Variant
 from tierod.physics.friction import viscous

@@ -1,4 +1,11 @@
-"""The friction monitor: its block, its session over a recording, and its variants."""
+"""The friction monitor: its block, its session over a recording, and its variants.
+
+1. `signals`: conditioning of the signals, and the gate that selects samples with information.
+2. `estimator`: the regression that gives friction; the filters of the paper are variants in tierod-lab.
+3. `verdict`: what that means, sample by sample, by the limits in `thresholds`.
+4. `evidence`: what is collected over a drive for the report, and gains of the torques.
+5. `facts`: the last statement of the block as a verdict; `sentences` has the words.
+"""
 
 from __future__ import annotations
 
@@ -22,14 +29,218 @@ from tierod.monitors.friction.estimator import PreslidingFrictionFilter
 from tierod.monitors.friction.evidence import EstimateOverDrive, HysteresisOverDrive, SignalsOverDrive
 from tierod.monitors.friction.facts import FrictionRun, verdict_of_run
 from tierod.monitors.friction.signals import SAMPLE_TIME
-from tierod.monitors.friction.thresholds import DECISIONS, STATISTICS, TUNING
+from tierod.monitors.friction.thresholds import STATISTICS, TUNING
 from tierod.monitors.friction.torque_gains import GainsOverDrive
-from tierod.monitors.friction.verdict import FrictionVerdict, JudgedFriction, VerdictSample
+from tierod.monitors.friction.verdict import DECISIONS, FrictionVerdict, JudgedFriction, VerdictSample
 from tierod.monitors.harness.baseline import Baseline
 from tierod.monitors.harness.session import BlockSession, Conclusion, Monitor, Session, Variant, tuning_rows
 from tierod.monitors.harness.verdict import nis_figures
 from tierod.monitors.registry import variants_with_plugins
 from tierod.vehicles import Vehicle
+
+NAME = "friction, pre-sliding"
+"""Name of the default monitor in findings and in stored baselines."""
+
+VALUES = ("friction_torque", "friction_torque_standard_deviation", "ratio_to_baseline", *STATISTICS)
+"""Traces that depend on the value of friction and are hidden where it is withheld."""
+
+WITHHELD = (
+    "The value of friction is withheld, so its course, its spread, its hysteresis and its ratio to the baseline are "
+    "not shown: the estimate is not valid here. The verdict gives the reason."
+)
+
+Acting = Callable[[Mapping[str, np.ndarray], Result], np.ndarray]
+"""Function from signals by name and outputs to the acting friction torque at each sample."""
+
+
+class FrictionEstimator(Protocol):
+    """Interface of a block that estimates friction and supplies the input of the verdict."""
+
+    learnt: ClassVar[Mapping[str, str]]
+    """Evidence of the estimator: name with unit -> field of its output."""
+
+    @property
+    def Sample(self) -> type: ...
+
+    @property
+    def vehicle_parameters(self) -> FrictionParameters:
+        """Parameters of the vehicle file, as the estimator assumes them."""
+
+    def init(self) -> Tree: ...
+
+    def step(self, state: Tree, sample: Any) -> tuple[Tree, Any]: ...
+
+    def seen(self, sample: Any, estimate: Any) -> VerdictSample:
+        """Input of the verdict from a sample and its estimate."""
+
+
+@dataclass(frozen=True)
+class FrictionMonitor:
+    """Friction estimator and verdict as one block; every estimator is judged alike."""
+
+    filter: FrictionEstimator
+    verdict: FrictionVerdict
+    name: str = NAME
+
+    class State(NamedTuple):
+        filter: Tree
+        verdict: FrictionVerdict.State
+
+    class Output(NamedTuple):
+        estimate: Tree
+        verdict: JudgedFriction
+
+    @property
+    def Sample(self) -> type:
+        return self.filter.Sample
+
+    @classmethod
+    def of_vehicle(
+        cls,
+        vehicle: Vehicle,
+        sample_time: float = SAMPLE_TIME,
+        learnt_level: float | None = None,
+        learnt_deviation: float = 0.0,
+    ) -> FrictionMonitor:
+        """The default monitor for a vehicle, with its level from earlier drives and its standard deviation [N*m].
+
+        Raises:
+            ParameterError: the vehicle file lacks a parameter; the message names it
+        """
+        verdict = FrictionVerdict.of_vehicle(vehicle, sample_time, learnt_level, learnt_deviation)
+        return cls(PreslidingFrictionFilter.of_vehicle(vehicle, sample_time), verdict)
+
+    def init(self) -> State:
+        return self.State(self.filter.init(), self.verdict.init())
+
+    def step(self, state: State, sample: Any) -> tuple[State, Output]:
+        filter_state, estimate = self.filter.step(state.filter, sample)
+        verdict_state, verdict = self.verdict.step(state.verdict, self.filter.seen(sample, estimate))
+        return self.State(filter_state, verdict_state), self.Output(estimate, verdict)
+
+    def finding(self, result: Result, start_time: float = 0.0) -> Finding:
+        """The finding of a run, without the facts about its signals; see `stated`."""
+        return assemble("Friction", self.stated(result, start_time))
+
+    def stated(self, result: Result, start_time: float = 0.0) -> Verdict:
+        """The verdict of a run over a recording whose first sample was at `start_time` [s].
+
+        Raises:
+            InputError: no samples
+        """
+        if not len(result):
+            raise InputError("the friction monitor saw no samples; check that the signals overlap in time")
+        last = result.at(-1)
+        evidence = {name: getattr(last.estimate, field) for name, field in self.filter.learnt.items()}
+        parameters = self.filter.vehicle_parameters
+        return verdict_of_run(FrictionRun(self.name, self.verdict, last.verdict, start_time, evidence, parameters))
+
+
+class FrictionSession(BlockSession):
+    """Run the monitor over a recording and collect the contents of a report.
+
+    Args:
+        acting: function that computes the acting friction torque, for the hysteresis view
+        consistency_remark: remark on the innovations of an estimator whose variance is deliberately set wide, to which
+            the band of a consistent filter does not apply
+    """
+
+    def __init__(
+        self,
+        block: FrictionMonitor,
+        vehicle: Vehicle,
+        rate: float,
+        acting: Acting,
+        consistency_remark: str = "",
+    ):
+        unit = vehicle.torque_unit
+        traces = {
+            "estimate.friction_torque": (VALUES[0], unit),
+            "verdict.statement.deviation": (VALUES[1], unit),
+            "estimate.enabled": ("enabled", ""),
+            "estimate.nis": ("nis", ""),
+            "verdict.ratio": (VALUES[2], ""),
+            "verdict.statement.evidence": (STATISTICS[0], ""),
+            "verdict.fault_sum": (STATISTICS[1], ""),
+        }
+        super().__init__(block, traces, ("verdict.running", STATUSES))
+        self._monitor, self.vehicle, self._acting = block, vehicle, acting
+        self._consistency_remark = consistency_remark
+        self._estimates, self._hysteresis = EstimateOverDrive(rate), HysteresisOverDrive(rate)
+        self._signals, self._gains = SignalsOverDrive(), GainsOverDrive(vehicle, rate)
+        self._consistency = ConsistencyAccumulator()
+        self._start: float | None = None
+        self._last: Result | None = None
+
+    def collect(self, time: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
+        self._start = float(time[0]) if self._start is None else self._start
+        self._last = result.end()
+        self._signals.add(time, signals)
+        if not self.moved:
+            self._gains.add(signals)
+        if not self.pictured:
+            return
+        enabled = result["estimate.enabled"] > 0.5
+        judged = result["verdict.running"] <= code_of(Status.FAULT)
+        self._estimates.add(time, result["estimate.friction_torque"], judged)
+        self._hysteresis.add(time, signals["steering_wheel_angle"], self._acting(signals, result), enabled)
+        present = result["estimate.present"] if "estimate.present" in result.names else np.ones(len(result))
+        self._consistency.add(result["estimate.nis"][enabled], present[enabled])
+
+    def conclude(self) -> Conclusion:
+        if self._last is None or self._start is None:
+            raise RuntimeError("a session concludes after at least one piece")
+        verdict = self._monitor.stated(self._last, self._start)
+        known = verdict.estimate is not None
+        if not known:
+            verdict = _with_presence(verdict, self._signals.presence())
+        notes = (Fact("note", each) for each in self._gains.notices())
+        verdict = dataclasses.replace(verdict, facts=(*self._gains.defects(), *verdict.facts, *notes))
+        remarks = {"consistency": self._consistency_remark, "estimate": "" if known else WITHHELD}
+        return Conclusion(
+            verdict,
+            self._estimates.histograms(verdict.since) if known else {},
+            self._hysteresis.views(verdict.since) if known else {},
+            nis_figures(self._consistency.result(), wide=bool(self._consistency_remark)),
+            tuple(tuning_rows(self.block)),
+            self._level() if verdict.status is Status.HEALTHY else None,
+            self._level() if verdict.estimate is not None and verdict.estimate.limits else None,
+            {part: remark for part, remark in remarks.items() if remark},
+            () if known else VALUES,
+            tuple(self.course),
+        )
+
+    def _level(self) -> Baseline | None:
+        """Level of this car that the recording gives; None if it was not learnt."""
+        assert self._last is not None
+        judged = self._last.at(-1).verdict
+        if judged.known_level <= 0.0:
+            return None
+        own, unit = judged.baseline, self.vehicle.torque_unit
+        return Baseline(self.vehicle.name, self._monitor.name, own.level, own.deviation, unit, own.seconds)
+
+
+def _with_presence(verdict: Verdict, found: HysteresisPresence | None) -> Verdict:
+    """Verdict with the result of the hysteresis test, for a friction whose magnitude is withheld."""
+    if found is None:
+        return verdict
+    what = "is present, but its size cannot be estimated" if found.present else "does not stand out from chance"
+    sentence = (
+        f"hysteresis of dry friction {what}: the torques explain {found.share:.0%} of the part of its build-up that "
+        f"angle, rate and lateral acceleration do not explain, and up to {found.chance:.0%} of it for copies shifted "
+        "in time"
+    )
+    figures = {"hysteresis_share": found.share, "hysteresis_by_chance_share": found.chance}
+    because = (*verdict.because, Fact("hysteresis", sentence))
+    return dataclasses.replace(verdict, because=because, evidence={**verdict.evidence, **figures})
+
+
+def acting_by_build_up(signals: Mapping[str, np.ndarray], result: Result) -> np.ndarray:
+    """Acting friction: the friction modelled by the pre-sliding estimator plus the residual of the balance."""
+    modelled = result["estimate.friction_torque"] * result["estimate.build_up"]
+    acting: np.ndarray = modelled + result["estimate.innovation"]
+    return acting
+
 
 PAPER = "Mohtat et al., Steering friction monitoring by joint state-parameter estimation"
 
@@ -87,238 +298,3 @@ FRICTION = Monitor(
     # After a step of friction the torque balance does not fit for up to 57 s (verdict_tuning).
     reaction=60.0,
 )
-
-
-NAME = "friction, pre-sliding"
-"""Name of the default monitor in findings and in stored baselines."""
-
-VALUES = ("friction_torque", "friction_torque_standard_deviation", "ratio_to_baseline", *STATISTICS)
-"""Traces that depend on the value of friction and are hidden where it is withheld."""
-
-WITHHELD = (
-    "The value of friction is withheld, so its course, its spread, its hysteresis and its ratio to the baseline are "
-    "not shown: the estimate is not valid here. The verdict gives the reason."
-)
-
-Acting = Callable[[Mapping[str, np.ndarray], Result], np.ndarray]
-"""Function from signals by name and outputs to the acting friction torque at each sample."""
-
-
-class FrictionEstimator(Protocol):
-    """Interface of a block that estimates friction and supplies the input of the verdict."""
-
-    learnt: ClassVar[Mapping[str, str]]
-    """Evidence of the estimator: name with unit -> field of its output."""
-
-    @property
-    def Sample(self) -> type:
-        """Type of the input sample."""
-
-    @property
-    def vehicle_parameters(self) -> FrictionParameters:
-        """Parameters of the vehicle file, as the estimator assumes them."""
-
-    def init(self) -> Tree:
-        """State before the first sample."""
-
-    def step(self, state: Tree, sample: Any) -> tuple[Tree, Any]:
-        """Process one sample."""
-
-    def seen(self, sample: Any, estimate: Any) -> VerdictSample:
-        """Input of the verdict from a sample and its estimate."""
-
-
-@dataclass(frozen=True)
-class FrictionMonitor:
-    """Friction estimator and verdict as one block; every estimator is judged alike.
-
-    Args:
-        filter: the friction estimator
-        verdict: the verdict on its estimates
-        name: name in findings and in stored baselines
-    """
-
-    filter: FrictionEstimator
-    verdict: FrictionVerdict
-    name: str = NAME
-
-    class State(NamedTuple):
-        """State of estimator and verdict."""
-
-        filter: Tree
-        verdict: FrictionVerdict.State
-
-    class Output(NamedTuple):
-        """Output of estimator and verdict."""
-
-        estimate: Tree
-        verdict: JudgedFriction
-
-    @property
-    def Sample(self) -> type:
-        """Type of the estimator's input sample."""
-        return self.filter.Sample
-
-    @classmethod
-    def of_vehicle(
-        cls,
-        vehicle: Vehicle,
-        sample_time: float = SAMPLE_TIME,
-        learnt_level: float | None = None,
-        learnt_deviation: float = 0.0,
-    ) -> FrictionMonitor:
-        """The default monitor for a vehicle.
-
-        Args:
-            vehicle: parameters and limits; without calibrated torques no absolute limit is used
-            sample_time: time between two samples [s]
-            learnt_level: baseline of the car from earlier drives [N*m]; None learns it in this recording
-            learnt_deviation: standard deviation of the baseline [N*m]
-
-        Raises:
-            ParameterError: the vehicle file lacks a parameter; the message names it
-        """
-        verdict = FrictionVerdict.of_vehicle(vehicle, sample_time, learnt_level, learnt_deviation)
-        return cls(PreslidingFrictionFilter.of_vehicle(vehicle, sample_time), verdict)
-
-    def init(self) -> State:
-        """State before the first sample."""
-        return self.State(self.filter.init(), self.verdict.init())
-
-    def step(self, state: State, sample: Any) -> tuple[State, Output]:
-        """Process one sample."""
-        filter_state, estimate = self.filter.step(state.filter, sample)
-        verdict_state, verdict = self.verdict.step(state.verdict, self.filter.seen(sample, estimate))
-        return self.State(filter_state, verdict_state), self.Output(estimate, verdict)
-
-    def finding(self, result: Result, start_time: float = 0.0) -> Finding:
-        """The finding of a run, without the facts about its signals; see `stated`."""
-        return assemble("Friction", self.stated(result, start_time))
-
-    def stated(self, result: Result, start_time: float = 0.0) -> Verdict:
-        """The verdict of a run.
-
-        Args:
-            result: result of `scan` over the whole recording, or its last part
-            start_time: time in the recording of the first sample that the monitor processed [s]
-
-        Raises:
-            InputError: no samples
-        """
-        if not len(result):
-            raise InputError("the friction monitor saw no samples; check that the signals overlap in time")
-        last = result.at(-1)
-        evidence = {name: getattr(last.estimate, field) for name, field in self.filter.learnt.items()}
-        parameters = self.filter.vehicle_parameters
-        return verdict_of_run(FrictionRun(self.name, self.verdict, last.verdict, start_time, evidence, parameters))
-
-
-class FrictionSession(BlockSession):
-    """Run the monitor over a recording and collect the contents of a report.
-
-    Args:
-        block: estimator and verdict
-        vehicle: the vehicle that was recorded
-        rate: sampling rate [Hz]
-        acting: function that computes the acting friction torque, for the hysteresis view
-        consistency_remark: remark on the innovations of an estimator whose variance is deliberately set wide, to which
-            the band of a consistent filter does not apply
-    """
-
-    def __init__(
-        self,
-        block: FrictionMonitor,
-        vehicle: Vehicle,
-        rate: float,
-        acting: Acting,
-        consistency_remark: str = "",
-    ):
-        unit = vehicle.torque_unit
-        traces = {
-            "estimate.friction_torque": (VALUES[0], unit),
-            "verdict.statement.deviation": (VALUES[1], unit),
-            "estimate.enabled": ("enabled", ""),
-            "estimate.nis": ("nis", ""),
-            "verdict.ratio": (VALUES[2], ""),
-            "verdict.statement.evidence": (STATISTICS[0], ""),
-            "verdict.fault_sum": (STATISTICS[1], ""),
-        }
-        super().__init__(block, traces, ("verdict.running", STATUSES))
-        self._monitor, self.vehicle, self._acting = block, vehicle, acting
-        self._consistency_remark = consistency_remark
-        self._estimates, self._hysteresis = EstimateOverDrive(rate), HysteresisOverDrive(rate)
-        self._signals, self._gains = SignalsOverDrive(), GainsOverDrive(vehicle, rate)
-        self._consistency = ConsistencyAccumulator()
-        self._start: float | None = None
-        self._last: Result | None = None
-
-    def collect(self, time: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
-        """Collect estimates, acting friction torque and innovations of one piece."""
-        self._start = float(time[0]) if self._start is None else self._start
-        self._last = result.end()
-        self._signals.add(time, signals)
-        if not self.moved:
-            self._gains.add(signals)
-        if not self.pictured:
-            return
-        enabled = result["estimate.enabled"] > 0.5
-        judged = result["verdict.running"] <= code_of(Status.FAULT)
-        self._estimates.add(time, result["estimate.friction_torque"], judged)
-        self._hysteresis.add(time, signals["steering_wheel_angle"], self._acting(signals, result), enabled)
-        present = result["estimate.present"] if "estimate.present" in result.names else np.ones(len(result))
-        self._consistency.add(result["estimate.nis"][enabled], present[enabled])
-
-    def conclude(self) -> Conclusion:
-        """The finding, and further contents of a report."""
-        if self._last is None or self._start is None:
-            raise RuntimeError("a session concludes after at least one piece")
-        verdict = self._monitor.stated(self._last, self._start)
-        known = verdict.estimate is not None
-        if not known:
-            verdict = _with_presence(verdict, self._signals.presence())
-        notes = (Fact("note", each) for each in self._gains.notices())
-        verdict = dataclasses.replace(verdict, facts=(*self._gains.defects(), *verdict.facts, *notes))
-        remarks = {"consistency": self._consistency_remark, "estimate": "" if known else WITHHELD}
-        return Conclusion(
-            verdict,
-            self._estimates.histograms(verdict.since) if known else {},
-            self._hysteresis.views(verdict.since) if known else {},
-            nis_figures(self._consistency.result(), wide=bool(self._consistency_remark)),
-            tuple(tuning_rows(self.block)),
-            self._level() if verdict.status is Status.HEALTHY else None,
-            self._level() if verdict.estimate is not None and verdict.estimate.limits else None,
-            {part: remark for part, remark in remarks.items() if remark},
-            () if known else VALUES,
-            tuple(self.course),
-        )
-
-    def _level(self) -> Baseline | None:
-        """Level of this car that the recording gives; None if it was not learnt."""
-        assert self._last is not None
-        judged = self._last.at(-1).verdict
-        if judged.known_level <= 0.0:
-            return None
-        own, unit = judged.baseline, self.vehicle.torque_unit
-        return Baseline(self.vehicle.name, self._monitor.name, own.level, own.deviation, unit, own.seconds)
-
-
-def _with_presence(verdict: Verdict, found: HysteresisPresence | None) -> Verdict:
-    """Verdict with the result of the hysteresis test, for a friction whose magnitude is withheld."""
-    if found is None:
-        return verdict
-    what = "is present, but its size cannot be estimated" if found.present else "does not stand out from chance"
-    sentence = (
-        f"hysteresis of dry friction {what}: the torques explain {found.share:.0%} of the part of its build-up that "
-        f"angle, rate and lateral acceleration do not explain, and up to {found.chance:.0%} of it for copies shifted "
-        "in time"
-    )
-    figures = {"hysteresis_share": found.share, "hysteresis_by_chance_share": found.chance}
-    because = (*verdict.because, Fact("hysteresis", sentence))
-    return dataclasses.replace(verdict, because=because, evidence={**verdict.evidence, **figures})
-
-
-def acting_by_build_up(signals: Mapping[str, np.ndarray], result: Result) -> np.ndarray:
-    """Acting friction: the friction modelled by the pre-sliding estimator plus the residual of the balance."""
-    modelled = result["estimate.friction_torque"] * result["estimate.build_up"]
-    acting: np.ndarray = modelled + result["estimate.innovation"]
-    return acting

@@ -140,7 +140,7 @@ BASELINE = tuple(
         distance=f"friction over {ratio:g} times the car's baseline, less one, in standard deviations of a fault-free "
         f"car's estimate ({TUNING.wander:g}), times the sample time in seconds",
         rule=TUNING.alarm,
-        place="block.verdict.alarm",
+        place="",
         mean_time_between_false_alarms=mean,
         demonstrated=Demonstrated(6.8),
         source="24 drives in wind, ruts and banked bends, extrapolated; false alarms are rarer on other roads; hours "
@@ -163,9 +163,9 @@ ABSOLUTE = tuple(
         rule=OwnRule(
             "the same cumulative sum, for friction less one standard deviation; 1.2 times nominal is 3.8 standard "
             "deviations away",
-            {"tuning.confidence": 1.0, "tuning.gain_deviation": 0.08, "tuning.excess": TUNING.excess},
+            {"confidence": 1.0, "gain_deviation": 0.08, "excess": TUNING.excess},
         ),
-        place="block.verdict",
+        place="",
         mean_time_between_false_alarms=mean,
         demonstrated=Demonstrated(152.0, 1),
         source="Gaussian gain errors of 8 %; cars of the virtual fleet, whose estimates scatter by 7.6 to 8.5 %",
@@ -176,6 +176,3 @@ ABSOLUTE = tuple(
     )
     for name, mean, statistic in (("rising", 13_900.0, STATISTICS[0]), ("fault", None, STATISTICS[1]))
 )
-
-DECISIONS = (*BASELINE, *ABSOLUTE)
-"""Decisions of every variant with the running verdict: rising and fault, by baseline and by vehicle file."""

@@ -14,7 +14,8 @@ from tierod.core.graph.maths import all_of, any_of, both, either, maximum, minim
 from tierod.core.statement import Statement, code_of
 from tierod.methods.detectors import Cusum
 from tierod.monitors.friction.signals import SAMPLE_TIME
-from tierod.monitors.friction.thresholds import AlarmTuning
+from tierod.monitors.friction.thresholds import ABSOLUTE, BASELINE, AlarmTuning
+from tierod.monitors.harness.decision import decides, declared
 from tierod.vehicles import Vehicle
 from tierod.vehicles.uncertain import torque_gain_deviation
 
@@ -247,14 +248,14 @@ class FrictionVerdict:
     """
 
     limits: FrictionLimits | None
-    tuning: AlarmTuning = field(default_factory=AlarmTuning)
+    tuning: AlarmTuning = field(default_factory=AlarmTuning, metadata=decides(*ABSOLUTE))
     sample_time: Annotated[float, "s"] = SAMPLE_TIME
     learnt_level: Annotated[float | None, "N*m"] = None
     learnt_deviation: Annotated[float, "N*m"] = 0.0
     rising_deviation: Annotated[float, "N*m"] = 0.0
     fault_deviation: Annotated[float, "N*m"] = 0.0
     gain_given: bool = False
-    alarm: Cusum = field(init=False, repr=False)
+    alarm: Cusum = field(init=False, repr=False, metadata=decides(*BASELINE))
 
     Sample = VerdictSample
 
@@ -537,3 +538,7 @@ def _withheld_status(obstacles: Obstacles, figures: FrictionFigures, otherwise: 
     for name, there in reversed(list(zip(Obstacles._fields, obstacles, strict=True))):
         status = where(there > 0.5, early.get(name, code_of(Status.NOT_IDENTIFIABLE)), status)
     return status
+
+
+DECISIONS = declared(FrictionVerdict, "block.verdict")
+"""Decisions of every variant with the running verdict: rising and fault, by vehicle file and by baseline."""

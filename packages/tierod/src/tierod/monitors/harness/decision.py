@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from operator import attrgetter
 from typing import Any, Literal
 
@@ -67,7 +67,8 @@ class Decision:
         name: name of the decision
         distance: statistic of the rule, and its unit
         rule: block of `tierod.methods.detectors` that decides, with its threshold, or `OwnRule`
-        place: path of the rule in a session by attributes ("block.verdict.alarm"); "" for the session itself
+        place: path of the rule in a session by attributes ("block.verdict.alarm"); "" for the session itself, and
+            before `declared` has set it
         mean_time_between_false_alarms: design value [unit]; None if only `demonstrated` is known
         demonstrated: observations on fault-free data; None without observations
         source: where the design and its measurement are documented
@@ -143,6 +144,20 @@ class Decision:
             for name, there in found.items()
             if not (isinstance(there, float | int) and math.isclose(there, self.rule.values[name], rel_tol=1e-9))
         )
+
+
+def decides(*decisions: Decision) -> Mapping[str, Any]:
+    """Metadata of the field of a block that holds a rule or its thresholds: the decisions that it makes."""
+    return {"decisions": decisions}
+
+
+def declared(kind: type, place: str) -> tuple[Decision, ...]:
+    """Decisions that the fields of a block declare by `decides`, for a block at this path in its session."""
+    return tuple(
+        replace(decision, place=f"{place}.{each.name}")
+        for each in fields(kind)
+        for decision in each.metadata.get("decisions", ())
+    )
 
 
 def _reached(part: Any, name: str) -> Any:

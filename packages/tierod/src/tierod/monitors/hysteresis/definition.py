@@ -18,7 +18,8 @@ from tierod.io.readings import LOUD, USUAL, scatter
 from tierod.methods.detectors.rule_design import alarms_at
 from tierod.methods.identification.hysteresis import HysteresisFriction, HysteresisIdentification, Support
 from tierod.methods.identification.lock_to_lock import Noise
-from tierod.monitors.friction.facts import SMALLEST_NOMINAL, TOO_LOW
+from tierod.monitors.friction.facts import SMALLEST_NOMINAL
+from tierod.monitors.friction.sentences import TOO_LOW
 from tierod.monitors.harness.baseline import Baseline
 from tierod.monitors.harness.session import Conclusion, Monitor, Session, Variant
 from tierod.monitors.harness.verdict import Obstacle, withheld
