@@ -9,10 +9,10 @@ from functools import lru_cache
 import numpy as np
 
 from tierod.core.recording import Aligned
-from tierod.monitors.friction.signals import FrictionSample
 from tierod_lab.ground import EpsCar, FrictionCourse, SensorSet, SingleTrack, drive
 from tierod_lab.ground.drives import CHANNELS
 from tierod_lab.ground.steering.friction_laws import Dahl
+from tierod_lab.papers.friction.refined import FrictionSample
 
 THIN_AIR = 1e12
 """Pressure of a tyre that does not scrub [Pa]."""

@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from tierod.monitors.friction.torque_gains import GainsOverDrive
+from tierod.monitors.friction.evidence import GainsOverDrive
 from tierod.monitors.registry import MONITORS
 from tierod.vehicles import load
 from tierod_lab.ground import FrictionCourse, drive

@@ -11,7 +11,7 @@ from monitors.friction.drives import driven, enabled_seconds
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
 from tierod.models.friction_estimation import FrictionEstimation
-from tierod.monitors.friction.signals import FrictionGate, FrictionSample, SteeringSample
+from tierod.monitors.friction.signals import FrictionGate, SteeringSample
 from tierod_lab.ground import FrictionCourse
 from tierod_lab.papers.friction.presets import (
     consistent,
@@ -21,7 +21,7 @@ from tierod_lab.papers.friction.presets import (
     printed_open,
     unscented,
 )
-from tierod_lab.papers.friction.refined import RefinedFrictionMonitor, Sticking
+from tierod_lab.papers.friction.refined import FrictionSample, RefinedFrictionMonitor, Sticking
 
 PRESETS = {"printed": printed, "printed_open": printed_open, "consistent": consistent, "unscented": unscented}
 

@@ -14,11 +14,8 @@ from tierod.models.friction_estimation import (
     SmoothFrictionEstimation,
     SmoothFrictionParameters,
 )
-from tierod.monitors.friction.signals import (
-    FrictionSample,
-)
 from tierod_lab.methods.unscented import UnscentedFilter
-from tierod_lab.papers.friction.refined import OperatingPoint, RefinedFrictionMonitor, Sticking
+from tierod_lab.papers.friction.refined import FrictionSample, OperatingPoint, RefinedFrictionMonitor, Sticking
 
 VirtualNoise = Literal["scaled by sample time", "per sample"]
 CovarianceUpdate = Literal["printed", "schmidt"]

@@ -14,17 +14,61 @@ from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.methods.estimators.shapes import Belief
 from tierod.methods.filters import EachSignal
 from tierod.models.friction_estimation import FrictionEstimation, FrictionParameters
-from tierod.monitors.friction.signals import (
-    FrictionEstimate,
-    FrictionGate,
-    FrictionSample,
-    Innovation,
-    InnovationVariance,
-    SteeringSample,
-)
+from tierod.monitors.friction.signals import FrictionGate, SteeringSample
 from tierod.monitors.friction.verdict import VerdictSample
 
 OperatingPoint = Literal["measurement", "estimate"]
+
+
+class FrictionSample(NamedTuple):
+    """Six signals of one sample, as printed, without the vehicle speed; NaN where one is missing."""
+
+    steering_wheel_angle: Annotated[float, "rad"]
+    steering_wheel_rate: Annotated[float, "rad/s"]
+    driver_torque: Annotated[float, "N*m"]
+    motor_torque: Annotated[float, "N*m"]
+    yaw_rate: Annotated[float, "rad/s"]
+    lateral_acceleration: Annotated[float, "m/s**2"]
+
+
+class Innovation(NamedTuple):
+    """Measured less predicted value, NaN where not measured."""
+
+    steering_wheel_angle: Annotated[float, "rad"]
+    steering_wheel_rate: Annotated[float, "rad/s"]
+    yaw_rate: Annotated[float, "rad/s"]
+
+
+class InnovationVariance(NamedTuple):
+    """Variance of each innovation, as predicted by the filter."""
+
+    steering_wheel_angle: Annotated[float, "rad**2"]
+    steering_wheel_rate: Annotated[float, "rad**2/s**2"]
+    yaw_rate: Annotated[float, "rad**2/s**2"]
+
+
+class FrictionEstimate(NamedTuple):
+    """Output of the refined monitor after a sample.
+
+    Args:
+        friction_torque: friction torque at the steering wheel axis
+        friction_deviation: standard deviation computed by the filter; the true error is 5 to 20 times larger in the
+            printed tuning, since Q contains no errors of the friction model
+        enabled: 1 where the sample corrected the friction torque
+        self_aligning_torque: self-aligning torque about the kingpins
+        innovation, innovation_variance: innovations of the three measurements, and their variances
+        nis: normalised innovation squared over the measurements that were present
+        present: number of present measurements
+    """
+
+    friction_torque: Annotated[float, "N*m"]
+    friction_deviation: Annotated[float, "N*m"]
+    enabled: Annotated[float, ""]
+    self_aligning_torque: Annotated[float, "N*m"]
+    innovation: Innovation
+    innovation_variance: InnovationVariance
+    nis: Annotated[float, ""]
+    present: Annotated[float, ""]
 
 
 @dataclass(frozen=True)

@@ -26,11 +26,10 @@ from tierod.methods.analysis.consistency import ConsistencyAccumulator
 from tierod.methods.identification.hysteresis_presence import HysteresisPresence
 from tierod.models.friction_estimation import FrictionParameters
 from tierod.monitors.friction.estimator import PreslidingFrictionFilter
-from tierod.monitors.friction.evidence import EstimateOverDrive, HysteresisOverDrive, SignalsOverDrive
+from tierod.monitors.friction.evidence import EstimateOverDrive, GainsOverDrive, HysteresisOverDrive, SignalsOverDrive
 from tierod.monitors.friction.facts import FrictionRun, verdict_of_run
 from tierod.monitors.friction.signals import SAMPLE_TIME
 from tierod.monitors.friction.thresholds import STATISTICS, TUNING
-from tierod.monitors.friction.torque_gains import GainsOverDrive
 from tierod.monitors.friction.verdict import DECISIONS, FrictionVerdict, JudgedFriction, VerdictSample
 from tierod.monitors.harness.baseline import Baseline
 from tierod.monitors.harness.session import BlockSession, Conclusion, Monitor, Session, Variant, tuning_rows

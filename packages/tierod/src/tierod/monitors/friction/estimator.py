@@ -182,15 +182,6 @@ class ColumnMotion(NamedTuple):
 
 
 def column_motion(clean: ConditionedSteering, stiffness: Scalar, sample_time: Any) -> ColumnMotion:
-    """Motion of the steering wheel less the twist of the torsion bar.
-
-    Angle and torque have passed the same low-pass and the same difference, so that twist and angle have equal delay.
-
-    Args:
-        clean: conditioned signals
-        stiffness: stiffness of the bar [N*m/rad]; infinite for a rigid one
-        sample_time: time between two samples [s]
-    """
     signals = clean.signals
     twist_rate = torsion_bar_twist(clean.driver_torque_rate, stiffness)
     return ColumnMotion(
@@ -206,12 +197,7 @@ ROLLING_SPEED = 3.0
 
 
 def reference_load(p: FrictionParameters, lever: Scalar) -> Scalar:
-    """Torque of the road at the steering wheel [N*m] for which friction is stated.
-
-    Args:
-        p: parameters of the vehicle
-        lever: lever of the front axle load about the kingpins [m]
-    """
+    """Torque of the road at the steering wheel [N*m] for which friction is stated."""
     load = front_axle_load(p.mass, p.front_distance, p.rear_distance)
     return torque_at_steering_wheel(lever * load, p.steering_ratio)
 
@@ -263,16 +249,7 @@ def regressors(
     parameters: FrictionParameters,
     reference_load: Scalar,
 ) -> Regressors:
-    """Both sides of the balance before the low-pass.
-
-    Args:
-        clean: conditioned signals
-        column: motion below the torsion bar
-        laws: build-up of friction, exponent 1/2, 1 and 2
-        mean: estimated coefficients, which determine the load of the gear
-        parameters: parameters of the vehicle
-        reference_load: road torque for which friction is stated [N*m]
-    """
+    """Both sides of the balance before the low-pass."""
     signals = clean.signals
     road = road_torques(clean, column, parameters)
     finite, exponential, long = laws
@@ -296,13 +273,7 @@ def regressors(
 
 
 def road_torques(clean: ConditionedSteering, column: ColumnMotion, p: FrictionParameters) -> RoadTorques:
-    """Torques of tyres and weight at the steering wheel; they oppose a turn to the left.
-
-    Args:
-        clean: conditioned signals
-        column: motion below the torsion bar
-        p: parameters of the vehicle
-    """
+    """Torques of tyres and weight at the steering wheel; they oppose a turn to the left."""
     signals = clean.signals
     steer = road_wheel_angle(column.angle, p.steering_ratio)
     across = front_force_from_motion(
@@ -512,7 +483,6 @@ class PreslidingFrictionFilter:
         return cls(parameters, conditioning=SteeringConditioning(sample_time), gate=_gate(driver_torque))
 
     def init(self) -> State:
-        """State before the first sample: the priors."""
         tuning = self.tuning
         mean = Coefficients(
             finite=0.0,
@@ -535,7 +505,6 @@ class PreslidingFrictionFilter:
         )
 
     def step(self, state: State, sample: SteeringSample) -> tuple[State, FrictionTorque]:
-        """Process one sample."""
         conditioning, clean = self.conditioning.step(state.conditioning, sample)
         column = column_motion(clean, self.parameters.torsion_bar_stiffness, self.conditioning.sample_time)
         angle = exp(state.mean.log_dahl_angle)

@@ -24,66 +24,10 @@ class SteeringSample(NamedTuple):
     vehicle_speed: Annotated[float, "m/s"]
 
 
-class FrictionSample(NamedTuple):
-    """Six signals of one sample, as printed, without the vehicle speed; NaN where one is missing."""
-
-    steering_wheel_angle: Annotated[float, "rad"]
-    steering_wheel_rate: Annotated[float, "rad/s"]
-    driver_torque: Annotated[float, "N*m"]
-    motor_torque: Annotated[float, "N*m"]
-    yaw_rate: Annotated[float, "rad/s"]
-    lateral_acceleration: Annotated[float, "m/s**2"]
-
-
-class Innovation(NamedTuple):
-    """Measured less predicted value, NaN where not measured."""
-
-    steering_wheel_angle: Annotated[float, "rad"]
-    steering_wheel_rate: Annotated[float, "rad/s"]
-    yaw_rate: Annotated[float, "rad/s"]
-
-
-class InnovationVariance(NamedTuple):
-    """Variance of each innovation, as predicted by the filter."""
-
-    steering_wheel_angle: Annotated[float, "rad**2"]
-    steering_wheel_rate: Annotated[float, "rad**2/s**2"]
-    yaw_rate: Annotated[float, "rad**2/s**2"]
-
-
-class FrictionEstimate(NamedTuple):
-    """Output of the refined monitor after a sample.
-
-    Args:
-        friction_torque: friction torque at the steering wheel axis
-        friction_deviation: standard deviation computed by the filter; the true error is 5 to 20 times larger in the
-            printed tuning, since Q contains no errors of the friction model
-        enabled: 1 where the sample corrected the friction torque
-        self_aligning_torque: self-aligning torque about the kingpins
-        innovation, innovation_variance: innovations of the three measurements, and their variances
-        nis: normalised innovation squared over the measurements that were present
-        present: number of present measurements
-    """
-
-    friction_torque: Annotated[float, "N*m"]
-    friction_deviation: Annotated[float, "N*m"]
-    enabled: Annotated[float, ""]
-    self_aligning_torque: Annotated[float, "N*m"]
-    innovation: Innovation
-    innovation_variance: InnovationVariance
-    nis: Annotated[float, ""]
-    present: Annotated[float, ""]
-
-
 class GateConditions(NamedTuple):
     """Conditions of the gate one by one, so that a verdict can name the one that kept it closed.
 
-    Args:
-        hands_on: the driver's torque is large enough
-        same_direction: driver and motor pull the same way
-        moving: the steering wheel turns fast enough for friction to have a direction
-        not_too_fast: the steering wheel turns slowly enough for the filter to follow
-        rolling: the vehicle is fast enough; the Python value True where no minimum speed is set
+    `rolling` is the Python value True where no minimum speed is set.
     """
 
     hands_on: Scalar
@@ -119,21 +63,13 @@ class FrictionGate:
     def opened(
         self, driver_torque: Scalar, motor_torque: Scalar, steering_wheel_rate: Scalar, vehicle_speed: Scalar = 0.0
     ) -> Scalar:
-        """Whether the sample enables the estimate of friction; a missing signal closes the gate.
-
-        Args:
-            driver_torque: torque at the steering wheel [N m]
-            motor_torque: torque at the motor shaft, same sign convention [N m]
-            steering_wheel_rate: rate of the steering wheel [rad/s]
-            vehicle_speed: speed of the vehicle [m/s]; unused where minimum_speed is None
-        """
+        """Whether the sample enables the estimate of friction; a missing signal closes the gate."""
         *worked, rolling = self.conditions(driver_torque, motor_torque, steering_wheel_rate, vehicle_speed)
         return all_of(*worked) if rolling is True else all_of(*worked, rolling)
 
     def conditions(
         self, driver_torque: Scalar, motor_torque: Scalar, steering_wheel_rate: Scalar, vehicle_speed: Scalar = 0.0
     ) -> GateConditions:
-        """The conditions of `opened` one by one, for the same arguments."""
         rate = absolute(steering_wheel_rate)
         return GateConditions(
             hands_on=absolute(driver_torque) > self.minimum_driver_torque,
@@ -194,27 +130,16 @@ class AngleObserver:
     half_width: Annotated[float, "rad"] = 0.0
 
     class State(NamedTuple):
-        """Integral, output of the play, and rate of the previous sample."""
-
         integral: Scalar
         angle: Scalar
         rate: Scalar
 
     def init(self) -> State:
-        """State before the first sample: straight ahead, at rest."""
         return self.State(0.0, 0.0, 0.0)
 
     def step(
         self, state: State, angle: Scalar, rate: Scalar, restart: Scalar, sample_time: Any
     ) -> tuple[State, Scalar]:
-        """Process one sample: the next state and the increment of the angle [rad].
-
-        Args:
-            angle: measured angle [rad]
-            rate: measured rate [rad/s]
-            restart: whether to start again at the measured angle
-            sample_time: time between two samples [s]
-        """
         share = share_reached(sample_time / self.correction_time)
         predicted = state.integral + 0.5 * sample_time * (rate + state.rate)
         integral = where(restart, angle, predicted + share * (angle - predicted))
@@ -252,9 +177,6 @@ class SteeringConditioning:
     Sample = SteeringSample
 
     class State(NamedTuple):
-        """State of hold and low-pass, last valid signals, rate of the driver's torque, state of the angle observer, and
-        time since a gap [s]."""
-
         hold: Any
         low_pass: Any
         signals: SteeringSample
@@ -267,12 +189,10 @@ class SteeringConditioning:
         object.__setattr__(self, "low_pass", Butterworth(SteeringSample, self.sample_time, 0.0, self.cutoff))
 
     def init(self) -> State:
-        """State before the first sample."""
         zeros = SteeringSample(*[0.0] * len(SteeringSample._fields))
         return self.State(self.hold.init(), self.low_pass.init(), zeros, 0.0, self.angle.init(), -self.sample_time)
 
     def step(self, state: State, sample: SteeringSample) -> tuple[State, ConditionedSteering]:
-        """Process one sample."""
         sample = map_leaves(lambda value: where(absolute(value) < _LARGEST, value, math.inf), sample)
         now_present = all_of(*(present(value) for value in values_of(sample)))
         hold, held = self.hold.step(state.hold, sample)

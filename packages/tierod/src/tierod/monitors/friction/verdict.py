@@ -293,7 +293,6 @@ class FrictionVerdict:
         return cls(limits, tuning, sample_time, learnt_level, learnt_deviation, rising, fault, gain.given)
 
     def init(self) -> State:
-        """State before the first sample, with nothing learnt but the given baseline."""
         own = LearntBaseline(0.0, 0.0, 0.0)
         if self.learnt_level is not None:
             own = LearntBaseline(self.learnt_level, self.learnt_deviation, self.tuning.learning_time)
@@ -304,7 +303,6 @@ class FrictionVerdict:
         return self.State(own, (start, start, start, start), Onset(-1.0, -1.0, 0.0, 0.0), figures)
 
     def step(self, state: State, sample: VerdictSample) -> tuple[State, JudgedFriction]:
-        """Process one sample."""
         friction, deviation = sample.friction_torque, sample.friction_deviation / sample.misfit
         figures = self._count(state.figures, sample)
         obstacles = self._obstacles(figures, sample)
@@ -460,13 +458,7 @@ class FrictionVerdict:
         return level if self.learnt_level is None else level + self.tuning.confidence * self.learnt_deviation
 
     def _learn(self, own: LearntBaseline, friction: Scalar, deviation: Scalar, fault_free: Scalar) -> LearntBaseline:
-        """Update the baseline: a mean, frozen while friction is suspicious and once enough is learnt.
-
-        Args:
-            own: baseline so far
-            friction, deviation: friction and its standard deviation in this sample [N*m]
-            fault_free: whether friction is judged and may lie below the absolute limit
-        """
+        """Update the baseline: a mean, frozen while friction is suspicious and once enough is learnt."""
         tuning = self.tuning
         unsuspicious = either(
             own.seconds < tuning.shortest_learning, friction < (1.0 + tuning.learning_tolerance) * own.level

@@ -15,7 +15,7 @@ from tierod.methods.detectors.rule_design import RuleDesign, alarms_at
 from tierod.methods.detectors.stopping_rules import HoldRule
 from tierod.methods.identification.hysteresis import HysteresisFriction
 from tierod.methods.identification.lock_to_lock import noise_left, noise_of, smoothed
-from tierod.monitors.friction.torque_gains import BOTH, AssistCharacteristic, GainLimits
+from tierod.monitors.friction.evidence import BOTH, AssistCharacteristic, GainLimits
 from tierod.monitors.harness.baseline import Baseline
 from tierod.monitors.harness.decision import Decision, Demonstrated
 from tierod.physics.assist import assist_torque
