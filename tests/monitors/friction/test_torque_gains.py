@@ -37,7 +37,7 @@ def test_each_gain_is_found_beside_the_other(signals, driver, motor):
     gains = after(scaled)
     assert gains.found().driver == pytest.approx(driver * fault_free.driver, rel=0.2)
     assert gains.found().motor == pytest.approx(motor * fault_free.motor, rel=0.2)
-    named = {name for defect in gains.defects() for name in defect.names}
+    named = {name for defect in gains.defects() for name in defect.rests_on}
     wrong = {name for name, gain in (("driver_torque", driver), ("motor_torque", motor)) if gain != 1.0}
     assert named == wrong
 
@@ -104,8 +104,8 @@ def test_a_gain_or_a_zero_that_creeps_is_named_though_the_map_is_a_guess(long_dr
     wide = dataclasses.replace(known.parameters["assist_linear_gain"], standard_deviation=0.6)
     guessed = dataclasses.replace(known, parameters={**known.parameters, "assist_linear_gain": wide})
     (defect,) = after(long_drive | {name: creeping(long_drive[name], gain, offset)}, guessed).defects()
-    assert name in defect.names
-    assert "at the beginning of the drive for the same driver_torque" in defect.sentence
+    assert name in defect.rests_on
+    assert "at the beginning of the drive for the same driver_torque" in defect.cause
 
 
 def test_friction_that_doubles_changes_no_relation_of_the_torques(long_drive):

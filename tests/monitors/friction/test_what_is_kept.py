@@ -41,4 +41,4 @@ def test_within_the_spread_the_verdict_is_the_same(recording, name):
     assert moved.verdict.status is alone.verdict.status
     assert moved.verdict.estimate == alone.verdict.estimate
     assert moved.elements == alone.elements
-    assert not moved.defects
+    assert not any(each.doubts for each in moved.verdict.facts)
