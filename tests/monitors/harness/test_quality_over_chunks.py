@@ -5,7 +5,7 @@ import pytest
 
 from tierod.core.errors import InputError
 from tierod.core.recording import Channel, Recording
-from tierod.io.quality import channel_quality
+from tierod.io.quality import Figures
 from tierod.monitors.harness.quality_over_chunks import Qualities, QualityOverChunks, Shared
 
 
@@ -57,10 +57,8 @@ def test_a_signal_without_a_sample_is_refused_in_a_sentence():
 
 def test_what_several_look_at_is_examined_once(monkeypatch):
     examined = []
-    monkeypatch.setattr(
-        "tierod.monitors.harness.quality_over_chunks.channel_quality",
-        lambda channel, pace: examined.append(channel.name) or channel_quality(channel, pace=pace),
-    )
+    of = Figures.of
+    monkeypatch.setattr(Figures, "of", lambda channel, pace: examined.append(channel.name) or of(channel, pace))
     time, values = piece(0.0)
     recording = Recording({name: Channel(name, time, values, "m/s") for name in ("vehicle_speed", "other")})
     qualities, collectors = Qualities(), [QualityOverChunks(["vehicle_speed"]), QualityOverChunks(recording.names)]

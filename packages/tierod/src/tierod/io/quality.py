@@ -1,9 +1,9 @@
-"""Quality of recorded data, judged for each channel by itself."""
+"""Quality of recorded data, channel by channel: figures of stretches, which join to those of the whole."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -17,126 +17,196 @@ from tierod.core.signals import SIGNALS
 from tierod.io.readings import LEAST_RATE, held_remark, median_rate, rows_per_reading, too_slow
 from tierod.methods.running import OuterLevels, piles_up
 
-
-@dataclass(frozen=True)
-class QualityLimits:
-    """Limits beyond which a channel deserves a remark."""
-
-    slow: Annotated[float, "Hz"] = LEAST_RATE
-    gap: Annotated[float, "s"] = 0.1  # pause [s] that counts as a gap; ten missed messages of a 10 ms bus
-    missing: Annotated[float, ""] = 0.01  # share of missing samples that deserves a remark
-    # time [s] at the extreme value that indicates a saturated sensor, not driving
-    saturation: Annotated[float, "s"] = 0.3
-    saturation_samples: int = 10  # smallest number of equal samples in that time
-    steps: int = 50  # number of distinct values below which the quantisation deserves a remark
-
-
-LIMITS = QualityLimits()
-
-# Multiple of the plausible range that not even a faulty sensor exceeds [-]; degrees taken for radians stay below
-IMPOSSIBLE = 10.0
-
-# Time before and after a run at the extreme over which the change is taken [s]: a hand stops a wheel in 0.3 s
-APPROACH = 0.1
-
-
-_MISSING, _GAP, _PLAUSIBLE = "% of the samples are missing", "the longest gap lasts", "leaves the plausible"
-
-
-def mean_rate(time: np.ndarray) -> float:
-    """Mean sampling rate over the whole span [Hz]; NaN with fewer than two stamps."""
-    span = time[-1] - time[0] if len(time) > 1 else 0.0
-    return float((len(time) - 1) / span) if span > 0.0 else float("nan")
+# Limits beyond which a channel deserves a remark.
+LONG_GAP = 0.1  # [s]; ten missed messages of a 10 ms bus
+MANY_MISSING = 0.01  # share of missing samples
+SATURATED, SATURATED_SAMPLES = 0.3, 10  # time [s] at the extreme that indicates saturation, not driving; least samples
+FEW_LEVELS = 50  # number of distinct values below which the quantisation deserves a remark
+IMPOSSIBLE = 10.0  # multiple of the plausible range that no faulty sensor exceeds; degrees taken for radians stay below
+APPROACH = 0.1  # time before and after a run at the extreme over which the change is taken [s]: a hand needs 0.3 s
 
 
 class Pace(NamedTuple):
-    """Sampling pace of a set of time stamps."""
+    """Sampling pace of a set of time stamps; NaN with fewer than two."""
 
-    rate: Annotated[float, "Hz"]  # rate from the median sampling interval [Hz]
-    mean: Annotated[float, "Hz"]  # mean rate over the whole span [Hz]
-    gap: Annotated[float, "s"]  # longest interval [s]; NaN with fewer than two stamps
+    rate: Annotated[float, "Hz"]  # from the median sampling interval
+    span: Annotated[float, "s"]
+    gap: Annotated[float, "s"]  # longest interval
 
     @classmethod
     def of(cls, time: np.ndarray) -> Pace:
-        """The pace of time stamps [s], (n,)."""
-        gap = float(np.diff(time).max()) if len(time) > 1 else float("nan")
-        return cls(median_rate(time), mean_rate(time), gap)
+        several = len(time) > 1
+        gap = float(np.diff(time).max()) if several else math.nan
+        return cls(median_rate(time), float(time[-1] - time[0]) if several else 0.0, gap)
 
 
-def channel_quality(channel: Channel, limits: QualityLimits = LIMITS, pace: Pace | None = None) -> ChannelQuality:
+class Saturation(NamedTuple):
+    end: str  # "upper" or "lower"
+    samples: int  # in a row
+    extreme: float
+
+
+@dataclass(frozen=True)
+class Figures:
+    """Figures of a channel over one stretch, or over several that are joined."""
+
+    name: str
+    unit: str
+    source: str
+    note: str
+    samples: int
+    missing: int
+    begin: float  # first and last stamp [s]
+    end: float
+    pace: Pace  # the span without pauses between the stretches
+    gap: float  # longest interval between samples that are not missing [s]
+    least: float
+    most: float
+    levels: np.ndarray | None  # distinct values; None where there are many
+    saturations: tuple[Saturation, ...]
+
+    @classmethod
+    def of(cls, channel: Channel, pace: Pace | None = None) -> Figures:
+        """Figures of a stretch, whose pace may be known from another channel with the same stamps."""
+        time, values = channel.time, channel.values
+        pace = pace or Pace.of(time)
+        good = np.isfinite(values)
+        seen, gap = (values, pace.gap) if good.all() else (values[good], math.nan)
+        if len(seen) < len(values) and len(seen) > 1:
+            gap = float(np.diff(time[good]).max())
+        least, most = (float(seen.min()), float(seen.max())) if len(seen) else (math.nan, math.nan)
+        residue = residue_between(least, most) if len(seen) else 0.0
+        levels = None
+        # A signal with many distinct values shows them at the beginning; then not all samples need to be sorted.
+        if len(levels_of(seen[: 4 * FEW_LEVELS], residue)[0]) < FEW_LEVELS:
+            levels = _few(levels_of(seen, residue)[0])
+        begin, end = (float(time[0]), float(time[-1])) if len(time) else (math.nan, math.nan)
+        about = (channel.name, channel.unit, channel.source, channel.note, len(values), len(values) - len(seen))
+        saturations = _saturations(seen, (least, most), _mean(len(values), pace.span)) if most - least > residue else ()
+        return cls(*about, begin, end, pace, gap, least, most, levels, saturations)
+
+    def joined(self, after: Figures) -> Figures:
+        """The figures with those of the next stretch."""
+        if not after.samples:
+            return replace(self, note=after.note)
+        if not self.samples:
+            return after
+        pause, span = after.begin - self.end, self.pace.span + after.pace.span
+        weight = after.pace.span / span if span > 0.0 else 0.5
+        rates = [each.pace.rate for each in (self, after) if math.isfinite(each.pace.rate)]
+        # Single samples so far apart that each is a stretch of its own: the pause between them is the interval.
+        rates = rates or [1.0 / pause if pause > 0.0 else math.nan]
+        rate = (1.0 - weight) * rates[0] + weight * rates[1] if len(rates) == 2 else rates[0]
+        gap = float(np.fmax(np.fmax(self.gap, after.gap), pause))
+        least, most = float(np.fmin(self.least, after.least)), float(np.fmax(self.most, after.most))
+        levels = None
+        if self.levels is not None and after.levels is not None:
+            residue = residue_between(least, most) if math.isfinite(least) else 0.0
+            levels = _few(levels_of(np.concatenate([self.levels, after.levels]), residue)[0])
+        return replace(
+            after,
+            samples=self.samples + after.samples,
+            missing=self.missing + after.missing,
+            begin=self.begin,
+            pace=Pace(rate, span, gap),
+            gap=gap,
+            least=least,
+            most=most,
+            levels=levels,
+            saturations=(*self.saturations, *after.saturations),
+        )
+
+    @property
+    def missing_share(self) -> float:
+        return self.missing / self.samples if self.samples else 1.0
+
+    @property
+    def constant(self) -> bool:
+        return self.most - self.least <= residue_between(self.least, self.most)
+
+    def quality(self, rows: float = 1.0) -> ChannelQuality:
+        """Quality with its remarks; `rows` is the number of rows that repeat one reading."""
+        return ChannelQuality(
+            self.name,
+            self.unit,
+            self.source,
+            self.samples,
+            self.pace.rate,
+            self.missing_share,
+            self.gap,
+            self.least,
+            self.most,
+            (*self._remarks(rows), *([self.note] if self.note else ())),
+        )
+
+    def _remarks(self, rows: float) -> list[str]:
+        if not self.samples:
+            return ["holds no samples"]
+        if self.missing == self.samples:
+            return ["every sample is missing: check the sensor and the channel map"]
+        mean = _mean(self.samples, self.pace.span)
+        remarks = self._of_rate(mean)
+        if self.missing_share > MANY_MISSING:
+            remarks.append(f"{100.0 * self.missing_share:.3g} % of the samples are missing")
+        if self.gap > max(LONG_GAP, 3.0 / mean if mean > 0.0 else 0.0):
+            remarks.append(f"the longest gap lasts {f'{self.gap:.3g}' if self.gap < 1000.0 else f'{self.gap:.0f}'} s")
+        remarks += filter(None, [self.implausible()])
+        if self.constant:
+            value = in_words(self.least, self.unit, 6)
+            several = self.samples - self.missing > 1
+            remarks.append(f"constant at {value} throughout" if several else "holds a single sample")
+        else:
+            remarks += self._of_levels()
+        return [*remarks, *([held_remark(self.pace.rate, rows)] if rows > 1.0 else ())]
+
+    def _of_rate(self, mean: float) -> list[str]:
+        rate, remarks = self.pace.rate, []
+        if too_slow(rate, LEAST_RATE):
+            remarks.append(
+                f"{rate:.3g} Hz is too slow for a steering monitor, which needs {LEAST_RATE:g} Hz: record faster"
+            )
+        if rate > 5.0 * mean and self.gap < 1.0:
+            remarks.append(
+                f"samples arrive in bursts ({mean:.3g} Hz on average, {rate:.3g} Hz within one): in Python, "
+                "space them evenly with Recording.retime(period)"
+            )
+        return remarks
+
+    def _of_levels(self) -> list[str]:
+        remarks, residue = [], residue_between(self.least, self.most)
+        for end, extreme in (("upper", self.most), ("lower", self.least)):
+            runs_there = [
+                each for each in self.saturations if each.end == end and abs(each.extreme - extreme) <= residue
+            ]
+            if runs_there:
+                samples = max(each.samples for each in runs_there)
+                value = in_words(extreme, self.unit, 4)
+                remarks.append(f"saturated: {samples} samples in a row at the {end} end, {value}")
+        if self.levels is not None and len(self.levels) > 1:
+            apart = in_words(float(np.diff(self.levels).min()), self.unit)
+            remarks.append(f"coarse: {len(self.levels)} distinct values, {apart} apart")
+        return remarks
+
+    def implausible(self) -> str:
+        """A remark on values beyond the plausible range of the signal, as with a wrong unit; "" for none."""
+        known = SIGNALS.get(self.name)
+        if known is None or known.unit != self.unit or not self.most > self.least:
+            return ""
+        low, high = known.plausible
+        if low <= self.least and self.most <= high:
+            return ""
+        first, last, lower, upper = (in_words(value, self.unit, 4) for value in (self.least, self.most, low, high))
+        # A unit that the file or the map states is not called in question.
+        advice = "check sensor, unit and factor"
+        if "unit not given" in self.note:
+            angular = self.unit.startswith("rad") and math.radians(max(-self.least, self.most)) <= max(-low, high)
+            advice = "looks like degrees: check the unit" if angular else "check the unit"
+        return f"{first} to {last} leaves the plausible {lower} to {upper}; {advice}"
+
+
+def channel_quality(channel: Channel) -> ChannelQuality:
     """Rate, gaps, missing share, range and remarks of one channel."""
-    time, values = channel.time, channel.values
-    pace = pace or Pace.of(time)
-    good = np.isfinite(values)
-    seen = values if good.all() else values[good]
-    gap = pace.gap
-    if len(seen) < len(values):
-        gap = float(np.diff(time[good]).max()) if len(seen) > 1 else float("nan")
-    missing = 1.0 - len(seen) / len(values) if len(values) else 1.0
-    least, most = (float(seen.min()), float(seen.max())) if len(seen) else (float("nan"), float("nan"))
-    assumed = assumes_unit(channel.note)
-    remarks = [
-        *_rate_remarks(pace, len(time), gap, len(seen), limits),
-        *figure_remarks(channel.name, channel.unit, missing, gap, pace.mean, (least, most), assumed, limits),
-        *_value_remarks(channel, seen, (least, most), pace.mean, limits),
-        *([held_remark(pace.rate, rows)] if (rows := rows_per_reading(seen)) > 1.0 else ()),
-    ]
-    if channel.note:
-        remarks.append(channel.note)
-    return ChannelQuality(
-        channel.name,
-        channel.unit,
-        channel.source,
-        len(values),
-        pace.rate,
-        missing,
-        gap,
-        least,
-        most,
-        tuple(remarks),
-    )
-
-
-def figure_remarks(
-    name: str,
-    unit: str,
-    missing: float,
-    gap: float,
-    mean: float,
-    extremes: tuple[float, float],
-    assumed: bool,
-    limits: QualityLimits = LIMITS,
-) -> list[str]:
-    """The remarks that follow from summary figures alone, so that they can be made for several pieces together.
-
-    Args:
-        gap: its longest gap [s]
-        mean: its mean rate [Hz]
-        extremes: its smallest and largest value [unit]
-    """
-    if missing == 1.0 or not np.isfinite(extremes).all():
-        return []
-    remarks = []
-    if missing > limits.missing:
-        remarks.append(f"{100.0 * missing:.3g} {_MISSING}")
-    if gap > max(limits.gap, 3.0 / mean if mean > 0.0 else 0.0):
-        remarks.append(f"{_GAP} {gap:.3g} s" if gap < 1000.0 else f"{_GAP} {gap:.0f} s")
-    return remarks + _range_remark(name, unit, *extremes, assumed)
-
-
-def assumes_unit(note: str) -> bool:
-    """Whether a note states that the file gives no unit, so that the signal's unit was assumed."""
-    return "unit not given" in note
-
-
-def follows_from_figures(remark: str) -> bool:
-    """Whether a remark is one of `figure_remarks`."""
-    return any(part in remark for part in (_MISSING, _GAP, _PLAUSIBLE))
-
-
-def is_about_implausible_values(remark: str) -> bool:
-    """Whether a remark states that the values leave the plausible range of their signal."""
-    return _PLAUSIBLE in remark
+    return Figures.of(channel).quality(rows_per_reading(channel.values))
 
 
 def impossible(name: str, values: np.ndarray) -> np.ndarray:
@@ -145,77 +215,30 @@ def impossible(name: str, values: np.ndarray) -> np.ndarray:
     return np.asarray(np.isinf(values) | (size > IMPOSSIBLE * max(map(abs, SIGNALS[name].plausible))))
 
 
-def _rate_remarks(pace: Pace, count: int, gap: float, seen: int, limits: QualityLimits) -> list[str]:
-    if not count:
-        return ["holds no samples"]
-    if not seen:
-        return ["every sample is missing: check the sensor and the channel map"]
-    remarks = []
-    rate, mean, _ = pace
-    if too_slow(rate, limits.slow):
-        remarks.append(
-            f"{rate:.3g} Hz is too slow for a steering monitor, which needs {limits.slow:g} Hz: record faster"
-        )
-    if rate > 5.0 * mean and gap < 1.0:
-        remarks.append(
-            f"samples arrive in bursts ({mean:.3g} Hz on average, {rate:.3g} Hz within one): in Python, "
-            "space them evenly with Recording.retime(period)"
-        )
-    return remarks
+def _mean(samples: int, span: float) -> float:
+    return (samples - 1) / span if span > 0.0 else math.nan
 
 
-def _value_remarks(
-    channel: Channel, seen: np.ndarray, extremes: tuple[float, float], rate: float, limits: QualityLimits
-) -> list[str]:
-    if not len(seen):
-        return []
-    least, most = extremes
-    residue = residue_between(least, most)
-    if most - least <= residue:
-        value = in_words(least, channel.unit, 6)
-        return [f"constant at {value} throughout" if len(seen) > 1 else "holds a single sample"]
-    remarks = []
-    remarks += _saturation_remark(channel, seen, extremes, rate, limits)
-    # A signal with many distinct values shows them at the beginning; then not all samples need to be sorted.
-    first = levels_of(seen[: 4 * limits.steps], residue)[0]
-    if len(first) < limits.steps and 1 < len(values := levels_of(seen, residue)[0]) < limits.steps:
-        apart = in_words(float(np.diff(values).min()), channel.unit)
-        remarks.append(f"coarse: {len(values)} distinct values, {apart} apart")
-    return remarks
+def _few(levels: np.ndarray) -> np.ndarray | None:
+    return levels if len(levels) < FEW_LEVELS else None
 
 
-def _range_remark(name: str, unit: str, least: float, most: float, assumed: bool) -> list[str]:
-    known = SIGNALS.get(name)
-    if known is None or known.unit != unit or least == most:
-        return []
-    low, high = known.plausible
-    if low <= least and most <= high:
-        return []
-    first, last, lower, upper = (in_words(value, unit, 4) for value in (least, most, low, high))
-    # A unit that the file or the map states is not called in question.
-    advice = "check sensor, unit and factor"
-    if assumed:
-        in_degrees = unit.startswith("rad") and math.radians(max(-least, most)) <= max(-low, high)
-        advice = "looks like degrees: check the unit" if in_degrees else "check the unit"
-    return [f"{first} to {last} {_PLAUSIBLE} {lower} to {upper}; {advice}"]
-
-
-def _saturation_remark(
-    channel: Channel, seen: np.ndarray, extremes: tuple[float, float], rate: float, limits: QualityLimits
-) -> list[str]:
-    needed = max(limits.saturation_samples, limits.saturation * rate if rate > 0.0 else 0.0)
+def _saturations(seen: np.ndarray, extremes: tuple[float, float], rate: float) -> tuple[Saturation, ...]:
+    needed = max(SATURATED_SAMPLES, SATURATED * rate if rate > 0.0 else 0.0)
     residue = residue_between(*extremes)
-    remarks = []
-    for end, extreme in (("lower", extremes[0]), ("upper", extremes[1]))[::-1]:
+    found = []
+    for end, extreme in zip(("lower", "upper"), extremes, strict=True):
         at_end = np.abs(seen - extreme) <= residue
-        if np.count_nonzero(at_end) < needed:
+        if np.count_nonzero(at_end) < needed or abs(extreme) <= residue:
             continue
         run = longest_run(at_end)
-        if not (run >= needed and abs(extreme) > residue):
-            continue
-        if _is_clipped(seen, extreme, residue) and _stops_at(seen, at_end, extreme, run, rate, residue):
-            remarks.append(f"saturated: {run} samples in a row at the {end} end, {in_words(extreme, channel.unit, 4)}")
-    return remarks
+        if (
+            run >= needed
+            and _is_clipped(seen, extreme, residue)
+            and _stops_at(seen, at_end, extreme, run, rate, residue)
+        ):
+            found.append(Saturation(end, run, extreme))
+    return tuple(found)
 
 
 def _stops_at(seen: np.ndarray, at_end: np.ndarray, extreme: float, run: int, rate: float, residue: float) -> bool:

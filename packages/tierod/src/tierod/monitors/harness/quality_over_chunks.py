@@ -13,14 +13,7 @@ from tierod.core.recording import Channel, Recording
 from tierod.core.series import Rows
 from tierod.core.shown import in_words
 from tierod.core.signals import SIGNALS
-from tierod.io.quality import (
-    Pace,
-    assumes_unit,
-    channel_quality,
-    figure_remarks,
-    follows_from_figures,
-    is_about_implausible_values,
-)
+from tierod.io.quality import Figures, Pace
 from tierod.io.readings import USUAL, HeldReadings, Noise, held_remark, too_slow
 from tierod.io.signs import COMPARED, sign_warnings, turn_warnings
 from tierod.monitors.harness.pieces import joined
@@ -35,14 +28,13 @@ class Qualities:
     def __init__(self) -> None:
         # The objects are stored with their id: a deleted object could leave its id to a new one.
         self._paces: dict[int, tuple[np.ndarray, Pace]] = {}
-        self._found: dict[int, tuple[Channel, ChannelQuality]] = {}
+        self._found: dict[int, tuple[Channel, Figures]] = {}
 
-    def of(self, channel: Channel) -> ChannelQuality:
-        """Quality of a channel without its note."""
+    def of(self, channel: Channel) -> Figures:
         if id(channel) not in self._found:
             time = channel.time
             _, pace = self._paces.get(id(time)) or self._paces.setdefault(id(time), (time, Pace.of(time)))
-            self._found[id(channel)] = channel, channel_quality(dataclasses.replace(channel, note=""), pace=pace)
+            self._found[id(channel)] = channel, Figures.of(channel, pace)
         return self._found[id(channel)][1]
 
 
@@ -73,11 +65,7 @@ class QualityOverChunks:
 
     def __init__(self, names: Iterable[str]):
         self.names = tuple(names)
-        self.units: dict[str, str] = {}
-        self._rows: dict[str, ChannelQuality] = {}
-        self._notes: dict[str, str] = {}
-        self._spans: dict[str, float] = {}
-        self._last: dict[str, float] = {}
+        self._figures: dict[str, Figures] = {}
         self._reduced = Rows(1 + len(self.names))
         self._held = {name: HeldReadings() for name in self.names}
         self._noises = {name: Noise() for name in self.names if name in USUAL}
@@ -87,7 +75,8 @@ class QualityOverChunks:
         qualities = qualities or Qualities()
         for name in self.names:
             if name in piece:
-                self._merge(piece[name], qualities.of(piece[name]))
+                known, new = self._figures.get(name), qualities.of(piece[name])
+                self._figures[name] = new if known is None else known.joined(new)
                 self._held[name].add(piece[name].values)
                 if name in self._noises and piece[name].unit == SIGNALS[name].unit:
                     self._noises[name].add(piece[name].values)
@@ -98,16 +87,22 @@ class QualityOverChunks:
             aligned = first.align(self.names, REDUCED_RATE, maximum_age=2.0 / REDUCED_RATE)
             self._reduced.add(np.column_stack([aligned.time, aligned.values]))
 
+    @property
+    def units(self) -> dict[str, str]:
+        return {name: each.unit for name, each in self._figures.items()}
+
+    @property
+    def _seen(self) -> dict[str, Figures]:
+        """Figures of the channels with a sample."""
+        return {name: each for name, each in self._figures.items() if each.samples}
+
     def rows(self) -> tuple[ChannelQuality, ...]:
         """One row per channel of the recording; its note is that of the last piece."""
-        return tuple(
-            dataclasses.replace(row, remarks=(*row.remarks, *filter(None, [self._notes[name]])))
-            for name, row in self._rows.items()
-        )
+        return tuple(each.quality(self._held[name].rows()) for name, each in self._seen.items())
 
     def rates(self) -> dict[str, float]:
         """Sampling rate of each channel [Hz]; NaN for a single sample."""
-        return {name: row.rate for name, row in self._rows.items()}
+        return {name: each.pace.rate for name, each in self._seen.items()}
 
     def contradictions(self) -> tuple[str, ...]:
         """Sentences on signals that probably have the wrong sign or the wrong unit, compared with the others."""
@@ -124,20 +119,13 @@ class QualityOverChunks:
 
     def range_warnings(self) -> tuple[str, ...]:
         """Warnings of signals that leave their plausible range, as with a wrong unit, which invalidates any verdict."""
-        return tuple(
-            f"{name}: {remark}"
-            for name, row in self._rows.items()
-            for remark in row.remarks
-            if is_about_implausible_values(remark)
-        )
+        return tuple(f"{name}: {remark}" for name, each in self._seen.items() if (remark := each.implausible()))
 
     def held_warnings(self) -> tuple[str, ...]:
         """Warnings of signals whose readings are repeated in many rows."""
-        return tuple(
-            f"{name}: {held_remark(self._rows[name].rate, rows)}"
-            for name, held in self._held.items()
-            if (rows := held.rows()) > 1.0
-        )
+        rates = self.rates()
+        held = {name: each.rows() for name, each in self._held.items()}
+        return tuple(f"{name}: {held_remark(rates[name], rows)}" for name, rows in held.items() if rows > 1.0)
 
     def noise_warnings(self) -> tuple[str, ...]:
         """Warnings of signals whose readings scatter far more than those of usual sensors."""
@@ -153,16 +141,16 @@ class QualityOverChunks:
         Returns:
             whether the rate of every required signal is known, which takes two samples of each
         """
-        names = tuple(required)
-        for name in (name for name in names if name in self._rows):
-            rate = self._rows[name].rate
+        names, rates = tuple(required), self.rates()
+        for name in (name for name in names if name in rates):
+            rate = rates[name]
             if too_slow(rate, minimum_rate):
                 milliseconds = not too_slow(1e3 * rate, minimum_rate) and rate < 1.0
                 raise InputError(
                     f"{name} is sampled at {rate:.3g} Hz; at least {minimum_rate:g} Hz are needed: record it faster"
                     + (', or, if its time counts milliseconds, call that column "time [ms]"' if milliseconds else "")
                 )
-        return all(name in self._rows and np.isfinite(self._rows[name].rate) for name in names)
+        return all(np.isfinite(rates.get(name, np.nan)) for name in names)
 
     def refuse_unusable(self, required: Iterable[str], minimum_rate: float) -> None:
         """Refuse a required signal that holds too little information over the whole recording.
@@ -171,7 +159,7 @@ class QualityOverChunks:
             minimum_rate: minimum rate of the readings of each [Hz]
         """
         for name in required:
-            row = self._rows.get(name)
+            row = self._seen.get(name)
             if row is None:
                 raise InputError(f"no sample of {name} could be read; check that the file is whole, or record again")
             if row.missing_share == 1.0:
@@ -181,61 +169,14 @@ class QualityOverChunks:
                     f"{name} has {row.samples} sample{'s' if row.samples > 1 else ''}, too few to judge anything; "
                     "check that the file is whole, or give a longer recording"
                 )
-            if row.minimum == row.maximum:
+            if row.least == row.most:
                 raise InputError(
-                    f"{name} is constant at {in_words(row.minimum, row.unit)} throughout; check the sensor and the "
+                    f"{name} is constant at {in_words(row.least, row.unit)} throughout; check the sensor and the "
                     "channel map, or give a recording in which the vehicle is driven"
                 )
             rows = self._held[name].rows()
-            if rows > 1.0 and too_slow(row.rate / rows, minimum_rate):
+            if rows > 1.0 and too_slow(row.pace.rate / rows, minimum_rate):
                 raise InputError(
-                    f"{name}: {held_remark(row.rate, rows)}; at least {minimum_rate:g} Hz are needed: record it faster"
+                    f"{name}: {held_remark(row.pace.rate, rows)}; at least {minimum_rate:g} Hz are needed: record it "
+                    "faster"
                 )
-
-    def _merge(self, channel: Channel, new: ChannelQuality) -> None:
-        name = channel.name
-        self._notes[name] = channel.note
-        self.units[name] = channel.unit
-        if not len(channel.time):
-            return
-        pause = float(channel.time[0]) - self._last.get(name, float(channel.time[0]))
-        span = float(channel.time[-1] - channel.time[0])
-        self._last[name] = float(channel.time[-1])
-        old = self._rows.get(name)
-        self._rows[name] = new if old is None else _merged(old, new, self._spans[name], span, pause)
-        self._spans[name] = self._spans.get(name, 0.0) + span
-
-
-def _merged(old: ChannelQuality, new: ChannelQuality, old_span: float, new_span: float, pause: float) -> ChannelQuality:
-    samples = old.samples + new.samples
-    weight = new_span / (old_span + new_span) if old_span + new_span > 0.0 else 0.5
-    rates = [rate for rate in (old.rate, new.rate) if np.isfinite(rate)]
-    # Single samples so far apart that each is a piece of its own: the pause between them is the sampling interval.
-    between = 1.0 / pause if pause > 0.0 else np.nan
-    missing = (old.samples * old.missing_share + new.samples * new.missing_share) / samples
-    gap = float(np.fmax(np.fmax(old.longest_gap, new.longest_gap), pause))
-    extremes = float(np.fmin(old.minimum, new.minimum)), float(np.fmax(old.maximum, new.maximum))
-    assumed = any(assumes_unit(remark) for remark in (*old.remarks, *new.remarks))
-    mean = samples / (old_span + new_span) if old_span + new_span > 0.0 else np.nan
-    return dataclasses.replace(
-        old,
-        samples=samples,
-        rate=(1.0 - weight) * old.rate + weight * new.rate if len(rates) == 2 else (rates or [between])[0],
-        missing_share=missing,
-        longest_gap=gap,
-        minimum=extremes[0],
-        maximum=extremes[1],
-        remarks=(*figure_remarks(old.name, old.unit, missing, gap, mean, extremes, assumed), *_remarks(old, new)),
-    )
-
-
-def _remarks(old: ChannelQuality, new: ChannelQuality) -> tuple[str, ...]:
-    """Every kind of remark once; "constant" and "missing" only if they hold throughout."""
-    constant = old.minimum == old.maximum == new.minimum == new.maximum
-    missing = old.missing_share == new.missing_share == 1.0
-    kept: dict[str, str] = {}
-    for remark in (*old.remarks, *new.remarks):
-        throughout = remark.startswith(("constant at", "every sample is missing", "holds a single sample"))
-        if not follows_from_figures(remark) and (not throughout or constant or missing):
-            kept.setdefault(remark.split(":")[0].rstrip("0123456789. %sHz"), remark)
-    return tuple(kept.values())
