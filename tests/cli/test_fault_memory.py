@@ -10,7 +10,7 @@ from tierod.core.findings import Diagnosis, Finding, Status
 from tierod.core.recording import Aligned
 from tierod.diagnosis.entry import CodeStatus
 from tierod.diagnosis.fault_memory import FaultMemory
-from tierod.monitors.harness.into_memory import MemoryFeed
+from tierod.monitors.harness.memory import MemoryFeed
 from tierod.monitors.harness.session import StatusChange
 
 

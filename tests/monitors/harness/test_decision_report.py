@@ -5,8 +5,7 @@ import pytest
 
 from tierod.methods.detectors.rule_design import RuleDesign, RunLengthLine
 from tierod.methods.detectors.stopping_rules import CusumRule, HoldRule
-from tierod.monitors.harness.decision import Decision, OwnRule
-from tierod.monitors.harness.decision_report import curve_of, decided
+from tierod.monitors.harness.decision import Decision, OwnRule, curve_of, decided
 
 
 @dataclasses.dataclass

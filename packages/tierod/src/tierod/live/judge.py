@@ -14,7 +14,7 @@ from tierod.core.findings import Diagnosis, Status
 from tierod.core.recording import Recording
 from tierod.monitors.diagnose import find
 from tierod.monitors.harness.baseline import Baseline, load_baseline
-from tierod.monitors.harness.into_memory import MemoryFeed
+from tierod.monitors.harness.memory import MemoryFeed
 from tierod.monitors.harness.pieces import joined
 from tierod.monitors.run import Ended, Run, fitting
 from tierod.vehicles import Vehicle

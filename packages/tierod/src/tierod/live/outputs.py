@@ -25,7 +25,7 @@ from tierod.monitors.harness.baseline import keep_first
 from tierod.monitors.several import Judged, NotRun
 
 if TYPE_CHECKING:
-    from tierod.monitors.harness.into_memory import MemoryFeed
+    from tierod.monitors.harness.memory import MemoryFeed
     from tierod.report.html import Origin
 
 Results = tuple[np.ndarray, dict[str, np.ndarray], dict[str, np.ndarray]]

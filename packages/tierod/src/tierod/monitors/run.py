@@ -19,12 +19,12 @@ from tierod.io.derive import complete, ingredients
 from tierod.io.readers import SHARE_READ
 from tierod.monitors.harness.acceptance import refuse_unsuitable
 from tierod.monitors.harness.baseline import Baseline, refuse_foreign
-from tierod.monitors.harness.decision_report import Passing, decided
+from tierod.monitors.harness.decision import Passing, decided
 from tierod.monitors.harness.input_checks import InputChecks
+from tierod.monitors.harness.memory import SampleDigest
 from tierod.monitors.harness.over_time import OverTime
 from tierod.monitors.harness.pieces import CHUNK, OVERLAP, Silence, together
 from tierod.monitors.harness.quality_over_chunks import Shared
-from tierod.monitors.harness.sample_digest import SampleDigest
 from tierod.monitors.harness.session import (
     BlockSession,
     Conclusion,
@@ -41,7 +41,7 @@ from tierod.vehicles import Vehicle
 from tierod.vehicles.uncertain import in_words
 
 if TYPE_CHECKING:
-    from tierod.monitors.harness.into_memory import MemoryFeed
+    from tierod.monitors.harness.memory import MemoryFeed
 
 
 def fitting(monitor: Monitor, variant: Variant, piece: Recording, asked: bool) -> tuple[Monitor, Variant]:
@@ -135,7 +135,7 @@ class Run:
         self._may_turn = baseline is None
         self.feed: MemoryFeed | None = None
         if memory:
-            from tierod.monitors.harness.into_memory import MemoryFeed  # slow to import, and few runs have a memory
+            from tierod.monitors.harness.memory import MemoryFeed  # slow to import, and few runs have a memory
 
             self.feed = MemoryFeed(memory, vehicle.name, monitor.name)
         self._digest = SampleDigest(_common(monitor)) if memory else None

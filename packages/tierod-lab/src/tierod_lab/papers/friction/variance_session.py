@@ -16,7 +16,6 @@ from tierod.methods.detectors.rule_design import alarms_at
 from tierod.monitors.friction.evidence import EstimateOverDrive
 from tierod.monitors.harness.decision import Decision, Demonstrated
 from tierod.monitors.harness.session import BlockSession, Conclusion, tuning_rows
-from tierod.monitors.harness.verdict import Obstacle, withheld
 from tierod_lab.papers.friction.variance_method import VarianceFrictionMonitor
 
 VARIANCE_DECISIONS = (
@@ -104,7 +103,7 @@ class VarianceSession(BlockSession):
         else:
             status, cause = Status.NOT_TESTABLE, "the vehicle file gives no threshold for the variance"
             action = "determine baseline_variance from healthy drives of this car, or use the variant 'pre-sliding'"
-        return withheld(self.name, [Obstacle(status, cause, action)], evidence)
+        return Verdict(self.name, status, (Fact("obstacle", cause, action=action),), evidence=evidence)
 
     def _judged(self, variances: np.ndarray, evidence: dict[str, float]) -> Verdict:
         later = variances[len(variances) // 2 :]

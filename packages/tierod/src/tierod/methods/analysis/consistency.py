@@ -303,3 +303,12 @@ def consistency(result: Result, lags: int = 20) -> Consistency:
     columns = [np.column_stack([result[name] for name in group]) for group in (names, spreads)]
     accumulator.add(result["nis"], result["present"], *columns)
     return accumulator.result()
+
+
+def nis_figures(found: Consistency, wide: bool = False) -> dict[str, float]:
+    """Mean NIS, and its band for a consistent filter; none where it uses a larger variance on purpose (`wide`)."""
+    figures = {"enabled_samples": float(found.samples), "nis_mean": found.nis}
+    if wide:
+        return figures
+    low, high = found.nis_band
+    return figures | {"nis_band_low": low, "nis_band_high": high, "nis_outside_95_share": found.outside}

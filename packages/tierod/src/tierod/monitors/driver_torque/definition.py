@@ -13,6 +13,7 @@ from tierod.core.errors import ParameterError
 from tierod.core.facts import Fact
 from tierod.core.graph import Result
 from tierod.core.recording import Aligned
+from tierod.methods.analysis.consistency import nis_figures
 from tierod.monitors.driver_torque.block import ColumnSigns, DriverTorqueMonitor
 from tierod.monitors.driver_torque.column import SIGNALS, GeometryOverDrive
 from tierod.monitors.driver_torque.design import (
@@ -39,7 +40,6 @@ from tierod.monitors.driver_torque.hands import HandsMonitor
 from tierod.monitors.driver_torque.observer import DELAY, ColumnObserver, DelayedHandTorque
 from tierod.monitors.harness.baseline import Baseline
 from tierod.monitors.harness.session import BlockSession, Conclusion, Monitor, Session, Variant
-from tierod.monitors.harness.verdict import nis_figures
 from tierod.monitors.registry import variants_with_plugins
 from tierod.vehicles import Vehicle
 from tierod.vehicles.uncertain import is_guess

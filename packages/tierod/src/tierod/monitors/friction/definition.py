@@ -22,7 +22,7 @@ from tierod.core.facts import Fact, Verdict, assemble
 from tierod.core.findings import Finding, Status
 from tierod.core.graph import Result
 from tierod.core.statement import STATUSES, code_of
-from tierod.methods.analysis.consistency import ConsistencyAccumulator
+from tierod.methods.analysis.consistency import ConsistencyAccumulator, nis_figures
 from tierod.methods.identification.hysteresis_presence import HysteresisPresence
 from tierod.models.friction_estimation import FrictionParameters
 from tierod.monitors.friction.estimator import PreslidingFrictionFilter
@@ -33,7 +33,6 @@ from tierod.monitors.friction.thresholds import STATISTICS, TUNING
 from tierod.monitors.friction.verdict import DECISIONS, FrictionVerdict, JudgedFriction, VerdictSample
 from tierod.monitors.harness.baseline import Baseline
 from tierod.monitors.harness.session import BlockSession, Conclusion, Monitor, Session, Variant, tuning_rows
-from tierod.monitors.harness.verdict import nis_figures
 from tierod.monitors.registry import variants_with_plugins
 from tierod.vehicles import Vehicle
 

@@ -9,7 +9,7 @@ from typing import Annotated
 
 import numpy as np
 
-from tierod.core.facts import Fact, Verdict
+from tierod.core.facts import Fact, Verdict, shortened
 from tierod.core.findings import Estimate, Status
 from tierod.core.recording import Aligned, Channel, Recording
 from tierod.core.shown import in_words
@@ -22,7 +22,6 @@ from tierod.monitors.friction.facts import SMALLEST_NOMINAL
 from tierod.monitors.friction.sentences import TOO_LOW
 from tierod.monitors.harness.baseline import Baseline
 from tierod.monitors.harness.session import Conclusion, Monitor, Session, Variant
-from tierod.monitors.harness.verdict import Obstacle, withheld
 from tierod.monitors.hysteresis.facts import (
     FAULT_FREE_TEST,
     GAIN,
@@ -236,9 +235,9 @@ class HysteresisSession:
     def _withheld(
         self, cause: str, status: Status, found: HysteresisFriction | None = None, action: str = ""
     ) -> Verdict:
-        obstacle = Obstacle(status, cause, action or _REMEDIES[status])
+        because = (Fact("obstacle", cause, shortened(cause), action or _REMEDIES[status]),)
         evidence, estimate = (_evidence(found), self._estimate(found, {})) if found else ({}, None)
-        return withheld(self.name, [obstacle], evidence, estimate=estimate)
+        return Verdict(self.name, status, because, estimate, evidence=evidence)
 
 
 _REMEDIES = {

@@ -19,13 +19,12 @@ from tierod.core.graph.maths import present, where
 from tierod.core.recording import Aligned
 from tierod.core.signals import SIGNALS
 from tierod.core.statement import Statement, code_of
-from tierod.methods.analysis.consistency import ConsistencyAccumulator
+from tierod.methods.analysis.consistency import ConsistencyAccumulator, nis_figures
 from tierod.methods.detectors.reversing import Reversing
 from tierod.models.single_track import SingleTrack
 from tierod.models.steer_by_wire import Actuator
 from tierod.monitors.harness.baseline import Baseline
 from tierod.monitors.harness.session import BlockSession, Conclusion, Monitor, Session, Variant
-from tierod.monitors.harness.verdict import nis_figures
 from tierod.monitors.registry import variants_with_plugins
 from tierod.monitors.sideslip.consistency import Consistency, Tolerances, Wrong, consistency_of
 from tierod.monitors.sideslip.estimator import WORDS, CombinedSideslip, identifiability

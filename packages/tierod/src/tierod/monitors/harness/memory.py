@@ -1,15 +1,16 @@
-"""Transfer of a monitor's running verdict into a fault memory."""
+"""A drive as an operation cycle of a fault memory."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import hashlib
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from tierod.core.files import require_folder
 from tierod.core.findings import Diagnosis, Status
-from tierod.core.recording import Aligned
+from tierod.core.recording import Aligned, Recording
 from tierod.core.series import Rows, Stride
 from tierod.diagnosis.fault_memory import Counting, FaultMemory
 from tierod.diagnosis.trouble_codes import load_trouble_codes
@@ -111,3 +112,26 @@ def _statuses(time: np.ndarray, course: Sequence[StatusChange], last: Status) ->
     # The verdict may differ from the running one, which does not include defects of the inputs.
     found[-1] = last
     return found.astype(str)
+
+
+class SampleDigest:
+    """SHA-256 over time stamps and values; it does not depend on how the recording is cut into pieces.
+
+    Args:
+        names: channels to be included, if the recording has them
+    """
+
+    def __init__(self, names: Iterable[str]):
+        self._digests = {name: hashlib.sha256(name.encode()) for name in sorted(names)}
+
+    def add(self, piece: Recording) -> None:
+        """Add the next piece of the recording."""
+        for name, digest in self._digests.items():
+            if name in piece:
+                channel = piece[name]
+                digest.update(np.column_stack([channel.time, channel.values]).astype("<f8").tobytes())
+
+    def result(self) -> str:
+        """First 32 hexadecimal digits of the digest over all pieces."""
+        whole = hashlib.sha256(b"".join(digest.digest() for digest in self._digests.values()))
+        return whole.hexdigest()[:32]
