@@ -81,20 +81,19 @@ def parameters() -> str:
 
 def vehicles() -> str:
     """Page of the shipped vehicles."""
-    parts = []
+    rows = []
     for name in shipped():
         vehicle = load(name)
         assumed = sum(each.assumed for each in vehicle.parameters.values())
-        parts += [f"## {name}", f"{vehicle.description}. {vehicle.source}"]
-        parts.append(
-            f"{len(vehicle.parameters)} parameters, {assumed} of them assumed; torques in "
-            + ("N·m." if vehicle.calibrated else "raw counts.")
-            + (f" Judged by `{vehicle.monitor}` where no monitor is named." if vehicle.monitor else "")
-            + (f" Reads its bus by `{vehicle.channel_map.name}`." if vehicle.channel_map else "")
+        kept = f"{len(vehicle.parameters)}, {assumed} assumed"
+        rows.append(
+            (f"`{name}`", vehicle.description, kept, "N·m" if vehicle.calibrated else "counts", vehicle.monitor)
         )
-        parts.append("Good for:\n\n" + "\n".join(f"- {line}" for line in vehicle.good_for))
-        parts.append("Not good for:\n\n" + "\n".join(f"- {line}" for line in vehicle.not_good_for))
-    return page("Shipped vehicles", "`tierod vehicles NAME` prints one with the source of every value.", *parts)
+    return page(
+        "Shipped vehicles",
+        "`tierod vehicles NAME` prints one with the source of every value, and what it is good and not good for.",
+        table(("vehicle", "what it is", "parameters", "torques in", "monitor"), rows),
+    )
 
 
 def residuals() -> str:

@@ -45,7 +45,7 @@ def index() -> str:
         for monitor in MONITORS:
             variants = [name for name, found in readings(monitor).items() if vehicle in found]
             cells.append("" if not variants else "all" if len(variants) == len(readings(monitor)) else names(variants))
-        suited.append((f"[`{vehicle}`](../vehicles.md#{vehicle})", *cells))
+        suited.append((f"[`{vehicle}`](../vehicles.md)", *cells))
     return page(
         "Monitors",
         "`tierod diagnose RECORDING --monitor NAME` runs one of them. Without `--monitor` the vehicle file names it; "

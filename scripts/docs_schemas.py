@@ -1,8 +1,7 @@
-"""Reference pages of the JSON documents, generated from their schemas."""
+"""Reference page of the JSON documents, generated from their schemas."""
 
 from __future__ import annotations
 
-import functools
 import json
 from collections.abc import Callable
 from importlib.resources import files
@@ -33,36 +32,28 @@ SCHEMAS = {
 
 def pages() -> dict[str, Callable[[], str]]:
     """Path below docs/ -> function that returns the text."""
-    return {f"reference/json/{name}.md": functools.partial(schema_page, name) for name in SCHEMAS}
+    return {"reference/json.md": schemas_page}
 
 
-def schema_page(name: str) -> str:
-    """Page of one document with the tables of its fields."""
-    package, words = SCHEMAS[name]
-    schema = json.loads(files(package).joinpath(f"{name}.schema.json").read_text(encoding="utf-8"))
-    parts = [words, f"The schema (draft 2020-12) is installed with the package as `{name}.schema.json` of `{package}`:"]
-    parts.append(
+def schemas_page() -> str:
+    """Page of all documents with the tables of their fields."""
+    parts = [
+        "The schemas (draft 2020-12) describe every field; they are installed with the packages:",
         "```python\nimport json\nfrom importlib.resources import files\n\n"
-        f'schema = json.loads(files("{package}").joinpath("{name}.schema.json").read_text(encoding="utf-8"))\n```'
-    )
-    if "const" in schema.get("properties", {}).get("schema", {}):
-        parts.append("The field `schema` names the version; it rises when a field goes or changes its meaning.")
-    parts += ["## The document", _table(schema)]
-    for key, definition in schema.get("$defs", {}).items():
-        parts += [f"## {key}", _table(definition)]
-    return page(f"JSON: {name}", *parts)
+        'schema = json.loads(files("tierod.report").joinpath("diagnosis.schema.json").read_text(encoding="utf-8"))\n```',
+        "The field `schema` of a document names its version; it rises when a field goes or changes its meaning.",
+    ]
+    for name, (package, words) in SCHEMAS.items():
+        schema = json.loads(files(package).joinpath(f"{name}.schema.json").read_text(encoding="utf-8"))
+        parts += [f"## {name}", f"{words} Schema: `{name}.schema.json` of `{package}`.", _table(schema)]
+    return page("JSON documents", *parts)
 
 
 def _table(schema: dict[str, Any]) -> str:
-    described = schema.get("description", "")
     if schema.get("type") == "array":
-        return _table(schema["items"])
-    if "properties" not in schema:
-        return f"{_type(schema)}. {described}".strip()
-    rows = []
-    for name, field in schema["properties"].items():
-        optional = "" if name in schema.get("required", ()) else " (optional)"
-        rows.append((f"`{name}`{optional}", _type(field), field.get("description", "")))
+        items = schema["items"]
+        return _table(schema["$defs"][items["$ref"].rpartition("/")[2]] if "$ref" in items else items)
+    rows = [(f"`{name}`", _type(field), field.get("description", "")) for name, field in schema["properties"].items()]
     return table(("field", "type", "meaning"), rows)
 
 
@@ -72,8 +63,7 @@ def _type(field: dict[str, Any]) -> str:
     if "enum" in field:
         return ", ".join(f"`{json.dumps(value)}`" for value in field["enum"])
     if "$ref" in field:
-        name = field["$ref"].rpartition("/")[2]
-        return f"[{name}](#{name.lower()})"
+        return str(field["$ref"].rpartition("/")[2])
     for key in ("oneOf", "anyOf"):
         if key in field:
             return " or ".join(_type(choice) for choice in field[key])

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
-import sys
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import IntFlag
-from typing import Any
+from functools import cache
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -76,6 +77,10 @@ def at_cycle_start(status: CodeStatus) -> CodeStatus:
     return (status | CodeStatus.NOT_COMPLETED_THIS_CYCLE) & ~CodeStatus.FAILED_THIS_CYCLE
 
 
+_CHECKED = {"strict": True, "extra": "forbid", "allow_inf_nan": False}
+"""How pydantic checks the content of a file."""
+
+
 @dataclass(frozen=True)
 class FreezeFrame:
     """Signals around the instant of a failed test.
@@ -87,6 +92,8 @@ class FreezeFrame:
         time: times of the values relative to the instant [s]
         values: values by signal, one per time, in SI units; None where nothing was measured
     """
+
+    __pydantic_config__: ClassVar[dict[str, object]] = _CHECKED
 
     cycle: int
     date: str
@@ -120,6 +127,8 @@ class Entry:
         first, last: freeze frame of the first and of the latest failure
     """
 
+    __pydantic_config__: ClassVar[dict[str, object]] = _CHECKED
+
     status: CodeStatus = CLEARED
     counter: int = 0
     verdict: int = 0
@@ -148,55 +157,26 @@ class Entry:
 
     @classmethod
     def of(cls, content: Mapping[str, Any]) -> Entry:
-        names = {each.name for each in dataclasses.fields(cls)}
-        if set(content) != names:
-            raise ValueError(f"{min(set(content) ^ names)} is missing or unknown")
-        for name, (least, most) in _RANGES.items():
-            if not (_is_whole(content[name]) and least <= content[name] <= most):
-                raise ValueError(f"{name} is {content[name]!r}, not a whole number from {least} to {most}")
-        if not (isinstance(content["healed"], bool) and isinstance(content["consequence_of"], str)):
-            raise ValueError("healed is not true or false, or consequence_of is not a name")
-        frames = {name: _frame(content[name]) for name in ("first", "last")}
-        return cls(**{**content, "status": CodeStatus(content["status"]), **frames})
+        """Entry from the content of the JSON file; a ValueError where anything is missing, unknown or out of range."""
+        if set(content) != {each.name for each in dataclasses.fields(cls)}:
+            raise ValueError("a field is missing or unknown")
+        entry: Entry = _reader().validate_json(json.dumps(content))
+        counts = (entry.occurrences, entry.failed_cycles, entry.passed_cycles)
+        if not (
+            -128 <= entry.counter <= 127 and -1 <= entry.verdict <= 1 and all(0 <= each < 2**31 for each in counts)
+        ):
+            raise ValueError("a count is out of its range")
+        for frame in (entry.first, entry.last):
+            if frame is not None and any(len(each) != len(frame.time) for each in frame.values.values()):
+                raise ValueError("a freeze frame is incomplete")
+        return entry
 
 
-_MOST = 2**31 - 1
-"""Upper limit of counts in a file, far above those of a car's life."""
+@cache
+def _reader() -> Any:
+    from pydantic import TypeAdapter
 
-_RANGES = {
-    "status": (0, 255),
-    "counter": (-128, 127),
-    "verdict": (-1, 1),
-    "occurrences": (0, _MOST),
-    "failed_cycles": (0, _MOST),
-    "passed_cycles": (0, _MOST),
-}
-
-
-def _is_whole(value: object) -> bool:
-    return isinstance(value, int) and not isinstance(value, bool)
-
-
-def _is_finite(value: object) -> bool:
-    """Whether a value is a number within the range of floats; Python's JSON reader also accepts NaN and any integer."""
-    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= sys.float_info.max
-
-
-def _frame(content: object) -> FreezeFrame | None:
-    if content is None:
-        return None
-    if not isinstance(content, dict) or set(content) != {each.name for each in dataclasses.fields(FreezeFrame)}:
-        raise ValueError("a freeze frame is incomplete")
-    time, values = content["time"], {name: tuple(each) for name, each in content["values"].items()}
-    if not (
-        _is_whole(content["cycle"])
-        and isinstance(content["date"], str)
-        and all(map(_is_finite, [content["instant"], *time]))
-        and all(len(each) == len(time) for each in values.values())
-        and all(value is None or _is_finite(value) for each in values.values() for value in each)
-    ):
-        raise ValueError("a freeze frame holds something other than dates and finite numbers")
-    return FreezeFrame(**{**content, "time": tuple(time), "values": values})
+    return TypeAdapter(Entry)
 
 
 def failed(entry: Entry, code: TroubleCode) -> Entry:

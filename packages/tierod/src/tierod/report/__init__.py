@@ -40,7 +40,7 @@ def write_html(diagnosis: Diagnosis, path: str | Path) -> Path:
 
 
 def to_json(diagnosis: Diagnosis, series: bool = False) -> str:
-    """One JSON document; the schema is in docs/reference/json/diagnosis.md.
+    """One JSON document; the schema is in docs/reference/json.md.
 
     Args:
         diagnosis: to be written
