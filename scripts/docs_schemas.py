@@ -40,7 +40,8 @@ def schemas_page() -> str:
     parts = [
         "The schemas (draft 2020-12) describe every field; they are installed with the packages:",
         "```python\nimport json\nfrom importlib.resources import files\n\n"
-        'schema = json.loads(files("tierod.report").joinpath("diagnosis.schema.json").read_text(encoding="utf-8"))\n```',
+        'file = files("tierod.report").joinpath("diagnosis.schema.json")\n'
+        'schema = json.loads(file.read_text(encoding="utf-8"))\n```',
         "The field `schema` of a document names its version; it rises when a field goes or changes its meaning.",
     ]
     for name, (package, words) in SCHEMAS.items():
