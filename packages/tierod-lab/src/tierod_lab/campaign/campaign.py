@@ -29,13 +29,7 @@ SHIPPED = Path(__file__).parent
 
 @dataclass(frozen=True)
 class Campaign:
-    """A campaign that is ready to run.
-
-    Args:
-        file, document: content of the file and its document
-        plan: all cells and monitors
-        gates: limits on figures
-    """
+    """A campaign that is ready to run."""
 
     file: CampaignFile
     document: Document
@@ -210,8 +204,6 @@ class Estimate:
         cells: number of cells of the matrix
         missing: number of unfinished cells
         hours: driving time of the unfinished cells
-        seconds: computing time
-        bytes: size of the recordings
     """
 
     cells: int

@@ -28,12 +28,7 @@ SCHEMA = "tierod.comparison/1"
 
 @dataclass(frozen=True)
 class Pair:
-    """The same drive in both campaigns.
-
-    Args:
-        place: axis -> level
-        first, second: results of the monitors
-    """
+    """The same drive in both campaigns."""
 
     place: Mapping[str, str]
     first: Row

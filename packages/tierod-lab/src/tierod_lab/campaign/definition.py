@@ -56,7 +56,6 @@ class MonitorChoice:
         monitor: name, as listed by `tierod monitors`
         vehicle: parameter set of the monitor, a name or a file
         variant: variant of the monitor; its default if empty
-        baseline: "none", or learnt from the "first fault-free drive" (fault-free) of the same car
         label: name in the campaign; monitor and variant if empty
     """
 
@@ -73,7 +72,6 @@ class GateEntry:
 
     Args:
         figure: field of `tierod_lab.campaign.pools.Pool`
-        goal: "<= 60", ">= 0.999", "= 0" or "1 to 2"
         where: axis -> level, or a list of levels; the whole campaign if empty
         monitor: label; optional if there is one monitor only
     """
@@ -90,7 +88,6 @@ class CampaignFile:
 
     Args:
         name: short name, for titles
-        description: one sentence
         scenario: base scenario of all drives: name of a shipped scenario, or a file beside this one
         monitors: monitors that judge every drive
         seeds: seeds of the drives; the innermost axis
@@ -98,13 +95,10 @@ class CampaignFile:
         axes: name -> axis, outermost first
         faults: name -> table of a fault as in a scenario, with its `sizes`, one level each; `together` lists further
             faults that act at the same time; the faults form one axis, after the fault-free drive
-        fault_free: whether fault-free drives belong to the matrix
         exclude: axis -> level or levels: cells that are removed
         include: axis -> level or levels, and "seeds": cells that are added; other axes take all their levels
         same_car: axes that define a car: drives with equal levels of them are drives of the same car
         settling: enabled time from the onset of a fault until estimates are attributed to the fault
-        keep: whether recordings are kept in addition to the verdicts
-        gates: limits on figures
     """
 
     name: str

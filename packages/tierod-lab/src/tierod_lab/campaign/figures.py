@@ -109,7 +109,6 @@ class Paired:
 
     Args:
         count: number of pairs in which both values exist
-        mean, median: mean and median of the differences
         interval: 95 % bootstrap interval of the mean
         positive, negative: numbers of pairs with a difference above and below zero
         sign_p: p-value of the two-sided sign test, without equal pairs

@@ -79,9 +79,7 @@ class Judged:
 
     Args:
         status: status of the final finding
-        headline, cause: headline and cause of the final finding
         value, deviation: final estimate and its standard deviation, in its unit; NaN if it is withheld
-        unit: unit of the estimate
         ratio: final ratio to the baseline [-]; NaN if the monitor has none
         outcome: of a drive with a fault: "found", "missed", "early" (an alarm was active when the fault started) or
             "not judged"; of a fault-free drive: "quiet", "false alarm" or "not judged"
@@ -89,7 +87,6 @@ class Judged:
         fault_s, fault_enabled_s: the same to the first status "fault"
         false_alarms: number of alarms that started before the fault
         seconds, enabled_s, judged_s: duration of the drive, enabled time, and time in which the monitor judged
-        fault_free_s, fault_free_judged_s: time before the fault, and the judged part of it
         truth_fault_free, truth_faulty: mean true value before and during the fault
         errors_fault_free, errors_faulty: moments of estimate minus true value before the fault and, settled, during it
         area: area under the ROC curve between estimates before and during the fault of this drive
@@ -168,11 +165,8 @@ class Row:
     """Result of one monitor on one drive.
 
     Args:
-        place: axis -> level
         drive: record of the drive: outcome "driven", "diverged" or "failed", reason, seconds, recording, provenance
-        monitor: label of the monitor
         judged: its judgement; None if there is none
-        reason: reason why there is none
     """
 
     place: Mapping[str, str]

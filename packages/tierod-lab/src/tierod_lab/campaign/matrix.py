@@ -27,10 +27,8 @@ class Level:
     """One level of an axis; faults and their sizes form one axis with two names.
 
     Args:
-        place: axis -> level
         changes: changes of the scenario, by dotted name
         location: place in the campaign file
-        faults: faults of the level
         tables: tables of these faults, as in a scenario
     """
 
@@ -47,7 +45,6 @@ class Point:
 
     Args:
         place: axis -> level; fault, size and seed last
-        levels: levels of the cell
         seed: seed of all random numbers
     """
 

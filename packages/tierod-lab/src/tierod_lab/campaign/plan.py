@@ -20,8 +20,6 @@ class Judge:
     """A monitor of the campaign.
 
     Args:
-        label: name in the campaign
-        monitor, variant: names
         belief: vehicle parameters of the monitor
         learns: whether it uses the baseline from the first fault-free drive of the same car
     """
@@ -43,8 +41,6 @@ class Cell:
     """One drive of the campaign.
 
     Args:
-        point: point in the matrix
-        scenario: scenario with its seed
         key: key of everything that determines the drive
         reference: number of the cell whose drive sets the baseline of the same car; None if nothing is learnt, or for
             this cell itself
@@ -72,7 +68,6 @@ class Plan:
         cells: cells in the order of the matrix
         judges: monitors that judge every drive
         settling: see `tierod_lab.campaign.definition.CampaignFile`
-        keep: whether recordings are kept
     """
 
     cells: Sequence[Cell]

@@ -21,8 +21,6 @@ class Pool(NamedTuple):
     """Figures of a group of rows; NaN without data, infinite for an event that never occurred.
 
     Args:
-        drives: number of rows
-        diverged: drives that diverged
         failed: drives that could not be simulated or judged at all
         not_judged: drives in which the monitor judged nothing of the fault, or of the fault-free drive
         fault_free, faulty: judged drives without and with a fault
@@ -38,10 +36,8 @@ class Pool(NamedTuple):
         false_alarms: alarms that started before any fault
         fault_free_hours: driving time before any fault
         fault_free_judged_hours: judged part of this time
-        false_alarm_rate: false alarms per judged hour
         false_alarm_bound: its 95 % upper bound
         bias, deviation: mean and standard deviation of the errors of all settled estimates
-        bias_fault_free, deviation_fault_free: the same before the fault, or in fault-free drives
         bias_faulty, deviation_faulty: the same during the fault
         largest_bias: largest magnitude of the mean error of one drive
         area: area under the ROC curve between the final estimates of fault-free and faulty drives
@@ -203,14 +199,7 @@ def _box(state: str, found: list[tuple[float, Moments, tuple[float, ...]]]) -> B
 
 @dataclass(frozen=True)
 class Gate:
-    """A limit on a figure.
-
-    Args:
-        figure: field of `Pool`
-        goal: permitted values
-        where: axis -> level or levels
-        monitor: label
-    """
+    """A limit on a figure."""
 
     figure: str
     goal: Goal
@@ -229,7 +218,6 @@ class Passed:
     """Result of a gate.
 
     Args:
-        gate: the gate
         measured: value of the figure; NaN if there is none
         met: whether the goal is met; None if that cannot be judged
         note: reason why not, or number of drives

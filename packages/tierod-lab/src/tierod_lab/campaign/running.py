@@ -25,9 +25,7 @@ class Progress(NamedTuple):
 
     Args:
         done: number of finished cells, including those of earlier runs
-        total: number of all cells
         name: name of the cell that has just finished; "" before the first, when all kernels are compiled
-        outcome: outcome of this cell
     """
 
     done: int

@@ -52,7 +52,6 @@ class Scenes:
     """Builds the scenarios of a campaign; each combination of levels is built and checked once for all seeds.
 
     Args:
-        file, document: campaign file and its document
         base: base scenario of all drives
     """
 

@@ -39,11 +39,7 @@ _SHOWN = 12
 
 @dataclass(frozen=True)
 class Store:
-    """Folder with the results of a campaign.
-
-    Args:
-        folder: path of the folder, created if absent
-    """
+    """Folder with the results of a campaign."""
 
     folder: Path
 

@@ -37,9 +37,7 @@ class Summary:
     """Results of a campaign.
 
     Args:
-        campaign: the campaign
         rows: row of every monitor and cell, in the order of the matrix
-        gates: results of the gates
     """
 
     campaign: Campaign

@@ -44,13 +44,7 @@ class Reference:
 
 @dataclass(frozen=True)
 class Verdict:
-    """One verdict to be made.
-
-    Args:
-        judge: monitor that makes it
-        name, key: name and key of its record
-        reference: baseline of the monitor
-    """
+    """One verdict to be made."""
 
     judge: Judge
     name: str
@@ -63,11 +57,7 @@ class Task:
     """Work on one cell.
 
     Args:
-        store: folder of the campaign
-        cell: cell with the drive
-        verdicts: missing verdicts
         settling: see `tierod_lab.campaign.definition.CampaignFile`
-        keep: whether the recording is kept
         code: digests of tierod's code at the start of the campaign
     """
 

@@ -73,9 +73,7 @@ class Ageing:
     """Ageing of some of the cars.
 
     Args:
-        name: name of the ageing
         law: course of the added friction over time
-        share: share of the cars with this ageing
         begin: earliest and latest time after the start at which it begins, uniformly distributed [s]
     """
 

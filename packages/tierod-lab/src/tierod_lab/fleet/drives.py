@@ -47,7 +47,6 @@ class VirtualDrive:
         friction: true friction [N*m]
         duration: duration [s]
         winter: whether the car has winter tyres
-        temperature: ambient temperature [K]
     """
 
     car: int

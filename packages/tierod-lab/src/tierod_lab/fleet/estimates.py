@@ -46,7 +46,6 @@ class ErrorLaw:
         stated: standard deviation that a drive states, as geometric mean [N*m]
         stated_spread: standard deviation of its logarithm [-]
         judged_share: share of drives with an estimate [-]
-        drives, cars: number of underlying drives and cars
     """
 
     at: Annotated[float, "N*m"]

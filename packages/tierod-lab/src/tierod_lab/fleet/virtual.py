@@ -62,12 +62,8 @@ class FleetFile:
     """A virtual fleet.
 
     Args:
-        name, description: name and description, for display
-        cars: number of cars
         start: first day, as an ISO date
-        seed: seed of all draws
         weeks: duration of the study [weeks]
-        drives_per_week: number of drives per week of each car
         duration: duration of a drive [s]
         vehicle: parameter set that the monitors assume, as a shipped name
         friction: mean friction of the fault-free cars at 15 °C [N*m]
@@ -77,7 +73,6 @@ class FleetFile:
         mileage_per_year, mileage_deviation: median mileage of the cars [m], log-normal with this relative deviation
         age: age of the oldest car at the start [s]; ages are uniformly distributed
         season: ambient temperature over the year
-        groups: cohorts
         ageing: ageing of some of the cars
         wrong_share: share of outlier drives at estimate level, with an error five times as large
     """
@@ -146,8 +141,6 @@ class VirtualCars:
     """Cars of a virtual fleet and their drives; rows are cars, columns are drives.
 
     Args:
-        file: description of the fleet
-        names: names of the cars
         labels: kind of cohort -> name of each car's cohort
         day: day of each drive since 1970 [d], (cars, drives)
         temperature: ambient temperature [K], (cars, drives)

@@ -35,12 +35,7 @@ def shipped_law() -> ErrorLaw:
 
 @dataclass(frozen=True)
 class Recorded:
-    """Recording to be made.
-
-    Args:
-        drive: the drive to simulate
-        path: path of the recording
-    """
+    """Recording to be made."""
 
     drive: VirtualDrive
     path: Path

@@ -39,7 +39,6 @@ class CChoice:
     """Options of the C export of a monitor, as on the command line.
 
     Args:
-        precision: single or double
         validity: whether a mask states which inputs are valid, in place of NaN
         libm: whether functions such as the sine come from the C library
         drive: recording or scenario of the test vectors; a shipped scenario where None

@@ -114,7 +114,6 @@ class _Use(NamedTuple):
     """Possible uses of a recording of a car.
 
     Args:
-        path: path of the recording
         not_learnt: why parameters cannot be identified from it; "" if they may be
         judged: whether a monitor can judge it
     """

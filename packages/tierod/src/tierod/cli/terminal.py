@@ -155,8 +155,6 @@ class Counting:
     """Number of finished drives or recordings on the terminal: a bar if there is one, else occasional lines.
 
     Args:
-        console: console of stderr
-        what: what is counted, in the plural
         name: title of the lines, and of the bar from the first count on; "" for none
         bar: update of the bar; None where there is none
     """

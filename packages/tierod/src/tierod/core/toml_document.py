@@ -154,9 +154,6 @@ class Document:
     """A TOML file that has been read.
 
     Args:
-        content: its tables
-        text: as written
-        path: origin of the text
         above: files that refer to this one, outermost first
     """
 

@@ -77,7 +77,6 @@ class DebounceCounters:
     fails again.
 
     Args:
-        counters: one per code
         causes: positions of the codes that cause each code
     """
 

@@ -116,15 +116,12 @@ class Entry:
     """Entry of one trouble code.
 
     Args:
-        status: status byte
-        counter: debounce counter, -128 to 127
         verdict: present verdict: 1 failed, -1 passed, 0 none yet
         occurrences: number of changes to failed since the memory was cleared
         failed_cycles: number of consecutive failed cycles, up to confirmation
         passed_cycles: number of consecutive passed cycles, for healing and then for aging
         healed: whether the lamp request has been withdrawn and aging has begun
         consequence_of: name of the code that caused the latest failure, until a test passes; "" for none
-        first, last: freeze frame of the first and of the latest failure
     """
 
     __pydantic_config__: ClassVar[dict[str, object]] = _CHECKED

@@ -40,11 +40,7 @@ class Change(NamedTuple):
 
 
 class Counting:
-    """Debounce counters and verdicts of all codes within an operation cycle.
-
-    Args:
-        codes: table of trouble codes
-    """
+    """Debounce counters and verdicts of all codes within an operation cycle."""
 
     def __init__(self, codes: TroubleCodes):
         self.names = tuple(codes.codes)
@@ -96,8 +92,6 @@ class FaultMemory:
     """Fault memory: debounced test results as trouble codes over many operation cycles.
 
     Args:
-        codes: table of trouble codes
-        vehicle: name of the vehicle
         path: of a new file; None for a memory without file; `opened` continues with an existing file
         places: number of codes that it can hold; a further one displaces the least important
 

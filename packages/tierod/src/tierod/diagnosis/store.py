@@ -28,10 +28,7 @@ class Kept:
     """Content of a file.
 
     Args:
-        content: of the memory
         entries: by name of their code; the codes are those of the table at the time of writing
-        digest: of the content
-        vehicle: name of the vehicle
     """
 
     content: Mapping[str, Any]

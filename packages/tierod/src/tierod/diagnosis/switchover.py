@@ -41,7 +41,6 @@ class SubstitutionGraph:
     """Substitutes of every sensor, the most accurate first.
 
     Args:
-        sensors: monitored sensors, with or without substitutes
         ways: substitutes of each sensor, in the same order
 
     Raises:
@@ -131,7 +130,6 @@ class Switchover:
         graph: sensors and their substitutes
         growth: growth rate of the deviation of a held value, per signal [unit of the signal per s]
         fade: time constant of the transition
-        sample_time: sampling interval
 
     Raises:
         ParameterError: the numbers of growths and sensors differ, or a time is not positive

@@ -29,17 +29,13 @@ class TroubleCode:
 
     Args:
         code: letter of the system, four digits, and failure type, as in "C1A01-92"
-        meaning: one sentence fragment
         monitor: name of the monitor that provides its results
         failed_by, passed_by: statuses of the monitor that count as failed and as passed result; any other is no result
         increment, decrement, jump: parameters of the debounce counter, see `DebounceCounter`
         priority: 1 is kept longest when the memory is full, 255 shortest
         severity: 1 fatal, 2 error, 3 warning, 4 information
-        confirmation_cycles: failed operation cycles until confirmation
         healing_cycles: passed cycles until the lamp request is withdrawn
         aging_cycles: passed cycles after healing until the code is deleted
-        lamp: whether the confirmed code requests the warning lamp
-        reaction: none, degrade the function, switch to a substitute, or switch it off
         consequence_of: names of codes that cause this one; it is not raised while a cause has failed, or if a cause
             fails shortly afterwards
 

@@ -46,8 +46,6 @@ class Entry:
         cohort: labels of all these recordings
         cohort_metadata: entries of a recording's metadata that label the cohort
         mileage: mileage of the vehicle [m]
-        mileage_metadata: entry of a recording's metadata that holds the mileage
-        mileage_unit: unit of the number in `mileage_metadata` and in the group `mileage`
     """
 
     files: str = ""
@@ -119,7 +117,6 @@ class Fleet:
 
     Args:
         recordings: entries, of which the first that matches applies
-        vehicles: descriptions of single vehicles by name
         source: path of the file, for messages
     """
 

@@ -35,11 +35,7 @@ Row = dict[str, Any]
 
 
 class Ledger:
-    """Context manager with the rows by name of their recording; new rows are written as they arrive.
-
-    Args:
-        place: the results folder
-    """
+    """Context manager with the rows by name of their recording; new rows are written as they arrive."""
 
     def __init__(self, place: Place):
         self.place = place

@@ -58,8 +58,6 @@ class Reason:
     """One reason for a car to be in the list.
 
     Args:
-        urgency: urgency of the reason
-        text: one sentence
         inspect: what to do: the parts to inspect, or the drives to look at
         trends: trends of the quantity, with the index of the car in them; None if it is not followed
         rows: rows of the underlying findings, the newest first
@@ -93,7 +91,6 @@ class Ranked:
     """A car in the list.
 
     Args:
-        vehicle: name of the car
         reasons: reasons, the most urgent first
     """
 

@@ -86,8 +86,6 @@ class LedgerRow:
     """Recordings of the ledger with the same outcome and reason.
 
     Args:
-        outcome, reason: their common outcome and reason
-        count: number of recordings
         examples: names of up to three
     """
 
@@ -103,7 +101,6 @@ class FleetReport:
 
     Args:
         name: name of the results, for display
-        findings: table of findings
         design: permitted false alarms
         trends: trends of every quantity, the one with most drives first
         cars: cars to inspect, the worst first
@@ -113,9 +110,7 @@ class FleetReport:
         confirmed: number of these of which a monitor said healthy or consistent
         outcomes: number of recordings by outcome
         ledger: outcomes with their reasons, the most frequent first, without judged recordings
-        remarks: notices for a reader
         created: time of creation, as text
-        command: the command line
     """
 
     name: str

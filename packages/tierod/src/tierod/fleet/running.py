@@ -36,9 +36,7 @@ class Progress(NamedTuple):
 
     Args:
         done: number of finished recordings, including those of earlier runs
-        total: number of all recordings
         name: name of the recording just finished; "" before the first
-        outcome: outcome of that recording
         reason: why it was skipped or failed
     """
 
@@ -54,7 +52,6 @@ class Summary:
     """Summary of a run.
 
     Args:
-        results: folder of the results
         recordings: names of the recordings found
         kept: number of these whose earlier result is still valid
         rows: rows of the ledger, by name of the recording

@@ -32,7 +32,6 @@ class Watched(NamedTuple):
 
     Args:
         monitor, judged: monitor and judged element; "" for the quantity that the monitor watches as a whole
-        quantity, unit: quantity and unit of the estimate
     """
 
     monitor: str
@@ -52,7 +51,6 @@ class Series:
     """Drives of all cars for one quantity.
 
     Args:
-        watched: subject of the series
         vehicles: names of the cars, in the order of the rows
         drives: days since 1970, estimates, standard deviations without the shared part; regressors: temperature minus
             the reference [K], mileage since the first drive of the car [10 000 km]

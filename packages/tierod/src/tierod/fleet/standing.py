@@ -30,7 +30,6 @@ class Drive(NamedTuple):
     """A drive whose verdict is not healthy.
 
     Args:
-        row: its row in the findings
         name: name of the recording without its folder; "" if unknown
         date: day of its start as an ISO date; "" if unknown
         status: worst verdict of the drive

@@ -47,10 +47,7 @@ class Learnt:
         noise: noise model of cars that may age, for levels and trends
         steady: noise model of cars that do not age, as the fault-free hypothesis of the change detection
         prior: prior of a car before its first drive
-        changes: changes to detect
-        scatter: scatter from drive to drive
         wander: drift of the fault-free cars
-        remarks: remarks on statistics that could not be learnt
     """
 
     noise: TrendNoise
@@ -189,7 +186,6 @@ class Cohorted:
 
     Args:
         cohorts: every cohort with its odds, and the spread from car to car; None if the fleet has too few cars
-        remark: why there are none
     """
 
     cohorts: Cohorts | None

@@ -55,9 +55,6 @@ class Trends:
     """Trends of one quantity of a fleet, car by car.
 
     Args:
-        series: series of the drives
-        learnt: statistics of the fleet
-        cohorts: cohort effects
         steps: drives with which a new level begins, the first one included if another is early, (cars, drives)
         before: level before the last step [unit], (cars,); NaN without one
         unconfirmed: last estimate of each car where it is far from the level, and no part of it until another drive

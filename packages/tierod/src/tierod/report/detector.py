@@ -33,8 +33,6 @@ class Measured:
 
     Args:
         records: (n,) per recording [unit of the residual]; NaN where missing
-        label: description of the residuals
-        simulated: whether the residuals are simulated
     """
 
     records: Sequence[np.ndarray]

@@ -114,11 +114,9 @@ class Analysis:
     """Result of an analysis, for terminal, page and JSON document.
 
     Args:
-        title: a few words
         summary: paragraphs with the main results
         items: headings, tables and charts in order; the terminal shows the tables
         document: the results as data in SI units, for JSON
-        remarks: notices for a reader
     """
 
     title: str

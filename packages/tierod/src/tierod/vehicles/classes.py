@@ -32,14 +32,11 @@ class Rule:
     """Rule that gives a quantity for each class of cars.
 
     Args:
-        name: of the quantity
-        unit: SI
         values: value by class; with powers the factor of the rule
         powers: value = factor * product of quantity ** power
         relative: relative standard deviation by class, of a value that is not given
         absolute: further standard deviation [unit]
         given: relative standard deviation of a value given without one; None for the same as `relative`
-        source: of values and spreads
         spread_alone: whether only the spread is usable and the value must be given
     """
 

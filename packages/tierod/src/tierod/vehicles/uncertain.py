@@ -98,7 +98,6 @@ class GainDeviation(NamedTuple):
     """Relative standard deviation of the gain of the torque sensors.
 
     Args:
-        value: standard deviation [-]
         given: whether the vehicle file states it; else it is assumed
     """
 
@@ -118,9 +117,6 @@ def torque_gain_deviation(vehicle: Vehicle) -> GainDeviation:
 
 class WatchedParameters(Mapping[str, Parameter]):
     """Parameters of a vehicle that record which of them were read, and which spreads the reader includes itself.
-
-    Args:
-        parameters: by name
 
     `read` holds the names of the first, `held` those of the others (see `held_deviation`).
     """

@@ -22,8 +22,6 @@ class Parameter:
     """One parameter of a vehicle.
 
     Args:
-        name: as in the catalogue
-        value: value in the unit
         unit: SI, in the notation of pint; "count" for a torque of an uncalibrated vehicle
         standard_deviation: one sigma in the unit; None if unknown
         source: origin of the value; begins with "assumed" if it was not measured
@@ -47,7 +45,6 @@ class Vehicle:
 
     Args:
         name: short, as given on the command line
-        description: one sentence
         source: origin of the set as a whole
         good_for, not_good_for: uses for which the set is and is not suitable
         torque_unit: "N*m", or "count" if torques in its recordings are raw

@@ -24,9 +24,7 @@ class Change:
     """A new value of a parameter.
 
     Args:
-        value: in SI units
         standard_deviation: one sigma, in SI units
-        source: origin of the value
     """
 
     value: float

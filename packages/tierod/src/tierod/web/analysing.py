@@ -69,7 +69,6 @@ class Reading:
     """Settings by which a recording is read.
 
     Args:
-        path: path of the file
         dbc: its databases; if empty, those of the vehicle
         channel_map: path or content of its channel map; None for that of the vehicle
     """
@@ -299,7 +298,6 @@ class Watched(Together):
     """Monitors whose estimates are written as they are made.
 
     Args:
-        car, chosen, spread: as in `Together`
         writer: writer of the estimates, which are named "monitor/estimate"
     """
 
@@ -315,9 +313,7 @@ class Written(OverTime):
     """Writes the estimates of a monitor.
 
     Args:
-        monitor: name of the monitor
         run: returns the run of the monitor, which has the names and units of its estimates
-        writer: writer of the estimates
     """
 
     def __init__(self, monitor: str, run: object, writer: SeriesWriter):

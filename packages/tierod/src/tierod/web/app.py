@@ -118,8 +118,6 @@ class Files(NamedTuple):
     """The files of the page.
 
     Args:
-        content: content of every file, by its name
-        digest: digest of all files
         html: the page itself, whose addresses contain the digest
     """
 

@@ -74,8 +74,6 @@ class BoundedConfig(uvicorn.Config):
     """Configuration of a server whose connections have limits.
 
     Args:
-        app: ASGI application
-        limits: limits of the server
         others: further settings of uvicorn
     """
 

@@ -134,11 +134,7 @@ def _bands(found: FleetReport, worst: Sequence[str]) -> dict[str, dict[str, Any]
 
 
 class Fleets:
-    """Computed fleet reports in memory, so that a table is filtered without delay.
-
-    Args:
-        cache: cache folder
-    """
+    """Computed fleet reports in memory, so that a table is filtered without delay."""
 
     def __init__(self, cache: Path):
         self._cache = cache

@@ -42,7 +42,6 @@ class Samples:
     """Decodes frames as they arrive into samples of all signals, for one line every `PERIOD`.
 
     Args:
-        database: messages of all databases
         channel_map: channel map of the vehicle; None assigns signals by their names
     """
 

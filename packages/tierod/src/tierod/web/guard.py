@@ -53,7 +53,6 @@ class Trust:
     """Hosts, token and limits that the server trusts.
 
     Args:
-        port: port of the server
         token: token required of a request; "" if only this computer can reach the server
         loopback: whether only this computer can reach the server
         names: further names of this machine
@@ -102,7 +101,6 @@ class Guard:
     """ASGI middleware that passes trusted requests on to an application.
 
     Args:
-        app: ASGI application
         trust: trusted hosts, token and limits
         open_to_all: prefixes of paths without user data: the files of the page
     """

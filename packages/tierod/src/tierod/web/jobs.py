@@ -41,12 +41,7 @@ class Job:
     """One piece of work.
 
     Args:
-        id: identifier in addresses
-        kind: kind of work
-        given: its arguments
-        about: description in words
         state: waiting, running, done, failed or cancelled
-        share: share done, 0 to 1
         text: current step, or why it failed
         found: results available so far; the complete result after the end
     """

@@ -44,7 +44,6 @@ class Kept:
         name, unit, source, note: as in a channel; "monitor/name" is the estimate of a monitor
         stamps: number of its time stamps' file
         file: number of the file with its values
-        count: number of samples
     """
 
     name: str
@@ -202,9 +201,6 @@ def _neighbours(of: np.ufunc, values: np.ndarray, width: int) -> np.ndarray:
 @dataclass
 class SeriesReader:
     """Reader of the stored signals of a recording.
-
-    Args:
-        folder: folder that a `SeriesWriter` has finished
 
     Raises:
         Absent: the folder does not exist any more

@@ -28,7 +28,6 @@ class Root:
     """A served folder, or a single served file in it.
 
     Args:
-        name: name in addresses
         path: resolved path of the folder
         only: the single file that is served; "" for all files
     """
@@ -71,7 +70,6 @@ class Site:
     """Description of what is served.
 
     Args:
-        roots: folders with recordings
         results: folders with results of `tierod fleet`
         cache: folder for analysed recordings
         vehicle: name or path of the vehicle as which recordings are judged; "" for the one named in each of them

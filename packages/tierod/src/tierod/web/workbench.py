@@ -38,7 +38,6 @@ class Workbench:
     """Context manager with all functions of a site; its end cancels all jobs.
 
     Args:
-        site: the site to serve
         workers: number of jobs at a time
 
     Raises:

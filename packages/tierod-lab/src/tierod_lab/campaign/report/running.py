@@ -24,7 +24,6 @@ class Outcome:
 
     Args:
         content: content of the JSON document
-        page: path of the HTML page
         exit_code: 0 if all pass criteria are met, 1 if one is missed, 2 if not everything could be judged
     """
 

@@ -30,7 +30,6 @@ class Figure:
     """One chart of the page.
 
     Args:
-        name: identifier on the page
         title, caption: heading, and a line on how to read the chart
         reading: further explanation, shown on request
         alternative: text alternative in a sentence

@@ -42,10 +42,7 @@ class Identification:
     """Result of an identification.
 
     Args:
-        subject: identified subject
-        vehicle: initial parameters
         result: parameters and their fit, in the type of the subject
-        recordings: by name
         files: paths of the recordings; empty if they were passed as objects
     """
 
@@ -239,11 +236,9 @@ class Subject(NamedTuple):
     """A subject of identification.
 
     Args:
-        title: in one word
         summary: description of the method, for the page
         identify: function of vehicle, recordings, names of free parameters, and progress callback
         items: tables and charts of the page
-        tables: tables in the terminal
         lines: lines in the terminal, below the tables
         document: entries of the JSON document besides the parameters
         takes_false_alarms: whether `identify` also takes the required hours between false alarms
