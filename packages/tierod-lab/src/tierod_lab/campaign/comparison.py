@@ -256,7 +256,6 @@ def _label(monitor: Mapping[str, Any]) -> str:
 
 
 def _of(index: int, monitor: Mapping[str, Any], several: bool) -> Iterator[Item]:
-    """Number of drives, differences of figures, differences of verdicts of one monitor."""
     right = monitor["right"]
     yield Heading(_label(monitor), (_headline(monitor),) if several else ())
     yield Facts([
@@ -284,7 +283,6 @@ def _changed(monitor: Mapping[str, Any]) -> tuple[tuple[str, str, str], ...]:
 
 
 def _differences(index: int, figures: Sequence[Mapping[str, Any]]) -> Chart | None:
-    """Differences of all pairs of drives, with mean and confidence interval."""
     panels, rows = [], []
     for figure in figures:
         if figure["name"] not in _DRAWN or not figure["pairs"]:

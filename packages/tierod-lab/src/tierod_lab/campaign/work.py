@@ -88,7 +88,6 @@ def code() -> tuple[str, str]:
 
 
 def _driven(task: Task) -> tuple[Mapping[str, Any], Recording]:
-    """Record and recording of a drive, kept or simulated now."""
     store, cell = task.store, task.cell
     kept = store.drive(cell.name, cell.key)
     if kept is not None and (recording := store.recording(kept)) is not None:

@@ -64,7 +64,6 @@ def _results_folder() -> Path | None:
 
 
 def _run(chosen: Study, effort: Effort, folder: Path) -> list[Path]:
-    """Run a study and write its two files once all results are available."""
     import sys
 
     from tierod.core.claims import Claim, claims_document
@@ -107,7 +106,6 @@ def _run(chosen: Study, effort: Effort, folder: Path) -> list[Path]:
 
 
 def _require_writable(folder: Path) -> None:
-    """Check that the folder can be written before minutes of work."""
     import os
 
     from tierod.core.errors import OutputError
@@ -136,7 +134,6 @@ def _shown_progress(name: str) -> Iterator[Callable[[float, str], None]]:
 
 
 def _print(claims: Sequence[Claim]) -> None:
-    """Print the claims as a table with the number that hold, and separately the figures that only describe."""
     import sys
 
     from tierod.core.claims import counted

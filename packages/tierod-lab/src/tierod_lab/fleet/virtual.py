@@ -162,7 +162,6 @@ class VirtualCars:
 
     @property
     def winter(self) -> np.ndarray:
-        """Whether each drive is on winter tyres, (cars, drives)."""
         of_year = self.day % YEAR  # days count from a first of January
         return np.asarray(self.file.season.winter & ((of_year < 90.0) | (of_year >= 305.0)))
 

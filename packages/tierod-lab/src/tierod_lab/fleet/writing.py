@@ -53,7 +53,6 @@ def record(task: Recorded) -> bool:
 
 
 def recordings_of(cars: VirtualCars, folder: Path) -> list[Recorded]:
-    """Every drive of a fleet with the path of its recording, all cars of the first week first."""
     found = []
     for drive in range(cars.day.shape[1]):
         for car, name in enumerate(cars.names):
@@ -90,7 +89,6 @@ def write_drives(
 
 
 def fleet_file(cars: VirtualCars) -> str:
-    """Fleet file that assigns recordings to cars and cohorts for `tierod fleet`."""
     lines = ["[[recordings]]", f"pattern = '{PATTERN}'", f"parameters = {json.dumps(cars.file.vehicle)}", ""]
     for number, name in enumerate(cars.names):
         labels = ", ".join(f"{json.dumps(kind)} = {json.dumps(names[number])}" for kind, names in cars.labels.items())

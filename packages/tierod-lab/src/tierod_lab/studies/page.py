@@ -101,7 +101,6 @@ def _table(title: str, claims: Sequence[Claim], derived: bool) -> Table:
 
 
 def _named(claim: Claim) -> str:
-    """The claim with its source, its note, and the cause where it does not hold."""
     cause = f"Cause: {claim.cause}" if claim.cause and claim.met is False else ""
     return " ".join(filter(None, (claim.claim, f"({claim.source})", claim.note, cause)))
 

@@ -9,7 +9,6 @@ CARS, WEEKS = 120, 52
 
 
 def demo_fleet(folder: Path) -> None:
-    """Draw the fleet, and write its results into a folder."""
     from tierod_lab.fleet.ageing import SECONDS_PER_DAY, Ageing, Linear
     from tierod_lab.fleet.virtual import FleetFile, Group, drawn
     from tierod_lab.fleet.writing import shipped_law, write_estimates

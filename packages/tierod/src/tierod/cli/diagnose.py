@@ -188,7 +188,6 @@ def _one(
 
 @contextmanager
 def _naming_others(source: Path | Recording, monitor: str, reading: _Reading) -> Iterator[None]:
-    """Add the monitors that can run to the error of a monitor that cannot."""
     from tierod.core.errors import DamagedFile, InputError, ParameterError, TierodError
     from tierod.monitors.registry import MONITORS
     from tierod.monitors.several import able

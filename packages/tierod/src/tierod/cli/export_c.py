@@ -122,7 +122,6 @@ def export_fault_memory(output: Path, evidence: bool) -> None:
 
 
 def _write(face: Interface, car: Vehicle, drive: str | None, output: Path) -> list[str]:
-    """Write the files of an export, and return their names."""
     from tierod.export.c_export import files, refuse_foreign, write_folder
     from tierod.export.vectors import STEPS, affordable, vectors_of
 

@@ -64,7 +64,6 @@ def on_memory(verb: str, path: Path | None, code: str | None, uds: str | None, j
 
 
 def _opened(path: Path) -> FaultMemory:
-    """The memory in an existing file, whichever vehicle it belongs to."""
     from tierod.diagnosis.fault_memory import FaultMemory
 
     if not path.exists():

@@ -115,7 +115,6 @@ def fleet(
 
 
 def _report(given: Sequence[str], output: str | None, as_json: bool, prior: Path | None, cohort: Sequence[str]) -> int:
-    """Write the report of a results folder, for `tierod fleet report RESULTS`."""
     from tierod.core.errors import ParameterError
 
     if len(given) != 1:

@@ -61,7 +61,6 @@ def _write_map(
     overwrite: bool,
     as_json: bool,
 ) -> None:
-    """Write the proposed channel map, show it, and name the next command."""
     from tierod.cli.terminal import refuse_to_overwrite
     from tierod.core.errors import OutputError, ParameterError
     from tierod.core.files import require_folder, write_text
@@ -155,14 +154,12 @@ def _show(found: Inspection, every: bool, channel_map: Path | None) -> None:
 
 
 def _can_run(ready: Readiness, verdict: str) -> str:
-    """Whether a monitor can run, under which condition and as which variants, and whether a variant must be chosen."""
     free = ready.variants
     alone = "" if not ready.monitor.default or len(free) == len(ready.reasons) else f", as {', '.join(free)} only"
     return f"{verdict}{ready.choice}{alone}"
 
 
 def _say_which_vehicle(car: Vehicle | None) -> None:
-    """Print for which vehicle the list of monitors holds."""
     if car is None:
         text = "no vehicle is named: a typical car is assumed; name yours with --vehicle"
     else:

@@ -132,7 +132,6 @@ def _refuse_what_cannot_be_written(targets: list[Path | None], given: list[Path 
 
 
 def _drive_of(wanted: _Wanted, addresses: Sequence[Address]) -> tuple[Drive, Hub]:
-    """The session with its buses opened, and the hub of its events."""
     import queue
 
     from tierod.cli.terminal import command_line, origin

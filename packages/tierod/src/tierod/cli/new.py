@@ -67,7 +67,6 @@ def new(
 
 
 def _map_for(file: Path, channel_map: Path | None) -> tuple[str | None, bool]:
-    """Path of the channel map relative to the vehicle file, and whether the map reads torques as counts."""
     from tierod.core.units import COUNT
     from tierod.io.readers import load_channel_map
 
@@ -97,7 +96,6 @@ def _said(file: Path, kind: str, given: int, total: int, channel_map: str | None
 
 
 def next_commands(file: Path, drives: Sequence[Path]) -> list[str]:
-    """The next commands for a new vehicle file, each with the recordings for which it works."""
     looked_at = [_Use.of(each, file) for each in drives]
     car = shlex.quote(str(file))
     learn = shlex.join(str(each.path) for each in looked_at if not each.not_learnt) or ("" if drives else "DRIVE")

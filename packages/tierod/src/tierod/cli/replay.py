@@ -98,7 +98,6 @@ def _with_a_first(frames: Iterator[Frame], recording: Path, differences: Differe
 
 
 def _print(played: Played, as_json: bool) -> None:
-    """Print the counts of replayed frames and of the intended disturbances."""
     import dataclasses
 
     from tierod.cli.terminal import output, print_json

@@ -256,7 +256,6 @@ def present(
     not_good_for: Sequence[str] = (),
     kind: str = "analysis",
 ) -> None:
-    """Write the page of an analysis, print its document or its tables, and print the path of the page."""
     if target is not None:
         write_page(found, facts, target, not_good_for, kind)
     if as_json:

@@ -102,7 +102,6 @@ def flat(table: Mapping[str, Any], keys: Set[str], above: str = "") -> list[tupl
 
 
 def _has(instance: object, path: str) -> bool:
-    """Whether a dotted path leads to a field that is not a float."""
     for name in path.split("."):
         if not (dataclasses.is_dataclass(instance) and name in {field.name for field in dataclasses.fields(instance)}):
             return False
@@ -300,7 +299,6 @@ class Builder:
     def _chosen(
         self, classes: tuple[type, ...], table: dict[str, object], location: tuple[str | int, ...], base: object
     ) -> Any:
-        """(class, table without the key that chose it)."""
         named = {kind_name(each): each for each in classes}
         own = len(classes) == 1 and "kind" in hints(classes[0])
         if "kind" not in table or own:

@@ -84,7 +84,6 @@ class _Scan:
         return str(tomllib.loads(f"key = {text}")["key"]) if kind == "string" else text
 
     def note(self, path: tuple[str, ...], line: int) -> None:
-        """Record the line of a path, and of the tables that it implies."""
         for length in range(1, len(path) + 1):
             self.lines.setdefault(".".join(path[:length]), line)
 
@@ -173,7 +172,6 @@ class Document:
         return cls(toml(text, path, ParameterError, f"no {what} can be read from it"), text, Path(path))
 
     def beside(self, path: str | Path, what: str) -> Document:
-        """The document at a path that this one names, relative to its folder."""
         if "\0" in str(path):
             raise ParameterError(f"{self.path}: the name of a {what} file has a zero character; leave it out")
         found = self.path.parent / expanded(path)

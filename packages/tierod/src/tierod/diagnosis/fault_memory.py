@@ -135,7 +135,6 @@ class FaultMemory:
 
     @classmethod
     def opened(cls, path: str | Path, vehicle: str | None = None, codes: TroubleCodes | None = None) -> FaultMemory:
-        """Open the memory in a file, or create a new one for it."""
         memory = cls(codes, vehicle or "", path)
         assert memory.path
         if memory.path.exists():

@@ -119,7 +119,6 @@ class TroubleCodes:
 
     @property
     def numbers(self) -> dict[str, int]:
-        """Numbers of the codes (three bytes), by name."""
         return {name: code.number for name, code in self.codes.items()}
 
     def of_monitor(self, monitor: str) -> dict[str, TroubleCode]:

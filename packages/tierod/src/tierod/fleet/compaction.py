@@ -150,7 +150,6 @@ def _content(table: pa.Table) -> bytes:
 
 
 def _stamp(table: pa.Table) -> str:
-    """Digest of the content of a table, independent of its division into chunks."""
     import pyarrow as pa
 
     buffer = io.BytesIO()

@@ -62,7 +62,6 @@ def content_of(estimates: Mapping[str, Mapping[str, Trace]]) -> bytes:
 
 
 def _tables(estimates: Mapping[str, Mapping[str, Trace]]) -> Iterator[pa.Table]:
-    """One table per level, in the order of monitor, name and time."""
     import pyarrow as pa
 
     made = [(monitor, each) for monitor, traces in estimates.items() for each in map(pyramid, traces.values())]

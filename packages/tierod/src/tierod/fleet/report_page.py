@@ -266,7 +266,6 @@ def render(report: FleetReport) -> str:
 
 
 def write(report: FleetReport, folder: str | Path) -> tuple[Path, Path]:
-    """Write fleet.html and fleet.json into a folder, and return the paths (page, document)."""
     target = Path(folder)
     target.mkdir(parents=True, exist_ok=True)
     document = write_text(target / "fleet.json", text(report))

@@ -177,7 +177,6 @@ def stamps(days: np.ndarray) -> pa.Array:
 
 
 def _coded(findings: pa.Table, columns: Sequence[str]) -> tuple[np.ndarray, list[tuple[str, ...]]]:
-    """Code of the combination of columns in each row, and the combinations by code."""
     codes, names = [], []
     for column in columns:
         encoded = findings[column].combine_chunks().fill_null("").dictionary_encode()

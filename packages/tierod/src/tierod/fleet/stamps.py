@@ -32,7 +32,6 @@ def code() -> str:
 
 @cache
 def report_code() -> str:
-    """Digest of all code that determines a report of results."""
     return fingerprint(code(), [_content(path) for path in sorted(OWN.glob("*.py"))])
 
 

@@ -175,7 +175,6 @@ def _drives(findings: pa.Table) -> _Drives:
 
 
 def _groups(table: _Drives) -> Iterator[tuple[int, int]]:
-    """First and end rows of every group with a verdict that is not healthy."""
     change = np.flatnonzero(np.diff(table.group)) + 1
     for first, end in pairwise([0, *change.tolist(), len(table.group)]):
         if end > first and table.severity[first:end].min() < _QUIET:

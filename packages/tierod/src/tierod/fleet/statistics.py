@@ -198,7 +198,6 @@ class Cohorted:
 
 
 def cohorted(series: Series, level: np.ndarray, deviation: np.ndarray, known: Learnt) -> Cohorted:
-    """Cohort effects of a quantity from the levels of all cars."""
     if len(level) < LEAST:
         return Cohorted(None, f"{len(level)} cars are too few to compare cohorts; {LEAST} are the least")
     return Cohorted(cohorts(level, deviation, series.labels, 0.5 * known.changes.step))

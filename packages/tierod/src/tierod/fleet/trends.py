@@ -248,7 +248,6 @@ def _least_step(known: Learnt) -> float:
 
 
 def _last(drives: Drives) -> np.ndarray:
-    """Index of the last drive of each car, (cars,)."""
     return np.asarray(drives.present.shape[1] - 1 - drives.present[:, ::-1].argmax(axis=1))
 
 

@@ -166,7 +166,6 @@ def rules_beside(wish: Wish, found: Mapping[str, Designed]) -> Table:
 
 
 def measurement(wish: Wish, found: MeasuredDesign, delays: Sequence[float]) -> list[Table | Chart]:
-    """Table and chart of a threshold measured on fault-free residuals."""
     unit = found.rule.scale(found.deviation)
     median, late = (float(np.quantile(delays, share, method="higher")) for share in (0.5, 0.95))
     rows = (

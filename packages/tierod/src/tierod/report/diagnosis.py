@@ -283,7 +283,6 @@ def _origin(diagnosis: Diagnosis) -> Iterator[Item]:
 
 
 def _facts(facts: Mapping[str, object]) -> list[tuple[str, str]]:
-    """Rows of facts, without empty and nested values."""
     rows = []
     for name, value in facts.items():
         if name == "origin" and isinstance(value, int | float) and CALENDAR < value < LATEST:
@@ -303,7 +302,6 @@ def _is_nested(value: object) -> bool:
 
 
 def _flat(name: str, value: Any) -> Iterator[tuple[str, str]]:
-    """(dotted name, value) of every entry of nested metadata."""
     if isinstance(value, dict):
         for key, entry in value.items():
             yield from _flat(f"{name}.{key}", entry)

@@ -90,7 +90,6 @@ def _element(element: Element) -> dict[str, Any]:
 
 
 def _episode(episode: Episode) -> dict[str, Any]:
-    """An episode with the keys of the schema, where the magnitude is called size."""
     names = {field.name: "size" if field.name == "magnitude" else field.name for field in dataclasses.fields(episode)}
     return {key: getattr(episode, name) for name, key in names.items()} | {"size": _estimate(episode.magnitude)}
 

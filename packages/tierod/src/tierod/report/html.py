@@ -78,15 +78,7 @@ def page(
     traces: Mapping[str, Trace] | None = None,
     came: Sequence[Item] = (),
 ) -> str:
-    """HTML text of a page.
-
-    Args:
-        items: content; a verdict or a heading begins a section
-        origin: of the page
-        title, about: of the window, and in the head of the page
-        traces: series from which the figures are drawn
-        came: content of the last section, which tells where the page comes from
-    """
+    """HTML text of a page."""
     found = _sections(items)
     drawn = [figure for figure, _ in _charts(found)]
     marks = (mark for figure in drawn for mark in figure.data)
@@ -260,7 +252,6 @@ def _pack(trace: Trace, step: int) -> Packed | None:
 
 
 def _size(packed: Packed) -> int:
-    """Characters of a packed trace in base64."""
     return 4 * len(packed.data) // 3
 
 

@@ -86,7 +86,6 @@ def render(judged: Sequence[Judged], origin: Origin) -> str:
 
 
 def _head(judged: Sequence[Judged]) -> Verdict:
-    """The worst verdict, and the number of verdicts of which it is the worst."""
     found = [each for one in judged for each in one.diagnoses.values()]
     missed = [one.path.name for one in judged if not one.diagnoses]
     status = status_of(judged)

@@ -43,13 +43,7 @@ def show(items: Iterable[Item | Figure], console: Console) -> None:
 
 
 def rows(titles: Sequence[str], cells: Iterable[Sequence[str]], right: Sequence[int] = ()) -> rich.table.Table:
-    """A plain table; square brackets are text, and a status or mark gets its looks.
-
-    Args:
-        titles: titles of the columns
-        cells: the rows
-        right: indices of the columns that are aligned to the right, such as numbers
-    """
+    """A plain table; square brackets are text, and a status or mark gets its looks."""
     from rich.table import Table as Rich
     from rich.text import Text
 

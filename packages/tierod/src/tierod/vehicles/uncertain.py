@@ -76,7 +76,6 @@ def moved(vehicle: Vehicle, by: Mapping[str, float]) -> Vehicle:
 
 
 def _moved(each: Parameter, by: float) -> float:
-    """Value of a parameter in error by a given number of standard deviations."""
     low, high = QUANTITIES[each.name].plausible
     # A value outside the plausible range is not pulled into it.
     low, high = min(low, each.value), max(high, each.value)

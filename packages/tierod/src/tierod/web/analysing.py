@@ -281,7 +281,6 @@ def _write_report(path: Path, diagnosis: Diagnosis) -> None:
 
 
 def monitor_document(found: Concluded) -> dict[str, Any]:
-    """Findings of a monitor in the form of the JSON document."""
     from tierod.report.document import document
     from tierod.report.document import plain as finite
 

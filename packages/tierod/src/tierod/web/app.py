@@ -58,8 +58,6 @@ def application(bench: Workbench, trust: Trust, relay: Relay | None = None) -> G
 
 
 def _errors(app: FastAPI) -> None:
-    """Register handlers that turn every error into a sentence in JSON."""
-
     @app.exception_handler(TierodError)
     async def ours(_: Request, error: TierodError) -> Response:
         return problem(status_of(error), " ".join(str(error).split()))

@@ -45,7 +45,6 @@ def key_of(results: Path) -> str:
 
 
 def path_of(cache: Path, key: str) -> Path:
-    """Path of a computed fleet report in the cache."""
     return cache / "fleets" / f"{key}.json"
 
 

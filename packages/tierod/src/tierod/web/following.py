@@ -78,7 +78,6 @@ class Samples:
 
 
 def follow(drive: Drive, samples: Samples) -> int:
-    """Run a drive, and print its events and samples."""
     last, used, server = [0.0], [time.monotonic(), time.process_time()], os.getppid()
 
     def look(now: float) -> None:

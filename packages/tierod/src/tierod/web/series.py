@@ -272,7 +272,6 @@ class SeriesReader:
         return time[: kept.count], values[: kept.count]
 
     def _between(self, kept: Kept, time: np.ndarray, start: float, stop: float) -> tuple[int, int]:
-        """Index range of the samples of a time span, with one before and one after it."""
         first = int(np.searchsorted(time, start, side="left"))
         last = int(np.searchsorted(time, stop, side="right"))
         return max(first - 1, 0), min(last + 1, len(time))

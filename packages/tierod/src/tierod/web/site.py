@@ -91,7 +91,6 @@ class Site:
     demo: bool = False
 
     def file(self, name: str) -> Path:
-        """The file or folder of a name in an address, resolved."""
         path = self._within(name)
         if not (path.is_file() or path.is_dir()):
             raise Absent(
@@ -267,7 +266,6 @@ def _entry(each: os.DirEntry[str], folder: str, root: Root) -> Entry | None:
 
 
 def _searched(site: Site, folder: str, wanted: str) -> tuple[list[Entry], bool]:
-    """Files whose name contains a text, and whether all folders were searched."""
     until = time.monotonic() + SEARCH_TIME
     waiting = [folder] if folder else [root.name for root in site.roots]
     found: list[Entry] = []

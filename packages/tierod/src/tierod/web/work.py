@@ -59,7 +59,6 @@ def _inspect(given: Mapping[str, Any], say: Say) -> dict[str, Any]:
 
 
 def _simulate(given: Mapping[str, Any], say: Say) -> dict[str, Any]:
-    """Simulate a scenario into a recording among the uploads, and judge it."""
     path, facts = part("page", "a simulated drive").drive(given, lambda share: say(0.3 * share, "driving"))
     found = analyse(
         Store(Path(given["cache"])), Reading(path), facts["vehicle"], True,

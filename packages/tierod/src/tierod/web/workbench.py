@@ -255,7 +255,6 @@ class Workbench:
         return [{**row, "file": self.site.name_of(row["recording_name"] or "")} for row in rows]
 
     def parameters(self, vehicle: str) -> dict[str, Any]:
-        """Parameters of a vehicle, with standard deviation and source."""
         from tierod.vehicles import QUANTITIES, load
 
         car = load(self.vehicle(vehicle))

@@ -224,7 +224,6 @@ def grid(cells: Sequence[Mapping[str, Any]], monitor: str) -> Table:
 
 
 def _square(outcomes: Sequence[str]) -> str:
-    """Outcomes of all seeds of one cell of the matrix."""
     if not outcomes:
         return ""
     wrong = [each.removeprefix("lost: ") for each in outcomes if each not in RIGHT]
@@ -326,7 +325,6 @@ def detection_chart(
 
 
 def _goals(gates: Sequence[Mapping[str, Any]], monitor: str, fault: str) -> Iterator[tuple[str, float]]:
-    """Goals of the pass criteria on a fault's delays."""
     for gate in gates:
         part, of = _NUMBER.fullmatch(gate["goal"].lstrip("<>= ")), gate["where"].get("fault", fault)
         on = fault in of if isinstance(of, list) else fault == of
