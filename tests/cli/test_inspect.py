@@ -8,13 +8,13 @@ import pytest
 
 from shared_data import shared_data
 from tierod.cli import main
-from tierod.cli.terminal import without_advice
 from tierod.core.graph.kernel import _attempted
 from tierod.core.recording import Channel, Recording
 from tierod.core.signals import SIGNALS
 from tierod.io.readers import read
 from tierod.io.writers import write
 from tierod.monitors.registry import MONITORS
+from tierod.report.display import without_advice
 from tierod.vehicles import load
 from tierod_lab.ground import drive
 

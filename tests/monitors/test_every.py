@@ -8,12 +8,12 @@ from pathlib import Path
 import pytest
 
 from tierod.cli import main
-from tierod.cli.terminal import without_advice
 from tierod.io.readers import read
 from tierod.io.writers import write
 from tierod.monitors.every import Every, Look
 from tierod.monitors.inspection import inspect
 from tierod.monitors.several import judge
+from tierod.report.display import without_advice
 from tierod.vehicles import load
 from tierod.vehicles.classes import typical
 from tierod_lab.ground import drive
