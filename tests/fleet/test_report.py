@@ -175,7 +175,7 @@ def test_a_car_without_a_verdict_is_not_one_without_a_fault(tmp_path, monkeypatc
     nothing = worked_out(made(open_), ledger().empty_table(), Design())
     page = render(nothing)
     assert "No verdict on any of 2 cars" in page
-    assert "friction: no verdict on 2 of 2 cars (not identifiable)" in page
+    assert "no verdict on 2 of 2 cars (not identifiable)" in page
     assert "nothing found" not in page.lower()
     assert "What to do: nothing" not in page
     jsonschema.validate(json.loads(text(nothing)), SCHEMA)

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -15,7 +14,6 @@ from tierod.cli.terminal import command_line, report_path
 if TYPE_CHECKING:
     from tierod.core.findings import Diagnosis
     from tierod.core.recording import Recording
-    from tierod.monitors.several import Judged
     from tierod.vehicles import Vehicle
 
 
@@ -117,69 +115,38 @@ def diagnose(
     target = report_path(output, report, f"{stem}-{what}.html")
     given = [*recordings, *named, *(dbc or []), channel_map, baseline, memory]
     _refuse_what_cannot_be_written(target, signals, baseline, given)
-    reading = _Reading([cars[name] for name in named], dbc or None, channel_map, start, stop, spread)
+    reading = {"dbc": dbc or None, "channel_map": channel_map, "start": start, "stop": stop}
     if not alone or what == ALL:
-        _refuse_options_of_one(
-            {"--variant": variant, "--baseline": baseline, "--memory": memory, "--signals": signals}, alone
-        )
-        return _all(recordings, None if what == ALL else what, reading, target, as_json)
-    kept = _Kept(baseline, fault_free, memory, signals)
-    return _one(recordings[0], what, variant, reading, target, kept, as_json)
-
-
-@dataclass(frozen=True)
-class _Reading:
-    """Settings by which recordings are read and judged: vehicles, databases, map, time span, and parameter spread."""
-
-    cars: Sequence[Vehicle]
-    dbc: list[Path] | None
-    channel_map: Path | None
-    start: float | None
-    stop: float | None
-    spread: bool
-
-
-@dataclass(frozen=True)
-class _Kept:
-    """What is kept beside the report: baseline, with the user's word that the car is fault-free, memory and signals."""
-
-    baseline: Path | None
-    fault_free: bool
-    memory: Path | None
-    signals: Path | None
+        options = {"--variant": variant, "--baseline": baseline, "--memory": memory, "--signals": signals}
+        _refuse_options_of_one(options, alone)
+        drives = [(recording, cars[name]) for recording, name in zip(recordings, named, strict=True)]
+        return _all(drives, None if what == ALL else [what], reading | {"spread": spread}, target, as_json)
+    kept = {"baseline": baseline, "fault_free": fault_free, "memory": memory, "signals": signals, "spread": spread}
+    return _one(recordings[0], cars[named[0]], what, variant, reading, kept, target, as_json)
 
 
 def _one(
     recording: Path,
+    car: Vehicle,
     monitor: str,
     variant: str | None,
-    reading: _Reading,
+    reading: dict[str, Any],
+    kept: dict[str, Any],
     target: Path | None,
-    kept: _Kept,
     as_json: bool,
 ) -> int:
+    """Judge one recording with one monitor, including the options that only apply to this case."""
     from tierod.cli.terminal import progress, say_where
     from tierod.monitors.diagnose import diagnose as run
     from tierod.monitors.several import source_of
 
-    (car,) = reading.cars
+    read = {name: reading[name] for name in ("dbc", "channel_map")}
     with progress(f"reading {recording.name}") as advance:
-        source = source_of(recording, car, reading.dbc, reading.channel_map, reading.start, reading.stop)
-        with _naming_others(source, monitor, reading):
-            diagnosis = run(
-                source,
-                car,
-                monitor,
-                variant,
-                dbc=reading.dbc,
-                channel_map=reading.channel_map,
-                **vars(kept),
-                spread=reading.spread,
-                command=command_line(),
-                progress=advance,
-            )
+        source = source_of(recording, car, *reading.values())
+        with _naming_others(source, car, monitor, read):
+            diagnosis = run(source, car, monitor, variant, **read, **kept, command=command_line(), progress=advance)
     show(diagnosis, as_json, target)
-    written = [] if kept.signals is None else [("signals", str(kept.signals))]
+    written = [] if kept["signals"] is None else [("signals", str(kept["signals"]))]
     for what, text in (*written, *((name, diagnosis.remarks.get(name, "")) for name in ("baseline", "fault memory"))):
         if text:
             say_where(as_json, what, text)
@@ -187,7 +154,8 @@ def _one(
 
 
 @contextmanager
-def _naming_others(source: Path | Recording, monitor: str, reading: _Reading) -> Iterator[None]:
+def _naming_others(source: Path | Recording, car: Vehicle, monitor: str, read: Mapping[str, Any]) -> Iterator[None]:
+    """Add the monitors that can run to the error of a monitor that cannot."""
     from tierod.core.errors import DamagedFile, InputError, ParameterError, TierodError
     from tierod.monitors.registry import MONITORS
     from tierod.monitors.several import able
@@ -201,37 +169,47 @@ def _naming_others(source: Path | Recording, monitor: str, reading: _Reading) ->
         if not unable or monitor not in MONITORS or (isinstance(source, Path) and not source.is_file()):
             raise
         try:
-            others = list(able(source, reading.cars[0], reading.dbc, reading.channel_map))
+            others = [name for name in able(source, car, *read.values()) if name != monitor]
         except TierodError:
             raise error from None
-        others = [name for name in others if name != monitor]
         if not others:
             raise
         hint = f"The recording can be judged with --monitor {' or '.join(others)}"
         raise type(error)(f"{str(error).rstrip('.')}. {hint}") from None
 
 
-def _all(recordings: list[Path], monitor: str | None, reading: _Reading, target: Path | None, as_json: bool) -> int:
+def _all(
+    drives: Sequence[tuple[Path, Vehicle]],
+    monitors: list[str] | None,
+    reading: dict[str, Any],
+    target: Path | None,
+    as_json: bool,
+) -> int:
     """Judge several recordings, or with every monitor: one page, one document, and the worst exit code."""
     from tierod.cli.terminal import origin, print_json, progress, say_where
     from tierod.cli.terminal import show as show_items
-    from tierod.core.errors import InputError
+    from tierod.core.errors import InputError, MissingExtra
     from tierod.core.files import write_text
     from tierod.io.readers.opening import require_there
+    from tierod.monitors.several import judge, not_judged
     from tierod.report import several
     from tierod.report.display import without_advice
 
-    for recording in recordings:
+    for recording, _ in drives:
         require_there(recording)
     judged = []
-    for place, (recording, car) in enumerate(zip(recordings, reading.cars, strict=True)):
-        with progress(f"judging {recording.name} ({place + 1} of {len(recordings)})") as advance:
-            judged.append(_judged(recording, car, monitor, reading, len(recordings) == 1, advance))
+    for place, (recording, car) in enumerate(drives):
+        with progress(f"judging {recording.name} ({place + 1} of {len(drives)})") as advance:
+            try:
+                judged.append(judge(recording, car, monitors, **reading, command=command_line(), progress=advance))
+            except (InputError, MissingExtra) as error:
+                if len(drives) == 1:
+                    raise
+                judged.append(not_judged(recording, car, monitors, " ".join(str(error).split())))
     if not any(one.diagnoses for one in judged):
         reasons = "; ".join(_of(name, without_advice(reason)) for _, name, reason in several.not_run(judged))
-        raise InputError(
-            f"no monitor can run on {', '.join(map(str, recordings))}: {reasons}. 'tierod inspect' shows the details"
-        )
+        given = ", ".join(str(recording) for recording, _ in drives)
+        raise InputError(f"no monitor can run on {given}: {reasons}. 'tierod inspect' shows the details")
     if target is not None:
         write_text(target, several.render(judged, origin()))
     if as_json:
@@ -241,38 +219,6 @@ def _all(recordings: list[Path], monitor: str | None, reading: _Reading, target:
     if target is not None:
         say_where(as_json, "report", target)
     return several.status_of(judged).exit_code
-
-
-def _judged(
-    recording: Path,
-    car: Vehicle,
-    monitor: str | None,
-    reading: _Reading,
-    alone: bool,
-    progress: Callable[[float], None],
-) -> Judged:
-    """Judgement of one recording, or a placeholder with the reason if it cannot be used and is one of several."""
-    from tierod.core.errors import InputError, MissingExtra
-    from tierod.monitors.several import judge, not_judged
-
-    monitors = None if monitor is None else [monitor]
-    try:
-        return judge(
-            recording,
-            car,
-            monitors,
-            dbc=reading.dbc,
-            channel_map=reading.channel_map,
-            start=reading.start,
-            stop=reading.stop,
-            spread=reading.spread,
-            command=command_line(),
-            progress=progress,
-        )
-    except (InputError, MissingExtra) as error:
-        if alone:
-            raise
-        return not_judged(recording, car, monitors, " ".join(str(error).split()))
 
 
 def _of(monitors: str, reason: str) -> str:
