@@ -6,14 +6,16 @@ import numpy as np
 import pytest
 
 from monitors.condition.made_up_statements import PERIOD, declare, doubt, fault_free, place, span
+from tierod.core.facts import assemble
 from tierod.core.findings import Element, Episode, Status
-from tierod.monitors.condition.accelerations import Disagreement
-from tierod.monitors.condition.courses import LOST_TORQUE, ElementCourse
+from tierod.monitors.condition.accelerations import Difference
+from tierod.monitors.condition.courses import ElementCourse
 from tierod.monitors.condition.coverage import Covered
 from tierod.monitors.condition.driven import SLID, Driven
-from tierod.monitors.condition.finding import NOT_ISOLABLE, OtherCauses, code_courses, elements, judge, losses
-from tierod.monitors.condition.kinds import OFFSET
-from tierod.monitors.condition.reaction import substitution_graph
+from tierod.monitors.condition.elements import code_courses, elements, losses
+from tierod.monitors.condition.facts import Found, verdict_of_drive
+from tierod.monitors.condition.kinds import LOST_TORQUE, OFFSET
+from tierod.monitors.condition.reaction import NOT_ISOLABLE, substitution_graph
 from tierod.monitors.condition.signals import ACTUATORS, FRONT_WHEELS, OF_AUTOMATED, TARGETS, ConditionSample
 from tierod.monitors.condition.wiring import Problem
 
@@ -22,13 +24,19 @@ YAW, ANGLE, MOTOR = "yaw_rate", "steering_wheel_angle", "steering_motor_1"
 OWN = (*OF_AUTOMATED, *ACTUATORS)
 
 
+def finding_of(states, drive, **more):
+    found = Found("condition, bank", states, drive, "fault of a sensor or actuator", **more)
+    finding = assemble("Sensors and actuators", verdict_of_drive(found))
+    assert len(finding.headline.split()) <= 12, finding.headline
+    return finding
+
+
 def concluded(
     change=lambda stated: None,
     seconds=20.0,
     speed=5.0,
     missing=(),
     problems=(),
-    calibrated=True,
     gone=(),
     parked=False,
     slid=0.0,
@@ -55,9 +63,9 @@ def concluded(
     courses = {name: ElementCourse(name, PERIOD) for name in OWN}
     for name, course in courses.items():
         course.add(time, stated.where_available(available & judged[:, None], ~no), available[:, place(name)])
-    states = elements(courses, drive, problems, substitution_graph())
     lost = losses(courses, drive)
-    finding = judge("condition, bank", states, drive, problems, lost, 0, calibrated)
+    states = elements(courses, drive, problems, substitution_graph(), lost, {})
+    finding = finding_of(states, drive, problems=problems, lost=lost)
     return {each.name: each for each in states}, finding, code_courses(courses, drive.end)
 
 
@@ -87,7 +95,7 @@ def test_a_fault_free_drive():
     states, finding, courses = concluded()
     assert {each.status for each in states.values()} == {Status.HEALTHY}
     assert finding.status is Status.HEALTHY
-    assert finding.headline == "10 of 10 sensors and actuators are fault-free over 20 s."
+    assert finding.headline == "Sensors and actuators: healthy, 10 of 10 fault-free over 20 s"
     assert finding.evidence == {"seconds": 20.0, "moving_seconds": 20.0, "sensors_and_actuators_judged": 10.0}
     assert finding.warnings == ()
     assert [change.status for change in courses[NOT_ISOLABLE]] == [Status.HEALTHY]
@@ -98,7 +106,8 @@ def test_a_faulty_sensor_has_size_substitute_and_code_and_the_finding_shows_it_i
     assert states[YAW].trouble_code == "C1A32-64"
     deviation = math.degrees(substitution_graph().substitutes[YAW][0].deviation)
     assert states[YAW].substitute == f"filter of the others (± {deviation:.3g} °/s)"
-    assert finding.headline == "Yaw rate sensor: positive offset of 17.2 °/s from 5.00 s to 12.00 s."
+    assert finding.headline == "Sensors and actuators: fault, yaw rate: positive offset of 17.2 °/s"
+    assert finding.details == ("yaw rate sensor: positive offset of 17.2 °/s from 5.00 s to 12.00 s",)
     assert (finding.since, finding.estimate.value) == (5.0, 0.3)
     assert [change.status for change in courses["yaw-rate"]] == [Status.HEALTHY, Status.FAULT, Status.HEALTHY]
     assert states[ANGLE].status is Status.HEALTHY
@@ -106,7 +115,7 @@ def test_a_faulty_sensor_has_size_substitute_and_code_and_the_finding_shows_it_i
 
 def test_a_motor_that_lost_torque_is_reported_in_per_cent():
     states, finding, _ = concluded(faulty(MOTOR, 5.0, 20.0, LOST_TORQUE, 0.5))
-    assert finding.headline == "Steering motor 1: loss of torque of 50 % from 5.00 s on."
+    assert finding.details == ("steering motor 1: loss of torque of 50 % from 5.00 s on",)
     assert states[MOTOR].substitute == ""
     assert states[MOTOR].episodes[0].magnitude.value == pytest.approx(50.0)
 
@@ -130,13 +139,14 @@ def test_where_both_motors_lost_torque_what_feeds_both_is_looked_at_first():
 def test_more_than_three_faults_are_counted():
     changes = [faulty(YAW, start, start + 1.0) for start in (1.0, 4.0, 7.0, 10.0, 13.0)]
     _, finding, _ = concluded(both(*changes))
-    assert finding.headline.endswith("; and 2 more.")
+    assert finding.details[-1] == "and 2 more"
 
 
 def test_lasting_doubt_is_reported_with_all_that_may_be_it():
     states, finding, courses = concluded(doubtful((YAW, ANGLE), 5.0, 7.0))
     assert finding.status is Status.SUSPECT
-    assert finding.headline == "One of several is suspect from 5.00 s to 7.00 s: yaw rate or steering wheel angle."
+    assert finding.headline == "Sensors and actuators: suspect, yaw rate or steering wheel angle"
+    assert finding.details == ("suspect from 5.00 s to 7.00 s: yaw rate or steering wheel angle",)
     assert (finding.since, finding.declared, finding.end) == pytest.approx((5.0, 5.0, 7.0))
     assert states[YAW].status is states[ANGLE].status is Status.SUSPECT
     assert states[YAW].trouble_code == "C1A3A-64"
@@ -173,7 +183,7 @@ def test_a_missing_sensor_is_named():
     assert (states[YAW].status, states[YAW].cause) == (Status.NOT_AVAILABLE, "the recording has no yaw rate")
     assert finding.status is Status.HEALTHY
     assert "9 of 10" in finding.headline
-    assert "not judged: yaw rate" in finding.headline
+    assert finding.details == ("not judged: yaw rate (not in the recording)",)
 
 
 def test_a_sensor_that_falls_silent_is_not_available_and_the_drive_is_not_plainly_fault_free():
@@ -184,7 +194,8 @@ def test_a_sensor_that_falls_silent_is_not_available_and_the_drive_is_not_plainl
     )
     assert states[ANGLE].status is Status.HEALTHY
     assert (finding.status, finding.since) == (Status.NOT_AVAILABLE, pytest.approx(10.0))
-    assert "Yaw rate: no reading since 10.00 s; 9 of 10" in finding.headline
+    assert finding.headline.endswith("yaw rate: no reading since 10.00 s")
+    assert finding.details == ("9 of 10 are fault-free",)
 
 
 def test_all_sensors_that_fall_silent_leave_nothing_to_judge():
@@ -193,7 +204,8 @@ def test_all_sensors_that_fall_silent_leave_nothing_to_judge():
     assert states[MOTOR].status is Status.NOT_TESTABLE
     assert states[MOTOR].cause == "no sensor gives a reading since 10.00 s; fault-free until then"
     assert finding.status is Status.NOT_AVAILABLE
-    assert finding.headline.startswith("No sensor gives a reading since 10.00 s; nothing is judged")
+    assert finding.cause == "no sensor gives a reading since 10.00 s"
+    assert finding.details == ("nothing is judged from then on",)
 
 
 def test_too_few_sensors_that_are_left_are_not_testable():
@@ -271,10 +283,10 @@ def test_what_was_not_judged_stands_beside_its_own_cause():
         stated.testable[:, [place(ANGLE), place(MOTOR)]] = False
 
     _, finding, _ = concluded(change, missing=(YAW, "tie_rod_force"))
-    assert finding.headline == (
-        "6 of 10 sensors and actuators are fault-free over 20 s; not judged: steering wheel angle (its true value was "
-        "near zero, or the other signals did not determine it well enough); steering motor 1 (the target torque was "
-        "too small); yaw rate and tie rod force (not in the recording)."
+    assert finding.details == (
+        "not judged: steering wheel angle (its true value was near zero, or the other signals did not determine it "
+        "well enough); steering motor 1 (the target torque was too small); yaw rate and tie rod force (not in the "
+        "recording)",
     )
 
 
@@ -294,11 +306,7 @@ def test_what_was_wired_wrongly_makes_nothing_testable():
     assert (finding.cause, finding.action) == (problem.cause, problem.action)
 
 
-def test_an_uncalibrated_vehicle_is_reported():
-    assert "this vehicle is not calibrated" in concluded(calibrated=False)[1].warnings[0]
-
-
-def slid(seconds, causes=None, reversing=0.0):
+def slid(seconds, reversing=0.0, **causes):
     """The finding of a drive of 20 s of which some slid and some was in reverse, and of causes beside it."""
     time, stated = fault_free(20.0)
     drive, no = Driven(PERIOD), np.zeros(len(time), bool)
@@ -310,8 +318,7 @@ def slid(seconds, causes=None, reversing=0.0):
     courses = {name: ElementCourse(name, PERIOD) for name in OWN}
     for column, course in enumerate(courses.values()):
         course.add(time, stated, there[:, column])
-    states = elements(courses, drive, (), substitution_graph())
-    return judge("condition, bank", states, drive, (), {}, 0, True, (), causes)
+    return finding_of(elements(courses, drive, (), substitution_graph(), {}, {}), drive, **causes)
 
 
 def test_a_drive_that_slid_for_most_of_the_time_is_not_healthy():
@@ -332,7 +339,7 @@ def test_an_element_that_alone_was_doubted_is_not_fault_free_and_the_time_is_nam
     assert states[YAW].status is Status.NOT_TESTABLE
     assert "exceeded the fault-free limit from 6.00 s to 8.00 s" in states[YAW].cause
     assert finding.status is Status.NOT_TESTABLE
-    assert "9 of 10 sensors and actuators are fault-free" in finding.headline
+    assert finding.details == ("9 of 10 are fault-free",)
 
 
 def test_a_doubt_about_one_element_that_a_declaration_explains_is_not_told():
@@ -342,14 +349,15 @@ def test_a_doubt_about_one_element_that_a_declaration_explains_is_not_told():
 
 
 def test_inputs_that_disagree_with_others_are_named_beside_what_was_found():
-    doubt = Disagreement("lateral_acceleration", False, 3.0, 4.0, 9.0, 1.2)
-    cause = slid(12.0, OtherCauses((doubt,), (TARGETS[2:],))).cause
+    doubt = Difference(False, 3.0, 4.0, 9.0, 1.2)
+    cause = slid(12.0, disagreeing={"lateral_acceleration": doubt}, asked=(TARGETS[2:],)).cause
     assert (
         "lateral acceleration may be the cause instead: it differs by 1.2 m/s² from yaw rate times speed from 4 s on"
         in cause
     )
     assert "target drive torque left and target drive torque right may be the cause instead" in cause
-    assert "instead" not in slid(12.0, OtherCauses((doubt._replace(sure=True),), ())).cause
+    sure = doubt._replace(sure=True)
+    assert "instead" not in slid(12.0, disagreeing={"lateral_acceleration": sure}).cause
 
 
 def test_an_acceleration_is_named_first_unless_what_it_is_compared_with_failed_long_before():
@@ -360,14 +368,14 @@ def test_an_acceleration_is_named_first_unless_what_it_is_compared_with_failed_l
             Element("lateral_acceleration", "sensor", Status.FAULT, episodes=(other,)),
             Element("wheel_speed_rear_left", "sensor", Status.FAULT, episodes=(first,)),
         ]
-        return judge("condition, bank", states, Driven(PERIOD), (), {}, 0, True).headline
+        return finding_of(states, Driven(PERIOD)).details[0]
 
-    assert result(2.7).startswith("Wheel speed rear left sensor: delay")
-    assert result(22.0).startswith("Lateral acceleration sensor: off")
-    assert result(60.0).startswith("Lateral acceleration sensor: off")
+    assert result(2.7).startswith("wheel speed rear left sensor: delay")
+    assert result(22.0).startswith("lateral acceleration sensor: off")
+    assert result(60.0).startswith("lateral acceleration sensor: off")
 
 
 def test_targets_that_disagree_are_named_where_nothing_is_declared():
-    finding = slid(0.0, OtherCauses((), (TARGETS[2:],)))
+    finding = slid(0.0, asked=(TARGETS[2:],))
     assert finding.status is Status.HEALTHY
     assert "target drive torque right: the targets contradict the acceleration" in finding.warnings[-1]

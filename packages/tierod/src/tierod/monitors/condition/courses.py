@@ -11,7 +11,6 @@ import numpy as np
 from tierod.core.findings import Episode, Estimate, Status
 from tierod.core.graph import Result
 from tierod.core.series import runs
-from tierod.core.shown import in_words
 from tierod.core.signals import SIGNALS
 from tierod.core.statement import STATUSES
 from tierod.monitors.condition.kinds import DELAY, DRIFT, GAIN, LOSS, LOST_TORQUE, NOISE, OFFSET, OUTLIER, STUCK
@@ -57,19 +56,21 @@ class StatementCourse(NamedTuple):
     @classmethod
     def of(cls, result: Result, time: np.ndarray, running: np.ndarray) -> StatementCourse:
         """Statements in the result of a block whose output is a `ConditionOutput`."""
-        status, kind, magnitude, deviation, since = (
-            np.column_stack([result[f"statements.{name}.{each}"] for name in ELEMENTS])
-            for each in ("status", "kind", "magnitude", "deviation", "since")
-        )
-        supported = np.column_stack([result[f"supported.{name}"] for name in ELEMENTS])
-        ended = np.column_stack([result[f"ended.{name}"] for name in ELEMENTS]) > 0.5
-        begun = (time - running)[:, None]
-        testable = np.column_stack([result[f"testable.{name}"] for name in ELEMENTS]) > 0.5
-        spread = np.column_stack([result[f"spread.{name}"] for name in ELEMENTS])
-        low_grip = result["low_grip"] > 0.5
+
+        def columns(before: str, after: str = "") -> np.ndarray:
+            return np.column_stack([result[f"{before}.{name}{after}"] for name in ELEMENTS])
+
+        begun, supported = (time - running)[:, None], columns("supported")
         return cls(
-            *(np.rint(status).astype(int), testable, spread, kind, magnitude, deviation, low_grip, result["lead"]),
-            *(begun + np.maximum(since, 0.0), np.where(supported < 0.0, np.nan, begun + supported), ended),
+            np.rint(columns("statements", ".status")).astype(int),
+            columns("testable") > 0.5,
+            columns("spread"),
+            *(columns("statements", each) for each in (".kind", ".magnitude", ".deviation")),
+            result["low_grip"] > 0.5,
+            result["lead"],
+            begun + np.maximum(columns("statements", ".since"), 0.0),
+            np.where(supported < 0.0, np.nan, begun + supported),
+            columns("ended") > 0.5,
         )
 
     @classmethod
@@ -124,11 +125,6 @@ def described(element: str, kind: float, magnitude: float) -> Description:
     }.get(kind, Description(""))
 
 
-def shown(value: float, unit: str) -> str:
-    """Value in a customary unit as text: angles in degrees, speeds in km/h."""
-    return in_words(value, unit)
-
-
 def listed(names: Sequence[str], word: str = "and") -> str:
     """Names of signals in plain words, the last two joined by a word."""
     plain = [name.replace("_", " ") for name in names]
@@ -142,8 +138,8 @@ SHARE = 0.5
 
 
 @dataclass
-class Stretch:
-    """Run of samples in which an element is declared, or is a candidate.
+class Span:
+    """Consecutive samples in which an element is declared, or is a candidate.
 
     Args:
         start, end: begin and end of the run [s]
@@ -201,8 +197,8 @@ class ElementCourse:
 
     element: str
     period: float
-    faults: list[Stretch] = field(default_factory=list)
-    doubts: list[Stretch] = field(default_factory=list)
+    faults: list[Span] = field(default_factory=list)
+    doubts: list[Span] = field(default_factory=list)
     course: list[StatusChange] = field(default_factory=list)
     testable_samples: int = 0
     spreads: float = 0.0
@@ -211,7 +207,6 @@ class ElementCourse:
 
     @property
     def testable(self) -> float:
-        """Time for which a fault would have shown [s]."""
         return self.testable_samples * self.period
 
     @property
@@ -239,23 +234,23 @@ class ElementCourse:
             if not self.course or self.course[-1].status is not reached:
                 self.course.append(StatusChange(float(time[at]), reached))
 
-    def _follow(self, stretch: Stretch, supported: np.ndarray) -> None:
+    def _follow(self, span: Span, supported: np.ndarray) -> None:
         """Extend a fault beyond its declaration: a rule withdraws it while a symptom is missing."""
         gone = np.flatnonzero(np.isnan(supported))
         count = int(gone[0]) if len(gone) else len(supported)
-        if stretch.followed and count:
-            stretch.supported = float(supported[count - 1]) + self.period
-        stretch.followed = stretch.followed and not len(gone)
+        if span.followed and count:
+            span.supported = float(supported[count - 1]) + self.period
+        span.followed = span.followed and not len(gone)
 
     def _extend(
-        self, stretches: list[Stretch], time: np.ndarray, there: np.ndarray, stated: StatementCourse, place: int
+        self, spans: list[Span], time: np.ndarray, there: np.ndarray, stated: StatementCourse, place: int
     ) -> None:
         begins, ends = (each.tolist() for each in runs(there))
         supported = stated.supported[:, place]
-        if stretches:
-            self._follow(stretches[-1], supported[: (*begins, len(time))[0]])
+        if spans:
+            self._follow(spans[-1], supported[: (*begins, len(time))[0]])
         for start, stop, following in zip(begins, ends, [*begins, len(time)][1:], strict=True):
-            new = Stretch(
+            new = Span(
                 float(time[start]),
                 float(time[stop - 1]) + self.period,
                 min(float(stated.since[stop - 1, place]), float(time[start])),
@@ -269,36 +264,30 @@ class ElementCourse:
                 at = start + np.flatnonzero(kinds == kind)
                 new.add(kind, len(at), float(stated.magnitude[at[-1], place]), float(stated.deviation[at[-1], place]))
             # Evidence that was never forgotten in between is that of one fault.
-            if stretches and min(new.start - TOGETHER, new.onset - self.period) < stretches[-1].end:
-                before = stretches[-1]
+            if spans and min(new.start - TOGETHER, new.onset - self.period) < spans[-1].end:
+                before = spans[-1]
                 before.end, before.count, before.others = new.end, before.count + new.count, before.others + new.others
                 before.onset, before.supported = min(before.onset, new.onset), new.supported
                 before.ended, before.followed = new.ended, True
                 for kind, (count, magnitude, deviation) in new.kinds.items():
                     before.add(kind, count, magnitude, deviation)
             else:
-                stretches.append(new)
-            self._follow(stretches[-1], supported[stop:following])
+                spans.append(new)
+            self._follow(spans[-1], supported[stop:following])
 
-    def episodes(self, end: float) -> tuple[Episode, ...]:
-        """Episodes of faults and of lasting doubts, in the order of time; `end` is the end of the recording [s]."""
+    def episodes(self, end: float, alone: bool = False) -> tuple[Episode, ...]:
+        """Episodes of faults and of doubts between several elements, in the order of time; or doubts about this alone.
+
+        `end` is the end of the recording [s].
+        """
         last = end - 1.5 * self.period
-        found = [self._episode(each, last) for each in self.faults]
-        found += [
-            self._episode(each, last, doubt=True)
-            for each in self.doubts
-            if each.end - each.start >= LEAST_DOUBT and self._others(each)
-        ]
+        found = [] if alone else [self._episode(each, last) for each in self.faults]
+        doubts = (each for each in self._lasting() if alone == (not self._others(each)))
+        found += [self._episode(each, last, doubt=True) for each in doubts]
         return tuple(sorted(found, key=lambda episode: episode.declared_at))
 
-    def doubts_alone(self, end: float) -> tuple[Episode, ...]:
-        """Lasting doubts about this element alone; `end` is the end of the recording [s]."""
-        last = end - 1.5 * self.period
-        return tuple(
-            self._episode(each, last, doubt=True)
-            for each in self.doubts
-            if each.end - each.start >= LEAST_DOUBT and not self._others(each)
-        )
+    def _lasting(self) -> list[Span]:
+        return [each for each in self.doubts if each.end - each.start >= LEAST_DOUBT]
 
     def declare(
         self,
@@ -309,30 +298,31 @@ class ElementCourse:
     ) -> None:
         """Add a fault detected by a check beside the bank, or a doubt between several elements."""
         start, found, end = span
-        fault = Stretch(found, max(found, end), start, end, 1, np.array([float(each in rivals) for each in ELEMENTS]))
+        fault = Span(found, max(found, end), start, end, 1, np.array([float(each in rivals) for each in ELEMENTS]))
         fault.add(kind, 1, *magnitude)
         (self.doubts if rivals else self.faults).append(fault)
         reached = Status.SUSPECT if rivals else Status.FAULT
         self.course[:] = [*(each for each in self.course if each.time < found), StatusChange(found, reached)]
 
-    def brief(
-        self, longest: float, spans: Sequence[tuple[float, float, float]], alike: Collection[str]
-    ) -> list[Stretch]:
-        """Faults that lasted for less than a time, and of which onset or declaration was in one of several spans."""
-        lasting = [each for each in self.doubts if each.end - each.start >= LEAST_DOUBT]
-        doubts = [(each, each.end) for each in lasting if {*self._others(each)} <= {*alike}]
+    def brief(self, longest: float, times: Sequence[tuple[float, float, float]], alike: Collection[str]) -> list[Span]:
+        """Faults that lasted for less than a time, and of which onset or declaration was in one of several spans.
+
+        The spans [s] have the sign of the errors that belong to them, 0 for both; `alike` are elements with which a
+        doubt counts as well.
+        """
+        doubts = [(each, each.end) for each in self._lasting() if {*self._others(each)} <= {*alike}]
         return [
             each
             for each, until in (*((each, each.supported) for each in self.faults), *doubts)
             if until - each.onset < longest
-            and any(start <= each.start and each.onset <= end and sign * each.sign >= 0.0 for start, end, sign in spans)
+            and any(start <= each.start and each.onset <= end and sign * each.sign >= 0.0 for start, end, sign in times)
         ]
 
     def forget(self, start: float, end: float) -> bool:
         """Withdraw faults and doubts that began in a time in which an input of the filters was faulty."""
         withdrawn = any(start <= each.declared_at <= end for each in self.episodes(np.inf))
-        for stretches in (self.faults, self.doubts):
-            stretches[:] = [each for each in stretches if not start <= each.start <= end]
+        for spans in (self.faults, self.doubts):
+            spans[:] = [each for each in spans if not start <= each.start <= end]
         changed = [
             StatusChange(each.time, Status.NOT_TESTABLE)
             if start <= each.time <= end and each.status in (Status.FAULT, Status.SUSPECT)
@@ -344,18 +334,18 @@ class ElementCourse:
         ]
         return withdrawn
 
-    def _others(self, stretch: Stretch) -> tuple[str, ...]:
-        beside = stretch.others > SHARE * stretch.count
+    def _others(self, span: Span) -> tuple[str, ...]:
+        beside = span.others > SHARE * span.count
         return tuple(name for name, there in zip(ELEMENTS, beside, strict=True) if there and name != self.element)
 
-    def _episode(self, stretch: Stretch, last: float, doubt: bool = False) -> Episode:
-        kind, value, deviation = stretch.kind
+    def _episode(self, span: Span, last: float, doubt: bool = False) -> Episode:
+        kind, value, deviation = span.kind
         words = described(self.element, kind, value)
         size = None
         if words.quantity and np.isfinite(value):
             name, factor = f"{words.quantity} of {self.element.replace('_', ' ')}", words.factor
             size = Estimate(name, factor * value, factor * deviation, words.unit)
-        open_ = max(stretch.end, stretch.supported) >= last and not stretch.ended
-        end = None if open_ else max(stretch.supported, stretch.onset + self.period)
-        others = self._others(stretch) if doubt else ()
-        return Episode(words.kind, stretch.onset, end, size, others, stretch.start)
+        open_ = max(span.end, span.supported) >= last and not span.ended
+        end = None if open_ else max(span.supported, span.onset + self.period)
+        others = self._others(span) if doubt else ()
+        return Episode(words.kind, span.onset, end, size, others, span.start)

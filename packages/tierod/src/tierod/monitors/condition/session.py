@@ -3,37 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
-from dataclasses import replace
 from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from tierod.core.block import Block
-from tierod.core.facts import verdict_of
 from tierod.core.findings import Status
 from tierod.core.graph import Memory, Scanner
 from tierod.core.recording import Aligned
+from tierod.core.shown import in_words
 from tierod.core.signals import SIGNALS
 from tierod.diagnosis.switchover import SubstitutionGraph
 from tierod.methods.detectors.reversing import MIRRORED, TURN_FORWARD, Reversing
 from tierod.models.automated_vehicle import AutomatedVehicle
 from tierod.models.rolling_car import RollingCar
 from tierod.monitors.condition.accelerations import BOUNDS, AccelerationCheck, TargetCheck
-from tierod.monitors.condition.courses import FAULT, HEALTHY, SUSPECT, ElementCourse, StatementCourse, listed, shown
+from tierod.monitors.condition.courses import FAULT, HEALTHY, SUSPECT, ElementCourse, StatementCourse, listed
 from tierod.monitors.condition.coverage import Constancy, Coverage, ImpossibleValues, Loss, TargetPace, stuck_readings
 from tierod.monitors.condition.driven import AFTER, REVERSED, SLIPPED, WHEEL_PLACES, Driven, is_moving, mean_speed
-from tierod.monitors.condition.finding import (
-    OtherCauses,
-    acceleration_elements,
-    code_courses,
-    elements,
-    judge,
-    losses,
-    with_smallest,
-)
+from tierod.monitors.condition.elements import acceleration_elements, code_courses, elements, losses
+from tierod.monitors.condition.facts import UNCALIBRATED, Found, verdict_of_drive
 from tierod.monitors.condition.kinds import OFFSET
-from tierod.monitors.condition.rolling_checks import SHIFTING, AxleSlip, SteeringZero, slips_in_words
+from tierod.monitors.condition.rolling_checks import AxleSlip, Slip, SteeringZero, slips_in_words
 from tierod.monitors.condition.signals import (
     ACCELERATIONS,
     ACTUATORS,
@@ -47,7 +39,7 @@ from tierod.monitors.condition.signals import (
     ConditionSample,
 )
 from tierod.monitors.condition.structure import limitations
-from tierod.monitors.condition.wiring import ClockLeap, CloseLimits, Problem, Wiring
+from tierod.monitors.condition.wiring import ClockLeap, Problem, Wiring
 from tierod.monitors.harness.session import Conclusion
 from tierod.monitors.harness.stuck_over_drive import Stuck
 from tierod.vehicles import Vehicle
@@ -60,17 +52,8 @@ ALONE = 1.5
 """Longest time for which an unloaded wheel spins or skids alone [s]: drivers and brake control end it."""
 SLIPPING = 5.0
 """Longest fault of one wheel while both wheels of its axle slip [s]; one that lasts is a fault of its sensor."""
-PUSHED = " of hard acceleration or braking"
 BEFORE = 1.0
 """Time before the first sign of a failing acceleration in which it may already have disturbed the filters [s]."""
-_SINCE = "has shifted since the beginning of the drive, while"
-SHIFTED = {
-    SHIFTING[:1]: f"the mean steering angle in gentle driving {_SINCE} yaw rate and wheel speeds fit each other",
-    SHIFTING[1:]: f"the mean yaw rate in gentle driving {_SINCE} steering angle and wheel speeds fit each other",
-    SHIFTING: f"the difference of steering angle and yaw rate in gentle driving {_SINCE} the wheel speeds do not tell "
-    "which of them is wrong",
-}
-"""Cause of a finding where the zero of the steering angle has shifted, by the suspects."""
 TRACED = {FAULT: 1.0, SUSPECT: 0.5, HEALTHY: 0.0}
 """Values of the traces of states, by status; NaN where nothing is judged."""
 NOT_TESTABLE = 0.25
@@ -78,19 +61,23 @@ NOT_TESTABLE = 0.25
 
 
 class Car(NamedTuple):
-    """Car without known torques.
-
-    Args:
-        parameters: parameters of `RollingCar`
-        notes: warnings about the limits of its judgement
-    """
+    """Car without known torques: parameters of `RollingCar`, and warnings about the limits of its judgement."""
 
     parameters: RollingCar.Parameters
     notes: tuple[str, ...]
 
 
 class ConditionSession:
-    """Runs a variant over a recording, piece by piece."""
+    """Runs a variant over a recording, piece by piece.
+
+    Args:
+        block: block of the variant, whose output is a `ConditionOutput`
+        graph: graph of the substitutes that the block supplies
+        calibrated: whether the limits were designed on this individual vehicle
+        decision: name of the decision that declares a fault
+        multiples: smallest lasting change of each element that is seen, in standard deviations; empty states none
+        car: car without known torques; None if the vehicle file describes the whole vehicle
+    """
 
     def __init__(
         self,
@@ -107,7 +94,6 @@ class ConditionSession:
         self.name, self.block, self.vehicle, self.rate, self.calibrated = name, block, vehicle, rate, calibrated
         self.signals: tuple[str, ...] = ConditionSample._fields
         self.decision, self.graph, self.multiples = decision, graph, multiples
-        self._notes = () if car is None else car.notes
         self._elements = (*OF_AUTOMATED, *ACTUATORS) if car is None else ELEMENTS
         self._measured = (*(name for name in self._elements if name in SENSORS), *ACCELERATIONS)
         self.traces: Mapping[str, str] = {
@@ -116,35 +102,26 @@ class ConditionSession:
             **{f"supplied_{each}": SIGNALS[each].unit for each in graph.sensors},
             **{f"deviation_of_supplied_{each}": SIGNALS[each].unit for each in graph.sensors},
         }
-        close = CloseLimits() if calibrated else None
-        whole: AutomatedVehicle.Parameters | None = None
-        if car is None:
-            parameters: CarParameters = (whole := vehicle.parameters_for(AutomatedVehicle.Parameters))
-        else:
-            parameters = car.parameters
-        self._wiring = Wiring(parameters, rate, close=close)
-        self._leap = ClockLeap(lambda: Wiring(parameters, rate, close=close))
-        self._coverage, self._driven = (
-            Coverage(rate, asked=whole is not None),
-            Driven(1.0 / rate, asked=whole is not None),
-        )
-        self._whole = whole is not None
+        self._car, whole = car, vehicle.parameters_for(AutomatedVehicle.Parameters) if car is None else None
+        p: CarParameters = whole or car.parameters  # type: ignore[union-attr]
+        self._wiring = Wiring(p, rate, calibrated)
+        self._leap = ClockLeap(lambda: Wiring(p, rate, calibrated))
+        self._coverage = Coverage(rate, asked=car is None)
+        self._driven = Driven(1.0 / rate, asked=car is None)
         self._pace = TargetPace(rate) if whole is not None else None
         self._asked = TargetCheck(whole, rate) if whole is not None else None
         # The bank of a whole vehicle detects slow offsets itself; that of a car absorbs them as a state.
         self._zero = SteeringZero(car.parameters, rate) if car is not None else None
-        self._reversing: Reversing | None = None
         self._slip = AxleSlip() if car is not None else None
-        if car is not None:
-            wheelbase = parameters.front_distance + parameters.rear_distance
-            self._reversing = Reversing(rate, parameters.steering_ratio, wheelbase)
-        self._impossible, self._accelerations = ImpossibleValues(), AccelerationCheck(parameters, rate)
+        wheelbase = p.front_distance + p.rear_distance
+        self._reversing = Reversing(rate, p.steering_ratio, wheelbase) if car is not None else None
+        self._impossible, self._accelerations = ImpossibleValues(), AccelerationCheck(p, rate)
         self._read = np.zeros(len(self._measured), bool)
         self.stuck: tuple[Stuck, ...] = ()
         # Driver and road let a coarse steering angle repeat itself for ten seconds, but no noisy yaw rate or wheel.
         self._same = {"yaw_rate": Constancy(1.0 / rate)}
         self._same |= {name: Constancy(1.0 / rate, noisy=True) for name in ALL_WHEELS if name in self._measured}
-        self._steers = parameters.steering_ratio / (parameters.front_distance + parameters.rear_distance)
+        self._steers = p.steering_ratio / wheelbase
         self._courses = {each: ElementCourse(each, 1.0 / rate) for each in self._elements}
         self._anew = False
         self._memory: Memory | None = None
@@ -155,89 +132,66 @@ class ConditionSession:
         """Refuse nothing: the finding states what cannot be judged."""
 
     def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
-        """Process one more piece and return its traces, (n,) each."""
-        read = [self.signals.index(name) for name in self._measured]
-        self._read |= np.isfinite(aligned.values[:, read]).any(axis=0)
-        values = aligned.values.copy()
+        time, values = aligned.time, aligned.values.copy()
+        self._read |= np.isfinite(values[:, [self.signals.index(name) for name in self._measured]]).any(axis=0)
         # Sensors that the model of this vehicle does not have must not count for the coverage.
         values[:, [self.signals.index(name) for name in SENSORS if name not in self._measured]] = np.nan
         values, covered = self._coverage.add(self._impossible.add(values))
-        values, reverses = self._with_signed_speeds(aligned.time, values)
-        self._wiring.add(dict(zip(aligned.names, values.T, strict=True)))
-        self._driven.add(aligned.time, values, covered)
-        readings, speed = dict(zip(self.signals, aligned.values.T, strict=True)), mean_speed(aligned.values)
-        for name, same in self._same.items():
-            others = self._steers * readings["steering_wheel_angle"] * speed if name == "yaw_rate" else speed
-            same.add(aligned.time, readings[name], is_moving(values), others)
+        reverses = self._sign_speeds(time, values)
+        self._wiring.add(self._columns(values))
+        self._driven.add(time, values, covered)
+        self._follow_constant(aligned, is_moving(values))
         self._driven.leave_out(REVERSED, reverses & covered.judged)
         if self._pace is not None:
             self._pace.add(values)
-        values, slips = self._without_slips(aligned.time, values)
+        slips = np.zeros(len(time), bool)
+        if self._slip is not None:
+            slips = self._slip.add(time, values[:, WHEEL_PLACES])
+            values[np.ix_(slips, WHEEL_PLACES)] = np.nan
         self._driven.leave_out(SLIPPED, slips & covered.judged & ~reverses)
-        values, failures = self._without_failed_accelerations(aligned.time, values)
-        columns = dict(zip(self.signals, values.T, strict=True))
+        failures = self._drop_failed_accelerations(time, values)
         for check in (self._asked, self._zero):
             if check is not None:
-                check.add(aligned.time, columns)
+                check.add(time, self._columns(values))
         # With too few sensors for any declaration the filters are not run: they take seconds to compile.
         watched = covered.judged & covered.enough & ~reverses & ~slips
         changes = (np.flatnonzero(np.diff(watched)) + 1).tolist()
         # An acceleration that fails with the last sample restarts the filters with the next piece.
         begins, self._anew = failures | ({0} if self._anew else set()), len(values) in failures
         starts = sorted({0, *changes, *(begins - {len(values)}), *range(0, len(values), SLICE)})
-        parts = [
-            self._part(
-                Aligned(aligned.time[part], values[part], aligned.names),
-                covered.available[part],
-                judged,
-                part.start in begins,
-            )
-            for part, judged in (
-                (slice(start, stop), bool(watched[start]))
-                for start, stop in zip(starts, [*starts[1:], len(values)], strict=True)
-            )
-        ]
+        parts = []
+        for start, stop in zip(starts, [*starts[1:], len(values)], strict=True):
+            part = slice(start, stop)
+            piece = Aligned(time[part], values[part], aligned.names)
+            parts.append(self._part(piece, covered.available[part], bool(watched[start]), start in begins))
         return {name: np.concatenate([part[name] for part in parts]) for name in self.traces}
 
-    def _with_signed_speeds(self, time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Samples with negative wheel speeds where the car is known to reverse, and where, (n,)."""
+    def _columns(self, values: np.ndarray) -> dict[str, np.ndarray]:
+        return dict(zip(self.signals, values.T, strict=True))
+
+    def _follow_constant(self, aligned: Aligned, moving: np.ndarray) -> None:
+        readings, speed = self._columns(aligned.values), mean_speed(aligned.values)
+        for name, same in self._same.items():
+            others = self._steers * readings["steering_wheel_angle"] * speed if name == "yaw_rate" else speed
+            same.add(aligned.time, readings[name], moving, others)
+
+    def _sign_speeds(self, time: np.ndarray, values: np.ndarray) -> np.ndarray:
+        """Give wheel speeds a negative sign where the car is known to reverse; returns where, (n,)."""
         if self._reversing is None or not len(time):
-            return values, np.zeros(len(time), bool)
-        wheels = values[:, WHEEL_PLACES]
-        yaw, angle = (values[:, self.signals.index(name)] for name in ("yaw_rate", "steering_wheel_angle"))
-        reverses = self._reversing.add(time, yaw, angle, mean_speed(values), wheels[:, 1] - wheels[:, 0])
-        if not reverses.any():
-            return values, reverses
-        values = values.copy()
+            return np.zeros(len(time), bool)
+        wheels, read = values[:, WHEEL_PLACES], self._columns(values)
+        apart = wheels[:, 1] - wheels[:, 0]
+        reverses = self._reversing.add(time, read["yaw_rate"], read["steering_wheel_angle"], mean_speed(values), apart)
         values[np.ix_(reverses, WHEEL_PLACES)] = -np.abs(wheels[reverses])
-        return values, reverses
+        return reverses
 
-    def _without_slips(self, time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Samples without wheel speeds where both wheels of an axle slip, and where, (n,)."""
-        if self._slip is None:
-            return values, np.zeros(len(time), bool)
-        slips = self._slip.add(time, values[:, WHEEL_PLACES])
-        if slips.any():
-            values = values.copy()
-            values[np.ix_(slips, WHEEL_PLACES)] = np.nan
-        return values, slips
-
-    def _not_done(self) -> tuple[tuple[str, ...], ...]:
-        """Inconsistent pairs of targets, without those of the drives if their reference acceleration has failed."""
-        blind = self._accelerations.gone("longitudinal_acceleration")
-        found = () if self._asked is None else tuple(self._asked.found)
-        return tuple(each for each in found if not (blind and each == TARGETS[2:]))
-
-    def _without_failed_accelerations(self, time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, set[int]]:
-        """Samples without failed accelerations, and the samples from which one is left out."""
+    def _drop_failed_accelerations(self, time: np.ndarray, values: np.ndarray) -> set[int]:
+        """Remove failed accelerations; returns the samples from which one is left out."""
         gone = [name for name in ACCELERATIONS if self._accelerations.gone(name)]
-        failed = self._accelerations.add(time, dict(zip(self.signals, values.T, strict=True)))
-        if not gone and not failed:
-            return values, set()
-        values = values.copy()
+        failed = self._accelerations.add(time, self._columns(values))
         for name, first in {**dict.fromkeys(gone, 0), **failed}.items():
             values[first:, self.signals.index(name)] = np.nan
-        return values, {*failed.values()}
+        return {*failed.values()}
 
     def _part(self, aligned: Aligned, available: np.ndarray, judged: bool, anew: bool) -> dict[str, np.ndarray]:
         """Traces of samples that are either all judged or all not; without a judgement the filters restart afterwards.
@@ -256,33 +210,77 @@ class ConditionSession:
             self._scanner = self._scanner or Scanner(self.block)
             result = self._scanner.scan(aligned, self._memory)
             self._memory = result.state
-            running = np.arange(self._steps, self._steps + count) / self.rate
+            stated = StatementCourse.of(result, aligned.time, np.arange(self._steps, self._steps + count) / self.rate)
             self._steps += count
-            stated = StatementCourse.of(result, aligned.time, running).where_available(available, moving)
-            states = np.select([stated.status == code for code in TRACED], list(TRACED.values()), NOT_TESTABLE)
             supplied = {
                 f"{before}supplied_{name}": result[f"supplied.{name}.{part}"]
                 for before, part in (("", "value"), ("deviation_of_", "deviation"))
                 for name in self.graph.sensors
             }
             self._driven.add_sources(result, self.graph)
-        else:
-            stated = stated.where_available(available, moving)
+        stated = stated.where_available(available, moving)
+        if judged:
+            states = np.select([stated.status == code for code in TRACED], list(TRACED.values()), NOT_TESTABLE)
         for name, course in self._courses.items():
             course.add(aligned.time, stated, available[:, ELEMENTS.index(name)])
         self._driven.add_low_grip(aligned.time, stated.low_grip, aligned.values)
-        faulty = stated.status == FAULT
-        self._leap.add(aligned.time, aligned.columns, faulty)
+        self._leap.add(aligned.time, aligned.columns, stated.status == FAULT)
         return {
             EVIDENCE: stated.lead,
             **{f"state_of_{name}": states[:, place] for place, name in enumerate(ELEMENTS) if name in self._courses},
             **supplied,
         }
 
-    def _mirrored(self) -> tuple[Problem, ...]:
-        """Problem that every turn looks like reversing; empty if not."""
+    def conclude(self) -> Conclusion:
+        end, slipped = self._driven.end, () if self._slip is None else self._slip.found
+        # In a slide the lateral acceleration is not that of the turn, so that a disagreement is no fault.
+        disagreeing = {
+            name: each
+            for name, each in self._accelerations.found.items()
+            if self._car is None or not self._slid_within(each.window - BEFORE, each.found, slipped)
+        }
+        turned = () if self._reversing is None else tuple(self._reversing.found)
+        self._withdraw(
+            [
+                *((each.window - BEFORE, each.found) for each in disagreeing.values() if each.sure),
+                # Until it was known that the car reversed, the filters took it for driving forward.
+                *((each.start, each.found) for each in turned),
+                # The filters took the beginning of a slip, which is smaller, for a fault.
+                *((each.start - BEFORE, each.end) for each in slipped),
+            ]
+        )
+        stuck, beside = self._stuck_readings()
+        slid, shifted = self._slipped_wheels(), self._shift_of_zero()
+        problems = self._problems()
+        same = {name: loss for name, each in self._same.items() if (loss := each.loss()) is not None}
+        # What stood still comes first: of causes at the same time the first one is named.
+        lost = stuck | slid | beside | stuck | same | losses(self._courses, self._driven)
+        states = elements(self._courses, self._driven, problems, self.graph, lost, self.multiples)
+        if not problems:
+            states = (*states, *acceleration_elements(disagreeing))
+        verdict = verdict_of_drive(
+            Found(
+                *(self.name, states, self._driven, self.decision, problems, lost, disagreeing, self._not_done()),
+                *(shifted, self._coverage.interruptions, self._notes(bool(problems), slipped)),
+            )
+        )
+        own = {each.name for each in states if each.name in self.graph.sensors and not each.substitute}
+        withheld = tuple(f"{what}{name}" for name in sorted(own) for what in ("supplied_", "deviation_of_supplied_"))
+        # Wrong wiring is no fault of an element and must not enter a fault memory.
+        courses = {} if problems else code_courses(self._courses, end)
+        return Conclusion(verdict, elements=states, code_courses=courses, withheld=withheld)
+
+    def _problems(self) -> tuple[Problem, ...]:
+        """Wrong wiring, scale or time of signals, and targets that come too rarely."""
+        faults = [each for course in self._courses.values() for each in course.episodes(self._driven.end)]
         mirrored = self._reversing is not None and self._reversing.mirrored
-        return (Problem("sign", ("yaw_rate",), MIRRORED, TURN_FORWARD),) if mirrored else ()
+        wired = (
+            self._wiring.problems()
+            or ((Problem("sign", ("yaw_rate",), MIRRORED, TURN_FORWARD),) if mirrored else ())
+            or self._late()
+            or self._leap.problems([each for each in faults if not each.candidates])
+        )
+        return (*wired, *(() if self._pace is None else self._pace.problems()))
 
     def _late(self) -> tuple[Problem, ...]:
         """Problem that the longitudinal acceleration is late, where drives alone are suspected; empty if not."""
@@ -293,25 +291,37 @@ class ConditionSession:
         cause = f"longitudinal acceleration: {late:.2f} s late relative to the wheel speeds, so that drives look faulty"
         return (Problem("time", DRIVES, cause, "check the time stamps of the longitudinal acceleration"),)
 
-    def _slid_within(self, start: float, end: float) -> bool:
+    def _not_done(self) -> tuple[tuple[str, ...], ...]:
+        """Inconsistent pairs of targets, without those of the drives if their reference acceleration has failed."""
+        blind = self._accelerations.gone("longitudinal_acceleration")
+        found = () if self._asked is None else self._asked.found
+        return tuple(each for each in found if not (blind and each == TARGETS[2:]))
+
+    def _slid_within(self, start: float, end: float, slipped: Iterable[Slip]) -> bool:
         """Whether the tyres slid at any time between two times [s], in a turn or with both wheels of an axle."""
-        slipped = () if self._slip is None else self._slip.found
         beside = any(each.start - BEFORE <= end and each.end >= start for each in slipped)
         return beside or self._driven.slid_within(start, end)
+
+    def _stuck_readings(self) -> tuple[dict[str, Loss], dict[str, Loss]]:
+        """Readings that stayed the same, and other elements whose faults they had caused, which are withdrawn."""
+        stuck = stuck_readings(self.stuck)
+        resting = [each for each in self.stuck if each.name in stuck]
+        ends = [self._driven.end if each.end is None else each.end + BEFORE for each in resting]
+        # A reading that stays the same in bends looks like a fault of the sensors that move.
+        return stuck, self._withdraw([(each.start, end) for each, end in zip(resting, ends, strict=True)], stuck)
 
     def _slipped_wheels(self) -> dict[str, Loss]:
         """Withdraw brief faults of single wheels that slipped alone when pushed, or together with their axle."""
         found: dict[str, Loss] = {}
         slipped: list[tuple[float, float]] = []
-        if self._slip is None:
-            return found
-        for axle, times in self._slip.alike.items():
+        for axle, times in self._slip.alike.items() if self._slip is not None else ():
             together = [(start - BEFORE, end, 0.0) for start, end in times]
             with_axle = f"both wheels of the {axle} axle slipped, or two readings were wrong,"
             wheels = [name for name in ALL_WHEELS if axle in name and name in self._courses]
+            pushed = "the wheel slipped alone, or its reading was wrong,"
             rules = (
                 (SLIPPING, together, with_axle, ""),
-                (ALONE, self._driven.pushed, "the wheel slipped alone, or its reading was wrong,", PUSHED),
+                (ALONE, self._driven.pushed, pushed, " of hard acceleration or braking"),
             )
             for name, (longest, spans, who, when) in product(wheels, rules):
                 for each in self._courses[name].brief(longest, spans, wheels):
@@ -333,7 +343,10 @@ class ConditionSession:
         return shift.suspects
 
     def _withdraw(self, spans: Iterable[tuple[float, float]], but: Collection[str] = ()) -> dict[str, Loss]:
-        """Withdraw what was declared in times in which an input of the filters or their model was wrong."""
+        """Withdraw what was declared in times [s] in which an input of the filters or their model was wrong.
+
+        Returns the elements of which a fault was withdrawn, as not testable; `but` are the elements that explain it.
+        """
         found: dict[str, Loss] = {}
         for start, end in spans:
             for name in self._courses.keys() - {*but}:
@@ -342,73 +355,15 @@ class ConditionSession:
                     found.setdefault(name, Loss(Status.NOT_TESTABLE, cause, start, end))
         return found
 
-    def _limits(self, wired: bool) -> tuple[str, ...]:
-        """Remarks on what cannot be judged with the sensors that are read, and on the accelerations."""
+    def _notes(self, wired: bool, slipped: Collection[Slip]) -> tuple[str, ...]:
+        """Remarks on what cannot be judged with the sensors that are read, on the accelerations, and on the drive."""
+        notes = [] if self.calibrated or self._car is not None else [UNCALIBRATED]
+        notes += () if self._car is None else self._car.notes
         missing = [name for name, read in zip(self._measured, self._read, strict=True) if not read]
         # Without any reading, or with all sensors, isolability needs no note.
-        notes = limitations(self.vehicle, missing) if missing and self._read.any() else ()
-        checked = [name for name in ACCELERATIONS if name not in missing]
-        if wired or not checked:
-            return notes
-        bound = shown(BOUNDS.level, "m/s**2")
-        return (*notes, f"{listed(checked)}: compared with the motion only, an offset below {bound} is not seen")
-
-    def conclude(self) -> Conclusion:
-        """State of every element, and the finding."""
-        # In a slide the lateral acceleration is not that of the turn, so that a disagreement is no fault.
-        disagreeing = tuple(
-            each
-            for each in self._accelerations.found.values()
-            if self._whole or not self._slid_within(each.window - BEFORE, each.found)
-        )
-        turned = () if self._reversing is None else tuple(self._reversing.found)
-        slipped = () if self._slip is None else self._slip.found
-        stuck = stuck_readings(self.stuck)
-        self._withdraw(
-            [
-                *((each.window - BEFORE, each.found) for each in disagreeing if each.sure),
-                # Until it was known that the car reversed, the filters took it for driving forward.
-                *((each.start, each.found) for each in turned),
-                # The filters took the beginning of a slip, which is smaller, for a fault.
-                *((each.start - BEFORE, each.end) for each in slipped),
-            ]
-        )
-        # A reading that stays the same in bends looks like a fault of the sensors that move.
-        resting = [each for each in self.stuck if each.name in stuck]
-        ends = [self._driven.end if each.end is None else each.end + BEFORE for each in resting]
-        beside = self._withdraw([(each.start, end) for each, end in zip(resting, ends, strict=True)], stuck)
-        slid = self._slipped_wheels()
-        shifted = self._shift_of_zero()
-        faults = [each for course in self._courses.values() for each in course.episodes(self._driven.end)]
-        slow = () if self._pace is None else self._pace.problems()
-        wired = (
-            self._wiring.problems()
-            or self._mirrored()
-            or self._late()
-            or self._leap.problems([each for each in faults if not each.candidates])
-        )
-        problems = (*wired, *slow)
-        interruptions = self._coverage.interruptions
-        same = {name: loss for name, each in self._same.items() if (loss := each.loss()) is not None}
-        # What stood still comes first: of causes at the same time the first one is named.
-        lost = stuck | slid | beside | stuck | same | losses(self._courses, self._driven)
-        states = elements(self._courses, self._driven, problems, self.graph, lost)
-        reversed_ = "" if self._reversing is None else self._reversing.words
-        notes = (*self._notes, *self._limits(bool(problems)), reversed_, slips_in_words(slipped))
-        notes = (*(each for each in notes if each), *self._impossible.notes())
-        designed = self.calibrated or bool(self._notes)
-        causes = OtherCauses(disagreeing, self._not_done())
-        states = tuple(with_smallest(each, self._courses, self.multiples) for each in states)
-        if not problems:
-            states = (*states, *acceleration_elements(disagreeing))
-        finding = judge(self.name, states, self._driven, problems, lost, interruptions, designed, notes, causes)
-        wrong = [each.name for each in states if each.status in (Status.FAULT, Status.SUSPECT)]
-        if shifted and {*wrong} == {*shifted}:
-            finding = replace(finding, cause=SHIFTED[shifted])
-        elif not {*wrong} <= {*ACCELERATIONS}:
-            finding = replace(finding, decided_by=(self.decision,))
-        own = {each.name for each in states if each.name in self.graph.sensors and not each.substitute}
-        withheld = tuple(f"{what}{name}" for name in sorted(own) for what in ("supplied_", "deviation_of_supplied_"))
-        # Wrong wiring is no fault of an element and must not enter a fault memory.
-        courses = {} if problems else code_courses(self._courses, self._driven.end)
-        return Conclusion(verdict_of(finding), elements=states, code_courses=courses, withheld=withheld)
+        notes += limitations(self.vehicle, missing) if missing and self._read.any() else ()
+        if (checked := [name for name in ACCELERATIONS if name not in missing]) and not wired:
+            bound = in_words(BOUNDS.level, "m/s**2")
+            notes.append(f"{listed(checked)}: compared with the motion only, an offset below {bound} is not seen")
+        notes += (each for each in (getattr(self._reversing, "words", ""), slips_in_words(tuple(slipped))) if each)
+        return (*notes, *self._impossible.notes())

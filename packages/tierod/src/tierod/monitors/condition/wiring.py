@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, pairwise
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
 from tierod.core.findings import Episode
 from tierod.methods.relations import Pair, odd_ones_out
+from tierod.methods.running import peak
 from tierod.models.rolling_car import RollingCar
 from tierod.monitors.condition.signals import OF_AUTOMATED, SENSORS, WHEELS, CarParameters
 from tierod.physics.single_track import understeer_gradient
@@ -143,11 +144,29 @@ class Problem(NamedTuple):
     action: str
 
 
+Odd = tuple[str, dict[bool, list[float]]]
+
+
+def _odd_one(found: Mapping[Pair, float], agrees: Callable[[float], bool]) -> Odd | None:
+    """The one estimate that contradicts the others, and the numbers of its pairs by whether it is the first."""
+    names = tuple(dict.fromkeys(name for pair in found for name in pair))
+    odd = odd_ones_out(names, {pair: agrees(value) for pair, value in found.items()})
+    if len(odd) != 1:
+        return None
+    numbers = {place: [value for pair, value in found.items() if pair[not place] == odd[0]] for place in (True, False)}
+    return odd[0], numbers
+
+
+def _pairs(estimates: Mapping[str, np.ndarray], compare: Callable[..., float | None]) -> dict[Pair, float]:
+    found = {pair: compare(*(estimates[name] for name in pair)) for pair in combinations(estimates, 2)}
+    return {pair: value for pair, value in found.items() if value is not None}
+
+
 def turned(estimates: Mapping[str, np.ndarray], witnesses: Mapping[str, Witness]) -> tuple[Problem, ...]:
     """Problem that one estimate has the wrong sign; empty if none or several may have it."""
-    found = {pair: _correlation(estimates[pair[0]], estimates[pair[1]]) for pair in combinations(estimates, 2)}
-    odd = odd_ones_out(tuple(estimates), {pair: value > 0.0 for pair, value in found.items() if abs(value) > CLEAR})
-    if len(odd) != 1:
+    clear = {pair: value for pair, value in _pairs(estimates, _correlation).items() if abs(value) > CLEAR}
+    odd = _odd_one(clear, lambda value: value > 0.0)
+    if odd is None:
         return ()
     witness = witnesses[odd[0]]
     return (Problem("sign", witness.elements, witness.turned, "correct the channel map"),)
@@ -155,19 +174,17 @@ def turned(estimates: Mapping[str, np.ndarray], witnesses: Mapping[str, Witness]
 
 def late(estimates: Mapping[str, np.ndarray], witnesses: Mapping[str, Witness], limit: float) -> tuple[Problem, ...]:
     """Problem that one estimate is delayed, or early, against the others; empty if none or several may be."""
-    shifts = {}
-    for one, other in combinations(estimates, 2):
-        shift = _shift(estimates[one], estimates[other])
-        if shift is not None:
-            shifts[one, other] = shift - (witnesses[one].lead - witnesses[other].lead)
-    odd = odd_ones_out(tuple(estimates), {pair: abs(shift) < limit for pair, shift in shifts.items()})
-    if len(odd) != 1:
+    shifts = _pairs(estimates, _shift)
+    leads = {name: witness.lead for name, witness in witnesses.items()}
+    shifts = {(one, other): shift - (leads[one] - leads[other]) for (one, other), shift in shifts.items()}
+    odd = _odd_one(shifts, lambda shift: abs(shift) < limit)
+    if odd is None:
         return ()
-    by = [(-shift if pair[0] == odd[0] else shift) for pair, shift in shifts.items() if odd[0] in pair]
-    delay = float(np.median(by))
-    cause = f"{odd[0]}: {abs(delay):.2f} s {'late' if delay > 0.0 else 'early'} relative to the other signals"
+    name, numbers = odd
+    delay = float(np.median([*(-each for each in numbers[True]), *numbers[False]]))
+    cause = f"{name}: {abs(delay):.2f} s {'late' if delay > 0.0 else 'early'} relative to the other signals"
     action = "check the time stamps: the channel may come from another bus with a clock of its own"
-    return (Problem("time", witnesses[odd[0]].elements, cause, action),)
+    return (Problem("time", witnesses[name].elements, cause, action),)
 
 
 def _shift(one: np.ndarray, other: np.ndarray) -> float | None:
@@ -175,18 +192,8 @@ def _shift(one: np.ndarray, other: np.ndarray) -> float | None:
     most = round(LATEST / STEP)
     inner = one[most : len(one) - most]
     shifts = range(-most, most + 1)
-    values = [_correlation(inner, other[most + shift : len(other) - most + shift]) for shift in shifts]
-    best = int(np.argmax(values))
-    return (shifts[best] + _vertex(values, best)) * STEP if values[best] > TIGHT else None
-
-
-def _vertex(values: list[float], best: int) -> float:
-    """Vertex of a parabola through the highest value and its neighbours, in steps from the highest."""
-    if not 0 < best < len(values) - 1:
-        return 0.0
-    before, top, after = values[best - 1 : best + 2]
-    bend = before - 2.0 * top + after
-    return 0.5 * (before - after) / bend if bend < 0.0 else 0.0
+    values = np.array([_correlation(inner, other[most + shift : len(other) - most + shift]) for shift in shifts])
+    return peak(np.maximum(values, 0.0))[0] * STEP if values.max() > TIGHT else None
 
 
 def _correlation(one: np.ndarray, other: np.ndarray) -> float:
@@ -198,21 +205,19 @@ def _correlation(one: np.ndarray, other: np.ndarray) -> float:
 
 def scaled(estimates: Mapping[str, np.ndarray], witnesses: Mapping[str, Witness], limit: float) -> tuple[Problem, ...]:
     """Problem that one estimate has the wrong scale; empty if none or several may have it."""
-    found = {pair: _ratio(estimates[pair[0]], estimates[pair[1]]) for pair in combinations(estimates, 2)}
-    ratios: dict[Pair, float] = {pair: ratio for pair, ratio in found.items() if np.isfinite(ratio)}
-    odd = odd_ones_out(tuple(estimates), {pair: 1.0 / limit < ratio < limit for pair, ratio in ratios.items()})
-    if len(odd) != 1:
+    odd = _odd_one(_pairs(estimates, _ratio), lambda ratio: 1.0 / limit < ratio < limit)
+    if odd is None:
         return ()
-    witness = witnesses[odd[0]]
-    by = [(ratio if pair[0] == odd[0] else 1.0 / ratio) for pair, ratio in ratios.items() if odd[0] in pair]
-    cause = f"{witness.scaled}: it is {np.median(by):.3g} times the value from the others"
+    witness, numbers = witnesses[odd[0]], odd[1]
+    times = np.median([*numbers[True], *(1.0 / each for each in numbers[False])])
+    cause = f"{witness.scaled}: it is {times:.3g} times the value from the others"
     return (Problem("scale", witness.elements, cause, "correct the vehicle file or the channel map"),)
 
 
-def _ratio(one: np.ndarray, other: np.ndarray) -> float:
-    """Ratio of the amplitudes of both estimates; NaN if they do not correlate."""
+def _ratio(one: np.ndarray, other: np.ndarray) -> float | None:
+    """Ratio of the amplitudes of both estimates; None if they do not correlate."""
     if _correlation(one, other) <= TIGHT:
-        return np.nan
+        return None
     both = np.isfinite(one) & np.isfinite(other)
     return float(np.sqrt((one[both] @ one[both]) / (other[both] @ other[both])))
 
@@ -225,10 +230,10 @@ def misread_speed(estimates: Mapping[str, np.ndarray], limit: float) -> tuple[Pr
     """
     if not {YAW_SENSOR, *TIMES_SPEED, OVER_SPEED} <= set(estimates):
         return ()
-    sizes = [_ratio(estimates[name], estimates[YAW_SENSOR]) for name in TIMES_SPEED]
-    sizes.append(_ratio(estimates[YAW_SENSOR], estimates[OVER_SPEED]))
-    least, most = min(sizes), max(sizes)
-    if not (np.isfinite(sizes).all() and most < limit * least and (least > limit or most < 1.0 / limit)):
+    pairs = (*((name, YAW_SENSOR) for name in TIMES_SPEED), (YAW_SENSOR, OVER_SPEED))
+    sizes = [size for one, other in pairs if (size := _ratio(estimates[one], estimates[other])) is not None]
+    least, most = min(sizes, default=1.0), max(sizes, default=1.0)
+    if not (len(sizes) == len(pairs) and most < limit * least and (least > limit or most < 1.0 / limit)):
         return ()
     cause = (
         f"the wheel speeds have the wrong unit or scale: they are {np.median(sizes):.3g} times the values from the "
@@ -249,40 +254,26 @@ KEPT = 180.0
 """Length of the beginning of the drive that is checked [s]: wrong wiring is wrong from the start."""
 SMOOTH = 0.3
 """Width of the moving average of the signals [s]."""
-SCALE = 1.4
-"""Ratio of amplitudes from which a scale is wrong [-]; tyres, radii and slopes cause up to 1.34."""
 BRIDGED = 0.1
 """Longest gap between two readings that is interpolated linearly [s], since few buses have the rate of the grid."""
-LATE = 0.15
-"""Shift in time from which an estimate is wrong [s]; the motion itself lags by up to 0.1 s."""
-
-
-class CloseLimits(NamedTuple):
-    """Limits that sensors of a calibrated vehicle do not reach.
-
-    In fault-free drives of an hour one sensor differs from both others by a factor of 1.07 and by 0.03 s, with tyres a
-    tenth larger by a factor of 1.10.
-
-    Args:
-        scale, late: see `Wiring`
-    """
-
-    scale: float = 1.13
-    late: float = 0.045
+CLOSE_SCALE, CLOSE_LATE = 1.13, 0.045
+"""Limits as in `Wiring` between sensors alone, for a calibrated vehicle [-], [s]: in fault-free drives of an hour
+one sensor differs from both others by a factor of 1.07 and by 0.03 s, with tyres a tenth larger by a factor of 1.10."""
 
 
 class Wiring:
-    """Checks the beginning of a drive for signals that were connected or described wrongly."""
+    """Checks the beginning of a drive for signals that were connected or described wrongly.
 
-    def __init__(
-        self,
-        vehicle: CarParameters,
-        rate: float,
-        scale: float = SCALE,
-        late: float = LATE,
-        close: CloseLimits | None = None,
-    ):
-        self.vehicle, self.rate, self.scale, self.late, self.close = vehicle, rate, scale, late, close
+    Args:
+        scale: ratio of amplitudes from which a scale is wrong; tyres, radii and slopes cause up to 1.34
+        late: shift in time from which an estimate is wrong; the motion itself lags by up to 0.1 s
+    """
+
+    scale: Annotated[float, ""] = 1.4
+    late: Annotated[float, "s"] = 0.15
+
+    def __init__(self, vehicle: CarParameters, rate: float, calibrated: bool = False):
+        self.vehicle, self.rate, self.calibrated = vehicle, rate, calibrated
         self._pieces: list[dict[str, np.ndarray]] = []
         self._kept = 0
 
@@ -336,9 +327,9 @@ class Wiring:
         timed |= self._estimates({OVER_SPEED: YAW[OVER_SPEED]}, signals, fast)
         found = turned(yaw, YAW) or late(timed, YAW, self.late) or misread
         found = found or _scaled(slowly, understeering, self.scale)
-        if self.close is not None and not any(each.elements for each in found):
-            near = late(_sensed(yaw), YAW, self.close.late)
-            near = near or _scaled(_sensed(slowly), _sensed(understeering), self.close.scale)
+        if self.calibrated and not any(each.elements for each in found):
+            near = late(_sensed(yaw), YAW, CLOSE_LATE)
+            near = near or _scaled(_sensed(slowly), _sensed(understeering), CLOSE_SCALE)
             found = (*near, *found)
         return found or turned(self._estimates(TORQUE, signals, moving), TORQUE)
 

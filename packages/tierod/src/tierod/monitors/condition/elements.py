@@ -1,0 +1,224 @@
+"""State of every sensor and actuator over a drive, and course of every trouble code."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+
+from tierod.core.findings import Element, Episode, Status
+from tierod.core.shown import in_words
+from tierod.core.signals import SIGNALS
+from tierod.diagnosis.substitution import SubstitutionGraph
+from tierod.diagnosis.trouble_codes import load_trouble_codes
+from tierod.monitors.condition.accelerations import MOTION, Difference
+from tierod.monitors.condition.courses import TOGETHER, ElementCourse
+from tierod.monitors.condition.coverage import Loss
+from tierod.monitors.condition.driven import ALL_HELD, ALL_ZERO, MAP_FIRST, TOO_FEW, Driven
+from tierod.monitors.condition.reaction import NOT_ISOLABLE
+from tierod.monitors.condition.signals import ACTUATORS, NEEDED, SENSOR_TABLE, SENSORS
+from tierod.monitors.condition.wiring import Problem
+from tierod.monitors.harness.session import StatusChange
+
+LEAST_TESTABLE = 5.0
+"""Least time with testability of an element for the verdict healthy [s]."""
+LACKING = "the recording has no"
+"""Beginning of the cause of an element that is not in the recording."""
+LEAST_TOLD = 1.0
+"""Shortest unjudged time of a drive that is reported [s]."""
+_NEVER = 0.05
+"""Time with testability below which the element counts as never testable [s]."""
+ROUGH = {each.name: 0.25 * each.plausible for each in SENSOR_TABLE}
+"""Smallest visible offset from which none is stated [unit of the sensor]: the standard deviation of offsets of failed
+sensors, see `KindOfFault.of_sensor`, most of which would then not show."""
+
+HINDERED = {
+    "few": f"{TOO_FEW}; {MAP_FIRST}",
+    "reversed": "the vehicle reversed",
+    "stood": "the vehicle stood",
+    "idle": "the target torque was too small",
+    "still": "its true value was near zero, or the other signals did not determine it well enough",
+    "rough": "the drive determined its torque so roughly that a total loss might not have been seen",
+    "rough sensor": "a total loss would have been seen, but not most offsets within its range",
+}
+"""Causes why a fault of an element was not visible."""
+
+
+def elements(
+    courses: Mapping[str, ElementCourse],
+    drive: Driven,
+    problems: Sequence[Problem],
+    graph: SubstitutionGraph,
+    lost: Mapping[str, Loss],
+    multiples: Mapping[str, float],
+) -> tuple[Element, ...]:
+    """State of every sensor and actuator; `multiples` are the smallest visible changes in standard deviations."""
+    codes = load_trouble_codes().codes
+    found, open_ = [], unresolved(courses, drive.end)
+    for name, course in courses.items():
+        status, cause = _status(course, open_[name], drive, problems, lost.get(name), courses)
+        code = {Status.FAULT: name.replace("_", "-"), Status.SUSPECT: NOT_ISOLABLE}.get(status, "")
+        element = Element(
+            name,
+            "actuator" if name in ACTUATORS else "sensor",
+            status,
+            cause,
+            open_[name] if code else (),
+            _substitute(name, status, drive, graph),
+            codes[code].code if code else "",
+        )
+        if status is Status.HEALTHY and name in multiples:
+            element = _with_smallest(element, multiples[name] * course.spread)
+        found.append(element)
+    return tuple(found)
+
+
+def _with_smallest(element: Element, smallest: float) -> Element:
+    """A fault-free element with the smallest fault that would have been seen while it was testable."""
+    if element.role == "sensor":
+        if smallest > ROUGH[element.name]:
+            return replace(element, cause=element.cause or HINDERED["rough sensor"])
+        return replace(element, smallest=smallest, unit=SIGNALS[element.name].unit)
+    if smallest > 1.0:
+        return replace(element, status=Status.NOT_TESTABLE, cause=HINDERED["rough"])
+    return replace(element, smallest=100.0 * smallest, unit="percent")
+
+
+def acceleration_elements(disagreeing: Mapping[str, Difference]) -> tuple[Element, ...]:
+    """States of the accelerations that have failed, without substitutes."""
+    found = []
+    for name, each in disagreeing.items():
+        if each.sure:
+            cause = f"it contradicts {MOTION[name]}; the filters do not use it since {each.found:.2f} s"
+            kind = f"deviation of {in_words(each.magnitude, 'm/s**2')} from {MOTION[name]}"
+            episode = Episode(kind, each.start, declared=each.found)
+            found.append(Element(name, "sensor", Status.FAULT, cause, (episode,)))
+    return tuple(found)
+
+
+def losses(courses: Mapping[str, ElementCourse], drive: Driven) -> dict[str, Loss]:
+    """Losses of signals and doubts about one element, by the elements that could not be judged then."""
+    found = {name: drive.loss(name, course.observed) for name, course in courses.items() if course.available > 0.0}
+    return _doubted(courses, drive.end) | {name: loss for name, loss in found.items() if loss is not None}
+
+
+def _doubted(courses: Mapping[str, ElementCourse], end: float) -> dict[str, Loss]:
+    """Elements about which a doubt remained, by no other candidate and without any declaration at that time."""
+    faults = [each for course in courses.values() for each in course.episodes(end) if not each.candidates]
+    found: dict[str, Loss] = {}
+    for name, course in courses.items():
+        for doubt in course.episodes(end, alone=True):
+            if not any(_overlap(fault, doubt, end) for fault in faults):
+                until = end if doubt.end is None else doubt.end
+                span = f"from {doubt.start:.2f} s to {until:.2f} s"
+                cause = f"its residual exceeded the fault-free limit {span}, too little to declare a fault"
+                found.setdefault(name, Loss(Status.NOT_TESTABLE, cause, doubt.start, until))
+    return found
+
+
+def _overlap(fault: Episode, doubt: Episode, end: float) -> bool:
+    """Whether a declared fault, from its onset on, explains a doubt."""
+    begun, over = doubt.declared_at, end if doubt.end is None else doubt.end
+    return fault.start <= over + TOGETHER and (fault.end is None or begun <= fault.end + TOGETHER)
+
+
+def unresolved(courses: Mapping[str, ElementCourse], end: float) -> dict[str, tuple[Episode, ...]]:
+    """Faults of every element, and doubts that no declaration of one of the candidates has ended."""
+    all_ = {name: course.episodes(end) for name, course in courses.items()}
+    faults = {name: [each for each in found if not each.candidates] for name, found in all_.items()}
+
+    def stays(name: str, episode: Episode) -> bool:
+        return not episode.candidates or not any(
+            _overlap(fault, episode, end) for each in (name, *episode.candidates) for fault in faults[each]
+        )
+
+    return {name: tuple(each for each in found if stays(name, each)) for name, found in all_.items()}
+
+
+def _status(
+    course: ElementCourse,
+    episodes: Sequence[Episode],
+    drive: Driven,
+    problems: Sequence[Problem],
+    loss: Loss | None,
+    courses: Mapping[str, ElementCourse],
+) -> tuple[Status, str]:
+    name = course.element
+    # A shared failure of all sensors almost throughout the drive.
+    little = drive.judged * drive.period < LEAST_TESTABLE
+    dead = drive.not_judged if little and drive.not_judged in (ALL_ZERO, ALL_HELD) else ""
+    if course.available == 0.0:
+        missing = name if name in SENSORS else f"target torque of {name}"
+        lacking = f"{LACKING} {missing.replace('_', ' ')}"
+        return Status.NOT_AVAILABLE, dead if name in SENSORS and dead else lacking
+    # Wrong wiring explains apparent faults and losses, and must come before them.
+    if problems:
+        concerned = [problem for problem in problems if name in problem.elements]
+        return Status.NOT_TESTABLE, (concerned or list(problems))[0].cause
+    if episodes:
+        sure = any(not episode.candidates for episode in episodes)
+        return Status.FAULT if sure else Status.SUSPECT, ""
+    if loss is not None:
+        when = "at other times" if loss.until is not None else "until then" if loss.since is not None else "in these"
+        enough = course.testable >= LEAST_TESTABLE
+        seen = f"fault-free {when}" if enough else f"{when} it was testable for too short a time"
+        return loss.status, f"{loss.cause}; {seen}"
+    if course.testable < LEAST_TESTABLE:
+        needed = courses.get(NEEDED.get(name, ""))
+        if not dead and needed is not None and needed.available < min(LEAST_TESTABLE, 0.5 * drive.seconds):
+            return Status.NOT_TESTABLE, f"its output cannot be checked without {needed.element.replace('_', ' ')}"
+        why = dead or _hindrance(name, drive)
+        if course.testable >= _NEVER:
+            seconds = f"{course.testable:.1f} s only, {LEAST_TESTABLE:g} s are needed"
+            why = f"{why}; a fault would have been visible for {seconds}"
+        return Status.NOT_TESTABLE, why
+    if drive.seconds - course.available > LEAST_TOLD:
+        return Status.HEALTHY, f"while its readings were present, {course.available:.0f} of {drive.seconds:.0f} s"
+    return Status.HEALTHY, ""
+
+
+def _hindrance(name: str, drive: Driven) -> str:
+    """Cause why a fault of an element was not observable."""
+    if not drive.enough:
+        return HINDERED["few"]
+    period, moving = drive.period, drive.forward * drive.period
+    if drive.judged * period < LEAST_TESTABLE and drive.not_judged:
+        return drive.not_judged
+    if drive.seconds < LEAST_TESTABLE:
+        return f"the recording is too short, {drive.seconds:.3g} s"
+    if moving < LEAST_TESTABLE:
+        if drive.backward * period > LEAST_TESTABLE:
+            return HINDERED["reversed"]
+        return f"the vehicle moved for only {moving:.1f} s" if moving > LEAST_TOLD else HINDERED["stood"]
+    return HINDERED["idle" if name in ACTUATORS else "still"]
+
+
+def _substitute(name: str, status: Status, drive: Driven, graph: SubstitutionGraph) -> str:
+    """Substitute that was used for a faulty sensor for the longest time, with its measured error."""
+    samples = drive.sources.get(name, {})
+    if status is not Status.FAULT or not any(samples.values()):
+        return ""
+    used = max(samples, key=lambda way: samples[way])
+    way = next(way for way in graph.substitutes[name] if way.name == used)
+    return f"{used.replace('-', ' ')} (± {in_words(way.deviation, SIGNALS[name].unit)})"
+
+
+def code_courses(courses: Mapping[str, ElementCourse], end: float) -> dict[str, tuple[StatusChange, ...]]:
+    """Changes of the verdict on every trouble code."""
+    found = {name.replace("_", "-"): tuple(course.course) for name, course in courses.items()}
+    begun = min(course[0].time for course in found.values())
+    episodes = [episode for each in unresolved(courses, end).values() for episode in each]
+    return found | {NOT_ISOLABLE: _doubts(episodes, begun, end)}
+
+
+def _doubts(episodes: Iterable[Episode], start: float, end: float) -> tuple[StatusChange, ...]:
+    """Changes between healthy and suspect by lasting doubts between several elements; overlapping ones are joined."""
+    times = sorted((each.declared_at, end if each.end is None else each.end) for each in episodes if each.candidates)
+    changes = [StatusChange(start, Status.HEALTHY)]
+    until = start
+    for begin, finish in times:
+        if begin > until or len(changes) == 1:
+            changes += [StatusChange(begin, Status.SUSPECT), StatusChange(finish, Status.HEALTHY)]
+        elif finish > until:
+            changes[-1] = StatusChange(finish, Status.HEALTHY)
+        until = max(until, finish)
+    return tuple(changes if until < end else changes[: max(len(changes) - 1, 1)])
