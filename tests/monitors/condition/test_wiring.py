@@ -7,7 +7,7 @@ from tierod.core.findings import Episode
 from tierod.models.automated_vehicle import AutomatedVehicle
 from tierod.monitors.condition.definition import CONDITION
 from tierod.monitors.condition.signals import ELEMENTS, OF_AUTOMATED
-from tierod.monitors.condition.wiring import ClockLeap, CloseLimits, Problem, Wiring
+from tierod.monitors.condition.wiring import CLOSE_LATE, CLOSE_SCALE, ClockLeap, Problem, Wiring
 from tierod.vehicles import load
 
 CAR = load("smartload").parameters_for(AutomatedVehicle.Parameters)
@@ -37,8 +37,8 @@ def turning(seconds=SECONDS, speed=SPEED):
     }
 
 
-def problems(signals, piece=1000, close=None):
-    wiring = Wiring(CAR, RATE, close=close)
+def problems(signals, piece=1000, calibrated=False):
+    wiring = Wiring(CAR, RATE, calibrated)
     for start in range(0, len(signals["yaw_rate"]), piece):
         wiring.add({name: values[start : start + piece] for name, values in signals.items()})
     return wiring.problems()
@@ -94,11 +94,11 @@ def test_a_wrong_scale_is_reported_with_its_size(name, factor, result):
 
 
 @pytest.mark.parametrize(("factor", "result"), [(3.6, "3.6 times"), (1.0 / 3.6, "0.278 times"), (1.609, "1.61 times")])
-@pytest.mark.parametrize("close", [None, CloseLimits()], ids=["uncalibrated", "calibrated"])
-def test_wheel_speeds_in_another_unit_are_reported_and_not_the_yaw_rate(factor, result, close):
-    signals = leading() if close else turning()
+@pytest.mark.parametrize("calibrated", [False, True])
+def test_wheel_speeds_in_another_unit_are_reported_and_not_the_yaw_rate(factor, result, calibrated):
+    signals = leading() if calibrated else turning()
     wheels = ("wheel_speed_rear_left", "wheel_speed_rear_right")
-    (problem,) = problems(signals | {name: factor * signals[name] for name in wheels}, close=close)
+    (problem,) = problems(signals | {name: factor * signals[name] for name in wheels}, calibrated=calibrated)
     assert problem.elements == wheels
     assert "wheel speeds have the wrong unit" in problem.cause
     assert result in problem.cause
@@ -127,11 +127,9 @@ def leading():
 
 def test_a_calibrated_vehicle_has_tighter_limits():
     signals = leading()
-    assert (
-        problems(signals | {"lateral_acceleration": 1.3 * signals["lateral_acceleration"]}, close=CloseLimits()) == ()
-    )
+    assert problems(signals | {"lateral_acceleration": 1.3 * signals["lateral_acceleration"]}, calibrated=True) == ()
     geared = signals | {"steering_wheel_angle": 1.25 * signals["steering_wheel_angle"]}
-    (problem,) = problems(geared, close=CloseLimits())
+    (problem,) = problems(geared, calibrated=True)
     assert (problem.kind, problem.elements) == ("scale", ("steering_wheel_angle",))
     assert "it is 1.2" in problem.cause
     assert problems(geared) == ()
@@ -141,7 +139,7 @@ def test_a_calibrated_vehicle_has_tighter_limits():
 def test_a_small_shift_is_reported_between_two_steps_for_a_calibrated_vehicle(late, result):
     signals = leading()
     shifted = signals | {"yaw_rate": np.roll(signals["yaw_rate"], round(late * RATE))}
-    (problem,) = problems(shifted, close=CloseLimits())
+    (problem,) = problems(shifted, calibrated=True)
     assert problem.elements == ("yaw_rate",)
     assert result in problem.cause
     assert problems(shifted) == ()
@@ -156,7 +154,7 @@ def test_buses_slower_than_the_grid_are_looked_at_too(every):
         return {name: np.where(places % step == first, values, np.nan) for name, values in signals.items()}
 
     with np.errstate(all="raise"):
-        assert problems(slower(leading()), close=CloseLimits()) == ()
+        assert problems(slower(leading()), calibrated=True) == ()
     assert [each.elements for each in problems(slower(changed(yaw_rate=-1.0)))] == [("yaw_rate",)]
 
 
@@ -186,7 +184,7 @@ def test_an_acceleration_that_is_off_for_a_while_hides_no_sensor_of_a_calibrated
     signals = leading()
     banked = signals["lateral_acceleration"] * np.where(np.arange(len(signals["yaw_rate"])) < 3000, 0.65, 1.0)
     geared = {"steering_wheel_angle": 1.25 * signals["steering_wheel_angle"], "lateral_acceleration": banked}
-    (problem,) = problems(signals | geared, close=CloseLimits())
+    (problem,) = problems(signals | geared, calibrated=True)
     assert problem.elements == ("steering_wheel_angle",)
 
 
@@ -217,7 +215,7 @@ def test_one_wheel_alone_shows_the_speed(gone):
 
 def test_the_closer_limits_of_a_calibrated_vehicle_are_those_that_its_rule_shows():
     rules = [each.rule for each in CONDITION.variants["bank"].decisions if each.place == "_wiring"]
-    assert rules[0].stated.endswith(f"{CloseLimits().scale:g} and {CloseLimits().late:g} s once calibrated")
+    assert rules[0].stated.endswith(f"{CLOSE_SCALE:g} and {CLOSE_LATE:g} s once calibrated")
 
 
 TIME = np.arange(2000) / 100.0

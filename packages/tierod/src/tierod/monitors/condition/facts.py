@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from tierod.core.facts import LONGEST_REASON, Fact, Verdict, shortened
+from tierod.core.facts import Fact, Verdict, shortened
 from tierod.core.findings import Element, Episode, Estimate, Status
 from tierod.core.shown import in_words
 from tierod.monitors.condition.accelerations import MOTION, Difference
@@ -32,6 +32,8 @@ COMPARED = ("wheel_speed_rear_left", "wheel_speed_rear_right", "yaw_rate")
 LONG_BEFORE = 5.0
 """Least time by which a fault of one of them must precede an inconsistent acceleration to explain it [s]; a faulty
 acceleration is detected within this time, so that the faults which it causes in the filters are not so early."""
+LONGEST = 7
+"""Most words of a reason in the headline, after "Sensors and actuators: not testable"."""
 HARDLY = 0.3
 """Largest share of the driving that may be unjudged because tyres slid, for a fault-free verdict [-]."""
 
@@ -121,7 +123,7 @@ SHIFTED = {SHIFTING[:1]: "angle shifted", SHIFTING[1:]: "yaw rate shifted", SHIF
 def fact(case: str, **values: Any) -> Fact:
     """Fact of a case with its numbers and names."""
     cause, reason, action = (each.format(**values) for each in SENTENCES[case])
-    return Fact(case, cause, reason if len(reason.split()) <= LONGEST_REASON else "", action)
+    return Fact(case, cause, reason if len(reason.split()) <= LONGEST else "", action)
 
 
 @dataclass(frozen=True)
@@ -164,7 +166,8 @@ def verdict_of_drive(found: Found) -> Verdict:
     open_ = [each for each in found.states if each.status is not Status.HEALTHY]
     if found.problems:
         first = found.problems[0]
-        reason = shortened(first.cause) or f"wrong {first.kind} of a signal"
+        brief = shortened(first.cause)
+        reason = brief if 0 < len(brief.split()) <= LONGEST else f"wrong {first.kind} of a signal"
         return _stated(found, Status.NOT_TESTABLE, Fact("wiring", first.cause, reason, first.action))
     if found.of(Status.FAULT, Status.SUSPECT):
         return _faulty(found)
@@ -207,17 +210,14 @@ def _faulty(found: Found) -> Verdict:
     all_ = [(episode, each) for each in (*faulty, *doubtful) for episode in each.episodes]
     singles = _likeliest_first([(episode, each) for episode, each in all_ if not episode.candidates])
     declared = [each.name for each in (*faulty, *doubtful)]
-    by_shift = bool(found.shifted) and {*declared} == {*found.shifted}
+    shifted = [fact(SHIFTED[found.shifted])] if found.shifted and {*declared} == {*found.shifted} else []
     # Accelerations are judged beside the filters.
-    by_bank = not by_shift and not {*declared} <= {*ACCELERATIONS}
-    why = (fact(SHIFTED[found.shifted]),) if by_shift else ()
-    decided = (found.decision,) if by_bank else ()
+    decided = () if shifted or {*declared} <= {*ACCELERATIONS} else (found.decision,)
     if not singles:
         first = min((each for each, _ in all_), key=lambda each: each.declared_at)
         names = sorted({each for episode, one in all_ for each in (one.name, *episode.candidates)}, key=ELEMENTS.index)
-        because = [_between(names, found), *_instead(found, declared)]
-        if by_shift:
-            because = [replace(because[0], cause=why[0].cause)]
+        several = _between(names, found)
+        because = [replace(several, cause=each.cause) for each in shifted] or [several, *_instead(found, declared)]
         times = {"since": first.start, "declared": first.declared_at, "end": _end(all_)}
         details = (f"suspect {_when(replace(first, end=times['end']))}: {listed(names, 'or')}",)
         return _stated(found, Status.SUSPECT, *because, details=details, decided_by=decided, **times)
@@ -226,7 +226,7 @@ def _faulty(found: Found) -> Verdict:
     sentences = [_sentence(*each) for each in singles]
     more = (f"and {len(sentences) - 3} more",) if len(sentences) > 3 else ()
     lead = Fact("fault", "", _headline(singles), _action(names))
-    because = [lead, *(why or (*_why(names), *_instead(found, declared)))]
+    because = [lead, *(shifted or (*_why(names), *_instead(found, declared)))]
     times = {"since": episode.start, "declared": episode.declared_at, "end": _end(singles)}
     details = (*sentences[:3], *more)
     return _stated(
@@ -235,16 +235,14 @@ def _faulty(found: Found) -> Verdict:
 
 
 def _headline(singles: Sequence[tuple[Episode, Element]]) -> str:
-    """The first fault in at most eight words: as much as there is room for."""
+    """The first fault, with as much as there is room for."""
     episode, element = singles[0]
     plain, kind = element.name.replace("_", " "), episode.kind.partition(" from ")[0] or "fault"
     others = len({each.name for _, each in singles}) - 1
     rest = f" and {others} more" if others else ""
     size = _size(episode.magnitude)
     offered = (f"{plain}{rest}: {kind}{size} since {episode.start:.0f} s", f"{plain}{rest}: {kind}{size}")
-    return next(
-        (each for each in (*offered, f"{plain}{rest}: {kind}") if len(each.split()) <= LONGEST_REASON), plain + rest
-    )
+    return next((each for each in (*offered, f"{plain}{rest}: {kind}") if len(each.split()) <= LONGEST), plain + rest)
 
 
 def _between(names: Sequence[str], found: Found) -> Fact:
@@ -339,7 +337,7 @@ def _lost(found: Found, healthy: Sequence[Element]) -> Verdict:
     count = sum(each.name not in ACCELERATIONS for each in found.states)
     stated = fact("one lost" if len(alike) == 1 else "lost", cause=first.cause, names=listed(alike))
     reason = stated.reason if every else f"{listed(alike)}: {first.cause}"
-    if len(reason.split()) > LONGEST_REASON:
+    if len(reason.split()) > LONGEST:
         reason = f"{listed(alike)} not judged throughout" if len(alike) < 3 else "signals were lost"
     cause = stated.cause if every else f"{listed(alike)}: {stated.cause}"
     rest = f"{len(healthy)} of {count} are fault-free" if healthy else "nothing is judged from then on"
