@@ -23,14 +23,12 @@ def followed(there, parked=None, cuts=(), others=None):
 def test_what_ends_is_gone_since_its_last_reading(cuts):
     absence = followed(TIME < 11.0 - 1e-9, cuts=cuts)
     assert absence.since == pytest.approx(10.0)
-    assert absence.mostly
     assert absence.loss(Status.NOT_AVAILABLE, "no reading", "read").cause == "no reading since 10.00 s"
 
 
 def test_what_comes_back_has_lacked_for_most_of_the_drive_or_not():
     rare, often = followed((TIME < 5.0) | (TIME > 25.0)), followed((TIME < 10.0) | (TIME > 15.0))
     assert (rare.since, often.since) == (None, None)
-    assert (rare.mostly, often.mostly) == (True, False)
     assert rare.loss(Status.NOT_AVAILABLE, "", "read").cause == "read for only 10 of 30 s of driving"
     assert often.loss(Status.NOT_AVAILABLE, "", "read") is None
 

@@ -33,7 +33,7 @@ def test_a_yaw_rate_that_is_lost_on_a_straight_road_is_not_called_fault_free(str
     assert "stayed the same from 15.0" in yaw.cause
     finding = found.findings[0]
     assert finding.status is Status.NOT_TESTABLE
-    assert "Yaw rate: its reading stayed the same from 15.0" in said(finding)
+    assert "yaw rate: its reading stayed the same from 15.0" in finding.cause
 
 
 @pytest.fixture(scope="module")
@@ -50,7 +50,7 @@ def test_a_signal_without_values_for_some_seconds_is_named_with_its_times(bends,
     assert lost.status is Status.NOT_TESTABLE
     assert lost.cause.startswith("no reading from 25.0")
     assert found.status.exit_code == 2
-    assert "to 30.00 s; 5 of 12 sensors and actuators are fault-free" in said(found.findings[0])
+    assert "5 of 12 are fault-free" in said(found.findings[0])
 
 
 @pytest.mark.parametrize("sensor", ["yaw_rate", "wheel_speed_front_right"])
@@ -86,5 +86,5 @@ def test_a_steering_angle_that_related_signals_call_stuck_is_neither_fault_free_
     assert states["steering_wheel_angle"].cause.startswith(cause)
     assert states["yaw_rate"].status is Status.NOT_TESTABLE
     assert states["yaw_rate"].cause.startswith("a sensor that stood still contradicted it from 42.00 s to 53.00 s")
-    assert f"Steering wheel angle: {cause}" in said(found.findings[0])
+    assert f"steering wheel angle: {cause}" in found.findings[0].cause
     assert "bus" not in found.findings[0].action

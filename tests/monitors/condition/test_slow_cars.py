@@ -5,7 +5,6 @@ import json
 import pytest
 
 from monitors.condition.small_car import QUADRICYCLE, SCALE_CAR, backs_out, course, recordings, vehicle_of
-from said import said
 from tierod.cli import main
 from tierod.core.findings import Status
 from tierod.io.writers import write
@@ -67,7 +66,7 @@ def test_where_every_turn_is_mirrored_both_causes_are_named_and_nothing_is_fault
     (made,) = recordings([(QUADRICYCLE, (speed[kept], angle[kept]))], 3, unsigned=True)
     finding = diagnose(made, load(quadricycle), "condition").findings[0]
     assert finding.status is Status.NOT_TESTABLE
-    assert "the car reversed all the time, or the yaw rate has the wrong sign" in said(finding)
+    assert "the car reversed all the time, or the yaw rate has the wrong sign" in finding.cause
 
 
 @pytest.mark.parametrize("reverse", [False, True])

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from monitors.condition.small_car import STEP, SmallCar, recordings, vehicle_of
-from said import said
 from tierod.core.findings import Status
 from tierod.monitors.diagnose import diagnose
 
@@ -21,11 +20,11 @@ def fast():
 
 def test_understeer_is_not_called_a_wrong_steering_ratio(fast):
     finding = diagnose(fast, vehicle_of(CAR, "small"), "condition").findings[0]
-    assert "steering ratio" not in said(finding)
+    assert "steering ratio" not in finding.cause
     assert finding.status is Status.HEALTHY
 
 
 @pytest.mark.parametrize("factor", [1.6, 0.3])
 def test_a_wrong_steering_ratio_is_named_beside_understeer(fast, factor):
     wrong = vehicle_of(CAR._replace(ratio=factor * CAR.ratio), "small")
-    assert "the steering ratio of the vehicle file" in said(diagnose(fast, wrong, "condition").findings[0])
+    assert "the steering ratio of the vehicle file" in diagnose(fast, wrong, "condition").findings[0].cause

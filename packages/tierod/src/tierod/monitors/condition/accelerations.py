@@ -65,12 +65,9 @@ def roughness(values: np.ndarray) -> np.ndarray:
     return np.where(count >= 3, np.sqrt(0.5 * squares / np.maximum(count, 1)), np.nan)
 
 
-LEVEL_TIME, SHAPE_TIME = 3.0, 10.0
-"""Windows for the mean and for the standard deviation of a difference [s]."""
-SWEEPS = 8
-"""Iterations of the coordinate descent for gain and lag; the quadratic form in a box has a single minimum."""
-HALF = 0.7
-"""Least share of the blocks of a window in which both estimates must exist [-]."""
+LEVEL_TIME, SHAPE_TIME = 3.0, 10.0  # windows for the mean and for the standard deviation of a difference [s]
+SWEEPS = 8  # iterations of the coordinate descent for gain and lag; the quadratic form in a box has a single minimum
+HALF = 0.7  # least share of the blocks of a window in which both estimates must exist [-]
 
 
 @dataclass(frozen=True)
@@ -315,14 +312,12 @@ ROLL, SLIP_LAG = 0.2, 0.3
 .2; the lag behind yaw rate times speed is speed times rear slip angle per acceleration, at most 25 m/s with .012 rad
 per m/s**2.
 """
-ACROSS = replace(BOUNDS, gain=ROLL, lag=SLIP_LAG)
-"""Fault-free differences of the lateral acceleration [m/s**2]."""
+ACROSS = replace(BOUNDS, gain=ROLL, lag=SLIP_LAG)  # fault-free differences of the lateral acceleration [m/s**2]
 LATEST, SURELY = 0.06, 3.0
 """Delay of the longitudinal acceleration behind the wheels from which it is late [s], and number of standard deviations
 by which it must exceed that. Of fault-free rounds of virtual demonstrators (seeds 142 and 201 to 203) the lower bounds
 are .01 to .03 s, of the same .1 s late .10 to .13 s."""
-ENOUGH = 20
-"""Least number of blocks of half a second for an estimate of the delay."""
+ENOUGH = 20  # least number of blocks of half a second for an estimate of the delay
 
 
 class AccelerationCheck:
@@ -350,7 +345,6 @@ class AccelerationCheck:
         return failed
 
     def gone(self, name: str) -> bool:
-        """Whether an acceleration has failed."""
         return self._checks[name].sure
 
     @property
@@ -413,5 +407,4 @@ class TargetCheck:
 
     @property
     def found(self) -> tuple[tuple[str, ...], ...]:
-        """Inconsistent pairs of targets."""
         return tuple(targets for targets, each in self._checks.items() if each.sure)

@@ -38,8 +38,7 @@ from tierod.monitors.condition.weighing import Limits, Weighing
 from tierod.monitors.harness.session import Table
 from tierod.vehicles import Vehicle
 
-FOR_PARAMETERS = 300.0
-"""Driving time at the beginning from which the parameters are estimated [s]."""
+FOR_PARAMETERS = 300.0  # driving time at the beginning from which the parameters are estimated [s]
 FAULTY = (12.0, 3.0)
 """Fast and slow mean log-likelihood ratio of a single suspect from which a drive is suspicious [nat].
 
@@ -47,10 +46,8 @@ In 3.4 fault-free hours of three calibrated virtual demonstrators the largest ar
 faulty sensors they are 16 to 20 and 5.9 to 20, the least for a tie-rod force of three times the truth for one second. A
 single outlier shows in the fast mean only, and would spoil all limits.
 """
-LARGEST_SQUARE = 3.0
-"""Mean NIS of a reading from which it does not fit the vehicle at all [-]."""
-INTERVAL = 1.96
-"""Half width of a 95 % confidence interval, in standard deviations [-]."""
+LARGEST_SQUARE = 3.0  # mean NIS of a reading from which it does not fit the vehicle at all [-]
+INTERVAL = 1.96  # half width of a 95 % confidence interval, in standard deviations [-]
 
 
 class Suspicion(NamedTuple):
@@ -108,17 +105,14 @@ class ConditionCalibration:
 
     @property
     def explanations(self) -> tuple[Hypothesis, ...]:
-        """Hypotheses of the limits, the fault-free one first."""
         return hypotheses()
 
     @property
     def converged(self) -> bool:
-        """Whether the search for the parameters has converged."""
         return self.calibration.found.converged
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """Remarks on the calibration."""
         designed = self.designed
         rest = designed.hours
         notes = [
@@ -168,12 +162,10 @@ class ConditionCalibration:
 
     @property
     def thresholds(self) -> Mapping[str, Table]:
-        """Tables of thresholds for the vehicle file, by name."""
         return {NAME: table_of(self.designed, _source(self.designed, self.before)), **self.further}
 
 
 def _source(designed: DesignedLimits, vehicle: Vehicle) -> str:
-    """Source of the limits, in words."""
     return f"designed on {designed.hours:.2f} h of healthy driving of {vehicle.name}"
 
 
@@ -211,7 +203,6 @@ def _calibrated_variants() -> list[Callable[..., Mapping[str, Table]]]:
 
 
 def _require_enough(seconds: float, rest: Sequence[HealthyDrive]) -> None:
-    """Refuse too little driving before the search starts."""
     left = sum(max(each.driven - SETTLING - BLOCK, 0.0) for each in rest)
     if left < 3600.0 * LEAST_HOURS:
         whole = seconds + sum(each.driven for each in rest)
@@ -255,7 +246,6 @@ def suspicions_of(
 
 
 def _hours(hours: float) -> str:
-    """Hours as text."""
     if hours > 1e6:
         return "more than 1 000 000"
     return f"{hours:,.0f}".replace(",", " ") if hours >= 10.0 else f"{hours:.1f}"
@@ -264,8 +254,7 @@ def _hours(hours: float) -> str:
 FAULTY_MOTION = (12.0, 1.0)
 """Fast and slow mean log-likelihood ratio of a single suspect from which a drive is suspicious [nat]; the fast one as
 for whole vehicles, the slow one at twice the usual limit; bumps of real cars reach 3.3 and -1.7."""
-FEWEST = 4
-"""Least number of sensors in a drive."""
+FEWEST = 4  # least number of sensors in a drive
 
 
 @dataclass(frozen=True)
@@ -290,12 +279,10 @@ class MotionCalibration:
 
     @property
     def explanations(self) -> tuple[Hypothesis, ...]:
-        """Hypotheses of the limits, the fault-free one first."""
         return hypotheses_of_cars()
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """Remarks on the calibration."""
         count = len(self.explanations) - 1
         return (
             "The car is judged by its motion alone; its parameters stay as in the file; 'tierod identify vehicle' "
@@ -319,7 +306,6 @@ class MotionCalibration:
 
     @property
     def thresholds(self) -> Mapping[str, Table]:
-        """Tables of thresholds for the vehicle file, by name."""
         source = f"designed on {self.designed.hours:.2f} h of fault-free driving of {self.before.name}, by its motion"
         return {NAME: table_of(self.designed, source, self.explanations)}
 

@@ -55,8 +55,6 @@ class StatementCourse(NamedTuple):
 
     @classmethod
     def of(cls, result: Result, time: np.ndarray, running: np.ndarray) -> StatementCourse:
-        """Statements in the result of a block whose output is a `ConditionOutput`."""
-
         def columns(before: str, after: str = "") -> np.ndarray:
             return np.column_stack([result[f"{before}.{name}{after}"] for name in ELEMENTS])
 
@@ -110,7 +108,6 @@ class Description(NamedTuple):
 
 
 def described(element: str, kind: float, magnitude: float) -> Description:
-    """Description of a kind of fault; empty if none is identified."""
     if kind == LOST_TORQUE:
         return Description("loss of torque", "lost share of the torque", "percent", 100.0)
     unit = SIGNALS[element].unit if element in SIGNALS else ""
@@ -133,10 +130,8 @@ def listed(names: Sequence[str], word: str = "and") -> str:
     return f" {word} ".join([", ".join(plain[:-1]), plain[-1]] if len(plain) > 1 else plain)
 
 
-TOGETHER = 0.3
-"""Shortest gap between two episodes of one element [s]; with a shorter gap they are one episode."""
-SHARE = 0.5
-"""Least share of an episode over which another element must be a candidate as well to be named with it [-]."""
+TOGETHER = 0.3  # shortest gap between two episodes of one element [s]; with a shorter gap they are one episode
+SHARE = 0.5  # least share of an episode over which another element must be a candidate as well to be named with it [-]
 
 
 @dataclass
@@ -182,7 +177,6 @@ class Span:
         return float(np.sign(magnitude - 1.0 if kind == GAIN else magnitude))
 
     def add(self, kind: float, count: int, magnitude: float, deviation: float) -> None:
-        """Count further samples at which a kind was identified."""
         self.kinds[kind] = (self.kinds.get(kind, (0,))[0] + count, magnitude, deviation)
 
 
@@ -222,7 +216,6 @@ class ElementCourse:
         return self.available_samples * self.period
 
     def add(self, time: np.ndarray, stated: StatementCourse, available: np.ndarray) -> None:
-        """Add the next piece."""
         place = ELEMENTS.index(self.element)
         status, testable = stated.status[:, place], stated.testable[:, place]
         self.available_samples += int(np.count_nonzero(available))

@@ -17,8 +17,7 @@ from tierod.monitors.condition.signals import ALL_WHEELS, PLACES, SENSORS, TARGE
 from tierod.monitors.condition.wiring import Problem
 from tierod.monitors.harness.stuck_over_drive import Stuck
 
-LEAST = 1.0
-"""Time of driving, beyond a tolerated gap, for which a signal must be missing to count as lost [s]."""
+LEAST = 1.0  # time of driving, beyond a tolerated gap, for which a signal must be missing to count as lost [s]
 
 
 class Loss(NamedTuple):
@@ -107,8 +106,7 @@ class Absence:
         return None
 
 
-LONG = 5.0
-"""Time of driving for which a reading must stay the same [s]; coarse sensors on straight roads reach 3 s."""
+LONG = 5.0  # time of driving for which a reading must stay the same [s]; coarse sensors on straight roads reach 3 s
 SHORT = 1.0
 """The same where the steering angle shows that the reading should have changed, or where the reading hardly ever
 repeats itself [s]: sensors come every 0.1 s or less and repeat a value a few times."""
@@ -148,7 +146,6 @@ class Constancy:
         self._longest: list[Same] = []
 
     def add(self, time: np.ndarray, readings: np.ndarray, moving: np.ndarray, others: np.ndarray) -> None:
-        """Add the next piece, (n,) each."""
         counts = np.flatnonzero(np.isfinite(readings) & moving)
         if not len(counts):
             return
@@ -171,7 +168,6 @@ class Constancy:
         self._last = float(values[-1])
 
     def _lasting(self) -> list[Same]:
-        """The two longest times, the longer one first."""
         return sorted((*self._longest, self._now), key=lambda each: each.samples, reverse=True)[:2]
 
     def loss(self) -> Loss | None:
@@ -200,8 +196,7 @@ def _same(start: float, end: float | None, while_: str) -> Loss:
     return Loss(Status.NOT_TESTABLE, f"its reading stayed the same from {start:.2f} s {until} {while_}", start, end)
 
 
-LOST = 1.0
-"""Time without a reading from which a signal is missing and not merely slow [s]."""
+LOST = 1.0  # time without a reading from which a signal is missing and not merely slow [s]
 UNASKED = 0.06
 """Time without a target from which the cause of the motion is unknown [s]; 0.1 s later sensors would be declared."""
 ALL = 4
@@ -256,7 +251,6 @@ class Coverage:
         self._parked: bool | None = None
 
     def add(self, values: np.ndarray) -> tuple[np.ndarray, Covered]:
-        """Add the next piece."""
         if not len(values):
             no = np.zeros(0, bool)
             return values, Covered(np.zeros((0, len(self._limits)), bool), no, no, no, no, no)
@@ -316,7 +310,6 @@ class ImpossibleValues:
         self._largest = np.zeros(len(ConditionSample._fields))
 
     def add(self, values: np.ndarray) -> np.ndarray:
-        """Next piece with NaN in place of impossible values."""
         pairs = zip(ConditionSample._fields, values.T, strict=True)
         far = np.column_stack([impossible(name, column) for name, column in pairs])
         if not far.any():
@@ -326,7 +319,6 @@ class ImpossibleValues:
         return np.where(far, np.nan, values)
 
     def notes(self) -> tuple[str, ...]:
-        """Sentences on the removed values."""
         return tuple(
             f"{count} impossible value{'s' if count > 1 else ''} of {name.replace('_', ' ')}, up to "
             + f"{largest:.3g} {SIGNALS[name].unit}".rstrip()
@@ -365,7 +357,6 @@ class TargetPace:
             self._age[place] = len(values) - there[-1] if len(there) else self._age[place] + len(values)
 
     def problems(self) -> tuple[Problem, ...]:
-        """Problem that the rate of targets is too low; empty if it is not."""
         rates = self._rate * self._count / np.maximum(self._apart, 1.0)
         slow = [name for name, rate, count in zip(TARGETS, rates, self._count, strict=True) if count and rate < SLOWEST]
         if not slow:

@@ -153,7 +153,6 @@ class Diagnosis(NamedTuple):
 def gated(
     readings: Sequence[Scalar], estimate: LeaveOutFilter.Output, faulty: Elements, deviations: Scalar
 ) -> Readings:
-    """Flags of outlying readings of sensors that are not declared."""
     # Sensors come first in `faulty`: the shorter lists end before its actuators.
     known = zip(readings, estimate.prediction, estimate.deviation, faulty, strict=False)
     return Readings(
@@ -385,7 +384,6 @@ class Decision:
         follows: Scalar,
         open_: Open,
     ) -> tuple[Weights, Ranking]:
-        """Weights of the hypotheses after this sample, and their ranking."""
         counting = [
             both(*each)
             for each in zip(self.testability.counting(self.weighing, seen, follows), open_.hypotheses, strict=True)
@@ -429,7 +427,6 @@ class Decision:
         )
 
     def _declares(self, ranking: Ranking, led: Scalar) -> Scalar:
-        """Whether the best hypothesis has led for the required number of samples."""
         patient = any_of(0.0, *(ranking.best == k for k, each in enumerate(self.weighing.hypotheses) if each.actuators))
         needed = where(patient, self.samples_of_actuators, self.samples)
         motors = self.weighing.number(*MOTORS)

@@ -103,7 +103,6 @@ def rolling_lanes(base: RollingFilter) -> tuple[RollingFilter, ...]:
 
 
 def rolling_decision(base: RollingFilter, limits: Limits, sample_time: float = 0.01) -> Decision:
-    """Decision between the hypotheses for a rolling car."""
     costs = prices(base.sensor_noise, base.plausible)
     weighing = Weighing(hypotheses_of_cars(), limits, sample_time, prices=costs)
     # A sensor that a car never has must not widen limits that were designed without it.
@@ -116,8 +115,7 @@ PAPER = (
     "vehicle, Sensors 23 (2023)"
 )
 
-BANK_DECIDES = "fault of a sensor or actuator"
-"""Name of the decision that declares faults."""
+BANK_DECIDES = "fault of a sensor or actuator"  # name of the decision that declares faults
 
 WIRING = reported.Decision(
     name="wrong wiring, scale or time",

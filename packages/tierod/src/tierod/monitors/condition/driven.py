@@ -15,8 +15,7 @@ from tierod.monitors.condition.coverage import ALL, LOST, UNASKED, Absence, Cove
 from tierod.monitors.condition.rolling_filter import SLIPPERIEST
 from tierod.monitors.condition.signals import ACTUATORS, ALL_WHEELS, ELEMENTS, SENSORS, TARGETS, ConditionSample
 
-STANDING = 0.5
-"""Speed below which the vehicle counts as standing [m/s]."""
+STANDING = 0.5  # speed below which the vehicle counts as standing [m/s]
 HARD, AFTER = 2.5, 1.0
 """Longitudinal acceleration from which a wheel with half its load in a bend may spin or skid alone [m/s**2], a quarter
 of the most on a dry road, and time in which the filters recover from it [s]."""
@@ -77,7 +76,6 @@ class Driven:
 
     @property
     def seconds(self) -> float:
-        """Duration of all samples [s]."""
         return self.samples * self.period
 
     @property
@@ -177,11 +175,9 @@ class Driven:
 
     @property
     def enough(self) -> bool:
-        """Whether there were ever enough sensors for a judgement."""
         return self.absences[_ENOUGH].came
 
     def add_sources(self, result: Result, graph: SubstitutionGraph) -> None:
-        """Count the sources of each sensor's supplied signal over the next piece."""
         for sensor, ways in graph.substitutes.items():
             source = result[f"supplied.{sensor}.source"]
             counts = self.sources.setdefault(sensor, {})

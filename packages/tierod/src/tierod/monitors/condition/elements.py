@@ -19,14 +19,10 @@ from tierod.monitors.condition.signals import ACTUATORS, NEEDED, SENSOR_TABLE, S
 from tierod.monitors.condition.wiring import Problem
 from tierod.monitors.harness.session import StatusChange
 
-LEAST_TESTABLE = 5.0
-"""Least time with testability of an element for the verdict healthy [s]."""
-LACKING = "the recording has no"
-"""Beginning of the cause of an element that is not in the recording."""
-LEAST_TOLD = 1.0
-"""Shortest unjudged time of a drive that is reported [s]."""
-_NEVER = 0.05
-"""Time with testability below which the element counts as never testable [s]."""
+LEAST_TESTABLE = 5.0  # least time with testability of an element for the verdict healthy [s]
+LACKING = "the recording has no"  # beginning of the cause of an element that is not in the recording
+LEAST_TOLD = 1.0  # shortest unjudged time of a drive that is reported [s]
+_NEVER = 0.05  # time with testability below which the element counts as never testable [s]
 ROUGH = {each.name: 0.25 * each.plausible for each in SENSOR_TABLE}
 """Smallest visible offset from which none is stated [unit of the sensor]: the standard deviation of offsets of failed
 sensors, see `KindOfFault.of_sensor`, most of which would then not show."""
@@ -177,7 +173,6 @@ def _status(
 
 
 def _hindrance(name: str, drive: Driven) -> str:
-    """Cause why a fault of an element was not observable."""
     if not drive.enough:
         return HINDERED["few"]
     period, moving = drive.period, drive.forward * drive.period
@@ -203,7 +198,6 @@ def _substitute(name: str, status: Status, drive: Driven, graph: SubstitutionGra
 
 
 def code_courses(courses: Mapping[str, ElementCourse], end: float) -> dict[str, tuple[StatusChange, ...]]:
-    """Changes of the verdict on every trouble code."""
     found = {name.replace("_", "-"): tuple(course.course) for name, course in courses.items()}
     begun = min(course[0].time for course in found.values())
     episodes = [episode for each in unresolved(courses, end).values() for episode in each]

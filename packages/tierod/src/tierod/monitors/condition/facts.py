@@ -32,10 +32,8 @@ COMPARED = ("wheel_speed_rear_left", "wheel_speed_rear_right", "yaw_rate")
 LONG_BEFORE = 5.0
 """Least time by which a fault of one of them must precede an inconsistent acceleration to explain it [s]; a faulty
 acceleration is detected within this time, so that the faults which it causes in the filters are not so early."""
-LONGEST = 7
-"""Most words of a reason in the headline, after "Sensors and actuators: not testable"."""
-HARDLY = 0.3
-"""Largest share of the driving that may be unjudged because tyres slid, for a fault-free verdict [-]."""
+LONGEST = 7  # most words of a reason in the headline, after "Sensors and actuators: not testable"
+HARDLY = 0.3  # largest share of the driving that may be unjudged because tyres slid, for a fault-free verdict [-]
 
 UNCALIBRATED = (
     "this vehicle is not calibrated: its limits are wide enough for several virtual vehicles, so small faults are "
@@ -121,7 +119,6 @@ SHIFTED = {SHIFTING[:1]: "angle shifted", SHIFTING[1:]: "yaw rate shifted", SHIF
 
 
 def fact(case: str, **values: Any) -> Fact:
-    """Fact of a case with its numbers and names."""
     cause, reason, action = (each.format(**values) for each in SENTENCES[case])
     return Fact(case, cause, reason if len(reason.split()) <= LONGEST else "", action)
 
@@ -161,7 +158,6 @@ class Found:
 
 
 def verdict_of_drive(found: Found) -> Verdict:
-    """Verdict over all elements: the first case that applies."""
     drive, healthy = found.drive, found.of(Status.HEALTHY)
     open_ = [each for each in found.states if each.status is not Status.HEALTHY]
     if found.problems:
@@ -205,7 +201,6 @@ def _stated(found: Found, status: Status, *because: Fact, **more: Any) -> Verdic
 
 
 def _faulty(found: Found) -> Verdict:
-    """A fault of single elements, or a doubt between several."""
     faulty, doubtful = found.of(Status.FAULT), found.of(Status.SUSPECT)
     all_ = [(episode, each) for each in (*faulty, *doubtful) for episode in each.episodes]
     singles = _likeliest_first([(episode, each) for episode, each in all_ if not episode.candidates])

@@ -22,8 +22,7 @@ from tierod.methods.estimators.linear_algebra import (
 )
 from tierod.monitors.condition.signals import Readings, readings_by
 
-_ROOTS = 6
-"""Number of square roots before the series of the logarithm: x^(1/64) is near one over twenty powers of ten."""
+_ROOTS = 6  # number of square roots before the series of the logarithm: x^(1/64) is near one over twenty powers of ten
 
 
 class Correction(NamedTuple):

@@ -3,7 +3,8 @@
 A fault is declared when its evidence is sure, which may be long after its onset, and is withdrawn some time after its
 end. Its span comes from the residual of each element, in standard deviations: the log-likelihood ratio of "faulty" to
 "fault-free" is summed, never below zero (Page, Continuous inspection schemes, Biometrika 41, 1954). The sum was last
-zero at the likeliest onset, and is largest at the likeliest end."""
+zero at the likeliest onset, and is largest at the likeliest end.
+"""
 
 from __future__ import annotations
 
@@ -251,16 +252,13 @@ class Spans(NamedTuple):
         return after, Statements(*dated)
 
 
-LARGEST_LEAD = 20.0
-"""Upper bound of the reported lead [nat], which is unbounded while there is no rival."""
+LARGEST_LEAD = 20.0  # upper bound of the reported lead [nat], which is unbounded while there is no rival
 
 
 class LostTorque(NamedTuple):
-    """Lost share of the torque of the declared actuators, the same for both if there are two.
+    """Lost share of the torque of the declared actuators, the same for both if there are two; 0 while none is declared.
 
-    Args:
-        share: mean over recent samples, weighted by their information; 0 while no actuator is declared
-        deviation: standard deviation of the share
+    It is the mean over recent samples, weighted by their information.
     """
 
     share: Annotated[Scalar, ""]
@@ -328,12 +326,12 @@ class ConditionJudge:
             self._statements(diagnosis), self._residuals(state, predicted, sample, diagnosis), self.spans
         )
         supports = spans.supports
-        parts = zip(self.kinds, self.judged, state.kinds, strict=True)
-        named = [
-            self._kind(*each, (*predicted[each[1]], getattr(supports, each[1])), sample, diagnosis) for each in parts
-        ]
-        found = {name: kind for name, (_, kind) in zip(self.judged, named, strict=True)}
-        kinds = [found.get(name, Kind(0.0, 0.0, 0.0, 0.0)) for name in SENSORS]
+        named: dict[str, tuple[KindState, Kind]] = {}
+        for name, kind, memory in zip(self.judged, self.kinds, state.kinds, strict=True):
+            place, reading = SENSORS.index(name), getattr(sample.sample, name)
+            flags = diagnosis.faulty[place], diagnosis.recovering[place], getattr(supports, name)
+            named[name] = kind.step(memory, KindOfFault.Sample(reading, *predicted[name], *flags))
+        kinds = [named[name][1] if name in named else Kind(0.0, 0.0, 0.0, 0.0) for name in SENSORS]
         losing, loss = self._loss(state.loss, diagnosis)
         lost = self._lost(state.lost, loss, supports)
         statements = self._with_kinds(dated, diagnosis, kinds, lost)
@@ -351,7 +349,7 @@ class ConditionJudge:
         reacting, output = self.reaction.step(state.reaction, sample.sample, judged)
         after = JudgeState(
             decided,
-            tuple(memory for memory, _ in named),
+            tuple(memory for memory, _ in named.values()),
             losing,
             lost,
             tuple(kind.effect for kind in kinds),
@@ -380,7 +378,6 @@ class ConditionJudge:
     def _with_kinds(
         self, statements: Statements, diagnosis: Diagnosis, kinds: Sequence[Kind], lost: LostTorque
     ) -> Statements:
-        """Statements with kind and magnitude of every declared fault."""
         # A filter with too little information on the motor may estimate a loss of more than all torque.
         torque = Kind(LOST_TORQUE, minimum(lost.share, 1.0), lost.deviation, 0.0)
         named = (*kinds, *(torque for _ in ACTUATORS))
@@ -401,25 +398,6 @@ class ConditionJudge:
         flags = [getattr(supports, name) for name in ACTUATORS]
         stays = all_of(before.deviation > 0.0, now.deviation > 0.0, *(each < 0.5 for each in flags))
         return LostTorque(*(where(stays, old, new) for old, new in zip(before, now, strict=True)))
-
-    def _kind(
-        self,
-        kind: KindOfFault,
-        name: str,
-        memory: KindState,
-        predicted: tuple[Scalar, Scalar, Scalar],
-        sample: JudgeSample,
-        diagnosis: Diagnosis,
-    ) -> tuple[KindState, Kind]:
-        """Classification of the fault of one sensor."""
-        place = SENSORS.index(name)
-        reading = getattr(sample.sample, name)
-        prediction, deviation, supports = predicted
-        declared, recovering = diagnosis.faulty[place], diagnosis.recovering[place]
-        return kind.step(
-            memory,
-            KindOfFault.Sample(reading, prediction, deviation, declared, recovering, supports),
-        )
 
     def _residuals(
         self,

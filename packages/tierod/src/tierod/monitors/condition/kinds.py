@@ -152,8 +152,7 @@ jumps leaves one sample beside its delay. Beyond it the likelihood of the delay 
 INFLUENCE = 8.0
 """Bound of a normalised deviation in the likelihood of a kind [-]: the first readings after the end of a fault must not
 outweigh the evidence of seconds before it is certain that the fault has ended."""
-PRICE = 5.0
-"""Penalty of a delay against noise [nat], for one more free parameter, known to a hundredth of its range."""
+PRICE = 5.0  # penalty of a delay against noise [nat], for one more free parameter, known to a hundredth of its range
 
 
 def delays_of(jumps: bool, sample_time: float) -> tuple[int, ...]:
@@ -239,7 +238,6 @@ def lowest(places: Sequence[Scalar], values: Sequence[Scalar]) -> tuple[Scalar, 
 
 
 def between(place: Scalar, places: Sequence[Scalar], values: Sequence[Scalar]) -> Scalar:
-    """Linear interpolation between three points."""
     early = (values[1] - values[0]) / (places[1] - places[0])
     late = (values[2] - values[1]) / (places[2] - places[1])
     return values[1] + (place - places[1]) * where(place < places[1], early, late)
@@ -258,10 +256,8 @@ def likeliest(options: Sequence[tuple[Scalar, ...]], doubt: Scalar) -> tuple[Sca
     return best[0], *best[3:5], effect
 
 
-NOTHING = Named(0.0, 0.0, 0.0)
-"""No kind."""
-_RAMP = 2.0 * math.sqrt(3.0)
-"""Slope of a linear ramp times its duration, over its standard deviation [-]."""
+NOTHING = Named(0.0, 0.0, 0.0)  # no kind
+_RAMP = 2.0 * math.sqrt(3.0)  # slope of a linear ramp times its duration, over its standard deviation [-]
 
 
 @dataclass(frozen=True)
@@ -432,7 +428,6 @@ class KindOfFault:
     # -- learning ------------------------------------------------------------------------------------------------
 
     def _fresh(self, state: KindState, deviation: Scalar) -> KindState:
-        """State before the first inconsistent reading."""
         wide = self.offset * self.offset
         start = self.start * deviation
         drift = SlopeFit(0.0, 0.0, start * start, 0.0, self.drift * self.drift, 0.0)
@@ -459,7 +454,6 @@ class KindOfFault:
     def _learnt(
         self, before: KindState, declared: Scalar, reading: Scalar, prediction: Scalar, deviation: Scalar
     ) -> KindState:
-        """State after one reading."""
         off, square = reading - prediction, deviation * deviation
         spread = square + maximum(before.power - before.expected, 0.0)
         worth = 1.0 / (square + self.rough * self.rough)
@@ -496,7 +490,6 @@ class KindOfFault:
     # -- naming --------------------------------------------------------------------------------------------------
 
     def _named(self, state: KindState, prediction: Scalar) -> Kind:
-        """Most likely kind with its magnitude."""
         young = both(absolute(state.gain.value - 1.0) > self.large, state.declared_for * self.sample_time < self.young)
         noise = sqrt(maximum(state.power - state.expected, 0.0))
         rough = state.power / sqrt(maximum(2.0 * state.seen * (state.power - state.expected), 1e-9))

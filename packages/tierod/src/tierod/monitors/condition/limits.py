@@ -22,27 +22,22 @@ from tierod.monitors.condition.vehicle_filter import LeaveOutFilter
 from tierod.monitors.condition.weighing import Limits, Weighing
 from tierod.vehicles import Vehicle
 
-RATE = 100.0
-"""Rate of the grid [Hz]; filters and limits are designed for its steps."""
-SLOWEST = 10.0
-"""Rate of wheel speeds below which a recording is refused, as by the monitor [Hz]."""
+RATE = 100.0  # rate of the grid [Hz]; filters and limits are designed for its steps
+SLOWEST = 10.0  # rate of wheel speeds below which a recording is refused, as by the monitor [Hz]
 MAXIMUM_AGE = 0.0099
 """Age from which a reading counts as missing [s]; just below the step of the grid, so that every reading is used only
 once, whatever the clock of its bus."""
 HELD = 0.5
 """Time for which a wheel speed is held after its last reading [s]; readings come less often than the grid's steps, or
 fail."""
-MOVING = 1.0
-"""Speed of a wheel from which the vehicle counts as moving [m/s]."""
+MOVING = 1.0  # speed of a wheel from which the vehicle counts as moving [m/s]
 
 
 def sampled(recording: Recording, rate: float = RATE) -> Aligned:
-    """Samples of a recording as the monitor receives them."""
     return recording.align(ConditionSample._fields, rate, maximum_age=MAXIMUM_AGE)
 
 
 def aligned(recording: Recording, rate: float = RATE) -> np.ndarray:
-    """Values of a recording on the grid, (n, signals)."""
     return sampled(recording, rate).values
 
 
@@ -74,8 +69,7 @@ def wheel_of(name: str, recording: Recording) -> str:
     return there[0]
 
 
-LONGEST_GAP = 5.0
-"""Gap in the wheel speeds from which the rest counts as another drive [s]."""
+LONGEST_GAP = 5.0  # gap in the wheel speeds from which the rest counts as another drive [s]
 
 
 class HealthyDrive(NamedTuple):
@@ -93,7 +87,6 @@ class HealthyDrive(NamedTuple):
 
 
 def healthy_drives(recordings: Mapping[str, Recording]) -> list[HealthyDrive]:
-    """Split recordings into drives, in their order."""
     drives: list[HealthyDrive] = []
     seen: dict[bytes, str] = {}
     for name, recording in recordings.items():
@@ -142,7 +135,6 @@ def parted(
 
 
 def _digest(recording: Recording) -> bytes:
-    """Fingerprint of the rear wheel speeds."""
     return hashlib.sha256(b"".join(recording[each].values.tobytes() for each in WHEELS if each in recording)).digest()
 
 
@@ -168,19 +160,15 @@ def _on_grid(name: str, recording: Recording) -> HealthyDrive:
 
 
 def _moving(recording: Recording) -> np.ndarray:
-    """Whether the vehicle moves, for every step of the grid."""
     there = [recording[each].values for each in WHEELS if each in recording]
     return moving(np.column_stack(there))
 
 
-SETTLING = 2.0
-"""Warm-up at the beginning of every drive that is ignored [s]."""
+SETTLING = 2.0  # warm-up at the beginning of every drive that is ignored [s]
 BLOCK = 10.0
 """Length of a block, of which only the largest ratio counts [s]; the ratios are autocorrelated over some seconds."""
-PIECE = 15
-"""Blocks that are processed at once, which takes some 50 MB with all outputs."""
-_NEVER = 1e6
-"""Limit that no ratio exceeds [nat]."""
+PIECE = 15  # blocks that are processed at once, which takes some 50 MB with all outputs
+_NEVER = 1e6  # limit that no ratio exceeds [nat]
 
 
 @dataclass(frozen=True)
@@ -250,7 +238,6 @@ def _watching(base: LeaveOutFilter, explanations: tuple[Hypothesis, ...]) -> Ban
 
 
 def unreachable(explanations: Sequence[Hypothesis]) -> Limits:
-    """Limits that no ratio exceeds, so that no fault is declared."""
     count = len(explanations) - 1
     return Limits((_NEVER,) * count, (_NEVER,) * count, 1.0, 1.0)
 
@@ -272,8 +259,7 @@ def lasting(ratios: np.ndarray) -> np.ndarray:
     return np.asarray(np.minimum(np.minimum(ratios[..., 2:, :], ratios[..., 1:-1, :]), ratios[..., :-2, :]))
 
 
-NAME = "condition"
-"""Name of the table of thresholds in a vehicle file."""
+NAME = "condition"  # name of the table of thresholds in a vehicle file
 
 FACTOR = 1.5
 """Least factor on a limit, whatever false alarm rate is accepted [-]; no drive shows all fault-free behaviour."""
@@ -284,10 +270,8 @@ GAP, MARGIN = 2.0, 1.0
 
 With a gap of one nat a gain of the torque sensor is first called a weak motor; two nat cost 10 ms of detection delay.
 """
-TAIL = 0.2
-"""Share of the blocks with the largest ratios, from which the tail is estimated [-]."""
-LEAST_HOURS = 0.25
-"""Least time of fault-free driving for the design of limits [h]; one hour is better."""
+TAIL = 0.2  # share of the blocks with the largest ratios, from which the tail is estimated [-]
+LEAST_HOURS = 0.25  # least time of fault-free driving for the design of limits [h]; one hour is better
 
 
 @dataclass(frozen=True)
@@ -353,7 +337,6 @@ def designed_on(blocks: np.ndarray, hours_between_alarms: float, hours: float | 
 
 
 def require_hours(hours: float) -> None:
-    """Refuse too little driving for the design of limits."""
     if hours < LEAST_HOURS:
         raise InputError(
             f"the recordings hold {60.0 * hours:.1f} minutes of driving; limits need {60.0 * LEAST_HOURS:.0f} minutes "
@@ -404,7 +387,6 @@ def _bare(blocks: np.ndarray) -> np.ndarray:
 def table_of(
     designed: DesignedLimits, source: str, explanations: Sequence[Hypothesis] | None = None
 ) -> dict[str, float | str | Mapping[str, float]]:
-    """Table of the limits for a vehicle file."""
     names = [each.name for each in (explanations or hypotheses())[1:]]
     return {
         "source": source,
@@ -426,7 +408,6 @@ def has_own_limits(vehicle: Vehicle) -> bool:
 
 
 def limits_of(vehicle: Vehicle, explanations: Sequence[Hypothesis] | None = None) -> Limits:
-    """Limits of a vehicle file."""
     table = vehicle.thresholds.get(NAME)
     if table is None:
         raise ParameterError(

@@ -141,7 +141,6 @@ class LowGrip:
         moving: Scalar,
         sample_time: float,
     ) -> tuple[LowGripState, Scalar]:
-        """State after one sample, and whether tyres slide."""
         healthy, best = others[0], greatest_of(*others)
 
         def on(mean: Scalar, against: Scalar, time: float, largest: float) -> Scalar:
@@ -196,8 +195,7 @@ def sliding(base: LeaveOutFilter) -> LeaveOutFilter:
     return replace(base, model_error=error, largest_force_error=LARGEST_FORCE_ERROR, trusted=trusted)
 
 
-LACKS = 0.7
-"""Least lateral acceleration that is lacking when tyres slide [m/s**2]."""
+LACKS = 0.7  # least lateral acceleration that is lacking when tyres slide [m/s**2]
 
 
 def ploughing(base: RollingFilter) -> RollingFilter:

@@ -29,8 +29,7 @@ _STEP = 1e-3
 digits."""
 _ENOUGH = 3.0
 """Gain of log-likelihood below which the search ends [nat]; one standard deviation of a parameter is half a nat."""
-_MOST_STEPS = 8
-"""Most steps of one stage; most stages end after three to five."""
+_MOST_STEPS = 8  # most steps of one stage; most stages end after three to five
 _LARGEST = 1.5
 """Largest step of a parameter, in prior standard deviations [-]; beyond it the linearisation is no longer valid."""
 _ODD = 4.0
@@ -38,8 +37,7 @@ _ODD = 4.0
 normal innovations exceeds it."""
 _UNBOUNDED = 1e3
 """Bound of a normalised innovation in the filter [-]; in the fit the cost is bounded instead of the filter."""
-_WIDENED = (1.0, 0.4, 0.0)
-"""Share of the parameters' spread in the noises of the filter, by stage [-]."""
+_WIDENED = (1.0, 0.4, 0.0)  # share of the parameters' spread in the noises of the filter, by stage [-]
 _HELD = {
     "yaw_rate_offset": 1e-5,
     "angle_offset": 1e-5,
@@ -152,12 +150,10 @@ class Search:
         ]
 
     def block(self, place: np.ndarray) -> WhitenedInnovations:
-        """Innovations with the parameters of a point."""
         values = dict(zip(self.names, (self.centre + self.scale * place).tolist(), strict=True))
         return WhitenedInnovations(replace(self.stage, vehicle=replace(self.stage.vehicle, **values)))
 
     def at(self, place: np.ndarray) -> Place:
-        """Cost and derivatives at a point."""
         count = len(place)
         places = [place, *(place + _STEP * np.eye(count)[k] for k in range(count))]
         cost, gradient, information = 0.5 * place @ place, place.copy(), np.eye(count)
@@ -187,7 +183,6 @@ class Search:
         return float(total) if np.isfinite(total) else np.inf
 
     def run(self, progress: Callable[[float], None]) -> Found:
-        """Search over all stages."""
         place, steps, converged = np.zeros(len(self.names)), 0, False
         stages = self.stages()
         self.stage = stages[-1]
@@ -227,7 +222,6 @@ class Search:
 
 
 def _between(usual: float, wide: float, share: float) -> float:
-    """Geometric interpolation between the usual and the wide noise."""
     return usual * math.pow(wide / usual, share)
 
 
@@ -272,8 +266,7 @@ FREE = (
 """Free parameters of the estimation; all others keep their values of the vehicle file."""
 
 SOURCE = "calibrated on healthy driving"
-LEAST_SECONDS = 60.0
-"""Shortest driving time with which all parameters are identifiable [s]; five minutes are better."""
+LEAST_SECONDS = 60.0  # shortest driving time with which all parameters are identifiable [s]; five minutes are better
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any, NamedTuple, get_type_hints
 
 from tierod.core.block import Scalar, Tree, named_tuple
 from tierod.core.findings import Status
@@ -34,10 +34,8 @@ from tierod.monitors.condition.signals import (
 from tierod.physics.planar_motion import rolling_yaw_rate
 from tierod.vehicles import Vehicle
 
-FILTER = "filter-of-the-others"
-"""Name of the substitute by the bank: the filter that leaves out all faulty elements."""
-LEAST_SPEED = 1.0
-"""Lower bound of the speed as a divisor [m/s]."""
+FILTER = "filter-of-the-others"  # name of the substitute by the bank: the filter that leaves out all faulty elements
+LEAST_SPEED = 1.0  # lower bound of the speed as a divisor [m/s]
 GROWTH = {each.name: each.growth for each in SENSOR_TABLE}
 """Growth of the error of a held value, from usual rates of change [unit of the signal per s]."""
 FADE = 0.2
@@ -70,7 +68,6 @@ def graph_of_cars() -> SubstitutionGraph:
 
 
 def _way(row: Mapping[str, Any], calibrated: bool) -> dict[str, Any]:
-    """Row of a substitute with the error that applies."""
     kept = {key: value for key, value in row.items() if key != "uncalibrated"}
     return kept if calibrated else {**kept, "deviation": row["uncalibrated"]}
 
@@ -165,7 +162,6 @@ class Reconfiguration:
 
     @property
     def Output(self) -> type:
-        """Supplied signal of every sensor."""
         return self.switchover.Output
 
     def init(self) -> tuple[SupplyState, ...]:
@@ -187,8 +183,7 @@ class Reconfiguration:
 LEAST_DOUBT = 0.5
 """Shortest doubt between several elements that is reported [s]; a shorter one usually precedes a verdict."""
 
-NOT_ISOLABLE = "condition-not-isolable"
-"""Trouble code of a fault that is detected but not isolated."""
+NOT_ISOLABLE = "condition-not-isolable"  # trouble code of a fault that is detected but not isolated
 
 CODES = (*(name.replace("_", "-") for name in ELEMENTS), NOT_ISOLABLE)
 """Names of the trouble codes with a debounce counter."""
@@ -229,26 +224,12 @@ class Judged(NamedTuple):
     ended: Elements
 
 
-class ConditionOutput(NamedTuple):
-    """Output of every variant of the monitor: the judgement, and the reaction to it.
-
-    Args:
-        statements, testable, spread, value, gated, lead, low_grip, supported, ended: see `Judged`
-        supplied: signal of every sensor, or its substitute
-        codes: debounced verdicts for a fault memory
-    """
-
-    statements: Statements
-    testable: Elements
-    spread: Elements
-    value: Readings
-    gated: Readings
-    lead: Annotated[Scalar, ""]
-    low_grip: Annotated[Scalar, ""]
-    supported: Elements
-    ended: Elements
-    supplied: Supplies
-    codes: Codes
+ConditionOutput: Any = named_tuple(
+    "ConditionOutput",
+    [*get_type_hints(Judged, include_extras=True).items(), ("supplied", Supplies), ("codes", Codes)],
+)
+"""Output of every variant of the monitor: the judgement, the signal of every sensor or its substitute, and the
+debounced verdicts for a fault memory."""
 
 
 class ReactionState(NamedTuple):
@@ -279,7 +260,6 @@ class FaultReaction:
     def of(
         cls, reconfiguration: Reconfiguration, sample_time: float = 0.01, codes: TroubleCodes | None = None
     ) -> FaultReaction:
-        """Reaction with the debouncing of a table of trouble codes."""
         table = codes or load_trouble_codes()
         causes = tuple(
             tuple(sorted(CODES.index(each) for each in table.causes(name) if each in CODES)) for name in CODES

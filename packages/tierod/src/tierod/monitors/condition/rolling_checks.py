@@ -20,8 +20,7 @@ AXLES = ("front", "rear")
 SPUN, SKIDDED = "spun", "skidded"
 _PLACES = [[place for place, name in enumerate(ALL_WHEELS) if axle in name] for axle in AXLES]
 _ALL = "all"
-_SHOWN = 3
-"""Largest number of slips that a sentence names."""
+_SHOWN = 3  # largest number of slips that a sentence names
 
 
 @dataclass(frozen=True)
@@ -194,8 +193,7 @@ def slips_in_words(found: Sequence[Slip]) -> str:
 WINDOW = 60
 """Number of blocks of half a second in a mean zero: long enough for bends to both sides, and for wind and road to
 change."""
-APART = 6
-"""Number of independent zeros among these: bends and banks last some seconds."""
+APART = 6  # number of independent zeros among these: bends and banks last some seconds
 LEAST = 0.2
 """Least shift of the zero that is a fault [rad]. Without a fault, a road bank of 4 % shifts it by .02, a flat tyre by
 .1, an understeer gradient with an error of half its value by .08 at 2 m/s**2; 34 drives of 21 virtual cars with
@@ -203,12 +201,9 @@ parameters from brochures (seeds below 100) show .06 at most."""
 LEAST_OF_YAW = 0.1
 """The same for a yaw rate that angle and wheels contradict alike [rad]: wind, bank and understeer act on the angle
 alone, a flat tyre on the wheels alone."""
-SLOWEST = 5.0
-"""Least speed for the estimation of the zero [m/s]; below it the angles of manoeuvring are large."""
-SURELY = 3.0
-"""Number of standard deviations that exclude the other sensor as the cause [-]."""
-SHIFTING = ("steering_wheel_angle", "yaw_rate")
-"""Sensors of which either may shift the zero."""
+SLOWEST = 5.0  # least speed for the estimation of the zero [m/s]; below it the angles of manoeuvring are large
+SURELY = 3.0  # number of standard deviations that exclude the other sensor as the cause [-]
+SHIFTING = ("steering_wheel_angle", "yaw_rate")  # Sensors of which either may shift the zero
 
 
 class ZeroShift(NamedTuple):
@@ -258,7 +253,6 @@ class SteeringZero:
         self._found, self._most = np.nan, 0.0
 
     def add(self, time: np.ndarray, signals: Mapping[str, np.ndarray]) -> None:
-        """Add the next piece."""
         cut, ends = self._blocks.add(time, signals)
         if not ends:
             return
@@ -291,7 +285,6 @@ class SteeringZero:
         self._most = max(self._most, shift, key=abs)
 
     def _changed(self, inside: slice) -> _Change:
-        """Change between the first window and another one."""
         first, last = np.array(self._rows[:WINDOW])[:, 1:], np.array(self._rows[inside])[:, 1:]
         value, deviation = last.mean(axis=0) - first.mean(axis=0), np.hypot(last.std(axis=0), first.std(axis=0))
         deviation /= np.sqrt(APART)
@@ -302,7 +295,6 @@ class SteeringZero:
 
     @property
     def found(self) -> ZeroShift | None:
-        """Shift beyond the limit; None without one."""
         if np.isnan(self._found):
             return None
         ends, zeros = np.array(self._rows).T[:2]

@@ -33,8 +33,7 @@ from tierod.physics.single_track import understeer_gradient
 from tierod.vehicles import Vehicle
 from tierod.vehicles.uncertain import bound_distance, hold_spread, with_spread
 
-UNIFORM = 1.0 / 12.0
-"""Variance of a rounding error, uniform over one step, over the square of the step."""
+UNIFORM = 1.0 / 12.0  # variance of a rounding error, uniform over one step, over the square of the step
 
 
 class SmallestSteps(NamedTuple):
@@ -52,11 +51,9 @@ class SmallestSteps(NamedTuple):
 
     @classmethod
     def unseen(cls, coarsest: Sequence[float]) -> SmallestSteps:
-        """State before the first reading."""
         return cls((0.0,) * len(coarsest), tuple(coarsest))
 
     def after(self, readings: Sequence[Scalar], residues: Sequence[float]) -> SmallestSteps:
-        """State after one more reading of every sensor."""
         here = [present(each) for each in readings]
         changes = [
             absolute(where(there, each, before) - before)
@@ -72,7 +69,6 @@ class SmallestSteps(NamedTuple):
 
     @property
     def variances(self) -> tuple[Scalar, ...]:
-        """Variance that rounding adds to every reading."""
         return tuple(UNIFORM * each * each for each in self.smallest)
 
 
@@ -87,12 +83,9 @@ cars."""
 LAG, FOLLOWS = 0.1, 12.0
 """Lag of a car behind its steering wheel [s], and speed up to which it applies [m/s]; at higher speed, a slide that
 changes sides passes through small accelerations for longer."""
-QUICK = 2.5
-"""Steering wheel rate from which a car lags behind its steering wheel [rad/s]."""
-FASTEST = 25.0
-"""Steering wheel rate that no driver reaches [rad/s]; a reading that jumps faster is wrong."""
-SMOOTHING = 0.05
-"""Time constant of the low-pass filter of that rate [s]."""
+QUICK = 2.5  # steering wheel rate from which a car lags behind its steering wheel [rad/s]
+FASTEST = 25.0  # steering wheel rate that no driver reaches [rad/s]; a reading that jumps faster is wrong
+SMOOTHING = 0.05  # time constant of the low-pass filter of that rate [s]
 
 
 FORGOTTEN = 5.0
@@ -162,8 +155,7 @@ LIMITS = RollingCar.State(80.0, 15.0, 3.0, 10.0, 4.0, 0.1, 0.5, 0.04, 0.2, 0.04,
 """Bounds of the state estimates; a faulty sensor then cannot drive a filter to infinity."""
 
 
-SLOWEST = 0.1
-"""Speed below which the steering angle is hardly used [m/s]."""
+SLOWEST = 0.1  # speed below which the steering angle is hardly used [m/s]
 
 
 @dataclass(frozen=True)
@@ -229,8 +221,7 @@ COARSEST = RollingCar.Output(
 )
 """Quantisation step of each sensor that is assumed until its readings have shown a smaller one."""
 
-GUESSED = 3.0
-"""Bound of the states for errors of the vehicle file, in their standard deviations [-]."""
+GUESSED = 3.0  # bound of the states for errors of the vehicle file, in their standard deviations [-]
 
 OF_SCALE, OF_UNDERSTEER = 0.15, 0.3
 """Shares of the spread of a vehicle file that the states of the filter take [-]. Without the yaw rate a scale is hardly
@@ -319,7 +310,6 @@ class RollingFilter:
 
     @classmethod
     def of_vehicle(cls, vehicle: Vehicle, sample_time: float = 0.01) -> RollingFilter:
-        """Filter of the fault-free hypothesis."""
         parameters = replace(vehicle.parameters_for(RollingCar.Parameters), sample_time=sample_time)
         known = vehicle.parameters
         step = known["yaw_rate_resolution"].value if "yaw_rate_resolution" in known else 0.0
@@ -405,7 +395,6 @@ class RollingFilter:
         return (error.walking / (speed * speed) + error.building_up * turning / speed + below) / p.steering_ratio
 
     def _process_noise(self, mean: RollingCar.State) -> RollingCar.State:
-        """Variance that each state gains per sample."""
         error, wander, step = self.model_error, self.vehicle.wander, self.vehicle.sample_time
 
         def gained(deviation: Scalar, time: Scalar) -> Scalar:
@@ -440,5 +429,4 @@ class RollingFilter:
         return self.vehicle.front_distance + self.vehicle.rear_distance
 
     def leaving_out(self, hypothesis: Hypothesis) -> RollingFilter:
-        """Filter of a hypothesis, derived from that of the fault-free hypothesis."""
         return replace(self, trusted=self.trusted._replace(**dict.fromkeys(hypothesis.suspects, 0.0)))

@@ -44,20 +44,16 @@ from tierod.monitors.harness.session import Conclusion
 from tierod.monitors.harness.stuck_over_drive import Stuck
 from tierod.vehicles import Vehicle
 
-EVIDENCE = "evidence_for_a_fault"
-"""Name of the trace with the evidence by which a fault is declared."""
-SLICE = 60_000
-"""Most samples that are judged at once, so that the outputs of a long piece need not all fit into memory."""
-ALONE = 1.5
-"""Longest time for which an unloaded wheel spins or skids alone [s]: drivers and brake control end it."""
+EVIDENCE = "evidence_for_a_fault"  # name of the trace with the evidence by which a fault is declared
+SLICE = 60_000  # most samples that are judged at once, so that the outputs of a long piece need not all fit into memory
+ALONE = 1.5  # longest time for which an unloaded wheel spins or skids alone [s]: drivers and brake control end it
 SLIPPING = 5.0
 """Longest fault of one wheel while both wheels of its axle slip [s]; one that lasts is a fault of its sensor."""
 BEFORE = 1.0
 """Time before the first sign of a failing acceleration in which it may already have disturbed the filters [s]."""
 TRACED = {FAULT: 1.0, SUSPECT: 0.5, HEALTHY: 0.0}
 """Values of the traces of states, by status; NaN where nothing is judged."""
-NOT_TESTABLE = 0.25
-"""Value of the traces of states for all other statuses, such as not testable."""
+NOT_TESTABLE = 0.25  # value of the traces of states for all other statuses, such as not testable
 
 
 class Car(NamedTuple):

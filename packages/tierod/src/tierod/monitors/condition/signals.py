@@ -60,8 +60,7 @@ SENSOR_TABLE = (
 )
 """Sensors that are judged, in the order of all outputs."""
 
-SENSORS = tuple(each.name for each in SENSOR_TABLE)
-"""Names of the sensors."""
+SENSORS = tuple(each.name for each in SENSOR_TABLE)  # names of the sensors
 
 OF_AUTOMATED = tuple(name for name in SENSORS if name in AutomatedVehicle.Output._fields)
 OF_CARS = tuple(name for name in RollingCar.Output._fields if name in SENSORS)
@@ -69,17 +68,14 @@ OF_CARS = tuple(name for name in RollingCar.Output._fields if name in SENSORS)
 
 WHEELS = SENSORS[:2]
 FRONT_WHEELS = tuple(name for name in SENSORS if name.startswith("wheel_speed_front"))
-ALL_WHEELS = WHEELS + FRONT_WHEELS
-"""Wheel speed sensors: of the rear axle, of the front axle, of both."""
+ALL_WHEELS = WHEELS + FRONT_WHEELS  # wheel speed sensors: of the rear axle, of the front axle, of both
 
-SHAFT_TORQUE = "steering_shaft_torque"
-"""Sensor of the joint torque of both steering motors."""
+SHAFT_TORQUE = "steering_shaft_torque"  # sensor of the joint torque of both steering motors
 
 ACCELERATIONS = ("longitudinal_acceleration", "lateral_acceleration")
 """Auxiliary sensors without a hypothesis and without a substitute; the motion by the other sensors checks them."""
 
-ACCELERATION_NOISE = 0.12
-"""Standard deviation of one reading of an acceleration [m/s**2]."""
+ACCELERATION_NOISE = 0.12  # standard deviation of one reading of an acceleration [m/s**2]
 
 
 class Actuator(NamedTuple):
@@ -104,11 +100,9 @@ ACTUATOR_TABLE = (
 )
 """Actuators that are judged, in the order of all outputs."""
 
-ACTUATORS = tuple(each.name for each in ACTUATOR_TABLE)
-"""Names of the actuators."""
+ACTUATORS = tuple(each.name for each in ACTUATOR_TABLE)  # names of the actuators
 
-TARGETS = tuple(each.target for each in ACTUATOR_TABLE)
-"""Signals of their requested torques, in the same order."""
+TARGETS = tuple(each.target for each in ACTUATOR_TABLE)  # signals of their requested torques, in the same order
 
 MOTORS, DRIVES = ACTUATORS[:2], ACTUATORS[2:]
 """Pair of actuators that turns the column, and pair that drives the vehicle. If a shared supply or enabling fails, both
@@ -117,8 +111,7 @@ lose the same share of torque."""
 STEERING_TORQUES = ("steering_shaft_torque", "tie_rod_force", *MOTORS)
 """Elements in the balance of torques about the steering axis."""
 
-ELEMENTS = SENSORS + ACTUATORS
-"""All elements that are judged, in the order of all outputs."""
+ELEMENTS = SENSORS + ACTUATORS  # all elements that are judged, in the order of all outputs
 
 NEEDED = {each.name: each.needs for each in ACTUATOR_TABLE if each.needs}
 """Actuator -> sensor without which it is not observable."""
@@ -128,8 +121,7 @@ def _of_signals(name: str, signals: tuple[str, ...]) -> Any:
     return named_tuple(name, [(each, Annotated[float, SIGNALS[each].unit]) for each in signals])
 
 
-Readings: Any = _of_signals("Readings", SENSORS)
-"""One number per sensor, in its unit."""
+Readings: Any = _of_signals("Readings", SENSORS)  # one number per sensor, in its unit
 
 Measured: Any = _of_signals("Measured", (*OF_AUTOMATED, *ACCELERATIONS))
 """One number per sensor of an automated vehicle, accelerations included, in its unit."""
@@ -155,22 +147,18 @@ specific forces at the sensor. Targets are the requested torques of the motors, 
 the wheels, followed by the set points of the control for angle and speed. The last sensors exist in cars only.
 """
 
-PLACES = [ConditionSample._fields.index(name) for name in SENSORS]
-"""Column indices of the sensors in a sample."""
+PLACES = [ConditionSample._fields.index(name) for name in SENSORS]  # column indices of the sensors in a sample
 
 
 def readings_of(sample: ConditionSample) -> Readings:
-    """Readings of all sensors."""
     return Readings(*(getattr(sample, name) for name in SENSORS))
 
 
 def readings_by(values: Mapping[str, Scalar], other: Scalar = 0.0) -> Readings:
-    """One number per sensor."""
     return Readings(*(values.get(name, other) for name in SENSORS))
 
 
-HEALTHY = "healthy"
-"""Name of the fault-free hypothesis."""
+HEALTHY = "healthy"  # name of the fault-free hypothesis
 
 
 @dataclass(frozen=True)
@@ -189,7 +177,6 @@ class Hypothesis:
 
     @property
     def suspects(self) -> tuple[str, ...]:
-        """All faulty elements, sensors first."""
         return self.sensors + self.actuators
 
     def agrees(self, other: Hypothesis) -> bool:

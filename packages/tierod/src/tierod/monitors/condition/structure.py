@@ -14,8 +14,7 @@ from tierod.monitors.condition.courses import listed
 from tierod.monitors.condition.signals import ACCELERATIONS, MOTORS, OF_AUTOMATED, SENSORS
 from tierod.vehicles import Vehicle
 
-ERRORS = ("front_force_error", "rear_force_error", "tie_rod_force_error")
-"""States for errors of the model's forces."""
+ERRORS = ("front_force_error", "rear_force_error", "tie_rod_force_error")  # states for errors of the model's forces
 OFFSETS = (
     *("yaw_rate_offset", "angle_offset", "wheel_speed_difference", "wheel_speed_scale", "drive_excess"),
     *("grade_acceleration", "bank_acceleration"),
@@ -40,12 +39,10 @@ class _Actuated:
 
     @staticmethod
     def transition(x: AutomatedVehicle.State, u: Input, p: AutomatedVehicle.Parameters) -> AutomatedVehicle.State:
-        """State after one sample, without a lost torque."""
         return AutomatedVehicle.transition(x._replace(torque_loss=0.0), _asked(u), p)
 
     @staticmethod
     def output(x: AutomatedVehicle.State, u: Input, p: AutomatedVehicle.Parameters) -> AutomatedVehicle.Output:
-        """Measurements, without a lost torque."""
         return AutomatedVehicle.output(x._replace(torque_loss=0.0), _asked(u), p)
 
 
@@ -116,8 +113,7 @@ def further_sensors(model: StructuralModel) -> tuple[Equation, ...]:
     return tuple(offered)
 
 
-SHOWN = 3
-"""Largest number of pairs of faults that are named; 'tierod isolability' shows all."""
+SHOWN = 3  # largest number of pairs of faults that are named; 'tierod isolability' shows all
 
 
 def limitations(vehicle: Vehicle, missing: Collection[str]) -> tuple[str, ...]:

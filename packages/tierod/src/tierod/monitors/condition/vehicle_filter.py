@@ -231,7 +231,6 @@ class AskedTorques(NamedTuple):
 
 
 def no_torques() -> AskedTorques:
-    """Torques before the first sample: all zero."""
     return AskedTorques(Torques(0.0, 0.0, 0.0, 0.0), Torques(0.0, 0.0, 0.0, 0.0), 0.0, 0.0)
 
 
@@ -285,15 +284,13 @@ def _jump(change: Scalar, before: Scalar) -> Scalar:
     return absolute(change * (change - before))
 
 
-TRUSTED = Elements(*(1.0,) * len(ELEMENTS))
-"""Flags that trust every sensor and actuator."""
+TRUSTED = Elements(*(1.0,) * len(ELEMENTS))  # flags that trust every sensor and actuator
 
 COMMON_LOSS_TIME = 20.0
 """Time constant of a share of torque that two actuators lose together [s]; one that could follow the split of the
 torque, which changes within 0.1 s, would also explain the loss of either alone."""
 
-SCALED = (*WHEELS, "yaw_rate")
-"""Sensors that together make the common scale of the wheel speeds observable."""
+SCALED = (*WHEELS, "yaw_rate")  # Sensors that together make the common scale of the wheel speeds observable
 
 
 @dataclass(frozen=True)
@@ -414,7 +411,6 @@ class LeaveOutFilter:
         )
 
     def corrected(self, state: State, sample: ConditionSample) -> tuple[State, Seen]:
-        """State after a sample, and the innovations of the sample."""
         suspected = [1.0 - each for each in self.trusted[len(SENSORS) :]]
         torques, inputs, jumped = torques_of(sample, state.torques, self.vehicle, suspected, state.age > 0.0)
         jump = self.torque_jump * self.torque_jump * jumped
@@ -461,7 +457,6 @@ class LeaveOutFilter:
     def _predicted(
         self, state: State, inputs: AutomatedVehicle.Input, jump: Scalar
     ) -> tuple[AutomatedVehicle.State, Vector]:
-        """Mean and packed covariance before the readings."""
         deflected = AutomatedVehicle.deflected(state.mean, self.vehicle)
         rolling = jacobian(lambda at: AutomatedVehicle.deflected(at, self._coarse), state.mean)
         rows = jacobian(lambda at: AutomatedVehicle.moved(at, inputs, self._coarse), deflected)
@@ -473,7 +468,6 @@ class LeaveOutFilter:
         return mean, with_torque_noise(covariance, self.vehicle, torque)
 
     def leaving_out(self, hypothesis: Hypothesis) -> LeaveOutFilter:
-        """Filter of a hypothesis, derived from that of the fault-free hypothesis."""
         error, vehicle = self.model_error, self.vehicle
         if not {*SCALED}.isdisjoint(hypothesis.sensors):
             error = replace(error, wheel_speed_scale=error.wheel_speed_scale_alone)

@@ -26,8 +26,7 @@ from tierod.monitors.condition.signals import ALL_WHEELS, ELEMENTS, NEEDED, OF_A
 from tierod.monitors.condition.vehicle_filter import LeaveOutFilter
 from tierod.physics.lag import share_reached
 
-NEVER = -1e9
-"""Score of a hypothesis that cannot be chosen; far below any ratio."""
+NEVER = -1e9  # score of a hypothesis that cannot be chosen; far below any ratio
 
 
 @dataclass(frozen=True)
@@ -113,7 +112,6 @@ class Weighing:
     def smoothed(
         self, weights: Weights, likelihoods: Sequence[Scalar], active: Scalar, counting: Sequence[Scalar] | None = None
     ) -> Weights:
-        """Weights after one sample."""
         best = greatest_of(*likelihoods)
         limited = [maximum(value, best - self.largest) for value in likelihoods]
         own = chosen(limited, active)
@@ -141,7 +139,6 @@ class Weighing:
     def ranking(
         self, weights: Weights, active: Scalar, widening: Scalar = 1.0, observable: Sequence[Scalar] | None = None
     ) -> Ranking:
-        """Ranking of the hypotheses that may follow the active one."""
         holds = [active == number for number in range(len(self.hypotheses))]
         allowed = [self._is_new(number, holds) for number in range(len(self.hypotheses))]
         scores = [
@@ -432,7 +429,6 @@ class Returning:
         return Elements(*(both(each, count > hoped) for each, count in zip(faulty, good, strict=True)))
 
     def after(self, weighing: Weighing, active: Scalar, suspected: Elements, good: Sequence[Scalar]) -> Scalar:
-        """Number of the active hypothesis without the elements that have recovered."""
         back = [
             both(each, count * weighing.sample_time >= self.recovers)
             for each, count in zip(suspected, good, strict=True)

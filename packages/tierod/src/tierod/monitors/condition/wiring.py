@@ -16,8 +16,7 @@ from tierod.models.rolling_car import RollingCar
 from tierod.monitors.condition.signals import OF_AUTOMATED, SENSORS, WHEELS, CarParameters
 from tierod.physics.single_track import understeer_gradient
 
-MOVING = 2.0
-"""Speed from which a turn shows in the estimates [m/s]."""
+MOVING = 2.0  # speed from which a turn shows in the estimates [m/s]
 
 
 @dataclass(frozen=True)
@@ -120,12 +119,9 @@ def _spring(signals: Mapping[str, np.ndarray], vehicle: CarParameters) -> np.nda
     return vehicle.rack_ratio**2 * vehicle.rack_stiffness * signals["steering_wheel_angle"]
 
 
-STEP = 0.04
-"""Sampling interval of the comparison [s]."""
-LATEST = 1.0
-"""Largest shift in time that is searched, in either direction [s]."""
-CLEAR, TIGHT = 0.6, 0.95
-"""Correlation from which signs are compared, and from which shifts and scales are compared [-]."""
+STEP = 0.04  # sampling interval of the comparison [s]
+LATEST = 1.0  # largest shift in time that is searched, in either direction [s]
+CLEAR, TIGHT = 0.6, 0.95  # correlation from which signs are compared, and from which shifts and scales are compared [-]
 
 
 class Problem(NamedTuple):
@@ -242,18 +238,12 @@ def misread_speed(estimates: Mapping[str, np.ndarray], limit: float) -> tuple[Pr
     return (Problem("scale", WHEELS, cause, "correct their unit in the channel map; 1 m/s is 3.6 km/h"),)
 
 
-GENTLE = 3.0
-"""Largest lateral acceleration at which the steering angle gives the yaw rate by geometry [m/s^2]."""
-LEAST_TURNING = 5.0
-"""Least time of turning in each part of the beginning [s]."""
-PARTS = 3
-"""Number of parts of the beginning, each of which must show the same problem."""
-TURNING = 0.05
-"""Yaw rate from which the vehicle counts as turning [rad/s]."""
-KEPT = 180.0
-"""Length of the beginning of the drive that is checked [s]: wrong wiring is wrong from the start."""
-SMOOTH = 0.3
-"""Width of the moving average of the signals [s]."""
+GENTLE = 3.0  # largest lateral acceleration at which the steering angle gives the yaw rate by geometry [m/s^2]
+LEAST_TURNING = 5.0  # least time of turning in each part of the beginning [s]
+PARTS = 3  # number of parts of the beginning, each of which must show the same problem
+TURNING = 0.05  # yaw rate from which the vehicle counts as turning [rad/s]
+KEPT = 180.0  # length of the beginning of the drive that is checked [s]: wrong wiring is wrong from the start
+SMOOTH = 0.3  # width of the moving average of the signals [s]
 BRIDGED = 0.1
 """Longest gap between two readings that is interpolated linearly [s], since few buses have the rate of the grid."""
 CLOSE_SCALE, CLOSE_LATE = 1.13, 0.045
@@ -334,7 +324,6 @@ class Wiring:
         return found or turned(self._estimates(TORQUE, signals, moving), TORQUE)
 
     def _turning(self, signals: Mapping[str, np.ndarray]) -> np.ndarray:
-        """Whether the vehicle turns, for every sample."""
         with np.errstate(invalid="ignore"):
             yaw = [YAW[name].estimate(signals, self.vehicle) for name in ("rear wheels", "yaw rate sensor")]
             return np.asarray((mean_speed(signals) > MOVING) & (np.nansum(np.abs(yaw), axis=0) > TURNING))
@@ -399,7 +388,6 @@ class ClockLeap:
         self._since = 0.0
 
     def add(self, time: np.ndarray, signals: Mapping[str, np.ndarray], faulty: np.ndarray) -> None:
-        """Add the next piece."""
         first = 0
         if self._wiring is None:
             together = np.zeros(len(time), bool)
