@@ -8,7 +8,7 @@ from dataclasses import replace
 from tierod.core.findings import Element, Episode, Status
 from tierod.core.shown import in_words
 from tierod.core.signals import SIGNALS
-from tierod.diagnosis.substitution import SubstitutionGraph
+from tierod.diagnosis.switchover import SubstitutionGraph
 from tierod.diagnosis.trouble_codes import load_trouble_codes
 from tierod.monitors.condition.accelerations import MOTION, Difference
 from tierod.monitors.condition.courses import TOGETHER, ElementCourse
