@@ -44,7 +44,7 @@ def test_every_element_has_a_trouble_code_of_its_own():
 def test_a_lost_sensor_is_reported_and_shown_and_ends_with_one(place, faulty, capsys):
     assert diagnose(faulty) == 1
     printed = " ".join(capsys.readouterr().out.split())
-    assert "Steering wheel angle sensor: total loss from 1" in printed
+    assert "steering wheel angle sensor: total loss from 1" in printed
     assert "C1A33-64" in printed
     page = (place / "drive-condition.html").read_text(encoding="utf-8")
     assert "Sensors and actuators over time" in page

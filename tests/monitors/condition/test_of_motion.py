@@ -49,7 +49,7 @@ def test_limits_are_found_written_and_read_by_the_monitor(car, drive, tmp_path):
     assert own.fast == pytest.approx(found.result.designed.limits.fast, rel=1e-4)
     assert condition_monitor(kept).judge.decision.weighing.limits == own
     assert own != rolling_limits()
-    notes = CONDITION.variants["bank"].open(kept, 100.0, None)._notes
+    notes = CONDITION.variants["bank"].open(kept, 100.0, None)._car.notes
     assert "its own drives" in notes[0]
 
 
