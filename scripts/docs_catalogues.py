@@ -5,14 +5,16 @@ from __future__ import annotations
 import contextlib
 import functools
 import io
+import itertools
 import json
+import math
 from collections.abc import Callable
 from typing import Any
 
 from docs_text import names, page, table, unit
 
 from tierod.cli import main
-from tierod.core.nomenclature import nomenclature
+from tierod.core.signals import SIGNALS
 from tierod.core.statuses import SEVERITY
 from tierod.diagnosis.trouble_codes import load_trouble_codes
 from tierod.report.display import words
@@ -24,7 +26,7 @@ from tierod_lab.papers.condition.rules.catalogue import RESIDUALS
 def pages() -> dict[str, Callable[[], str]]:
     """Path below docs/ -> function that returns the text."""
     return {
-        "reference/signals.md": nomenclature,
+        "reference/signals.md": signals,
         "reference/parameters.md": parameters,
         "reference/vehicles.md": vehicles,
         "reference/residuals.md": residuals,
@@ -43,6 +45,25 @@ def printed(*arguments: str) -> Any:
     with contextlib.redirect_stdout(text):
         assert main([*arguments, "--json"]) == 0
     return json.loads(text.getvalue())
+
+
+def signals() -> str:
+    """Page of the catalogue of signals."""
+    parts = []
+    for group, members in itertools.groupby(SIGNALS.values(), key=lambda each: each.group):
+        rows = []
+        for each in members:
+            low, high = each.plausible
+            range_ = "" if math.isinf(low) else f"{low:g} to {high:g}"
+            rows.append((f"`{each.name}`", unit(each.unit), each.meaning.rstrip("."), each.positive, range_))
+        parts += [f"## {group}", table(("signal", "unit", "meaning", "positive", "plausible"), rows)]
+    return page(
+        "Signals",
+        "SI units and radians inside; degrees, km/h and rpm only in files, reports and on the command line. ISO 8855: "
+        "x forward, y left, z up. Values outside the plausible range of a healthy car earn a remark, never a "
+        "correction. Usual other names of a signal are recognised.",
+        *parts,
+    )
 
 
 def glossary() -> str:
