@@ -149,22 +149,22 @@ def test_an_absent_parameter_names_the_nearest(write):
     [
         ("[parameters.mass]", "[parameters.mas]", 8, "did you mean 'mass'"),
         ('unit = "tonne"', 'unt = "tonne"', 10, "'unt' is not known here; did you mean 'unit'"),
-        ("value = 1.6\n", "", 8, "'parameters.mass.value' is missing"),
-        ("value = 1.6", 'value = "1.6"', 9, "valid number"),
+        ("value = 1.6\n", "", 8, "'value' is missing; add it"),
+        ("value = 1.6", 'value = "1.6 t"', 9, "has to be a number without unit"),
         ("value = 1.6", "value = nan", 9, "finite number"),
-        ("value = 1.6", "value = true", 9, "valid number"),
-        ("standard_deviation = 0.1", "standard_deviation = -0.1", 11, "greater than or equal to 0"),
+        ("value = 1.6", "value = true", 9, "has to be a number"),
+        ("standard_deviation = 0.1", "standard_deviation = -0.1", 11, "has to be at least 0"),
         ('"tonne"', '"metre"', 10, "cannot become 'kg'"),
         ('"tonne"', '"toonne"', 10, "is not known"),
         ('"tonne"', '"kg"', 9, "lies between 200 and 60000 kg"),
-        ('torque_unit = "N*m"', 'torque_unit = "Nm"', 6, "input should be 'N*m' or 'count'"),
+        ('torque_unit = "N*m"', 'torque_unit = "Nm"', 6, "which is not among N*m, count"),
         ('torque_unit = "N*m"', 'torque_unitt = "N*m"', 6, "did you mean 'torque_unit'?"),
-        ('good_for = ["tests"]', "good_for = []", 4, "at least 1 item"),
-        ('source = "weighbridge"', 'source = " "', 12, "at least 1 character"),
+        ('good_for = ["tests"]', "good_for = []", 4, "is empty; give at least one use"),
+        ('source = "weighbridge"', 'source = " "', 12, "a text that is not empty"),
         ('name = "mine"', 'name = "mine', 1, "not valid TOML"),
         ("[parameters.mass]", '[channels]\nmap = "no.toml"\n\n[parameters.mass]', 9, "no.toml is not there"),
         ("[parameters.mass]", '[channels]\ndbcs = "no.toml"\n\n[parameters.mass]', 9, "did you mean 'dbc'"),
-        (WHOLE[WHOLE.index("[parameters.mass]") :], "parameters = 3", 8, "valid dictionary"),
+        (WHOLE[WHOLE.index("[parameters.mass]") :], "parameters = 3", 8, "has to be a table"),
     ],
 )
 def test_a_slip_is_named_with_its_line(write, old, new, line, message):
@@ -196,11 +196,6 @@ def test_any_one_wrong_line_loads_or_is_explained(tmp_path_factory, line, value,
     except ParameterError as error:
         said = str(error)
     assert "car.toml" in said
-
-
-def test_two_slips_are_counted(write):
-    with pytest.raises(ParameterError, match="the first of 2 errors"):
-        load(write(WHOLE.replace('source = "a weighbridge"\n', "").replace('description = "My car"\n', "")))
 
 
 def test_an_unknown_name_names_the_nearest():
