@@ -122,14 +122,14 @@ def residuals() -> str:
     rows = []
     for each in RESIDUALS.values():
         equation = each.equation.removeprefix("Li, Frey, Gauterin, ")
-        rows.append((f"`{each.name}`", each.meaning, equation, names(each.signals), unit(each.unit), each.correction))
+        rows.append((f"`{each.name}`", each.meaning, equation, unit(each.unit), each.correction))
     return page(
         "Residuals of the condition monitor",
-        "A residual is an estimate less a measurement, or a target less an actual value. `signals` are those that "
-        "decide its value. A residual is judged only where all of its signals are present and, for most, above walking "
-        "speed; those of the single-track model below 6 m/s² of lateral acceleration; those of the requested torque "
-        "where it does not jump. Equations are those of [the paper](../explanation/papers/condition.md).",
-        table(("name", "what", "equation", "signals", "unit", "corrected"), rows),
+        "A residual is an estimate less a measurement, or a target less an actual value. It is judged only where its "
+        "signals are present and, for most, above walking speed; those of the single-track model below 6 m/s² of "
+        "lateral acceleration; those of the requested torque where it does not jump. Equations are those of "
+        "[the paper](../explanation/papers/condition.md).",
+        table(("name", "what", "equation", "unit", "corrected"), rows),
     )
 
 

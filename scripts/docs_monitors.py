@@ -10,7 +10,7 @@ import re
 from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
-from docs_text import names, page, table, unit
+from docs_text import names, page, table
 
 from tierod.core.signals import SIGNALS
 from tierod.diagnosis.trouble_codes import load_trouble_codes
@@ -83,19 +83,16 @@ def monitor_page(name: str) -> str:
 
 
 def _signals(monitor: Monitor) -> str:
-    rows = []
-    for use, group in (("needed", monitor.required), ("optional", monitor.optional)):
-        rows += [
-            (f"`{name}`", use, unit(SIGNALS[name].unit), SIGNALS[name].meaning) for name in group if name in SIGNALS
-        ]
+    uses = {"needed": monitor.required, "optional": monitor.optional}
+    rows = [(use, names([name for name in group if name in SIGNALS])) for use, group in uses.items() if group]
     slower = f", or slower for slow recordings ({', '.join(f'{rate:g}' for rate in monitor.slower)} Hz)"
     parts = [
-        table(("signal", "use", "unit", "meaning"), rows),
+        table(("use", "signals"), rows),
         f"Needed signals come at {monitor.minimum_rate:g} Hz or faster. The monitor runs at {monitor.rate:g} Hz"
         f"{slower if monitor.slower else ''}; a sample older than {monitor.maximum_age:g} s is missing."
         + (f" It runs only if {monitor.condition}." if monitor.condition else "")
         + (" It learns a baseline of the vehicle (`--baseline`)." if monitor.learns else "")
-        + " [All signals](../signals.md).",
+        + " [Units and meaning](../signals.md).",
     ]
     others = [each for each in monitor.variants.values() if each.required is not None]
     if others:
@@ -127,11 +124,13 @@ def _parameters(monitor: Monitor) -> str:
             elif any(name in reading.needed | reading.optional for reading in cars.values()):
                 uses.setdefault(name, {})[variant] = _in_some(name, cars)
     order = sorted(uses, key=lambda name: (set(uses[name].values()) != {"needed"}, list(QUANTITIES).index(name)))
-    rows = [(f"`{name}`", _use(uses[name], found), unit(QUANTITIES[name].unit), _meaning(name)) for name in order]
+    by_use: dict[str, list[str]] = {}
+    for name in order:
+        by_use.setdefault(_use(uses[name], found), []).append(name)
     return (
-        "Of the [vehicle file](../vehicle-file.md). A needed parameter that is missing is an error that names it; an "
-        "optional one has a default or switches a part of the monitor on.\n\n"
-        + table(("parameter", "use", "unit", "meaning"), rows)
+        "Of the [vehicle file](../vehicle-file.md); [units and meaning](../parameters.md). A needed parameter that is "
+        "missing is an error that names it; an optional one has a default or switches a part of the monitor on.\n\n"
+        + table(("use", "parameters"), [(use, names(group)) for use, group in by_use.items()])
     )
 
 
@@ -156,11 +155,6 @@ def _use(by_variant: Mapping[str, str], every: Collection[str]) -> str:
         largest = max(kinds, key=lambda use: len(kinds[use]))
         parts = [f"{use}: {names(which)}" for use, which in kinds.items() if use != largest] + [f"{largest}: others"]
     return "; ".join(parts)
-
-
-def _meaning(name: str) -> str:
-    quantity = QUANTITIES[name]
-    return quantity.meaning + ("; in counts where the torques are raw" if quantity.torque else "")
 
 
 def _decisions(monitor: Monitor) -> str:

@@ -110,10 +110,7 @@ def rolling_decision(base: RollingFilter, limits: Limits, sample_time: float = 0
     return Decision(weighing, low_grip=OF_SKIDDING, testability=testability, small_leads=SmallLeads())
 
 
-PAPER = (
-    "Li, Frey, Gauterin, Model-based condition monitoring of the sensors and actuators of an electric and automated "
-    "vehicle, Sensors 23 (2023)"
-)
+PAPER = "Li, Frey, Gauterin, Sensors 23 (2023) 887"
 
 BANK_DECIDES = "fault of a sensor or actuator"  # name of the decision that declares faults
 
