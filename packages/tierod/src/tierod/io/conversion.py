@@ -21,8 +21,6 @@ SLICE = 60.0  # Length of the slice of a recording that is in memory at once [s]
 
 @dataclass(frozen=True)
 class Converted:
-    """Facts about a written recording."""
-
     channels: int  # number of channels
     samples: int  # number of samples of all channels
     seconds: float  # time from the first to the last sample [s]
@@ -89,7 +87,6 @@ NAMED = 5  # Number of columns that a sentence names; the others are counted
 
 
 def _left_out(names: Sequence[str], why: str) -> tuple[str, ...]:
-    """A sentence on columns that were not written; none where there are none."""
     if not names:
         return ()
     more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
@@ -97,13 +94,10 @@ def _left_out(names: Sequence[str], why: str) -> tuple[str, ...]:
 
 
 def as_found(source: Source) -> Plan:
-    """Plan of every column with its name and unit in the file."""
     return Plan(tuple(as_recorded(column) for column in source.columns))
 
 
 class _Seen:
-    """Collects names, numbers and notes of the pieces that pass through it."""
-
     def __init__(self) -> None:
         self.names: set[str] = set()
         self.samples, self.first, self.last = 0, float("inf"), float("-inf")
@@ -111,7 +105,6 @@ class _Seen:
         self._notes: dict[str, str] = {}
 
     def repaired(self) -> tuple[str, ...]:
-        """Notes on repairs of samples, each with the number of channels."""
         counts = Counter(note for text in self._notes.values() for note in text.split("; ") if note)
         return tuple(f"{note} ({count} {'channel' if count == 1 else 'channels'})" for note, count in counts.items())
 

@@ -14,8 +14,6 @@ from tierod.physics.clarke_park import PhaseValues, clarke
 
 @dataclass(frozen=True)
 class Recipe:
-    """Recipe of a derived signal."""
-
     name: str  # name of the signal
     needs: tuple[str, ...]  # signals that it is derived from
     memory: float  # length of the past that it uses [s]

@@ -18,7 +18,6 @@ from tierod.core.user_files import json_document
 
 
 def require_library(library: str, extra: str, purpose: str) -> None:
-    """Raise MissingExtra where a library is not installed."""
     try:
         found = importlib.util.find_spec(library)
     except ValueError:
@@ -41,8 +40,6 @@ def muted(library: str, level: int) -> Iterator[None]:
 
 @dataclass(frozen=True)
 class Writer:
-    """A file format that can be written."""
-
     title: str  # name of the format for users
     # function of a recording and the path of the file, which appears completely or not at all
     write: Callable[[Recording, str | Path], None]

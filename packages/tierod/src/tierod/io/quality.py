@@ -86,7 +86,6 @@ class Figures:
         return cls(*about, begin, end, pace, gap, least, most, levels, saturations)
 
     def joined(self, after: Figures) -> Figures:
-        """The figures with those of the next stretch."""
         if not after.samples:
             return replace(self, note=after.note)
         if not self.samples:
@@ -205,7 +204,6 @@ class Figures:
 
 
 def channel_quality(channel: Channel) -> ChannelQuality:
-    """Rate, gaps, missing share, range and remarks of one channel."""
     return Figures.of(channel).quality(rows_per_reading(channel.values))
 
 

@@ -54,7 +54,6 @@ class Noise:
         self._fresh = self._seen = 0
 
     def add(self, values: np.ndarray) -> None:
-        """Add the next readings, (n,); NaN where missing."""
         values = values[np.abs(values) < 1e300]  # the third differences of larger ones are no numbers
         readings = np.concatenate([self._last, values])
         readings = readings[fresh(readings)]
@@ -100,7 +99,6 @@ def scatter(name: str, deviation: float) -> str:
 
 
 def noise_warnings(recording: Recording) -> tuple[str, ...]:
-    """Sentences on the noisy signals of a whole recording."""
     found = []
     for name in USUAL:
         if name in recording and recording[name].unit == SIGNALS[name].unit:
@@ -133,7 +131,6 @@ class HeldReadings:
         self._since: int | None = None
 
     def add(self, values: np.ndarray) -> None:
-        """Add the next rows, (n,); NaN where missing."""
         if len(self._rows) >= MOST:
             return
         values = values[np.isfinite(values)]
@@ -149,7 +146,6 @@ class HeldReadings:
             self._since = len(values) - int(starts[-1])
 
     def rows(self) -> float:
-        """Rows that repeat one reading; 1 where readings are not held."""
         if len(self._rows) < FEWEST:
             return 1.0
         apart, sizes = np.array(self._rows, float), np.array(self._sizes)

@@ -70,7 +70,6 @@ def sign_warnings(recording: Recording) -> tuple[str, ...]:
 
 
 def _backwards(speed: np.ndarray) -> str:
-    """A sentence on a speed that is negative for most of the driving time; "" for none."""
     speed = speed[np.abs(speed) > SLOWEST]
     if not len(speed) or np.mean(speed < 0.0) <= 0.5:
         return ""

@@ -66,7 +66,6 @@ class Motion:
 
     @property
     def basis(self) -> str | None:
-        """The signal that represents the speed."""
         if self.axle is not None:
             return f"wheel_speed_{self.axle}_left"
         return "vehicle_speed" if "vehicle_speed" in self.columns else None
@@ -117,6 +116,5 @@ def _aligned(raw: Recording) -> Aligned:
 
 
 def correlation(a: np.ndarray, b: np.ndarray) -> float:
-    """Correlation coefficient of two signals; 0 where it is not known."""
     found = compared(a, b, SECONDS * RATE)
     return 0.0 if found is None else found.correlation()

@@ -31,8 +31,6 @@ SLICE = 600.0  # Length of a recording that is read at once [s]
 
 @dataclass(frozen=True)
 class Proposed:
-    """One entry of a map."""
-
     signal: str  # canonical name
     column: Column  # column of the file
     meant: Meant  # reason why the title stands for the signal
@@ -43,7 +41,6 @@ class Proposed:
 
     @property
     def doubtful(self) -> bool:
-        """Whether unit or sign is only assumed."""
         return not self.unit.decided or "check" in self.sign.reason
 
 
@@ -54,8 +51,6 @@ LIKE_OTHERS = 0.03
 
 @dataclass(frozen=True)
 class Proposal:
-    """A channel map for a recording."""
-
     path: Path  # path of the recording
     entries: tuple[Proposed, ...]  # entries in the order of the file
     unmatched: tuple[Column, ...]  # columns that match no known signal
@@ -113,7 +108,6 @@ def _one_each(columns: list[Column], meant: dict[str, Meant]) -> tuple[dict[str,
 
 
 def _loaded(reading: Reading, signals: dict[str, str], progress: Callable[[float], None]) -> Recording:
-    """The first hour of the columns as recorded, under the names of their signals."""
     parts: dict[str, list[Channel]] = {}
     begin = None
     for piece in reading.slices(SLICE):
@@ -193,7 +187,6 @@ def _radii(motion: Motion, units: dict[str, Chosen]) -> dict[str, float]:
 
 
 def text_of(proposal: Proposal) -> str:
-    """A channel map in TOML, to be read, edited and used."""
     doubtful = [entry.signal for entry in proposal.entries if entry.doubtful]
     head = [
         f"# Channel map proposed from {printable(proposal.path.name)}: edit it, and keep what is right.",

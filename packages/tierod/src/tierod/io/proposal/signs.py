@@ -38,7 +38,6 @@ class Sign(NamedTuple):
 
 
 def chosen_signs(motion: Motion) -> dict[str, Sign]:
-    """The sign of every signal whose direction other signals show."""
     found = {**_of_speeds(motion), **_of_turns(motion)}
     for name, others in FOLLOWERS.items():
         if name in motion.columns:

@@ -20,8 +20,6 @@ RADIUS = 0.31  # Effective radius of a passenger car's wheel [m], for recordings
 
 
 class Unit(NamedTuple):
-    """A unit that a column may have."""
-
     name: str  # notation in a channel map
     factor: float  # factor from the value of the column to SI
     offset: float = 0.0  # offset that is added after the factor
@@ -116,7 +114,6 @@ class Chosen(NamedTuple):
 
 
 def chosen_units(motion: Motion, possible: Mapping[str, tuple[Unit, ...]]) -> dict[str, Chosen]:
-    """The unit of every signal."""
     basis = motion.basis
     names = [name for name in (basis, *TIED) if name is not None and name in possible]
     # All combinations are compared: every relation depends on the units of several signals.
@@ -146,7 +143,6 @@ def _cost(
 
 
 def _with(seen: Seen, units: Mapping[str, Unit]) -> float:
-    """The ratio of a relation in SI units."""
     return seen.ratio * math.prod(units[name].factor ** power for name, power in seen.powers.items())
 
 
@@ -199,5 +195,4 @@ def _alone(unit: Unit) -> Chosen:
 
 
 def shown(unit: Unit) -> str:
-    """A unit for display."""
     return f"{unit.name} of the wheel, radius {RADIUS:g} m" if unit.turns else written(unit.name) or "no unit"

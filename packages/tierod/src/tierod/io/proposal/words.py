@@ -96,7 +96,6 @@ def words_of(title: str) -> str:
 
 
 def meant_by(column: Column) -> Meant | None:
-    """The signal that a column's title stands for; None where none is known."""
     title, found = column.title or column.name, meant(column)
     if found is not None:
         return Meant(found.name, f"'{title}' is a known name", True)

@@ -42,8 +42,6 @@ WIDE, UNREAD = "frames with an identifier of more than 29 bits", "lines that hol
 
 @dataclass
 class _Block:
-    """The frames of a block of lines."""
-
     time: list[float] = field(default_factory=list)
     identifier: list[int] = field(default_factory=list)
     bus: list[int] = field(default_factory=list)

@@ -66,7 +66,6 @@ def _written(metadata: dict[str, str]) -> dict[str, Any]:
 
 
 def _name(column: Column, written: dict[str, Any]) -> str:
-    """The name of a column: in a file of tierod that of the channel, else topic and field."""
     return column.title if column.title in written.get("channels", {}) else column.name
 
 

@@ -33,8 +33,6 @@ _UNITS = {
 
 
 class Topic(NamedTuple):
-    """One topic of a bag."""
-
     name: str  # name in the bag
     kind: str  # type of its messages
     encoding: str  # "ros1", "cdr" or "json"
@@ -52,8 +50,6 @@ class Message(NamedTuple):
 
 
 class Reader:
-    """Reads one bag: a file, or the folder of a ROS 2 bag."""
-
     def __init__(self, path: str):
         self._path = path
         self._notes: list[str] = []
@@ -68,7 +64,6 @@ class Reader:
 
     @staticmethod
     def prepare() -> None:
-        """Import what is needed, before memory is limited."""
         import rosbags.rosbag1
         import rosbags.typesys  # noqa: F401
 

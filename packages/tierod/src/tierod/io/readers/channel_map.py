@@ -44,8 +44,6 @@ class Entry:
 
 @dataclass(frozen=True)
 class TimeEntry:
-    """Time column of a table."""
-
     column: str | None = None  # its name; the first column with such a title where None
     unit: str | None = None  # unit of the time columns; that of their titles where None
 
@@ -76,7 +74,6 @@ _KEYS: dict[str, tuple[type, ...]] = {
 
 
 def load_channel_map(path: str | Path) -> ChannelMap:
-    """The channel map of a TOML file."""
     path = Path(path)
     text = read_text(path, "the channel map")
     return parse_channel_map(toml(text, f"the channel map {path}"), str(path))
@@ -98,7 +95,6 @@ def load_maps_beside(paths: Sequence[Path]) -> ChannelMap:
 
 
 def parse_channel_map(document: Mapping[str, object], path: str = "the channel map") -> ChannelMap:
-    """The channel map of a parsed TOML document."""
     for key in document:
         if key not in _TABLES:
             raise InputError(f"{path}: the key '{key}' is not known{nearest(key, _TABLES)}")

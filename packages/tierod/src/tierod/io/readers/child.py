@@ -2,8 +2,8 @@
 
 It is a separate script that imports nothing of tierod, so that it starts fast. It imports the library, and forks for
 every file. The fork takes requests, one JSON document per line, and answers each with such a line, followed by the
-arrays that the line lists. `tierod.io.readers.reader_process` and `tierod.io.readers.reader_process` are the other
-ends. Arrays are sent as bare numbers, so that the output of a damaged process can do no harm there. The class `Reader`
+arrays that the line lists. `tierod.io.readers.reader_process` is the other
+end. Arrays are sent as bare numbers, so that the output of a damaged process can do no harm there. The class `Reader`
 of the script that is named on the command line makes the answers.
 """
 
@@ -30,7 +30,7 @@ def main() -> None:
     line = socket.socket(fileno=os.dup(0))
     kind = runpy.run_path(sys.argv[1])["Reader"]
     kind.prepare()
-    while message := socket.recv_fds(line, REQUEST, 3):
+    while message := socket.recv_fds(line, REQUEST, 1):
         text, ends, _, _ = message
         if not text:
             return
@@ -44,7 +44,7 @@ def main() -> None:
             if request["folder"]:
                 tempfile.tempdir = request["folder"]
                 os.environ.update(dict.fromkeys(("TMPDIR", "TEMP", "TMP"), request["folder"]))
-            read(kind, request["path"], request["memory"], ends)
+            read(kind, request["path"], request["memory"], ends[0])
             return
         for end in ends:
             os.close(end)
@@ -52,7 +52,6 @@ def main() -> None:
 
 
 def _code(pid: int) -> int | None:
-    """Exit code of a reader; None while it runs."""
     try:
         found, status = os.waitpid(pid, os.WNOHANG)
     except ChildProcessError:
@@ -60,24 +59,19 @@ def _code(pid: int) -> int | None:
     return os.waitstatus_to_exitcode(status) if found else None
 
 
-def read(kind: type, path: str, memory: int, ends: list[int]) -> None:
-    """Answer requests on one file until the other end closes the pipe.
+def read(kind: type, path: str, memory: int, line: int) -> None:
+    """Answer requests on one file over a socket until the other end closes it.
 
     Args:
-        kind: class that makes the answers
-        path: path of the file
         memory: memory that it may take beyond the present use [bytes]; 0 sets no limit
-        ends: ends of the pipes of requests, of answers, and of the one whose closing ends this process
     """
-    requests, sent, life = ends
-    end_with(life)
-    os.dup2(requests, 0)
+    os.dup2(line, 0)
     # What the library prints goes to the error output, not between the answers.
     os.dup2(2, 1)
     limit_memory(memory)
     begun = computed()
     warnings.simplefilter("ignore")
-    with os.fdopen(sent, "wb") as answers:
+    with os.fdopen(line, "wb") as answers:
         reader = kind(path)
         for line_of_text in sys.stdin:
             request = json.loads(line_of_text)
@@ -92,15 +86,6 @@ def read(kind: type, path: str, memory: int, ends: list[int]) -> None:
             _send(answers, columns, answer)
 
 
-def end_with(line: int) -> None:
-    """End this process when the other end of a pipe is closed, even in native code: by default SIGIO ends a process."""
-    with contextlib.suppress(ImportError, AttributeError, OSError):
-        import fcntl
-
-        fcntl.fcntl(line, fcntl.F_SETOWN, os.getpid())
-        fcntl.fcntl(line, fcntl.F_SETFL, fcntl.fcntl(line, fcntl.F_GETFL) | os.O_ASYNC)
-
-
 def limit_memory(more: int) -> None:
     """Limit the memory to the present use and some more [bytes]; 0 sets no limit."""
     with contextlib.suppress(ImportError, OSError, ValueError):
@@ -113,7 +98,6 @@ def limit_memory(more: int) -> None:
 
 
 def computed() -> float:
-    """Computing time of this process so far [s]."""
     with contextlib.suppress(ImportError):
         import resource
 
@@ -123,7 +107,6 @@ def computed() -> float:
 
 
 def limit_time(seconds: float) -> None:
-    """Limit the total computing time [s], beyond which the system ends the process."""
     with contextlib.suppress(ImportError, OSError, ValueError):
         import resource
 

@@ -31,14 +31,11 @@ FEWEST = 8  # Smallest number of stamps from which a rate is estimated
 
 @dataclass(frozen=True)
 class Clock:
-    """A time column and the columns that belong to it."""
-
     column: str  # name of the time column
     columns: tuple[str, ...]  # names of the columns whose time it is
 
 
 def is_time(name: str) -> bool:
-    """Whether the title of a column indicates a time."""
     words = [word for word in re.split(r"[^a-z]+", name.lower()) if word]
     return _is_called_time(name) or bool({"time", "timestamp"} & set(words))
 

@@ -38,7 +38,6 @@ class Limits:
 
 
 def limits() -> Limits:
-    """The limits in effect."""
     text = os.environ.get(VARIABLE, "").strip()
     if not text:
         return Limits()
@@ -63,7 +62,6 @@ class Allowance:
         self.taken = 0
 
     def take(self, count: int) -> None:
-        """Count further bytes."""
         self.taken += count
         if self.taken > self.most:
             raise self.refused(f"more than {self.most / 1e9:.3g} GB")
@@ -74,7 +72,6 @@ class Allowance:
             raise self.refused(f"a block of {count / 1e9:.3g} GB, where {self.limits.block / 1e9:.3g} GB are the limit")
 
     def refused(self, what: str) -> InputError:
-        """The error for a file whose unpacked size is too large."""
         return InputError(
             f"{self.path} takes {self.size / 1e6:.3g} MB and unpacks to {what}; if the file is intact, raise the "
             f"limit: set the environment variable {VARIABLE}, for example {VARIABLE}="
@@ -87,8 +84,6 @@ BLOCK = 1 << 20  # Number of bytes of text that are read at a time
 
 @dataclass(frozen=True)
 class Content:
-    """The bytes of a file."""
-
     path: Path  # path for messages
     size: int  # size of the stored file [bytes]
     packed: bool  # whether it is packed with gzip
@@ -96,23 +91,19 @@ class Content:
     opened: Callable[[], IO[bytes]]  # opens the stored bytes, from the beginning
 
     def stream(self) -> IO[bytes]:
-        """The unpacked bytes from the beginning."""
         return io.BufferedReader(_Unpacked(self)) if self.packed else self.opened()
 
     def blocks(self) -> Iterator[bytes]:
-        """The unpacked bytes, some megabytes at a time; errors as for `stream`."""
         with self.stream() as stream:
             while block := stream.read(BLOCK):
                 yield block
 
     def head(self, count: int) -> bytes:
-        """The first unpacked bytes; errors as for `stream`."""
         with self.stream() as stream:
             return stream.read(count)
 
 
 def content_of(path: Path, packed: bool) -> Content:
-    """The content of a file on a disk."""
     return Content(path, path.stat().st_size, packed, False, lambda: path.open("rb"))
 
 
@@ -141,7 +132,6 @@ class Kept:
         weakref.finalize(self, os.close, self.descriptor)
 
     def append(self, data: bytes) -> None:
-        """Add bytes at the end."""
         left = memoryview(data)
         while len(left):
             written = os.pwrite(self.descriptor, left, self.size)
@@ -158,13 +148,10 @@ class _Raw(io.RawIOBase):
 
 
 class Stream(_Raw):
-    """Blocks of bytes as a stream, for libraries that read one."""
-
     def __init__(self, blocks: Iterable[bytes]):
         self._blocks, self._rest = iter(blocks), memoryview(b"")
 
     def readinto(self, buffer: Any) -> int:
-        """The next bytes; 0 after the last block."""
         while not len(self._rest):
             block = next(self._blocks, None)
             if block is None:
@@ -177,8 +164,6 @@ class Stream(_Raw):
 
 
 class _Again(_Raw):
-    """Stream of the kept content from its beginning."""
-
     def __init__(self, kept: Kept):
         self._kept, self._at = kept, 0
 
@@ -190,8 +175,6 @@ class _Again(_Raw):
 
 
 class _Unpacked(_Raw):
-    """Stream of the unpacked bytes of a packed file, which are counted."""
-
     def __init__(self, content: Content):
         self._content, self._file = content, content.opened()
         self._packed = gzip.GzipFile(fileobj=self._file)

@@ -41,8 +41,6 @@ _FRACTION = re.compile(r"\.\d+")
 
 
 class Rows(NamedTuple):
-    """A block of lines."""
-
     table: Any  # Arrow table: dates as texts
     columns: dict[str, np.ndarray]  # of numbers
     bad: dict[str, int]  # number of cells that are no number, by column
@@ -86,14 +84,12 @@ class Table:
         return whole_lines(self._below(), self.content.path, self.quoted, self.end)
 
     def beginning(self) -> dict[str, np.ndarray]:
-        """The first samples of the columns of numbers."""
         part = self.head[: self.layout.begin + (1 << 16)]
         part = part[: part.rfind(self.end) + 1] if len(part) < len(self.head) else part
         part = part[self.layout.begin :]
         return self.rows(part, self.layout.numeric).columns if part else {}
 
     def rows(self, block: bytes, names: Sequence[str]) -> Rows:
-        """Some columns of whole lines in UTF-8."""
         import pyarrow as pa
 
         plain = [name for name in names if name not in self.layout.dates]

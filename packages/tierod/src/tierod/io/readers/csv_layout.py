@@ -30,8 +30,6 @@ _UNIT_LABELS = ("unit", "units")
 
 @dataclass(frozen=True)
 class Layout:
-    """The layout of a text table."""
-
     delimiter: str  # sign between cells
     decimal: str  # decimal sign, "." or ","
     begin: int  # number of bytes before the first line of data

@@ -118,7 +118,6 @@ _SAYS_NOTHING = re.compile(
 
 
 def parameter_group(identifier: int) -> int:
-    """The parameter group number (PGN) in a 29-bit identifier of J1939-21."""
     group = (identifier >> 8) & 0x3FFFF
     return group & 0x3FF00 if (group >> 8) & 0xFF < _PGN_WITH_ADDRESS else group
 
@@ -149,15 +148,12 @@ def without_value(item: Signal, raw: np.ndarray) -> np.ndarray | None:
 
 @dataclass(frozen=True)
 class Found:
-    """A message of the database that a log holds."""
-
     message: Message  # description of the message by cantools
     prefix: str  # prefix of the names of its signals
     where: str  # identifier and bus, for the source of a channel
 
 
 def load_databases(paths: Sequence[str | Path]) -> list[Message]:
-    """The messages of one or several databases."""
     try:
         import cantools  # noqa: F401
     except ImportError:
@@ -250,7 +246,6 @@ class Described:
     silent: tuple[str, ...]  # names of the columns of messages that are not in the log
 
     def wanted(self, names: Sequence[str]) -> dict[tuple[int, int], list[tuple[str, Signal]]]:
-        """(name of the column, signal) of the named columns, by bus and identifier."""
         wanted: dict[tuple[int, int], list[tuple[str, Signal]]] = {}
         for name in names:
             key, item = self.places[name]
@@ -306,8 +301,6 @@ def _decoded(
 
 @dataclass(frozen=True)
 class Rows:
-    """The frames of one message."""
-
     time: np.ndarray  # [s], shape (n,)
     payloads: Payloads  # bytes of the frames
     length: np.ndarray  # number of bytes of each payload, shape (n,)
@@ -315,7 +308,6 @@ class Rows:
 
     @staticmethod
     def of(frames: Frames, index: np.ndarray) -> Rows:
-        """Those rows of the frames that an index selects."""
         length = frames.length[index]
         return Rows(frames.time[index], Payloads(frames.payload[index]), length, int(length.min()))
 
@@ -328,7 +320,6 @@ def silent_channels(entry: Found, items: Sequence[tuple[str, Signal]]) -> list[C
 
 
 def channel_of(name: str, entry: Found, item: Signal, rows: Rows) -> Channel:
-    """A signal of some frames of its message, in the unit of the database."""
     time, values = rows.time, physical(entry.message, item, rows)
     chosen = selected(entry.message, item, rows)
     if chosen is not None:
@@ -348,7 +339,6 @@ def selected(message: Message, item: Signal, rows: Rows) -> np.ndarray | None:
 
 
 def physical(message: Message, item: Signal, rows: Rows) -> np.ndarray:
-    """The values of a signal; NaN where the frame is too short for it, or a J1939 sender marks it as without value."""
     raw = _raw(item, rows)
     with np.errstate(all="ignore"):
         values = raw.astype(float)
@@ -370,5 +360,4 @@ def _raw(item: Signal, rows: Rows) -> np.ndarray:
 
 
 def bytes_of(item: Signal) -> int:
-    """Number of bytes that a frame needs to hold a signal."""
     return -(-span(item.start, item.length, item.byte_order == "big_endian")[1] // 8)

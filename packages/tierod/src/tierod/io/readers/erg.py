@@ -33,7 +33,6 @@ class Quantity(NamedTuple):
 
 
 def open_erg(path: Path) -> Source:
-    """A result file of CarMaker with its ".info" beside it."""
     info = path.with_name(path.name + ".info")
     if not info.is_file():
         raise InputError(f"{path} is described in {info}, which is missing; copy both files from the simulation output")
@@ -66,7 +65,6 @@ def open_erg(path: Path) -> Source:
 
 
 def _facts(text: str) -> dict[str, str]:
-    """Values of the lines "key = value", by key."""
     found = {}
     for line in text.splitlines():
         key, equal, value = line.partition("=")

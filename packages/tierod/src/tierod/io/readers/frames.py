@@ -24,8 +24,6 @@ _STANDARD = 0x7FF  # The largest identifier of 11 bits; a damaged log may hold l
 
 @dataclass(frozen=True)
 class Frames:
-    """CAN frames of a log."""
-
     time: np.ndarray  # [s] since origin, shape (n,)
     identifier: np.ndarray  # shape (n,), uint32, EXTENDED added for 29-bit identifiers
     bus: np.ndarray  # number of the bus in `buses`, shape (n,)
@@ -68,7 +66,6 @@ def _codes(frames: Frames, keys: np.ndarray) -> np.ndarray:
 
 
 def taken(frames: Frames, index: np.ndarray | slice) -> Frames:
-    """The frames of these rows."""
     return replace(
         frames,
         time=frames.time[index],
@@ -80,7 +77,6 @@ def taken(frames: Frames, index: np.ndarray | slice) -> Frames:
 
 
 def only_notes(frames: Frames, notes: tuple[str, ...]) -> Frames:
-    """Notes on a log after its last frames."""
     return replace(taken(frames, slice(0, 0)), notes=notes)
 
 
@@ -88,7 +84,6 @@ def stacked(
     time: np.ndarray, identifier: Sequence[int], bus: Sequence[int], data: Sequence[bytes], buses: tuple[str, ...],
     origin: float,
 ) -> Frames:  # fmt: skip
-    """Frames from the bytes of each."""
     length = np.array([len(each) for each in data], dtype=int)
     width = max(int(length.max(initial=0)), 8)
     payload = np.frombuffer(b"".join(each.ljust(width, b"\0") for each in data), dtype=np.uint8)
@@ -104,7 +99,6 @@ def stacked(
 
 
 def joined(parts: Sequence[Frames]) -> Frames:
-    """The frames of several logs or groups with one origin, in the order of time."""
     if len(parts) == 1:
         return _in_order(parts[0])
     buses = tuple(dict.fromkeys(name for part in parts for name in part.buses))
@@ -142,7 +136,6 @@ def bus_number(buses: dict[Name, int], name: Name) -> int:
 
 
 def identifier_text(identifier: int) -> str:
-    """An identifier as logs write it: 0x260, or 0x18FEF100 for 29 bits."""
     return f"0x{identifier & ~EXTENDED:08X}" if identifier & EXTENDED else f"0x{identifier:03X}"
 
 
@@ -152,8 +145,6 @@ LATE_ENOUGH = 0.005
 
 @dataclass(frozen=True)
 class Log:
-    """A CAN log."""
-
     name: str  # name of its file, for messages
     # gives the frames from the beginning, in blocks; several lanes where the log keeps its buses apart
     lanes: Callable[[], list[Iterator[Frames]]]
@@ -199,8 +190,6 @@ _KINDS = ("f8", "u4", "u2", "u2", "u1")  # Types in which time, identifier, bus,
 
 @dataclass
 class Heard:
-    """Content of a log."""
-
     # number of frames by (number of the bus, identifier), in the order of both
     counts: dict[tuple[int, int], int] = field(default_factory=dict)
     buses: tuple[str, ...] = ()  # names of the buses, in the order of their first frames
@@ -221,7 +210,6 @@ class InOrder:
         self._repairs = [Repairs(f"the log {log.name}") for _ in self._lanes]
 
     def __iter__(self) -> Iterator[Frames]:
-        """The frames, block by block."""
         waiting: list[Frames | None] = [None] * len(self._lanes)
         reach = np.full(len(self._lanes), -np.inf)
         while (until := reach.min()) < np.inf:
@@ -244,7 +232,6 @@ class InOrder:
 
     @staticmethod
     def _ready(waiting: list[Frames | None], lane: int, until: float) -> Frames | None:
-        """Remove the waiting frames of a lane before `until` [s] and return them."""
         frames = waiting[lane]
         if frames is None:
             return None

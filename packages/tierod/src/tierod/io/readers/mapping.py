@@ -17,8 +17,6 @@ TRUTH = "truth_"  # Prefix of the true value of a signal in a simulation; a file
 
 @dataclass(frozen=True)
 class Pick:
-    """One channel to be made."""
-
     name: str  # canonical name, or that of the column
     columns: tuple[str, ...]  # columns of the file, which are summed
     unit: str  # unit of the channel
@@ -30,8 +28,6 @@ class Pick:
 
 @dataclass(frozen=True)
 class Plan:
-    """Plan of the channels to load from a file."""
-
     picks: tuple[Pick, ...]  # the channels to be made
     warnings: tuple[str, ...] = ()  # warnings about guesses and absent columns
     channel_map: str = ""  # path of the map that was used; "" where none was
@@ -40,7 +36,6 @@ class Plan:
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """The columns to load."""
         return tuple(dict.fromkeys(column for pick in self.picks for column in pick.columns))
 
 
@@ -229,7 +224,6 @@ def _guessed(column: Column, found: Signal | None, asked: bool) -> tuple[Pick, s
 
 
 def as_recorded(column: Column) -> Pick:
-    """The channel of a column with its name and unit in the file."""
     return _as_found(column, Entry((column.name,)), column.unit)
 
 

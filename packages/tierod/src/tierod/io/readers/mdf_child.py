@@ -72,8 +72,6 @@ def _stream(path: str) -> Any:
 
 
 class Reader:
-    """Reads one file."""
-
     def __init__(self, path: str):
         self._path = path
         self._file: Any = None
@@ -81,7 +79,6 @@ class Reader:
 
     @staticmethod
     def prepare() -> None:
-        """Import what is needed, before memory is limited."""
         import_asammdf()
 
     def answer(self, request: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -129,7 +126,6 @@ class Reader:
         return {kind: count for kind, count in counts.items() if count}
 
     def _channels(self) -> list[dict[str, Any]]:
-        """Every recorded channel, with a name that is unique in the file."""
         found = []
         for number, group in enumerate(self._file.groups):
             if not group.channel_group.cycles_nr or getattr(group.channel_group, "flags", 0) & BUS_GROUP:

@@ -20,12 +20,10 @@ from tierod.io.readers.source import Format, Lane, Source
 
 
 def holds_bag(folder: Path) -> bool:
-    """Whether a folder is a ROS 2 bag, with its description beside its data."""
     return (folder / "metadata.yaml").is_file() and bool(bag_files(folder))
 
 
 def bag_files(folder: Path) -> list[Path]:
-    """The data files of a ROS 2 bag."""
     return sorted(each for each in folder.iterdir() if each.suffix in (".db3", ".mcap"))
 
 
@@ -92,15 +90,12 @@ READERS: Registry[Format] = Registry("tierod.readers", "reader", _OWN, _obstacle
 
 @dataclass(frozen=True)
 class Kind:
-    """Kind of a file."""
-
     format: Format  # format of the file, whose reader opens it
     content: Content  # its bytes
     warning: str = ""  # warning where the ending is that of another format; else ""
 
     @property
     def name(self) -> str:
-        """Name of the format."""
         return self.format.name
 
 
@@ -126,7 +121,6 @@ def detect(path: Path) -> Kind:
 
 
 def _content(path: Path) -> Content:
-    """The bytes of a file; those of a pipe are kept in a temporary file."""
     try:
         if not path.is_dir() and (stat.S_ISCHR(mode := path.stat().st_mode) or stat.S_ISBLK(mode)):
             raise InputError(f"{path} is a device; give a recording, or /dev/stdin with one piped into it")
@@ -180,7 +174,6 @@ def _recognised(path: Path, head: bytes) -> Format:
 
 
 def _asked(plugin: Format, package: str, head: bytes, ending: str) -> bool:
-    """Whether the format of another package recognises a file; False, with a warning, where its test fails."""
     try:
         return bool(plugin.recognises(head, ending))
     except Exception as error:
@@ -194,7 +187,6 @@ def _asked(plugin: Format, package: str, head: bytes, ending: str) -> bool:
 
 
 def _promised(path: Path) -> str:
-    """The name of tierod's own format that has the ending of a file; "" where none has."""
     ending = path.suffix.lower()
     return next((name for name in READERS.own if ending in READERS[name].endings), "")
 

@@ -21,7 +21,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
-from typing import Annotated, Any, BinaryIO
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -65,14 +65,15 @@ class Template:
                 env=os.environ | threads,
             )
 
-    def start(self, path: str, memory: int, folder: Path | None, ends: tuple[int, int, int]) -> int:
-        """Start a reader and return its process identifier.
+    def start(self, path: str, memory: int, folder: Path | None, line: socket.socket) -> int:
+        """Start a reader that answers on a socket, and return its process identifier.
 
         Args:
             memory: memory that it may take beyond that of the template [bytes]
             folder: folder for its temporary files; None for the usual one
         """
-        return int(self._ask({"path": path, "memory": memory, "folder": folder and str(folder)}, list(ends))["pid"])
+        about = {"path": path, "memory": memory, "folder": folder and str(folder)}
+        return int(self._ask(about, [line.fileno()])["pid"])
 
     def code(self, pid: int) -> int | None:
         """Exit code of a reader: its exit status, a negative signal, or None while it runs."""
@@ -90,7 +91,6 @@ class Template:
         return found
 
     def end(self) -> int:
-        """End the process and return its exit status, a negative signal where one ended it."""
         self._line.close()
         with contextlib.suppress(subprocess.TimeoutExpired):
             return self._process.wait(GRACE)
@@ -104,13 +104,9 @@ _starting = threading.Lock()
 
 @dataclass(frozen=True)
 class Started:
-    """A reader and the pipes to it."""
-
-    template: Template  # template that it was forked from
-    pid: int  # its process identifier
-    requests: BinaryIO  # pipe to it
-    answers: BinaryIO  # pipe from it
-    life: int  # end of the pipe whose closing ends it
+    template: Template  # that it was forked from
+    pid: int
+    line: socket.socket  # requests to it and answers from it; it ends where this one is closed
 
     def code(self, patience: float) -> int | None:
         """Exit code; None where the reader still runs or the code is unknown.
@@ -129,50 +125,30 @@ class Started:
             time.sleep(PAUSE)
 
     def end(self) -> None:
-        """End the reader, close the pipes, and have the template collect its exit code."""
         with contextlib.suppress(OSError, TemplateEnded):
             if self.template.code(self.pid) is None:
                 os.kill(self.pid, signal.SIGKILL)
                 self.code(1.0)
-        for stream in (self.requests, self.answers):
-            with contextlib.suppress(OSError):
-                stream.close()
-        os.close(self.life)
+        with contextlib.suppress(OSError):
+            self.line.shutdown(socket.SHUT_RDWR)
+        self.line.close()
 
 
 def started(script: str, path: str, memory: int, folder: Path | None) -> Started:
-    """A reader of one file, forked from the template of its library.
-
-    Args:
-        memory: memory that it may take [bytes]
-        folder: folder for its temporary files; None for the usual one
-    """
-    requests, to_reader = os.pipe()
-    from_reader, answers = os.pipe()
-    life, line = os.pipe()
+    """A reader of one file, forked from the template of its library; one that was ended from outside starts again."""
+    ours, theirs = socket.socketpair()
     try:
-        template, pid = _forked(script, (path, memory, folder), (requests, answers, life))
+        with theirs, _starting:
+            template = _templates.get(script)
+            # One of the process that this one was forked from is not ours.
+            if template is not None and template.owner == os.getpid():
+                with contextlib.suppress(TemplateEnded):
+                    return Started(template, template.start(path, memory, folder, theirs), ours)
+            template = _templates[script] = Template(script)
+            return Started(template, template.start(path, memory, folder, theirs), ours)
     except BaseException:
-        for end in (to_reader, from_reader, line):
-            os.close(end)
+        ours.close()
         raise
-    finally:
-        for end in (requests, answers, life):
-            os.close(end)
-    return Started(template, pid, os.fdopen(to_reader, "wb"), os.fdopen(from_reader, "rb"), line)
-
-
-def _forked(script: str, about: tuple[str, int, Path | None], ends: tuple[int, int, int]) -> tuple[Template, int]:
-    """(template, identifier of a new reader); a template that was ended from outside is started again, once."""
-    with _starting:
-        template = _templates.get(script)
-        if template is not None and template.owner != os.getpid():
-            template = None  # it belongs to the process that this one was forked from
-        if template is not None:
-            with contextlib.suppress(TemplateEnded):
-                return template, template.start(*about, ends)
-        template = _templates[script] = Template(script)
-        return template, template.start(*about, ends)
 
 
 @atexit.register
@@ -184,8 +160,6 @@ def _end_all() -> None:
 
 @dataclass(frozen=True)
 class Budget:
-    """Limits of the process."""
-
     # memory beyond that at its start and the size of the file [bytes]; recordings of cars take a tenth
     memory: Annotated[int, "byte"] = 10**9
     seconds: Annotated[float, "s"] = 5.0  # computing time for all answers together [s], to which the next two are added
@@ -216,13 +190,13 @@ class ReaderProcess:
         folder = reading_folder()
         try:
             self._reader = started(str(script.__file__), str(path.absolute()), self._memory + size, folder)
+            self._answers = self._reader.line.makefile("rb")
         except TemplateEnded as end:
             _remove(folder)
             raise self._ended(end.code) from None
         self.close = weakref.finalize(self, _end, self._reader, folder)
 
     def ask(self, request: Mapping[str, object]) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
-        """(answer, the arrays that come with it) to a request."""
         self._seconds += self._more
         try:
             about, arrays = self._answer(json.dumps({**request, "seconds": self._seconds}).encode() + b"\n")
@@ -240,16 +214,14 @@ class ReaderProcess:
             yield answer
 
     def _answer(self, request: bytes) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
-        stdout = self._reader.answers
-        self._reader.requests.write(request)
-        self._reader.requests.flush()
-        if not select.select([stdout], [], [], BUDGET.patience * self._seconds)[0]:
+        self._reader.line.sendall(request)
+        if not select.select([self._reader.line], [], [], BUDGET.patience * self._seconds)[0]:
             raise self._refused(f"it gives no answer within {BUDGET.patience * self._seconds:.0f} s")
-        about = json.loads(stdout.readline())
+        about = json.loads(self._answers.readline())
         arrays = {}
         for name, (kind, shape) in about["arrays"].items():
             dtype, size = np.dtype(_KINDS[kind]), math.prod(shape)
-            data = stdout.read(size * dtype.itemsize)
+            data = self._answers.read(size * dtype.itemsize)
             arrays[name] = np.frombuffer(data, dtype, size).reshape(shape)
         return about, arrays
 
@@ -277,8 +249,6 @@ class ReaderProcess:
 
 
 class MdfProcess(ReaderProcess):
-    """A process that reads one MDF file."""
-
     def __init__(self, path: Path):
         require_library("asammdf", "mdf", "reading an MDF file")
         super().__init__(path, mdf_child, "asammdf", "MDF")

@@ -28,7 +28,6 @@ FASTEST = 60.0
 
 
 def made_from(plan: Plan, loaded: Sequence[Channel], doubts: Doubts) -> list[Channel]:
-    """The channels of a plan from the columns loaded; a channel of which a column is missing is not made."""
     by_name = {channel.name: channel for channel in loaded}
     channels = []
     for pick in plan.picks:
@@ -66,13 +65,11 @@ class Doubts:
         return channel.noted(f"{count} values beyond any physical range taken as missing" if count else "")
 
     def see(self, channel: Channel) -> None:
-        """Record the magnitude of a channel over the next stretch of the recording."""
         finite = channel.values[np.isfinite(channel.values)]
         if len(finite):
             self._most[channel.name] = max(self._most.get(channel.name, 0.0), float(np.abs(finite).max()))
 
     def sentences(self, plan: Plan) -> tuple[str, ...]:
-        """Remarks on the signals of a plan whose unit was assumed."""
         seen = (pick for pick in plan.picks if pick.assumed and pick.name in self._most)
         return tuple(filter(None, (_doubt(pick, self._most[pick.name]) for pick in seen)))
 

@@ -44,7 +44,6 @@ class _Clock:
         self.waiting: list[Stretch] = []
 
     def add(self, channels: list[Channel]) -> None:
-        """Add the channels over the next stretch, as recorded."""
         time = np.asarray(channels[0].time, dtype=float)
         values = {channel.name: _values(channel, time) for channel in channels}
         self.about |= {channel.name: channel for channel in channels}
@@ -66,7 +65,6 @@ class _Clock:
         self.waiting.append((joined[put], {name: each[put] for name, each in columns.items()}))
 
     def first(self) -> float:
-        """First stamp of the waiting samples [s]; infinity where none waits."""
         return float(self.waiting[0][0][0]) if self.waiting else math.inf
 
     def filled(self, samples: int) -> float:
@@ -78,7 +76,6 @@ class _Clock:
         return math.inf
 
     def taken(self, stop: float) -> list[Channel]:
-        """Remove the waiting samples before `stop` [s] and return them as channels."""
         ready: list[Stretch] = []
         while self.waiting and self.waiting[0][0][0] < stop:
             time, values = self.waiting.pop(0)
@@ -223,8 +220,6 @@ STRETCH = 10.0  # Length of a stretch of a part that is read at once [s]
 
 @dataclass(frozen=True)
 class Part:
-    """One file of a drive: its path, the opened file, and the time of its first sample [s]."""
-
     path: Path
     source: Source
     begin: float

@@ -15,8 +15,6 @@ from tierod.io.readers.frames import Log
 
 @dataclass(frozen=True)
 class Column:
-    """One column of a file."""
-
     name: str  # name in the file; unique
     unit: str = ""  # as the file writes it; "" where it has none
     # the name without a unit in it, by which a canonical signal is guessed; the name itself where not given
@@ -26,8 +24,6 @@ class Column:
 
 
 class Piece(NamedTuple):
-    """Some channels over a stretch of the file."""
-
     channels: list[Channel]  # as recorded, under their names in the file; those with common time stamps share the array
     share: float = 0.0  # share of the file that has been read so far, 0 to 1
 
@@ -38,8 +34,6 @@ Lane = Iterator[Piece]
 
 @dataclass(frozen=True)
 class Source:
-    """An opened file."""
-
     columns: tuple[Column, ...]  # its columns
     # gives the named columns, in the file's units, from beginning to end; called again for every reading
     lanes: Callable[[Sequence[str]], list[Lane]]
@@ -69,8 +63,6 @@ def source_of(channels: Sequence[Channel], metadata: Mapping[str, object] | None
 
 @dataclass(frozen=True)
 class Format:
-    """A file format that can be read."""
-
     name: str  # short name, for messages and metadata
     title: str  # name for users, with the usual endings
     endings: tuple[str, ...]  # endings of file names, in lower case, with their point
@@ -83,10 +75,8 @@ class Format:
 
 
 def text_begin(head: bytes) -> bytes:
-    """The beginning of a text without leading byte order mark and white space."""
     return head.removeprefix(b"\xef\xbb\xbf").lstrip()
 
 
 def begins_with(*beginnings: bytes) -> Callable[[bytes, str], bool]:
-    """A test of a format by the first bytes of its files."""
     return lambda head, ending: head.startswith(beginnings)

@@ -85,7 +85,6 @@ class _Table:
             require_plausible_rate((name, unit, floats(batch[name])[:HEAD]) for name, unit in plain)
 
     def channels(self, batch: pa.RecordBatch, names: Sequence[str]) -> list[Channel]:
-        """The named columns of some rows, without those that have no stamp."""
         stamps: dict[str, tuple[np.ndarray, np.ndarray | None, str]] = {}
         notes = self.layout.get("channels", {})
         made = []

@@ -28,8 +28,6 @@ _HEADER, _PACKED = 128, 15  # bytes before the first variable of MATLAB 5, type 
 
 
 class Data(NamedTuple):
-    """A vector or number in the file."""
-
     path: str
     length: int
     unit: str

@@ -27,7 +27,6 @@ class Reader:
             import h5py  # noqa: F401
 
     def answer(self, request: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
-        """(arrays, further metadata): the next part of the listing, or a stretch of some vectors."""
         if self._file is None:
             with open(self._path, "rb") as file:
                 self._file = (_Matlab if file.read(10) == b"MATLAB 5.0" else _Hdf5)(self._path)

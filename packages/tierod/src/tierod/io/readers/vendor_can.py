@@ -172,7 +172,6 @@ def _reader(content: Content, kind: str) -> Iterable[can.Message]:
 
 
 def _frames(rows: Sequence[can.Message], buses: dict[str, int], origin: float | None) -> Frames:
-    """A block of frames, their time counted from the first frame of the log."""
     time = np.array([message.timestamp for message in rows], dtype=float)
     bus = [bus_number(buses, str(message.channel)) for message in rows]
     identifier = [message.arbitration_id | (EXTENDED if message.is_extended_id else 0) for message in rows]

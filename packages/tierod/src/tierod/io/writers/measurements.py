@@ -64,7 +64,6 @@ def write_mf4(spool: Spool, path: str | Path) -> tuple[str, ...]:
 
 
 def require_asammdf() -> None:
-    """Raise MissingExtra where the library that writes MF4 is not installed."""
     try:
         import asammdf  # noqa: F401
     except ImportError:
@@ -89,7 +88,6 @@ MF4 = Writer("MF4", FromSpool(write_mf4), require_asammdf)
 
 
 def require_mcap() -> None:
-    """Raise MissingExtra where the library that writes MCAP is not installed."""
     require_library("mcap", "ros", "writing an MCAP file")
 
 

@@ -23,8 +23,6 @@ ROWS = 1 << 15  # Number of rows that a writer takes at a time
 
 
 class _InMemory:
-    """Numbers of one channel or clock in memory."""
-
     def __init__(self, values: np.ndarray):
         self.values, self.count = np.ascontiguousarray(values, dtype="<f8"), len(values)
 
@@ -59,8 +57,6 @@ _Column = _InMemory | _InFile
 
 @dataclass(frozen=True)
 class SpooledGroup:
-    """Channels that share their time stamps."""
-
     clock: str  # name of the time column
     channels: tuple[Channel, ...]  # the channels, without samples
     count: int  # number of samples of each
@@ -68,15 +64,12 @@ class SpooledGroup:
     _values: tuple[_Column, ...]
 
     def time(self, begin: int, end: int) -> np.ndarray:
-        """The time stamps from `begin` up to `end` [s]."""
         return self._time.part(begin, end)
 
     def values(self, begin: int, end: int) -> list[np.ndarray]:
-        """The samples of every channel from `begin` up to `end`."""
         return [column.part(begin, end) for column in self._values]
 
     def column(self, place: int) -> np.ndarray:
-        """All samples of the channel at a place."""
         return self._values[place].part(0, self.count)
 
     def rows(self) -> Iterator[tuple[np.ndarray, list[np.ndarray]]]:
@@ -97,7 +90,6 @@ class Spool:
 
     @classmethod
     def of(cls, recording: Recording) -> Spool:
-        """The spool of a recording that is in memory and stays there."""
         spool, times = cls(), {id(each.time): _InMemory(each.time) for each in recording.channels.values()}
         spool.metadata |= recording.metadata
         for name, channel in recording.channels.items():
@@ -106,7 +98,6 @@ class Spool:
         return spool
 
     def add(self, piece: Recording) -> None:
-        """Add the next piece."""
         self.metadata |= piece.metadata
         try:
             for channel in piece.channels.values():
@@ -126,7 +117,6 @@ class Spool:
             ) from None
 
     def groups(self) -> tuple[SpooledGroup, ...]:
-        """The channels grouped by their time stamps."""
         if not self._channels:
             raise OutputError(
                 "the recording has no channels, so there is nothing to write; choose channels that it has"
@@ -148,11 +138,9 @@ class Spool:
 
     @property
     def channels(self) -> Mapping[str, Channel]:
-        """The channels without samples, by name."""
         return self._channels
 
     def description(self, found: tuple[SpooledGroup, ...]) -> dict[str, Any]:
-        """Description beside the numbers: layout version, clocks, unit, source and note per channel, metadata."""
         origin = self.metadata.get("origin", 0.0)
         metadata = {key: value for key, value in self.metadata.items() if key not in _OF_READING}
         return {
@@ -174,5 +162,4 @@ class FromSpool:
     spooled: Callable[[Spool, str | Path], tuple[str, ...]]
 
     def __call__(self, recording: Recording, path: str | Path) -> None:
-        """Write a recording, see `Writer.write`."""
         self.spooled(Spool.of(recording), path)
