@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -33,7 +34,7 @@ from tierod.report.charts.figure import (
     summary,
     upright,
 )
-from tierod.report.display import INTERVAL, bracketed, number, time_scale, words
+from tierod.report.display import INTERVAL, alarm_from, bracketed, number, time_scale, words
 
 DEVIATION = "_standard_deviation"
 _CONSISTENT = (
@@ -51,6 +52,13 @@ _OF_ELEMENTS = ("state_of_", "supplied_", "deviation_of_supplied_")
 _INNOVATIONS = ("innovation", "normalised_innovation", "nis", "nees")
 
 
+class Limit(NamedTuple):
+    """A threshold, and whether the rule alarms below it."""
+
+    level: float
+    below: bool
+
+
 def main_names(diagnosis: Diagnosis) -> list[str]:
     """Traces that are estimates: those with a standard deviation."""
     return [name for name in diagnosis.traces if name + DEVIATION in diagnosis.traces]
@@ -63,13 +71,9 @@ def estimate_figures(diagnosis: Diagnosis) -> list[Figure]:
 def signal_figure(diagnosis: Diagnosis) -> Figure | None:
     """All recorded signals of the drive, one strip each above a common time axis; None without signals."""
     recorded = [name for name, trace in diagnosis.traces.items() if name in SIGNALS and np.isfinite(trace.mean).any()]
-    return _strips(
-        diagnosis,
-        [name for name in recorded if name not in main_names(diagnosis)],
-        "signals",
-        "The drive",
-        "Line: mean of each bin. Shading: lowest to highest value, so that no peak is hidden. Gaps: missing samples.",
-    )
+    caption = "Line: mean of each bin. Shading: lowest to highest value: no peak is hidden. Gaps: missing samples."
+    names = [name for name in recorded if name not in main_names(diagnosis)]
+    return strips(diagnosis, names, ("signals", "The drive", caption, ""))
 
 
 def result_figure(diagnosis: Diagnosis) -> Figure | None:
@@ -83,25 +87,18 @@ def result_figure(diagnosis: Diagnosis) -> Figure | None:
         *(f"true_{name}" for name in mains),
     }
     others = [name for name in diagnosis.traces if name not in taken and name not in SIGNALS]
-    return _strips(
-        diagnosis,
-        [name for name in others if not name.startswith((*_INNOVATIONS, *_OF_ELEMENTS))],
-        "results",
-        "Further results over time" if mains else "Results over time",
-        "Line: mean of each bin. Shading: lowest to highest value. Gaps: not known.",
-    )
+    title = "Further results over time" if mains else "Results over time"
+    caption = "Line: mean of each bin. Shading: lowest to highest value. Gaps: not known."
+    names = [name for name in others if not name.startswith((*_INNOVATIONS, *_OF_ELEMENTS))]
+    return strips(diagnosis, names, ("results", title, caption, ""))
 
 
 def innovation_figure(diagnosis: Diagnosis) -> Figure | None:
     """Innovations (measurement minus prediction), one strip each."""
-    return _strips(
-        diagnosis,
-        [name for name in diagnosis.traces if name.startswith(_INNOVATIONS)],
-        "innovations",
-        "Innovations over time",
-        "Measured less predicted, over its own standard deviation (squared: NIS)."
-        + ("" if diagnosis.remarks.get("consistency") else _CONSISTENT),
-    )
+    caption = "Measured less predicted, over its own standard deviation (squared: NIS)."
+    caption += "" if diagnosis.remarks.get("consistency") else _CONSISTENT
+    names = [name for name in diagnosis.traces if name.startswith(_INNOVATIONS)]
+    return strips(diagnosis, names, ("innovations", "Innovations over time", caption, ""))
 
 
 def span(diagnosis: Diagnosis) -> tuple[float, float]:
@@ -265,37 +262,75 @@ def _alternative(title: str, mean: np.ndarray, label: str, levels: list[tuple[st
     return text + (f"; levels: {judged}." if judged else ".")
 
 
-def _strips(diagnosis: Diagnosis, names: list[str], name: str, title: str, caption: str) -> Figure | None:
+def strips(
+    diagnosis: Diagnosis,
+    names: list[str],
+    look: tuple[str, str, str, str],
+    limits: Mapping[str, Sequence[Limit]] | None = None,
+) -> Figure | None:
+    """Traces above each other over a common time axis; None where there are none.
+
+    Args:
+        look: name, title, caption, and the alternative without its end
+        limits: thresholds of each trace; where given, bins beyond them and the times of the verdict are marked
+    """
     if not names:
         return None
-    per_second, clock = time_scale(span(diagnosis)[1] - span(diagnosis)[0])
-    height = 110 * len(names) + 70
+    first, last = span(diagnosis)
+    per_second, clock = time_scale(last - first)
+    each_height, above = (110, {}) if limits is None else (130, limits)
+    height = each_height * len(names) + 70
     data: list[dict[str, Any]] = []
     axes: dict[str, Any] = {}
-    shapes: list[dict[str, Any]] = []
-    rows, titles = [], []
+    shapes, notes = ([], []) if limits is None else verdict_marks(diagnosis, per_second, 1.0 - 30.0 / height)
+    rows = []
     for index, each in enumerate(names):
         trace = merged(diagnosis.traces[each])
         factor, label = shown(trace.unit)
-        suffix = "" if index == 0 else str(index + 1)
-        share, gap = 1.0 / len(names), 26.0 / height
-        domain = [1.0 - (index + 1) * share, 1.0 - index * share - gap]
-        axes[f"yaxis{suffix}"] = axis("", domain=domain, nticks=4)
-        data += strip(trace, per_second, factor, label, f"y{suffix}")
-        titles.append(strip_title(bracketed(words(each), label), domain[1]))
+        place = f"y{'' if index == 0 else index + 1}"
+        domain = [1.0 - (index + 1) / len(names), 1.0 - index / len(names) - 26.0 / height]
+        axes[place.replace("y", "yaxis")] = axis("", domain=domain, nticks=4)
+        data += [
+            *strip(trace, per_second, factor, label, place),
+            *_beyond(trace, per_second, factor, above.get(each, ()), place),
+        ]
         edges = (-INTERVAL, INTERVAL) if each.startswith("normalised_innovation") else ()
-        shapes += [across(edge, GREY, 1, yref=f"y{suffix}") for edge in edges]
+        shapes += [across(edge, GREY, 1, yref=place) for edge in edges]
+        shapes += [across(limit.level * factor, RED, 1.2, yref=place) for limit in above.get(each, ())]
+        told = alarm_from(tuple(limit.level * factor for limit in above.get(each, ())), _lower(above.get(each, ())))
+        notes.append(strip_title(", ".join(filter(None, (bracketed(words(each), label), told))), domain[1]))
         rows.append(summary(words(each), trace, factor, label))
-    bottom = f"y{len(names)}" if len(names) > 1 else "y"
-    axes["xaxis"] = axis(f"time [{clock}]", range=[per_second * end for end in span(diagnosis)], anchor=bottom)
+    axes["xaxis"] = axis(f"time [{clock}]", range=[per_second * first, per_second * last], anchor=place)
+    name, title, caption, alternative = look
     return Figure(
         name=name,
         title=title,
         caption=caption,
-        alternative=f"{title}: {', '.join(map(words, names))} over time; ranges in the table beneath.",
+        alternative=f"{alternative or title}: {', '.join(map(words, names))} over time; ranges in the table beneath.",
         data=data,
-        layout=layout(height, hovermode="x", showlegend=False, shapes=shapes, annotations=titles, **axes),
+        layout=layout(height, hovermode="x", showlegend=False, shapes=shapes, annotations=notes, **axes),
         height=height,
         summary=rows,
         timed=True,
     )
+
+
+def _lower(limits: Sequence[Limit]) -> bool:
+    return bool(limits) and all(limit.below and limit.level > 0.0 for limit in limits)
+
+
+def _beyond(
+    trace: Trace, per_second: float, factor: float, limits: Sequence[Limit], place: str
+) -> list[dict[str, Any]]:
+    """A red mark over every bin beyond one of the thresholds."""
+    # The extremes of each bin are tested, because its mean can hide an exceedance.
+    lower, upper = np.asarray(trace.lower, float), np.asarray(trace.upper, float)
+    extreme = np.full(len(upper), np.nan)
+    for level, low in limits:
+        side = lower if low else upper
+        extreme = np.where(np.isnan(extreme) & ((side <= level) if low else (side >= level)), side, extreme)
+    if not np.isfinite(extreme).any():
+        return []
+    marks = {"mode": "markers", "marker": {"color": RED, "size": 4}, "hoverinfo": "skip", "yaxis": place}
+    marks |= drawn_as("beyond", trace, per_second, factor, limits=[list(each) for each in limits])
+    return [line(centres(trace, per_second), factor * extreme, RED, "alarm", **marks)]
