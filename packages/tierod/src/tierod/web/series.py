@@ -10,12 +10,13 @@ import json
 import struct
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
-from functools import lru_cache, reduce
+from functools import lru_cache
 from pathlib import Path
 from typing import IO, NamedTuple
 
 import numpy as np
 
+from tierod.core.decimation import extremes
 from tierod.core.errors import InputError
 from tierod.core.files import write_text
 from tierod.core.recording import Channel, Recording
@@ -26,9 +27,6 @@ FIRST, FACTOR = 16, 4
 
 LEAST_BINS = 256
 """Smallest number of bins of a level; coarser levels are not made."""
-
-FEW = 8
-"""Largest number of neighbours that are compared column by column."""
 
 MOST_MAPPED = 512
 """Largest number of files of a recording that stay mapped into memory."""
@@ -171,31 +169,12 @@ def _write_levels(folder: Path, kept: Kept) -> None:
     widths = _widths(len(values))
     if not widths:
         return
-    lower, upper = _coarser(values, values, FIRST)
+    lower, upper = extremes(values, values, FIRST)
     for level, _ in enumerate(widths, 1):
         if level > 1:
-            lower, upper = _coarser(lower, upper, FACTOR)
+            lower, upper = extremes(lower, upper, FACTOR)
         content = np.stack([lower, upper], axis=1).astype("<f4")
         (folder / f"c{kept.file}.l{level}").write_bytes(content.tobytes())
-
-
-def _coarser(lower: np.ndarray, upper: np.ndarray, width: int) -> tuple[np.ndarray, np.ndarray]:
-    """Minima and maxima of groups of neighbours; NaN where all are missing. The last group may be smaller."""
-    whole = len(lower) - len(lower) % width
-    parts = [(_neighbours(np.fmin, lower[:whole], width), _neighbours(np.fmax, upper[:whole], width))]
-    if whole < len(lower):
-        parts.append((np.fmin.reduce(lower[whole:], keepdims=True), np.fmax.reduce(upper[whole:], keepdims=True)))
-    low, high = zip(*parts, strict=True)
-    return np.concatenate(low), np.concatenate(high)
-
-
-def _neighbours(of: np.ufunc, values: np.ndarray, width: int) -> np.ndarray:
-    rows = values.reshape(-1, width)
-    if width > FEW:
-        found: np.ndarray = of.reduce(rows, axis=1)
-        return found
-    # Reducing along short rows, numpy is ten times as slow as over whole columns.
-    return reduce(of, [rows[:, place] for place in range(width)])
 
 
 @dataclass
@@ -253,7 +232,7 @@ class SeriesReader:
             edges, lower = time[begin:end], values[begin:end]
             upper = lower
         step = max(len(lower) // points, 1)
-        low, high = _coarser(np.asarray(lower, float), np.asarray(upper, float), step)
+        low, high = extremes(np.asarray(lower, float), np.asarray(upper, float), step)
         return Window(np.asarray(edges[::step]), low, high, False)
 
     def recording(self, names: Iterable[str], start: float, stop: float) -> Recording:
