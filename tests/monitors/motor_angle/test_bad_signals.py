@@ -5,7 +5,6 @@ import pytest
 
 from exact_vehicle import diagnose
 from monitors.motor_angle.monitored import COLUMN, FAULT_FREE, changed, recording
-from said import said
 from tierod.core.findings import Status
 from tierod.physics.clarke_park import StatorVector, inverse_clarke
 
@@ -56,5 +55,5 @@ def test_a_gain_that_grows_does_not_accuse_the_angle_sensor_alone(signal):
     growth = np.clip(np.linspace(-0.5, 1.0, len(values)), 0.0, 1.0)
     found = finding(changed(**{signal: values * (1.0 + growth)}))
     assert found.status in (Status.FAULT, Status.SUSPECT)
-    assert "urrents and voltages" in said(found)
+    assert "currents and voltages" in found.cause
     assert "contradict the model of the motor" in found.cause or "either may be wrong" in found.cause

@@ -7,7 +7,7 @@ import pytest
 
 from exact_vehicle import diagnose
 from monitors.motor_angle.monitored import COLUMN, FAULT_FREE, changed, recording
-from said import said
+from said import estimated, said
 from tierod.core.findings import Status
 from tierod.diagnosis.fault_memory import FaultMemory
 from tierod_lab.papers.motor_angle.bench import RATE, drive
@@ -40,7 +40,7 @@ def noisy(degrees, until=math.inf):
 def test_noise_of_the_angle_has_its_size(degrees, tmp_path):
     found = finding(noisy(degrees), memory=tmp_path / "memory.json")
     assert found.status is Status.FAULT
-    assert "The readings of the motor's angle sensor have noise of " in said(found)
+    assert f"the readings of the motor's angle sensor have noise of {estimated(found)} mechanical" in said(found)
     assert math.degrees(found.estimate.value) == pytest.approx(degrees, rel=0.05)
     assert found.estimate.quantity.startswith("noise of the readings")
     assert found.since < 0.1
@@ -51,7 +51,7 @@ def test_noise_of_the_angle_has_its_size(degrees, tmp_path):
 
 def test_noise_that_ended_has_an_end():
     found = finding(noisy(1.0, until=4.0))
-    assert "have noise of 1.0" in said(found)
+    assert math.degrees(found.estimate.value) == pytest.approx(1.0, rel=0.05)
     assert found.end == pytest.approx(4.0, abs=0.05)
 
 
@@ -72,7 +72,7 @@ def test_a_leap_of_the_angle_is_no_noise():
 
 def test_currents_that_grow_alike_are_blamed_and_not_the_angle(tmp_path):
     found = finding(times(1.0 + np.clip(TIME / 3.0 - 1.0, 0.0, 1.0), CURRENTS), memory=tmp_path / "memory.json")
-    assert "Currents and voltages contradict the model of the motor; they fit " in said(found)
+    assert "currents and voltages contradict the model of the motor; they fit " in found.cause
     assert "as with currents" in found.cause
     assert "angle sensor" not in said(found) + found.action
     assert found.estimate is None

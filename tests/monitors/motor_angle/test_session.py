@@ -6,7 +6,7 @@ import pytest
 
 from exact_vehicle import diagnose
 from monitors.motor_angle.monitored import COLUMN, FAULT_FREE, changed, recording, vehicle_with
-from said import said
+from said import estimated, said
 from tierod.core.errors import InputError
 from tierod.core.findings import Status
 from tierod.core.recording import Channel, Recording
@@ -123,8 +123,8 @@ def test_a_zero_that_leaps_beside_a_slow_motor_accuses_no_currents(tmp_path):
     late = np.arange(len(samples)) >= slow
     true = 4.0 * (samples[:, COLUMN["motor_angle_mechanical"]] - np.where(late, leap.offset(np.zeros(1)), 0.0))
     jumped = finding(samples)
-    known_to = math.degrees(jumped.estimate.standard_deviation)
-    assert f"by a step of +12.0 ± {known_to:.1f}° electrical" in said(jumped)
+    assert math.degrees(jumped.estimate.value) == pytest.approx(12.0, abs=0.1)
+    assert f"by a step of {estimated(jumped)} electrical" in said(jumped)
     assert jumped.since == pytest.approx(slow / RATE, abs=0.1)
     samples[:, COLUMN["resolver_sine"]], samples[:, COLUMN["resolver_cosine"]] = np.sin(true), np.cos(true)
     diagnosis = diagnosed(samples, memory=tmp_path / "memory.json")

@@ -11,7 +11,6 @@ import numpy as np
 
 from tierod.core.block import Scalar, leaves
 from tierod.core.errors import InputError, ParameterError
-from tierod.core.facts import verdict_of
 from tierod.core.findings import Status
 from tierod.core.graph import Result, scan
 from tierod.core.graph.maths import absolute, both, greatest_of, maximum, present, where
@@ -371,10 +370,10 @@ class MotorAngleSession(BlockSession):
 
     def conclude(self) -> Conclusion:
         drive, courses = self._figures.drive(), self._figures.courses
-        finding = judge(drive, self.vehicle)
+        verdict = judge(drive, self.vehicle)
         # A wrong recording is no fault of the sensor and must not enter the fault memory.
-        if finding.status is Status.NOT_TESTABLE:
-            return Conclusion(verdict_of(finding))
+        if verdict.status is Status.NOT_TESTABLE:
+            return Conclusion(verdict)
         root = root_of(drive)
         disturbed = root in DISTURBING or (root == "angle" and "model" in drive.starts and drive.surprised < PASSING)
         mute = "motor-angle-stuck" if root == "model" else "motor-currents" if disturbed else ""
@@ -384,7 +383,7 @@ class MotorAngleSession(BlockSession):
         if root is not None and isolated in BY_NAME and BY_NAME[isolated].code != BY_NAME[root].code:
             codes[BY_NAME[isolated].code] = courses.of_code(BY_NAME[root].code)
             codes[BY_NAME[root].code] = courses.of_code(BY_NAME[root].code, mute=True)
-        return Conclusion(verdict_of(finding), course=tuple(courses.course), code_courses=codes)
+        return Conclusion(verdict, course=tuple(courses.course), code_courses=codes)
 
 
 def _stood(values: np.ndarray, fresh: np.ndarray, samples: int) -> np.ndarray:
@@ -424,14 +423,7 @@ def _required(voltages: str) -> tuple[str, ...]:
 def _variant(voltages: str, summary: str) -> Variant:
     source = f"beyond {PAPER}; docs/explanation/motor-angle.md"
     opener = partial(_open, voltages)
-    return Variant(
-        VARIANTS[voltages],
-        summary,
-        source,
-        opener,
-        tuple(each.decision for each in ALARMS),
-        required=_required(voltages),
-    )
+    return Variant(VARIANTS[voltages], summary, source, opener, DECISIONS, required=_required(voltages))
 
 
 MOTOR_ANGLE = Monitor(

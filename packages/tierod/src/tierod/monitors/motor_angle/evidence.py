@@ -9,6 +9,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tierod.core.facts import ESTIMATE
 from tierod.core.findings import Status
 from tierod.core.graph import Result
 from tierod.core.statement import STATUSES, code_of
@@ -86,21 +87,16 @@ class Shape(NamedTuple):
 
     def in_words(self, step: bool) -> str:
         """The error as the end of a sentence: "differs ... by"; `step` where it began at once."""
-        known_to = f" ± {math.degrees(self.deviation):.1f}°"
-        if self.kind == OFFSET:
-            return f"by {'a step of ' if step else ''}{math.degrees(self.size):+.1f}{known_to} electrical"
-        if self.kind == DRIFT:
-            return f"by a drift of {math.degrees(self.size):+.1f}{known_to}/s electrical"
-        if self.kind == GAIN:
-            return f"by a gain of {self.size:.3f} ± {self.deviation:.1g}, so that its error grows with the angle"
-        if self.kind == RIPPLE:
-            about = f", about a mean of {math.degrees(self.mean):+.1f}°" if abs(self.mean) > QUIET else ""
-            size = f"{math.degrees(self.size):.1f}{known_to} electrical"
-            return f"by a ripple of {size}, {self.order} per turn of the shaft{about}"
-        if self.kind == NOISE:
-            size = f"{math.degrees(self.size):.2f} ± {math.degrees(self.deviation):.2f}°"
-            return f"of {size if self.size < SATURATED else f'more than {math.degrees(SATURATED):.0f}°'} mechanical"
-        return f"by {math.degrees(self.size):.1f}{known_to} electrical rms"
+        about = f", about a mean of {math.degrees(self.mean):+.1f}°" if abs(self.mean) > QUIET else ""
+        noise = ESTIMATE if self.size < SATURATED else f"more than {math.degrees(SATURATED):.0f}°"
+        return {
+            OFFSET: f"by {'a step of ' if step else ''}{ESTIMATE} electrical",
+            DRIFT: f"by a drift of {ESTIMATE} electrical",
+            GAIN: f"by a gain of {ESTIMATE}, so that its error grows with the angle",
+            RIPPLE: f"by a ripple of {ESTIMATE} electrical, {self.order} per turn of the shaft{about}",
+            SCATTER: f"by {ESTIMATE} electrical rms",
+            NOISE: f"of {noise} mechanical",
+        }[self.kind]
 
 
 class NoiseCourse:
@@ -427,7 +423,7 @@ class DriveFigures:
         residual, nis = result["estimate.angle_residual_electrical"], result["estimate.nis"]
         self.seen += len(residual)
         self.known += int(known.sum())
-        self.residuals += _powers(residual[counts])
+        self.residuals += (counts.sum(), residual[counts].sum(), residual[counts] @ residual[counts])
         angle, total = (result[f"{name}"][counts] for name in ("estimate.motor_angle", "compared.angle_sum"))
         self._course.add(time[counts], residual[counts], angle, total)
         self._noise.add(time, signals["motor_angle_mechanical"])
@@ -537,7 +533,3 @@ class DriveFigures:
 
 def _complex(vector: StatorVector[NDArray[np.float64]]) -> NDArray[np.complex128]:
     return vector.alpha + 1j * vector.beta
-
-
-def _powers(values: np.ndarray) -> tuple[float, float, float]:
-    return len(values), float(values.sum()), float((values**2).sum())

@@ -1,11 +1,12 @@
-"""The finding over a drive: root cause of its alarms, isolated part, since when, and defects of the recording."""
+"""The verdict over a drive: root cause of its alarms, isolated part, since when, and defects of the recording."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import replace
 
-from tierod.core.findings import Episode, Estimate, Finding, Status
+from tierod.core.facts import ESTIMATE, Fact, Verdict, shortened
+from tierod.core.findings import Episode, Estimate, Status
 from tierod.monitors.motor_angle.alarms import ALARMS, BY_NAME
 from tierod.monitors.motor_angle.balance import FITS
 from tierod.monitors.motor_angle.evidence import (
@@ -45,48 +46,73 @@ FEW_LEAPS = 3
 STALLING = math.radians(45.0)
 """Offset from which a drive may not follow its target: its torque falls with the cosine [rad]."""
 
-ONCE = (
-    "currents, voltages and the changes of the angle contradicted each other for a moment, and agree again",
-    "check whether the zero of the angle sensor jumped while the motor was slow; then the motor's flux and resistance",
-)
-"""Cause and action of `model` where the contradiction has passed and the sensor agrees."""
-
-UNKNOWN = (
-    "currents, voltages and the changes of the angle contradicted each other for a moment; the motor has turned too "
-    "little since then to show whether the zero of the angle sensor has moved",
-    "record faster or longer steering, and judge again; then check the zero of the angle sensor, and its line",
-)
-"""Cause and action of `model` where the contradiction has passed and the sensor could not be compared since."""
-
-SENSOR_ALONE = (
-    "the motor's angle contradicts currents and voltages, which fit each other",
-    "check the sensor and its line: sign, noise, and the unit of motor_angle_mechanical in the channel map",
-)
-"""Cause and action of `model` where the induced voltage rotates as its magnitude requires."""
-
-UNSETTLED = (
-    "the angle sensor differs from the angle that currents and voltages give, and these contradict each other too: "
-    "either may be wrong",
-    "check sign, gain and phases of currents and voltages, and the sensor's magnet and its zero",
-)
-"""Cause and action of `angle` and `speed` where the induced voltage rotates otherwise than its magnitude requires."""
-
-NOISY_SENSOR = ("the readings of the motor's angle sensor have noise", "check the sensor, its line and its resolution")
-"""Cause and action of an alarm that noise of the readings explains."""
+CASES = {
+    each.name: each
+    for each in (
+        *(Fact(each.name, each.cause, each.reason, each.action) for each in ALARMS),
+        Fact(
+            "once",
+            "currents, voltages and the changes of the angle contradicted each other for a moment, and agree again",
+            "a contradiction of currents and angle passed",
+            "check whether the zero of the angle sensor jumped while the motor was slow; then the motor's flux and "
+            "resistance",
+        ),
+        Fact(
+            "unknown",
+            "currents, voltages and the changes of the angle contradicted each other for a moment; the motor has "
+            "turned too little since then to show whether the zero of the angle sensor has moved",
+            "a contradiction of currents and angle passed",
+            "record faster or longer steering, and judge again; then check the zero of the angle sensor, and its line",
+        ),
+        Fact(
+            "sensor alone",
+            "the motor's angle contradicts currents and voltages, which fit each other",
+            "the angle contradicts currents and voltages",
+            "check the sensor and its line: sign, noise, and the unit of motor_angle_mechanical in the channel map",
+        ),
+        Fact(
+            "unsettled",
+            "the angle sensor differs from the angle that currents and voltages give, and these contradict each other "
+            "too: either may be wrong{together}",
+            "angle, currents and voltages contradict each other",
+            "check sign, gain and phases of currents and voltages, and the sensor's magnet and its zero",
+        ),
+        Fact(
+            "noise",
+            "the readings of the motor's angle sensor have noise",
+            "",
+            "check the sensor, its line and its resolution",
+        ),
+        Fact(
+            "other target",
+            "the motor's angle stays away from target_motor_angle_mechanical, though currents and voltages confirm "
+            "the sensor: the target is not the one that the motor follows, or the motor cannot follow it",
+            "the motor does not follow its target",
+            "check sign and scale of the target in the channel map, and its time stamps; then the control and the "
+            "load of the motor",
+        ),
+        Fact(
+            "slow",
+            f"the motor turned fast enough for {{known:.1f}} s only, {LEAST_KNOWN:g} s are needed",
+            "turned fast enough for {known:.1f} s only",
+            "record faster or longer steering; below about 10 rad/s at the shaft the currents do not determine the "
+            "angle",
+        ),
+        Fact(
+            "untwisted",
+            "the angles of motor, steering wheel and pinion are not compared: without driver_torque the twist of the "
+            "torsion bar between them is unknown",
+        ),
+        Fact("noisy", "the readings of the angle sensor have noise of {noise:.2f}° mechanical, above {limit:.2f}°"),
+    )
+}
+"""Sentences of the findings, by case; those of the alarms by their names."""
 
 PASSED, UNDECIDED = "passed", "undecided"
 """A contradiction that has passed; one in which neither the sensor nor currents and voltages are isolated."""
 
 FROM_NOISE = ("model", "backwards", "angle", "speed", "electrical.angle_gradient", "not_following")
 """Alarms that noise of the readings can raise."""
-
-CONFIRMED = (
-    "the motor's angle stays away from target_motor_angle_mechanical, though currents and voltages confirm the "
-    "sensor: the target is not the one that the motor follows, or the motor cannot follow it",
-    "check sign and scale of the target in the channel map, and its time stamps; then the control and the load of the "
-    "motor",
-)
-"""Cause and action of `not_following` where the sensor turns as the currents indicate."""
 
 MOST_TORQUE = 10.0
 """Upper bound of a plausible driver's torque [N m]; power steering keeps it below 5."""
@@ -160,33 +186,32 @@ def isolated_by(root: str, drive: Drive) -> str:
     return "model" if agrees else UNDECIDED
 
 
-def cause_of(root: str, drive: Drive, vehicle: Vehicle) -> tuple[str, str]:
-    """Cause and action of the root alarm."""
+def fact_of(root: str, drive: Drive, vehicle: Vehicle) -> Fact:
+    """What the root alarm means."""
     root = isolated_by(root, drive)
     if root == NOISE:
-        return NOISY_SENSOR
+        return CASES["noise"]
     if root == UNDECIDED:
-        return UNSETTLED[0] + _together(drive), UNSETTLED[1]
+        return CASES["unsettled"].filled(together=_together(drive))
     if root == PASSED:
-        return ONCE if drive.rms_since_model < FIVE_DEGREES else UNKNOWN
+        return CASES["once" if drive.rms_since_model < FIVE_DEGREES else "unknown"]
     if root == "model" and drive.voltages == MEASURED and drive.contradicting < FITS:
-        return SENSOR_ALONE
+        return CASES["sensor alone"]
     confirmed = drive.known >= LEAST_KNOWN and drive.rms < FIVE_DEGREES
     if root == "not_following" and confirmed and set(drive.starts) <= {root, "plausibility"}:
-        return CONFIRMED
-    cause, action = BY_NAME[root].cause, BY_NAME[root].action
+        return CASES["other target"]
+    found = CASES[root]
     if root in COMPARED and drive.shape is not None:
         # The shape describes the difference of the angles, whichever of both alarms came first, and so the remedy.
         turns_otherwise = drive.shape.kind in (DRIFT, GAIN)
-        cause, action = BY_NAME["angle"].cause, BY_NAME["speed" if turns_otherwise else "angle"].action
+        return replace(CASES["angle"], action=CASES["speed" if turns_otherwise else "angle"].action)
     if root == "plausibility":
-        cause += f"; {SUSPECTS.get(drive.suspect, 'which of them is wrong')}" + (
-            " is the wrong one" if drive.suspect else " cannot be decided"
-        )
-        cause += _or_torque(drive, vehicle)
+        wrong = SUSPECTS.get(drive.suspect, "which of them is wrong")
+        decided = "is the wrong one" if drive.suspect else "cannot be decided"
+        return replace(found, cause=f"{found.cause}; {wrong} {decided}{_or_torque(drive, vehicle)}")
     if root == "model" and drive.departure:
-        cause += f"; they fit {drive.departure}"
-    return cause, action
+        return replace(found, cause=f"{found.cause}; they fit {drive.departure}")
+    return found
 
 
 def _together(drive: Drive) -> str:
@@ -205,11 +230,6 @@ def _or_torque(drive: Drive, vehicle: Vehicle) -> str:
     return f", or driver_torque is off by up to {torque:.1f} N·m, so that the twist of the torsion bar is wrong"
 
 
-UNTWISTED = (
-    "the angles of motor, steering wheel and pinion are not compared: without driver_torque the twist of the torsion "
-    "bar between them is unknown"
-)
-
 DIFFERENCE = "difference of the motor's angle sensor from the angle that its currents give, electrical"
 
 ENDED = 1.0
@@ -219,79 +239,71 @@ NOT_THE_SENSOR = ("model", "angle", "speed", "stuck", "backwards", "not_followin
 """Alarms that a wrong recording can raise."""
 
 
-def judge(drive: Drive, vehicle: Vehicle) -> Finding:
-    """The finding over a drive, with remarks on the voltages behind it."""
-    finding = _judged(drive, vehicle)
-    remarks: tuple[str, ...] = (UNTWISTED,) if drive.untwisted else ()
+def judge(drive: Drive, vehicle: Vehicle) -> Verdict:
+    """The verdict over a drive, with remarks on the voltages behind it."""
+    notes = [CASES["untwisted"]] if drive.untwisted else []
     if drive.noise > drive.noise_limit and not drive.starts:
         noise, limit = math.degrees(drive.noise), math.degrees(drive.noise_limit)
-        remarks += (f"the readings of the angle sensor have noise of {noise:.2f}° mechanical, above {limit:.2f}°",)
-    return replace(finding, warnings=(*finding.warnings, *remarks, *inverter_remarks(drive.lost, drive.voltages)))
+        notes.append(CASES["noisy"].filled(noise=noise, limit=limit))
+    notes += (Fact("inverter", each) for each in inverter_remarks(drive.lost, drive.voltages))
+    return replace(_judged(drive, vehicle), facts=tuple(notes))
 
 
 def _wrong_recording(drive: Drive, vehicle: Vehicle) -> tuple[str, str] | None:
+    """Cause and action of an error of the recording that prevents a judgement of the sensor; None without one."""
     if wrong := wrong_scale(drive, vehicle["motor_pole_pairs"]):
         return wrong
     suspect = root_of(drive) in NOT_THE_SENSOR or (not drive.starts and drive.known < LEAST_KNOWN)
     if drive.misread is not None and suspect:
         return drive.misread
-    if drive.lost is not None and suspect:
-        return knee_beyond(drive.lost)
-    return None
+    return knee_beyond(drive.lost) if drive.lost is not None and suspect else None
 
 
-def _judged(drive: Drive, vehicle: Vehicle) -> Finding:
+def _judged(drive: Drive, vehicle: Vehicle) -> Verdict:
     evidence = _evidence(drive)
     if wrong := _wrong_recording(drive, vehicle):
         cause, action = wrong
-        headline = f"The motor's angle cannot be judged: {cause}."
-        return Finding(drive.monitor, Status.NOT_TESTABLE, headline, evidence=evidence, cause=cause, action=action)
+        reason = shortened(cause) or "the recording does not fit the motor"
+        fact = Fact("recording", cause, reason, action)
+        return Verdict(drive.monitor, Status.NOT_TESTABLE, (fact,), evidence=evidence)
     if drive.starts:
         return _fault(drive, vehicle, evidence)
     estimate = None
     if drive.counted:
-        estimate = Estimate(
-            DIFFERENCE, drive.offset, drive.offset_deviation, "rad", {"smallest offset worth an alarm": FIVE_DEGREES}
-        )
+        limit = {"smallest offset worth an alarm": FIVE_DEGREES}
+        estimate = Estimate(DIFFERENCE, drive.offset, drive.offset_deviation, "rad", limit)
     if drive.known < LEAST_KNOWN:
-        cause = f"the motor turned fast enough for {drive.known:.1f} s only, {LEAST_KNOWN:g} s are needed"
-        headline = f"The sensor of the motor's angle was not judged: {cause}."
-        action = (
-            "record faster or longer steering; below about 10 rad/s at the shaft the currents do not determine the "
-            "angle"
-        )
-        return Finding(drive.monitor, Status.NOT_ENABLED, headline, None, estimate, evidence, cause, action)
-    headline = (
-        f"The sensor of the motor's angle is healthy: over {drive.known:.1f} s of turning it differs by "
-        f"{math.degrees(drive.offset):+z.1f} ± {math.degrees(drive.offset_deviation):.1f}° electrical from the angle "
-        "that currents and "
-        f"{'voltages' if drive.lost is None else 'commanded voltages'} give."
-    )
-    return Finding(drive.monitor, Status.HEALTHY, headline, None, estimate, evidence, action="none")
+        because = (CASES["slow"].filled(known=drive.known),)
+        return Verdict(drive.monitor, Status.NOT_ENABLED, because, estimate, evidence=evidence)
+    voltages = "voltages" if drive.lost is None else "commanded voltages"
+    differs = f"over {drive.known:.1f} s of turning it differs by {ESTIMATE} electrical from the angle that currents"
+    details = (f"{differs} and {voltages} give",)
+    because = (Fact("healthy", "", action="none"),)
+    return Verdict(drive.monitor, Status.HEALTHY, because, estimate, evidence=evidence, details=details)
 
 
-def _fault(drive: Drive, vehicle: Vehicle, evidence: dict[str, float]) -> Finding:
+def _fault(drive: Drive, vehicle: Vehicle, evidence: dict[str, float]) -> Verdict:
     root = root_of(drive)
     assert root is not None
-    cause, action = cause_of(root, drive, vehicle)
-    isolated = isolated_by(root, drive)
+    fact, isolated = fact_of(root, drive, vehicle), isolated_by(root, drive)
     # The difference from the observer is the magnitude of the fault only where it decided.
     shape = drive.shape if isolated in (*COMPARED, NOISE) else None
-    by = "" if shape is None else f" {shape.in_words(drive.settled)}"
     episode, seen = _episode(root, drive)
-    headline = f"{cause[0].upper()}{cause[1:]}{by}, {_when(episode, seen)}."
-    return Finding(
+    details = [_when(episode, seen)]
+    if shape is not None:
+        details.insert(0, f"{fact.cause} {shape.in_words(drive.settled)}")
+        fact = replace(fact, reason="")  # the estimate says more
+    return Verdict(
         drive.monitor,
         Status.SUSPECT if isolated == UNDECIDED else Status.FAULT,
-        headline,
-        episode.start,
+        (fact,),
         None if shape is None else _magnitude(shape),
+        episode.start,
         evidence,
-        cause,
-        action,
-        decided_by=(BY_NAME[root].decision.name,),
-        declared=episode.declared,
-        end=episode.end,
+        tuple(details),
+        (BY_NAME[root].decision.name,),
+        episode.declared,
+        episode.end,
     )
 
 
