@@ -8,21 +8,14 @@ import numpy as np
 
 
 class Places(NamedTuple):
-    """Positions of the times of a grid among the time stamps of a channel, (n,) each.
+    """Positions of the times of a grid among the time stamps of a channel, (n,) each."""
 
-    Args:
-        before: indices of the latest samples up to the times of the grid
-        age: time since that sample [s]
-        held: whether the sample is recent enough to be held
-        rounding: amount by which a stamp may lie after its time of the grid [s]
-    """
-
-    before: np.ndarray | slice
+    before: np.ndarray | slice  # indices of the latest samples up to the times of the grid
     known: np.ndarray | bool
-    age: np.ndarray
-    held: np.ndarray
+    age: np.ndarray  # time since that sample [s]
+    held: np.ndarray  # whether the sample is recent enough to be held
     everywhere: bool
-    rounding: float
+    rounding: float  # amount by which a stamp may lie after its time of the grid [s]
 
 
 def places(time: np.ndarray, grid: np.ndarray, maximum_age: float, tolerance: float) -> Places:

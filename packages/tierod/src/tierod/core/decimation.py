@@ -16,23 +16,17 @@ import numpy as np
 
 from tierod.core.findings import Trace
 
-MEMORY = 2**20
-"""Number of bins of all traces of a recording together, 32 bytes each."""
+MEMORY = 2**20  # Number of bins of all traces of a recording together, 32 bytes each
+OVERVIEW = 4000  # Number of points of a trace for an overview of the whole recording
+FEW = 16  # Largest number of samples per bin for which all bins are processed together, one sample of each at a time
 
-OVERVIEW = 4000
-"""Number of points of a trace for an overview of the whole recording."""
-
-FEW = 16
-"""Largest number of samples per bin for which all bins are processed together, one sample of each at a time."""
-
+# Operations that merge lowest value, highest value, sum, and number of samples of two bins
 MERGES = (np.minimum, np.maximum, np.add, np.add)
-"""Operations that merge lowest value, highest value, sum, and number of samples of two bins."""
 
+# Lowest value, highest value, sum, and number of samples of an empty bin
 EMPTY = np.array([[np.inf], [-np.inf], [0.0], [0.0]])
-"""Lowest value, highest value, sum, and number of samples of an empty bin."""
 
-MISSING = 0
-"""Code of a bin without a sample in a packed trace."""
+MISSING = 0  # Code of a bin without a sample in a packed trace
 
 
 def bins_each(traces: int) -> int:
@@ -41,27 +35,20 @@ def bins_each(traces: int) -> int:
 
 
 class Places(NamedTuple):
-    """Bins of the samples of a chunk.
+    """Bins of the samples of a chunk."""
 
-    Args:
-        start, width: start of the first bin of the trace, and width of the bins [s]
-        first, last: bins of the first and of the last sample
-        bins: bin of every sample, counted from `first`
-        samples: number of samples in every bin from `first` to `last`
-        occupied: bins with at least one sample; a slice of all where none is empty
-        begins: index of the first sample of each occupied bin
-        even: number of samples of every inner bin, which the first and the last bin do not exceed; 0 where the inner
-            bins differ or hold more than `FEW`
-    """
-
+    # start of the first bin of the trace, and width of the bins [s]
     start: Annotated[float, "s"]
     width: Annotated[float, "s"]
+    # bins of the first and of the last sample
     first: int
     last: int
-    bins: np.ndarray
-    samples: np.ndarray
-    occupied: np.ndarray | slice
-    begins: np.ndarray
+    bins: np.ndarray  # bin of every sample, counted from `first`
+    samples: np.ndarray  # number of samples in every bin from `first` to `last`
+    occupied: np.ndarray | slice  # bins with at least one sample; a slice of all where none is empty
+    begins: np.ndarray  # index of the first sample of each occupied bin
+    # number of samples of every inner bin, which the first and the last bin do not exceed; 0 where the inner bins
+    # differ or hold more than `FEW`
     even: int
 
     @classmethod
@@ -112,7 +99,6 @@ class Decimator:
 
     Args:
         bins: smallest number of bins once the memory is full; the largest is twice that
-        reserved: whether memory for all bins is taken at once, so that a long-running program does not grow
     """
 
     def __init__(self, name: str, unit: str, bins: int = 2000, reserved: bool = False):
@@ -131,7 +117,6 @@ class Decimator:
         Args:
             time: [s], shape (n,), increasing
             values: shape (n,); NaN where missing
-            places: bins that another signal's decimator returned for the same times
 
         Returns:
             bins of the samples, for the next signal with the same times; None without samples
@@ -237,26 +222,18 @@ def merged(trace: Trace, points: int = OVERVIEW) -> Trace:
 
 @dataclass(frozen=True)
 class Packed:
-    """A trace quantised to integer codes and compressed.
+    """A trace quantised to integer codes and compressed."""
 
-    Args:
-        name, unit: name and unit of the trace
-        start: left edge of the first bin [s]
-        width: width of a bin [s]
-        count: number of bins
-        lowest: value of the code 1 [unit]
-        step: difference between neighbouring codes [unit]
-        data: codes of every bin as 16-bit numbers: change of the mean in zigzag, highest less mean, mean less lowest;
-            all low bytes, then all high bytes; zlib
-    """
-
+    # name and unit of the trace
     name: str
     unit: str
-    start: Annotated[float, "s"]
-    width: Annotated[float, "s"]
-    count: int
-    lowest: float
-    step: float
+    start: Annotated[float, "s"]  # left edge of the first bin [s]
+    width: Annotated[float, "s"]  # width of a bin [s]
+    count: int  # number of bins
+    lowest: float  # value of the code 1 [unit]
+    step: float  # difference between neighbouring codes [unit]
+    # codes of every bin as 16-bit numbers: change of the mean in zigzag, highest less mean, mean less lowest; all
+    # low bytes, then all high bytes; zlib
     data: bytes
 
 
@@ -265,7 +242,6 @@ def outline(values: np.ndarray, most: int) -> np.ndarray:
 
     Args:
         values: shape (n,); NaN breaks the curve
-        most: largest number of samples, not counting those at gaps
 
     Returns:
         increasing indices; those of all samples where there are no more than `most`
@@ -291,12 +267,7 @@ def bin_width(trace: Trace) -> float:
 
 
 def pack(trace: Trace, bits: int = 16) -> Packed | None:
-    """The trace quantised and compressed; None where its bins differ in width.
-
-    Args:
-        trace: result of a `Decimator` or of `coarser`
-        bits: bits of a code, 2 to 16: values are rounded to the range of the trace over 2**bits
-    """
+    """The trace quantised and compressed; None where its bins differ in width."""
     time = np.asarray(trace.time, float)
     width, count = bin_width(trace), len(time)
     start = float(time[0]) if count else 0.0

@@ -9,12 +9,12 @@ import numpy as np
 
 from tierod.core.signals import SIGNALS
 
+# Relative residues: two units in the last place of single precision, 256 of double precision. Conversions, means and
+# interpolations of equal readings differ by less. The resolution of a 20-bit converter is four times the former.
 SINGLE, DOUBLE = 2.0**-22, 2.0**-44
-"""Relative residues: two units in the last place of single precision, 256 of double precision. Conversions, means and
-interpolations of equal readings differ by less. The resolution of a 20-bit converter is four times the former."""
 
+# Magnitude assumed for a signal without a plausible range [its unit]: five turns of the pinion in motor angle
 UNBOUNDED = 100.0
-"""Magnitude assumed for a signal without a plausible range [its unit]: five turns of the pinion in motor angle."""
 
 
 @lru_cache
@@ -33,9 +33,6 @@ def residue_between(least: float, most: float) -> float:
 
     Single precision applies to the range of the values, not to their magnitude: a position of five million metres may
     change by centimetres.
-
-    Args:
-        least, most: smallest and largest value of the channel
     """
     return max(SINGLE * (most - least), DOUBLE * max(abs(least), abs(most)))
 

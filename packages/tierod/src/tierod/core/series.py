@@ -62,11 +62,7 @@ class LastRead:
 
 
 class Stride:
-    """Decimation across consecutive pieces: the first sample of all, then every `step`-th one.
-
-    Args:
-        step: number of samples from one that is taken to the next
-    """
+    """Decimation across consecutive pieces: the first sample of all, then every `step`-th one."""
 
     def __init__(self, step: int):
         self.step = step

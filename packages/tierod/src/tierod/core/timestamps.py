@@ -16,27 +16,18 @@ import numpy as np
 from tierod.core.errors import InputError
 from tierod.core.series import runs
 
-LATE = 0.5
-"""Limit of the disorder that buffers of a logger cause [s]; a clock that was set back jumps by more."""
-
-CALENDAR = 1.0e8
-"""Stamps above this [s] (three years) count from a calendar date, not from the start of the recording."""
+LATE = 0.5  # Limit of the disorder that buffers of a logger cause [s]; a clock that was set back jumps by more
+CALENDAR = 1.0e8  # Stamps above this [s] (three years) count from a calendar date, not from the start of the recording
 
 
 @dataclass(frozen=True)
 class Order:
-    """Selection and order of the samples with usable time stamps.
+    """Selection and order of the samples with usable time stamps."""
 
-    Args:
-        time: [s], finite, not decreasing, shape (n,)
-        index: indices of the samples to take, in order; None where all are taken as they are
-        behind: largest delay of the samples that were sorted [s]
-    """
-
-    time: np.ndarray
-    index: np.ndarray | None
+    time: np.ndarray  # [s], finite, not decreasing, shape (n,)
+    index: np.ndarray | None  # indices of the samples to take, in order; None where all are taken as they are
     notes: tuple[str, ...] = ()
-    behind: float = 0.0
+    behind: float = 0.0  # largest delay of the samples that were sorted [s]
 
     def __call__(self, values: np.ndarray) -> np.ndarray:
         return values if self.index is None else values[self.index]
@@ -68,9 +59,6 @@ class Repairs:
 
         Args:
             time: [s], as recorded, shape (n,)
-
-        Raises:
-            InputError: the clock jumps back by more than LATE
         """
         self.in_order = _follow(time, self._newest)
         if self.in_order and math.isfinite(time[0]) and math.isfinite(time[-1]):
@@ -119,11 +107,7 @@ class Repairs:
         self._settled += len(time)
 
     def refuse_unusable(self) -> None:
-        """Refuse a clock without usable stamps; called after the last stretch.
-
-        Raises:
-            InputError: no stamp is a number, or the clock stands still throughout
-        """
+        """Refuse a clock without usable stamps; called after the last stretch."""
         if self._without and not self._seen:
             raise InputError(f"no time stamp of {self.what} is a number; name the right time column, or export again")
         if self._settled > 2 and self._equal == self._settled - 1:
@@ -158,9 +142,6 @@ def order(time: np.ndarray, what: str) -> Order:
 
     Args:
         time: [s], as recorded, shape (n,)
-
-    Raises:
-        InputError: no stamp is a number, the clock jumps back by more than LATE, or stands still throughout
     """
     time = np.asarray(time, dtype=float)
     repairs = Repairs(what)
@@ -202,9 +183,6 @@ def paced(time: np.ndarray, period: float, patience: float = 1.0) -> np.ndarray:
         time: stamps of delivery [s], not decreasing, shape (n,)
         period: sampling interval of the sender [s]
         patience: time [s] within which at least one sample is delivered promptly; also absorbs drift of the clocks
-
-    Raises:
-        InputError: a period that is not positive
     """
     if not period > 0.0:
         raise InputError(f"new time stamps need a positive period, not {period} s")
