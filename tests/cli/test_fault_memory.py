@@ -65,7 +65,7 @@ def test_snapshot_shows_the_signals_around_the_failure(path, capsys):
     assert main(["faults", "snapshot", str(path), "C1A01-92"]) == 0
     printed = " ".join(capsys.readouterr().out.split())
     assert "5.00 s into operation cycle 2" in printed
-    assert "vehicle_speed │ 54 km/h" in printed
+    assert "vehicle_speed 54 km/h" in printed
 
 
 def test_clear_forgets_and_keeps_a_copy(path, capsys):

@@ -51,6 +51,17 @@ class Flag(str):
         return COLOURS.get(self.colour, "")
 
 
+class Link(str):
+    """A cell that leads to a file beside the page."""
+
+    address: str
+
+    def __new__(cls, text: str, address: str) -> Link:
+        made = super().__new__(cls, text)
+        made.address = address
+        return made
+
+
 @dataclass(frozen=True)
 class Verdict:
     """The statement that a page or a part of it begins with.

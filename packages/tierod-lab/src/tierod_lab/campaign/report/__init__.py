@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from tierod.core.content import Boxes, Chart, Facts, Flag, Fold, Heading, Item, Lines, Panel, Points, Table, Verdict
+from tierod.core.content import Boxes, Chart, Facts, Flag, Fold, Heading, Item, Lines, Link, Panel, Points, Table, Verdict
 from tierod.core.shown import shown
 from tierod.core.statuses import SEVERITY, Status
 from tierod.report.display import bracketed, duration, number, share
@@ -415,7 +415,7 @@ def _cells(content: Mapping[str, Any]) -> Fold:
             row.append(Flag(each["status"] or "no verdict", status.symbol, status.colour))
             row.append(f"{each.get('outcome', '')}{wrong}")
             row.append(seconds(each["detection_s"]) if each.get("outcome") == "found" else "")
-        rows.append((*row, cell["recording"] or cell["outcome"]))
+        rows.append((*row, Link("open", cell["recording"]) if cell["recording"] else cell["outcome"]))
     header = [name for each in content["monitors"] for name in (each["label"], "outcome", "alarm after")]
     more = len(content["cells"]) - MOST_CELLS
     table = Table(
