@@ -7,7 +7,21 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from tierod.core.content import Boxes, Chart, Facts, Flag, Fold, Heading, Item, Lines, Link, Panel, Points, Table, Verdict
+from tierod.core.content import (
+    Boxes,
+    Chart,
+    Facts,
+    Flag,
+    Fold,
+    Heading,
+    Item,
+    Lines,
+    Link,
+    Panel,
+    Points,
+    Table,
+    Verdict,
+)
 from tierod.core.shown import shown
 from tierod.core.statuses import SEVERITY, Status
 from tierod.report.display import bracketed, duration, number, share
