@@ -37,7 +37,7 @@ from tierod.monitors.friction.definition import FrictionMonitor
 from tierod.monitors.friction.estimator import PreslidingFrictionFilter
 from tierod.monitors.friction.signals import SteeringConditioning, SteeringSample
 from tierod.monitors.friction.verdict import FrictionLimits, FrictionVerdict
-from tierod.monitors.harness.stuck_signals import StuckSignals
+from tierod.monitors.harness.stuck import StuckSignals
 from tierod.monitors.motor_angle.comparison import (
     ElectricalChecks,
     Increments,

@@ -20,7 +20,7 @@ from tierod.io.derive import complete
 from tierod.io.readers import read
 from tierod.methods.running import BLOCK, RATE
 from tierod.monitors.diagnose import Run, find
-from tierod.monitors.harness.input_defects import InputDefects
+from tierod.monitors.harness.inputs import InputDefects
 from tierod.monitors.registry import MONITORS
 from tierod.vehicles import load
 

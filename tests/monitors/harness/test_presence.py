@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tierod.core.recording import Aligned
-from tierod.monitors.harness.presence import JudgedTime, MissingStretches
+from tierod.monitors.harness.inputs import JudgedTime, MissingStretches
 
 RATE = 10.0
 TIME = np.arange(1200) / RATE

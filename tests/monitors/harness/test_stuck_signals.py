@@ -14,8 +14,7 @@ from tierod.core.graph import scan
 from tierod.core.recording import Aligned, Recording
 from tierod.io.derive import complete
 from tierod.io.readers import read
-from tierod.monitors.harness.stuck_over_drive import StuckOverDrive
-from tierod.monitors.harness.stuck_signals import StuckSignals
+from tierod.monitors.harness.stuck import StuckOverDrive, StuckSignals
 from tierod.monitors.registry import MONITORS
 from tierod.vehicles import load
 

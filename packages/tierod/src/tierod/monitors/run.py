@@ -20,7 +20,7 @@ from tierod.io.readers import SHARE_READ
 from tierod.monitors.harness.acceptance import refuse_unsuitable
 from tierod.monitors.harness.baseline import Baseline, refuse_foreign
 from tierod.monitors.harness.decision import Passing, decided
-from tierod.monitors.harness.input_checks import InputChecks
+from tierod.monitors.harness.inputs import InputChecks
 from tierod.monitors.harness.memory import SampleDigest
 from tierod.monitors.harness.over_time import OverTime
 from tierod.monitors.harness.pieces import CHUNK, OVERLAP, Silence, together

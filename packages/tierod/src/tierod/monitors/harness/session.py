@@ -33,7 +33,7 @@ from tierod.core.recording import Aligned, Recording
 from tierod.core.statement import STATUSES
 from tierod.monitors.harness.baseline import Baseline
 from tierod.monitors.harness.decision import Decision
-from tierod.monitors.harness.stuck_over_drive import Stuck
+from tierod.monitors.harness.stuck import Stuck
 from tierod.vehicles import Vehicle
 
 STATED = "statement.status"
