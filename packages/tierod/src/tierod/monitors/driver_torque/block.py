@@ -15,15 +15,13 @@ from tierod.methods.relations import WRONG_SIGN_SHARE
 from tierod.monitors.driver_torque.hands import HandsMonitor, HandsSample
 from tierod.monitors.driver_torque.observer import ColumnSample
 
+# Torque of the bar from which the motor assists; equal to that of the friction monitors' gate.
 WORKED: Annotated[float, "N*m"] = 0.5
-"""Torque of the bar from which the motor assists; equal to that of the friction monitors' gate."""
-
+# Least time with such torques for a test. In fault-free drives the torques oppose each other for 3 % of it at most.
 LEAST_WORKED: Annotated[float, "s"] = 5.0
-"""Least time with such torques for a test. In fault-free drives the torques oppose each other for 3 % of it at most."""
-
+# Work drawn from the steering from which a sign is wrong: a steering only takes work in the long run. An offset does
+# work only between the first and the last angle: 0.8 N·m over two turns. Fault-free drives take 50 J a minute.
 LEAST_WORK: Annotated[float, "J"] = 10.0
-"""Work drawn from the steering from which a sign is wrong: a steering only takes work in the long run. An offset does
-work only between the first and the last angle: 0.8 N·m over two turns. Fault-free drives take 50 J a minute."""
 
 CORRECT = "correct it in the channel map (factor -1)"
 

@@ -12,51 +12,32 @@ from tierod.core.series import Rows, Stride
 from tierod.methods.identification.regression import Solution, solved
 from tierod.methods.running import Moments
 
-CLEAR = 5.0
-"""Least ratio of an estimate to its standard error."""
-
-FEWEST = 500
-"""Least number of samples for an estimate."""
-
+CLEAR = 5.0  # least ratio of an estimate to its standard error
+FEWEST = 500  # least number of samples for an estimate
+# Half of the time over which rates are differences [s]; short against motion up to 10 Hz, long against the noise.
 HALF = 0.01
-"""Half of the time over which rates are differences [s]; short against motion up to 10 Hz, long against the noise."""
-
+# Largest lag that is accepted [s]; signals farther apart, or of a wrong scale, are no longer linear in the lag.
 LONGEST_LAG = 0.2
-"""Largest lag that is accepted [s]; signals farther apart, or of a wrong scale, are no longer linear in the lag."""
-
+# Half of the time over which rates are differences [s]; noise of the motor's angle makes 20 rad/s^2 of it, a sweep
+# thousands.
 SPAN = 0.02
-"""Half of the time over which rates are differences [s]; noise of the motor's angle makes 20 rad/s^2 of it, a sweep
-thousands."""
-
+# Least ratio of the inertia to its standard error; friction that follows the angle is not white noise.
 CLEAR_INERTIA = 10.0
-"""Least ratio of the inertia to its standard error; friction that follows the angle is not white noise."""
-
-LEAST = 50.0
-"""Least standard deviation of the motor's acceleration for an estimate, twice that of its noise [rad/s^2]."""
-
-SLIDING = 0.5
-"""Speed of the motor over which dry friction changes its sign [rad/s]."""
+LEAST = 50.0  # least standard deviation of the motor's acceleration for an estimate, twice that of its noise [rad/s^2]
+SLIDING = 0.5  # speed of the motor over which dry friction changes its sign [rad/s]
 
 _WHEEL, _MOTOR, _BAR, _MOTOR_RATE, _BAR_RATE, _MOTOR_BEND = range(6)
 
 
 class ColumnGeometry(NamedTuple):
-    """Ratio and stiffness identified from a recording, and further disagreement of its three signals.
+    """Ratio and stiffness identified from a recording, and further disagreement of its three signals."""
 
-    Args:
-        ratio: turns of the motor per turn of the wheel
-        stiffness: stiffness of the torsion bar [N m/rad]
-        torque_offset: offset of the bar's torque, if both angles are zero on the unloaded bar [N m]
-        late: the signal that is latest against the other two or the other angle; "" where none stands out
-        lag: its lag [s]
-        ratio_uncertainty: relative uncertainty of the ratio from errors of the angles that correlate with the motion
-    """
-
-    ratio: float
-    stiffness: float
-    torque_offset: float = 0.0
-    late: str = ""
-    lag: float = 0.0
+    ratio: float  # turns of the motor per turn of the wheel
+    stiffness: float  # stiffness of the torsion bar [N m/rad]
+    torque_offset: float = 0.0  # offset of the bar's torque, if both angles are zero on the unloaded bar [N m]
+    late: str = ""  # the signal that is latest against the other two or the other angle; "" where none stands out
+    lag: float = 0.0  # its lag [s]
+    # Relative uncertainty of the ratio from errors of the angles that correlate with the motion.
     ratio_uncertainty: float = 0.0
 
 
@@ -158,72 +139,39 @@ class BelowBarOverDrive:
         return float(found.values[0])
 
 
+# Signals of the torsion bar: wheel angle = motor angle / ratio + torque of the bar / stiffness + constant.
 SIGNALS = ("steering_wheel_angle", "motor_angle_mechanical", "driver_torque")
-"""Signals of the torsion bar: wheel angle = motor angle / ratio + torque of the bar / stiffness + constant."""
-
-RATE = 50.0
-"""Rate at which they are stored [Hz]; a hand moves a wheel at less than 5 Hz."""
-
-LONGEST = 3600.0
-"""Longest stored time [s], which bounds the memory."""
-
-LEAST_ROWS = 250
-"""Least number of samples for a result."""
-
+RATE = 50.0  # rate at which they are stored [Hz]; a hand moves a wheel at less than 5 Hz
+LONGEST = 3600.0  # longest stored time [s], which bounds the memory
+LEAST_ROWS = 250  # least number of samples for a result
+# Averaging time before gains and delays are compared [s]; it keeps delays of a tenth of a second and removes noise.
 SMOOTHING = 0.2
-"""Averaging time before gains and delays are compared [s]; it keeps delays of a tenth of a second and removes noise."""
-
+# Least logarithm of a gain that counts as wrong [-]; a gear in series makes a bar 6 % softer, see `STIFFNESS_SPREAD`.
 LEAST_GAIN = 0.15
-"""Least logarithm of a gain that counts as wrong [-]; a gear in series makes a bar 6 % softer, see
-`STIFFNESS_SPREAD`."""
-
-LATEST = 0.6
-"""Longest delay that is searched [s]."""
-
-EXPLAINED = 0.1
-"""Share of the variance of the contradiction that may remain after one signal is corrected."""
-
-SCALED = 0.02
-"""The same share for a gain; a wrong gain leaves a thousandth, clipping leaves more."""
-
-NEARLY = 4.0
-"""Multiple of the least remaining variance up to which corrections cannot be distinguished."""
-
+LATEST = 0.6  # longest delay that is searched [s]
+EXPLAINED = 0.1  # share of the variance of the contradiction that may remain after one signal is corrected
+SCALED = 0.02  # the same share for a gain; a wrong gain leaves a thousandth, clipping leaves more
+NEARLY = 4.0  # multiple of the least remaining variance up to which corrections cannot be distinguished
+# Share of the largest correlation with the contradiction from which a signal may be the wrong one as well.
 FOLLOWS = 0.7
-"""Share of the largest correlation with the contradiction from which a signal may be the wrong one as well."""
-
-UNLIKE = 4.0
-"""Ratio of the angles' variances above which one of them hardly moves, and either may be wrong."""
-
-HELD = 0.9
-"""Share of the contradiction's changes during standstill of a signal, from which that signal is stuck."""
-
-BENDS = (0.0, 1.0 / 3.0, 2.0 / 3.0)
-"""Shares of a drive at which a slow change may begin or change its slope."""
-
+UNLIKE = 4.0  # ratio of the angles' variances above which one of them hardly moves, and either may be wrong
+HELD = 0.9  # share of the contradiction's changes during standstill of a signal, from which that signal is stuck
+BENDS = (0.0, 1.0 / 3.0, 2.0 / 3.0)  # shares of a drive at which a slow change may begin or change its slope
+# Multiple of a signal's range above which its zero cannot drift; a wheel angle off by a turn is not a torque drift.
 DRIFTS = 3.0
-"""Multiple of a signal's range above which its zero cannot drift; a wheel angle off by a turn is not a torque drift."""
-
-FITS = 0.05
-"""Variance of the contradiction, as a share of that of the bar's twist, up to which the three signals agree."""
+FITS = 0.05  # variance of the contradiction, as a share of that of the bar's twist, up to which the three signals agree
 
 
 class Contradiction(NamedTuple):
-    """Signal that contradicts the others.
+    """Signal that contradicts the others."""
 
-    Args:
-        names: signals of which one is wrong; empty where the three agree
-        gain: gain of the single signal, where it explains the contradiction; else 1
-        delay: delay of the single signal, where it explains the contradiction; else 0
-        creeps: "gain" or "zero" where a slow change of it during the drive explains the contradiction; else empty
-        explained: whether a change of the named signals explains the contradiction; else it only follows them most, as
-            it also follows sound signals where the wrong one is smoothed or held
-    """
-
-    names: tuple[str, ...]
-    gain: Annotated[float, ""] = 1.0
-    delay: Annotated[float, "s"] = 0.0
+    names: tuple[str, ...]  # signals of which one is wrong; empty where the three agree
+    gain: Annotated[float, ""] = 1.0  # gain of the single signal, where it explains the contradiction; else 1
+    delay: Annotated[float, "s"] = 0.0  # delay of the single signal, where it explains the contradiction; else 0
+    # "gain" or "zero" where a slow change of it during the drive explains the contradiction; else empty.
     creeps: str = ""
+    # Whether a change of the named signals explains the contradiction; else it only follows them most, as it also
+    # follows sound signals where the wrong one is smoothed or held.
     explained: bool = True
 
 

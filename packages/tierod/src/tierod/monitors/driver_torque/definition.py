@@ -64,28 +64,22 @@ TRACES = {
 }
 """Outputs of the block that a report shows."""
 
-MEASURED = 60.0
-"""Initial part of a recording on which sensor noise and a guessed motor ratio are measured [s]."""
+MEASURED = 60.0  # initial part of a recording on which sensor noise and a guessed motor ratio are measured [s]
 
 
 class Fitted(NamedTuple):
-    """Properties of a recording that the block is adapted to.
+    """Properties of a recording that the block is adapted to."""
 
-    Args:
-        noise: noise of the sensors
-        with_motor: whether the observer uses the motor's angle
-        motor_ratio: ratio of the angles, in place of a guess of the vehicle file; None where the file's is used
-        hidden: whether the motor's angle is present but not used, since its ratio is a guess and cannot be identified
-    """
-
-    noise: SensorNoise
-    with_motor: bool
+    noise: SensorNoise  # noise of the sensors
+    with_motor: bool  # whether the observer uses the motor's angle
+    # Ratio of the angles, in place of a guess of the vehicle file; None where the file's is used.
     motor_ratio: float | None = None
+    # Whether the motor's angle is present but not used, since its ratio is a guess and cannot be identified.
     hidden: bool = False
 
 
+# Builder of the block from vehicle, sensor noise, and whether the motor's angle is used.
 Builder = Callable[[Vehicle, SensorNoise, bool], DriverTorqueMonitor]
-"""Builder of the block from vehicle, sensor noise, and whether the motor's angle is used."""
 
 
 class DriverTorqueSession(BlockSession):
@@ -198,8 +192,7 @@ class DriverTorqueSession(BlockSession):
 
 PAPER = "Raffone, Observers of an electric power steering column"
 
-FAST = 500.0
-"""Rate from which sensors are assumed to be those of a test bench [Hz]; buses of cars are slower."""
+FAST = 500.0  # rate from which sensors are assumed to be those of a test bench [Hz]; buses of cars are slower
 
 _DELAYED = ("disturbance_torque", "disturbance_torque_deviation", "nis")
 
@@ -210,8 +203,8 @@ NO_GEAR = (
 )
 
 Opener = Callable[[Vehicle, float, Baseline | None], Session]
+# Builder of an observer from vehicle, rate [Hz], sensor noise, and whether the motor's angle is used.
 Observer = Callable[[Vehicle, float, SensorNoise, bool], Block]
-"""Builder of an observer from vehicle, rate [Hz], sensor noise, and whether the motor's angle is used."""
 
 
 def opener(

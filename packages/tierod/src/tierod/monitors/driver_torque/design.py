@@ -27,39 +27,30 @@ from tierod.models.steering_column import (
 from tierod.models.steering_wheel import BelowBarParameters
 from tierod.vehicles import Vehicle
 
-FEWEST = 500
-"""Least number of samples for a measurement of the noise."""
+FEWEST = 500  # least number of samples for a measurement of the noise
+# Noise assumed by a filter over the measured one; motion hides some of the noise, and none is quite white.
 MARGIN = 1.25
-"""Noise assumed by a filter over the measured one; motion hides some of the noise, and none is quite white."""
+# Longest time for which a rounding error stays the same while a wheel turns [s]; a wheel at rest shows none.
 LONGEST_STEP = 0.01
-"""Longest time for which a rounding error stays the same while a wheel turns [s]; a wheel at rest shows none."""
+# Share of a signal's changes that may be smaller than a step of its sensor; an export interpolates single values.
 SMALLER = 0.01
-"""Share of a signal's changes that may be smaller than a step of its sensor; an export interpolates single values."""
 
 
 @dataclass(frozen=True)
 class SensorNoise:
     """Noise of both sensors, one standard deviation per sample, rounding included.
 
-    The defaults are those of good transducers read every millisecond.
+    The defaults are those of good transducers read every millisecond."""
 
-    Args:
-        angle: noise of the steering wheel angle
-        torque: noise of the torque of the torsion bar
-    """
-
-    angle: Annotated[float, "rad"] = math.radians(0.008)
-    torque: Annotated[float, "N*m"] = 0.012
+    angle: Annotated[float, "rad"] = math.radians(0.008)  # noise of the steering wheel angle
+    torque: Annotated[float, "N*m"] = 0.012  # noise of the torque of the torsion bar
 
 
-FINE = SensorNoise()
-"""Sensors of a test bench."""
-
+FINE = SensorNoise()  # sensors of a test bench
+# Sensors of production cars, as transmitted on their bus.
 PRODUCTION = SensorNoise(angle=math.radians(0.04), torque=0.05)
-"""Sensors of production cars, as transmitted on their bus."""
-
+# Noise of the motor's angle sensor, rounding included [rad]; bench and production car have the same one.
 MOTOR_NOISE = math.radians(0.06)
-"""Noise of the motor's angle sensor, rounding included [rad]; bench and production car have the same one."""
 
 
 def measured_noise(angle: np.ndarray, torque: np.ndarray, rate: float, usual: SensorNoise) -> SensorNoise:
@@ -89,39 +80,34 @@ class ColumnTuning:
     """Noises of a column and its sensors; random walks are per square root of a second.
 
     The defaults are for a bench with 0.1 N·m of friction at the motor, tuned on simulated runs: two with hands that
-    jump and two with hands that pull within 100 ms; reported results come from other runs.
+    jump and two with hands that pull within 100 ms; reported results come from other runs."""
 
-    Args:
-        steering_wheel_angle_noise, motor_angle_noise, driver_torque_noise: standard deviation of a sample
-        hand_torque_rate_walk: walk of the rate of the hands' torque, while they move smoothly
-        hand_torque_walk: walk of the torque itself while it jumps; 0 for hands that never do, which leaves one filter
-        calm_time, jump_time: mean time between two jumps of the hands, and mean duration of one
-        disturbance_torque_walk: walk of the disturbance torque at the motor's shaft
-        reversal_walk: walk of the disturbance torque while friction reverses; 0 for none, which leaves out one filter
-        reversal_time, reversing_time: mean time between two reversals, and mean duration of one
-        pinion_torque_noise: white unknown torque at the gear, of road and rack, per sample of 1 ms
-        offset_walk: walk of the offset, as torque of the bar; learnt within 4 s to 0.002 N·m
-        offset: sensor with an offset that is learnt: "motor_angle_mechanical" where the angles are not set to zero
-            on the unloaded bar, "driver_torque" on a bench where they are, None for neither. The two offsets are not
-            separable: both appear as a twist of the bar that its torque does not confirm
-        outputs: measured outputs
-    """
-
+    # Standard deviation of a sample.
     steering_wheel_angle_noise: Annotated[float, "rad"] = math.radians(0.05)
     motor_angle_noise: Annotated[float, "rad"] = math.radians(0.2)
     driver_torque_noise: Annotated[float, "N*m"] = 0.02
+    # Walk of the rate of the hands' torque, while they move smoothly.
     hand_torque_rate_walk: Annotated[float, "N*m/s**1.5"] = 5.0
+    # Walk of the torque itself while it jumps; 0 for hands that never do, which leaves one filter.
     hand_torque_walk: Annotated[float, "N*m/s**0.5"] = 7.0
+    # Mean time between two jumps of the hands, and mean duration of one.
     calm_time: Annotated[float, "s"] = 10.0
     jump_time: Annotated[float, "s"] = 0.01
-    disturbance_torque_walk: Annotated[float, "N*m/s**0.5"] = 0.1
+    disturbance_torque_walk: Annotated[float, "N*m/s**0.5"] = 0.1  # walk of the disturbance torque at the motor's shaft
+    # Walk of the disturbance torque while friction reverses; 0 for none, which leaves out one filter.
     reversal_walk: Annotated[float, "N*m/s**0.5"] = 1.0
+    # Mean time between two reversals, and mean duration of one.
     reversal_time: Annotated[float, "s"] = 0.3
     reversing_time: Annotated[float, "s"] = 0.05
+    # White unknown torque at the gear, of road and rack, per sample of 1 ms.
     pinion_torque_noise: Annotated[float, "N*m"] = 0.0
+    # Walk of the offset, as torque of the bar; learnt within 4 s to 0.002 N·m.
     offset_walk: Annotated[float, "N*m/s**0.5"] = 1e-3
+    # Sensor with an offset that is learnt: "motor_angle_mechanical" where the angles are not set to zero on the
+    # unloaded bar, "driver_torque" on a bench where they are, None for neither. The two offsets are not separable: both
+    # appear as a twist of the bar that its torque does not confirm.
     offset: str | None = None
-    outputs: tuple[str, ...] = ColumnOutput._fields
+    outputs: tuple[str, ...] = ColumnOutput._fields  # measured outputs
 
     def variances(self) -> tuple[float, ...]:
         """Variances of the measured outputs."""
@@ -133,11 +119,9 @@ class ColumnTuning:
         return tuple(noises[name] ** 2 for name in self.outputs)
 
 
+# Noises of a car on the road: unmeasured torques of rack and road act on the pinion, and the angles are not zeroed.
 ROAD = replace(ColumnTuning(), disturbance_torque_walk=0.5, pinion_torque_noise=1.0, offset="motor_angle_mechanical")
-"""Noises of a car on the road: unmeasured torques of rack and road act on the pinion, and the angles are not zeroed."""
-
-LONGEST_JUMP = 3.0
-"""Least duration of a jump of the hands' torque, in samples."""
+LONGEST_JUMP = 3.0  # least duration of a jump of the hands' torque, in samples
 
 
 def usual_tuning(vehicle: Vehicle) -> ColumnTuning:
@@ -161,8 +145,7 @@ def tuning_at(rate: float, usual: ColumnTuning, noise: SensorNoise, with_motor: 
     )
 
 
-Column: TypeAlias = ColumnParameters | TwoInertiaParameters
-"""Parameters of a column with a gear, or without one."""
+Column: TypeAlias = ColumnParameters | TwoInertiaParameters  # parameters of a column with a gear, or without one
 
 
 class Layout(NamedTuple):

@@ -24,17 +24,11 @@ from tierod.monitors.driver_torque.design import usual_tuning
 from tierod.monitors.driver_torque.hands import OFF, ON, UNCERTAIN
 from tierod.vehicles import Vehicle
 
-TRUTH = "truth_hand_torque"
-"""Channel of a virtual car with the true torque of the hands."""
-
+TRUTH = "truth_hand_torque"  # channel of a virtual car with the true torque of the hands
+# Signals whose sign is tested.
 SIGNED = ("steering_wheel_angle", "motor_angle_mechanical", "driver_torque", "motor_torque")
-"""Signals whose sign is tested."""
-
-SURELY = 2.0
-"""Standard deviations by which the torque of the hands may be smaller [-]: the end of a 95 % band."""
-
-MOSTLY = 0.5
-"""Share of the testable time above which a sign must have appeared wrong to count as wrong."""
+SURELY = 2.0  # standard deviations by which the torque of the hands may be smaller [-]: the end of a 95 % band
+MOSTLY = 0.5  # share of the testable time above which a sign must have appeared wrong to count as wrong
 
 
 class Stretch(NamedTuple):
@@ -72,49 +66,37 @@ class Stretches:
 
 
 class Drive(NamedTuple):
-    """Results over a drive.
+    """Results over a drive."""
 
-    Args:
-        ready, off, on, uncertain: time with a known torque, and its parts in each state of the hands
-        hand_rms, hand_deviation: root mean squares of the hands' torque and of its estimated standard deviation
-        peak, peak_deviation: torque of the hands that was surely largest, and its standard deviation
-        error: root mean square error against the truth of a simulation; NaN where there is none
-        torque_span, angle_span: range of the bar's torque and of the wheel's angle
-        nis: mean NIS per measurement; NaN where the observer gives none
-        sample_time: sampling interval
-        inertia_error, torque_offset: values learnt without hands
-        geometry: geometry of the column, from angles and torque
-        motor_inertia: inertia of motor and gear at the motor's shaft, from torques and acceleration; None where not
-            identifiable
-        turned: a sentence for every signal with a wrong sign
-        stretches: stretches without hands
-        contradiction: contradiction between the three signals of the bar; None where it cannot be tested
-        motor: signal that gave the motor's torque; empty where there was none
-        doubts: a sentence for signals whose sign may be wrong
-    """
-
+    # Time with a known torque, and its parts in each state of the hands.
     ready: Annotated[float, "s"]
     off: Annotated[float, "s"]
     on: Annotated[float, "s"]
     uncertain: Annotated[float, "s"]
+    # Root mean squares of the hands' torque and of its estimated standard deviation.
     hand_rms: Annotated[float, "N*m"]
     hand_deviation: Annotated[float, "N*m"]
+    # Torque of the hands that was surely largest, and its standard deviation.
     peak: Annotated[float, "N*m"]
     peak_deviation: Annotated[float, "N*m"]
-    error: Annotated[float, "N*m"]
+    error: Annotated[float, "N*m"]  # root mean square error against the truth of a simulation; NaN where there is none
+    # Range of the bar's torque and of the wheel's angle.
     torque_span: Annotated[float, "N*m"]
     angle_span: Annotated[float, "rad"]
-    nis: Annotated[float, ""]
-    sample_time: Annotated[float, "s"]
+    nis: Annotated[float, ""]  # mean NIS per measurement; NaN where the observer gives none
+    sample_time: Annotated[float, "s"]  # sampling interval
+    # Values learnt without hands.
     inertia_error: Annotated[float, "kg*m**2"]
     torque_offset: Annotated[float, "N*m"]
-    geometry: ColumnGeometry | None
+    geometry: ColumnGeometry | None  # geometry of the column, from angles and torque
+    # Inertia of motor and gear at the motor's shaft, from torques and acceleration; None where not identifiable.
     motor_inertia: Annotated[float | None, "kg*m**2"]
-    turned: tuple[str, ...]
-    stretches: tuple[Stretch, ...]
+    turned: tuple[str, ...]  # a sentence for every signal with a wrong sign
+    stretches: tuple[Stretch, ...]  # stretches without hands
+    # Contradiction between the three signals of the bar; None where it cannot be tested.
     contradiction: Contradiction | None = None
-    motor: str = ""
-    doubts: tuple[str, ...] = ()
+    motor: str = ""  # signal that gave the motor's torque; empty where there was none
+    doubts: tuple[str, ...] = ()  # a sentence for signals whose sign may be wrong
 
 
 class DriveFigures:

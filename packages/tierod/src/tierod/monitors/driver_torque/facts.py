@@ -20,30 +20,26 @@ from tierod.monitors.harness.decision import Decision, Demonstrated
 from tierod.vehicles import Vehicle
 from tierod.vehicles.uncertain import torque_gain_deviation
 
+# Relative standard deviations of fault-free cars from their vehicle files [-]: the wheel's inertia as weighed and
+# learnt; bars scatter, or have a gear in series; gains of angle sensors, for a design value; the motor's inertia, which
+# a sweep to 30 Hz makes 1.2 times as large.
 INERTIA_SPREAD, STIFFNESS_SPREAD, RATIO_SPREAD, MOTOR_INERTIA_SPREAD = 0.026, 0.064, 0.005, 0.104
-"""Relative standard deviations of fault-free cars from their vehicle files [-]: the wheel's inertia as weighed and
-learnt; bars scatter, or have a gear in series; gains of angle sensors, for a design value; the motor's inertia, which a
-sweep to 30 Hz makes 1.2 times as large."""
-
+# Standard deviation of a torque offset beyond the learnt one, which hands may imitate [N*m]; a sixth of the torque that
+# reveals them.
 OFFSET_SPREAD: Annotated[float, "N*m"] = 0.026
-"""Standard deviation of a torque offset beyond the learnt one, which hands may imitate [N*m]; a sixth of the torque
-that reveals them."""
-
+# Standard deviation of a signal's lag [s]; 1 ms costs a sixth of the accuracy, and at low rates samples are held
+# longer.
 LAG_SPREAD: Annotated[float, "s"] = 5e-4
-"""Standard deviation of a signal's lag [s]; 1 ms costs a sixth of the accuracy, and at low rates samples are held
-longer."""
-
+# Standard deviation of the logarithm of the mean NIS per measurement [-]; three times the expected noise is 3.7 of them
+# away.
 MISFIT_SPREAD = 0.62
-"""Standard deviation of the logarithm of the mean NIS per measurement [-]; three times the expected noise is 3.7 of
-them away."""
-
+# Threshold of these standard deviations for a remark on the mean NIS; one fault-free recording in 44 exceeds it by
+# chance.
 DOUBTED = 2.0
-"""Threshold of these standard deviations for a remark on the mean NIS; one fault-free recording in 44 exceeds it by
-chance."""
 
 FIT_DESIGN = RuleDesign(HoldRule(1), values=1e4, shift=6.0, spacing=math.inf)
+# One decision at the end of a recording.
 MISFIT_DESIGN = RuleDesign(HoldRule(1, sides="upper"), values=1e4, shift=6.0, spacing=math.inf)
-"""One decision at the end of a recording."""
 
 OFF_DESIGN = RuleDesign(
     CusumRule(0.0, sides="upper"),
@@ -57,21 +53,16 @@ study of the column. 100 h between false alarms while holding need 32.4 nats; 33
 leave give a nat in 10.6 ms (thresholds from 8 to 45)."""
 
 
+# Names of the decisions on the agreement of vehicle file and recording.
 COLUMN, INNOVATIONS = "column as the vehicle file says", "innovations as expected"
-"""Names of the decisions on the agreement of vehicle file and recording."""
 
 
 @dataclass(frozen=True)
 class FitRules:
-    """Rules that decide whether vehicle file and recording agree.
+    """Rules that decide whether vehicle file and recording agree."""
 
-    Args:
-        either: rule for a distance with a sign
-        above: rule for a distance that can only be too large
-    """
-
-    either: Detector = field(default_factory=FIT_DESIGN.block)
-    above: Detector = field(default_factory=MISFIT_DESIGN.block)
+    either: Detector = field(default_factory=FIT_DESIGN.block)  # rule for a distance with a sign
+    above: Detector = field(default_factory=MISFIT_DESIGN.block)  # rule for a distance that can only be too large
 
     def apart(self, difference: float, spread: float) -> bool:
         """Whether a difference exceeds what chance explains."""
@@ -145,18 +136,15 @@ DECISIONS = (
 """Decisions of every variant."""
 
 
-LEAST_READY = 5.0
-"""Least time with a known torque for a finding [s]; some seconds of every state."""
+LEAST_READY = 5.0  # least time with a known torque for a finding [s]; some seconds of every state
+# Ranges of torque [N*m] and angle [rad] below which the wheel stood still; noise and rounding of its sensors.
 STILL_TORQUE, STILL_ANGLE = 0.1, math.radians(0.5)
-"""Ranges of torque [N*m] and angle [rad] below which the wheel stood still; noise and rounding of its sensors."""
-LOCKED_TORQUE = 5.0
-"""Range of the bar's torque above which a still wheel is locked rather than held by hands [N m]."""
+LOCKED_TORQUE = 5.0  # range of the bar's torque above which a still wheel is locked rather than held by hands [N m]
+# Duration above which stretches without hands are listed one by one [s]; driver assistance warns there or later.
 LONG_OFF = 5.0
-"""Duration above which stretches without hands are listed one by one [s]; driver assistance warns there or later."""
-MOST_LISTED = 20
-"""Largest number of listed stretches, the longest ones."""
+MOST_LISTED = 20  # largest number of listed stretches, the longest ones
+# Factor between an angle in degrees and in radians, and tolerance on the logarithm of a ratio near that factor.
 DEGREES, UNIT_MARGIN = math.degrees(1.0), 0.1
-"""Factor between an angle in degrees and in radians, and tolerance on the logarithm of a ratio near that factor."""
 
 _STATED = "its angle changed by {angle:.2f} degrees, the torque of the bar by {torque:.2f} N·m"
 _CORRECT = "correct the vehicle file, or identify the column; if the file is right, check gain and delay of the sensors"

@@ -20,52 +20,40 @@ from tierod.monitors.driver_torque.design import FINE, SensorNoise
 from tierod.physics.lag import gauss_markov_noise
 from tierod.vehicles import Vehicle
 
+# Parameters that the filter of a wheel without hands learns.
 LEARNT = ("inertia_error", "steering_wheel_damping", "torque_offset")
-"""Parameters that the filter of a wheel without hands learns."""
 
 
 @dataclass(frozen=True)
 class Hands:
-    """Model of hands on a steering wheel, and of the wheel without them.
+    """Model of hands on a steering wheel, and of the wheel without them."""
 
-    Args:
-        torque: standard deviation of the torque of holding hands; light hands on a straight road
-        correlation_time: correlation time of that torque. A longer one delays the detection of hands off; a shorter one
-            mistakes hands that hold still for a moment for hands off
-        inertia: inertia that the arms add to the wheel
-        damping: damping that the arms add to the wheel
-        rest_torque: standard deviation of the torque without hands, which the model lacks
-        rest_time: correlation time of that torque
-    """
-
+    # Standard deviation of the torque of holding hands; light hands on a straight road.
     torque: Annotated[float, "N*m"] = 0.15
+    # Correlation time of that torque. A longer one delays the detection of hands off; a shorter one mistakes hands that
+    # hold still for a moment for hands off.
     correlation_time: Annotated[float, "s"] = 0.1
-    inertia: Annotated[float, "kg*m**2"] = 0.007
-    damping: Annotated[float, "N*m*s/rad"] = 0.08
+    inertia: Annotated[float, "kg*m**2"] = 0.007  # inertia that the arms add to the wheel
+    damping: Annotated[float, "N*m*s/rad"] = 0.08  # damping that the arms add to the wheel
+    # Standard deviation of the torque without hands, which the model lacks.
     rest_torque: Annotated[float, "N*m"] = 0.005
-    rest_time: Annotated[float, "s"] = 0.02
+    rest_time: Annotated[float, "s"] = 0.02  # correlation time of that torque
 
 
 @dataclass(frozen=True)
 class Tolerance:
-    """Uncertainty of the wheel before anything is learnt, one standard deviation.
+    """Uncertainty of the wheel before anything is learnt, one standard deviation."""
 
-    Args:
-        share: relative, of inertia and damping; a smaller one gains almost nothing, as both are learnt within seconds
-        offset: offset of the measured torque; usual for production sensors
-        wandering_time: time in which parameters change by about the same amount again, 10 h
-    """
-
+    # Relative, of inertia and damping; a smaller one gains almost nothing, as both are learnt within seconds.
     share: Annotated[float, ""] = 0.1
-    offset: Annotated[float, "N*m"] = 0.05
+    offset: Annotated[float, "N*m"] = 0.05  # offset of the measured torque; usual for production sensors
+    # Time in which parameters change by about the same amount again, 10 h.
     wandering_time: Annotated[float, "s"] = 36000.0
 
 
-HANDS, TOLERANCE = Hands(), Tolerance()
-"""Light hands, and a column that is roughly known."""
-
+HANDS, TOLERANCE = Hands(), Tolerance()  # light hands, and a column that is roughly known
+# Smoothing time constant of the acceleration, whose noise would otherwise imitate motion [s]; at least two samples.
 SMOOTHING = 0.005
-"""Smoothing time constant of the acceleration, whose noise would otherwise imitate motion [s]; at least two samples."""
 
 
 class WheelRate(NamedTuple):
@@ -163,10 +151,8 @@ def hands_on_filter(
     )
 
 
-_ANYWHERE = 100.0
-"""Initial variance of the wheel's angle, without information [rad^2]."""
-_ANY_RATE = 25.0
-"""Initial variance of the wheel's rate [rad^2/s^2]."""
+_ANYWHERE = 100.0  # initial variance of the wheel's angle, without information [rad^2]
+_ANY_RATE = 25.0  # initial variance of the wheel's rate [rad^2/s^2]
 
 
 def log_likelihood(estimate: Tree) -> Scalar:
@@ -197,14 +183,10 @@ def relearning(belief: Belief, learnt: Belief, anew: Scalar) -> Belief:
     return begun(belief, belief, learnt, anew, belief)
 
 
-OFF, UNCERTAIN, ON = 0.0, 0.5, 1.0
-"""Codes of the state of the hands."""
-
+OFF, UNCERTAIN, ON = 0.0, 0.5, 1.0  # codes of the state of the hands
+# Thresholds of the log-likelihood ratio for "on" and for "off" [nat]; see `OFF_DESIGN` of the decisions.
 THRESHOLDS = (30.0, 33.0)
-"""Thresholds of the log-likelihood ratio for "on" and for "off" [nat]; see `OFF_DESIGN` of the decisions."""
-
-BEYOND = 4.0
-"""Standard deviations of the tolerance beyond which learnt values are rejected."""
+BEYOND = 4.0  # standard deviations of the tolerance beyond which learnt values are rejected
 
 
 class HandsSample(NamedTuple):

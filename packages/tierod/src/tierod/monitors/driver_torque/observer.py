@@ -23,8 +23,7 @@ from tierod.monitors.driver_torque.design import (
 )
 from tierod.vehicles import Vehicle
 
-UNKNOWN = 10.0
-"""Standard deviation of an unknown torque [N m]; more than hands usually give."""
+UNKNOWN = 10.0  # standard deviation of an unknown torque [N m]; more than hands usually give
 
 
 class ColumnSample(NamedTuple):
@@ -274,17 +273,12 @@ def _there(value: Scalar) -> Scalar:
     return where(present(value), value, 0.0)
 
 
-DELAY = 0.02
-"""Default lag [s]; long enough to see an edge from both sides."""
-
+DELAY = 0.02  # default lag [s]; long enough to see an edge from both sides
+# Random walk of the torque's rate [N m/s^1.5], tuned on simulated benches with hands that jump and hands that pull
+# within 100 ms; samples after an edge are known here, so it may be larger than without a lag.
 RATE_WALK = 40.0
-"""Random walk of the torque's rate [N m/s^1.5], tuned on simulated benches with hands that jump and hands that pull
-within 100 ms; samples after an edge are known here, so it may be larger than without a lag."""
-
-
+# Random walk of the disturbance torque [N m/s^0.5], from the same runs; one filter for steady and reversing friction.
 DISTURBANCE_WALK = 0.3
-"""Random walk of the disturbance torque [N m/s^0.5], from the same runs; one filter for steady and reversing
-friction."""
 
 
 def smoothing(tuning: ColumnTuning) -> ColumnTuning:

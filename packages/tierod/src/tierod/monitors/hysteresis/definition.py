@@ -45,15 +45,11 @@ SIGNALS_USED = ("steering_wheel_angle", "steering_wheel_rate", "driver_torque", 
 
 @dataclass(frozen=True)
 class GroundSuspicion:
-    """Limits beyond which a test labelled as on the hoist looks like one on the ground.
+    """Limits beyond which a test labelled as on the hoist looks like one on the ground."""
 
-    Args:
-        noticeable_friction: friction that a driver notices [N*m]
-        ratio: friction over that, above which the tyres probably scrub [-]; faults reach 1.1 (12.5 N·m, Mohtat et al.,
-            Table 1), the fault-free car on the ground 2.6 (simulated); the limit lies between them
-    """
-
-    noticeable_friction: Annotated[float, "N*m"]
+    noticeable_friction: Annotated[float, "N*m"]  # friction that a driver notices [N*m]
+    # Friction over that, above which the tyres probably scrub [-]; faults reach 1.1 (12.5 N·m, Mohtat et al., Table 1),
+    # the fault-free car on the ground 2.6 (simulated); the limit lies between them.
     ratio: Annotated[float, ""] = 1.7
 
     def warnings(self, friction: float) -> tuple[str, ...]:
@@ -67,8 +63,8 @@ class GroundSuspicion:
         )
 
 
+# Names in the evidence of the friction above the reference, and of its standard deviation.
 INCREASES = ("increase_Nm", "increase_standard_deviation_Nm")
-"""Names in the evidence of the friction above the reference, and of its standard deviation."""
 
 
 class HysteresisSession:

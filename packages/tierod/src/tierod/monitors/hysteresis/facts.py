@@ -23,12 +23,10 @@ from tierod.physics.steering_ratio import column_torque_of_motor
 from tierod.vehicles import Vehicle
 from tierod.vehicles.uncertain import GAIN_DEVIATION
 
-LEAST_SAMPLES = 300
-"""Least number of samples, three seconds of the test."""
-
+LEAST_SAMPLES = 300  # least number of samples, three seconds of the test
+# Noise of the driver's torque over its own variation above which the torques are not compared; it moves the ratio by 6
+# % of the quadratic part.
 NOISY = 0.25
-"""Noise of the driver's torque over its own variation above which the torques are not compared; it moves the ratio by
-6 % of the quadratic part."""
 
 
 def torque_defects(
@@ -70,8 +68,8 @@ def torque_defects(
     return (defect(BOTH, sentence),)
 
 
+# One decision per test.
 INCREASE_DESIGN = RuleDesign(HoldRule(1, sides="upper"), values=1000.0, shift=8.0, spacing=math.inf)
-"""One decision per test."""
 
 INCREASE = Decision(
     name="friction has risen",
@@ -91,12 +89,9 @@ friction above a limit is suspect."""
 
 @dataclass(frozen=True)
 class IncreaseLimits:
-    """Limits of an increase over the fault-free loop, named as in a vehicle file.
+    """Limits of an increase over the fault-free loop, named as in a vehicle file."""
 
-    Args:
-        nominal_friction, rising_friction, fault_friction: limits, whose distances from nominal judge an increase
-    """
-
+    # Limits, whose distances from nominal judge an increase.
     nominal_friction: Annotated[float, "N*m"]
     rising_friction: Annotated[float, "N*m"]
     fault_friction: Annotated[float, "N*m"]
@@ -125,22 +120,15 @@ class IncreaseLimits:
 
 
 class Increase(NamedTuple):
-    """Friction above that of the fault-free car.
+    """Friction above that of the fault-free car."""
 
-    Args:
-        value: friction above the reference [N m]
-        reference: name of the reference
-        base: friction of the reference [N m]
-        parts: standard deviations [N m] by cause that the monitor itself judges, and names; damping and gains are left
-            to the interval of the friction where there is no baseline
-        fault_free_deviation: standard deviation of the increase if the car is fault-free [N m]
-    """
-
-    value: float
-    reference: str
-    base: float
+    value: float  # friction above the reference [N m]
+    reference: str  # name of the reference
+    base: float  # friction of the reference [N m]
+    # Standard deviations [N m] by cause that the monitor itself judges, and names; damping and gains are left to the
+    # interval of the friction where there is no baseline.
     parts: dict[str, float]
-    fault_free_deviation: float
+    fault_free_deviation: float  # standard deviation of the increase if the car is fault-free [N m]
 
     @property
     def deviation(self) -> float:
@@ -149,8 +137,7 @@ class Increase(NamedTuple):
 
 
 SCATTER, FAULT_FREE_TEST = "scatter of the loops", "fault-free test"
-RATE, GAIN = "rate of turning", GAIN_DEVIATION
-"""Parts of the deviation of an increase."""
+RATE, GAIN = "rate of turning", GAIN_DEVIATION  # parts of the deviation of an increase
 
 
 def over_baseline(found: HysteresisFriction, known: Baseline, gain: float) -> Increase:

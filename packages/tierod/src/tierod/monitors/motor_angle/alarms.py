@@ -22,12 +22,11 @@ from tierod.monitors.motor_angle.comparison import (
 )
 from tierod.monitors.motor_angle.plausibility import AnglePlausibility
 
+# CUSUM of the NIS, one value per sample; three measurements have a mean of three, and the sum stays below 20 without a
+# fault.
 MODEL_DRIFT, MODEL_THRESHOLD = 8.0, 400.0
-"""CUSUM of the NIS, one value per sample; three measurements have a mean of three, and the sum stays below 20 without a
-fault."""
-
+# Standard deviation of the residuals that the CUSUM of the angle is designed for; two and a half times the bench's.
 BORNE: Annotated[float, "rad"] = 2.5 * 0.0066
-"""Standard deviation of the residuals that the CUSUM of the angle is designed for; two and a half times the bench's."""
 
 ANGLE_DESIGN = RuleDesign(
     CusumRule(ANGLE_DRIFT / BORNE),
@@ -39,8 +38,8 @@ ANGLE_DESIGN = RuleDesign(
 """Design of the CUSUM of the angle: counted on residuals scaled by two and a half, 239 and 13 alarms at 0.1 and 0.3 rad
 in 0.69 h of turning (docs/explanation/motor-angle.md), and extrapolated to 0.9 rad."""
 
+# Hours of 900 fault-free drives with wrong parameters: turning, and in total; docs/explanation/motor-angle.md.
 TURNING, DRIVEN = Demonstrated(10.4), Demonstrated(15.0)
-"""Hours of 900 fault-free drives with wrong parameters: turning, and in total; docs/explanation/motor-angle.md."""
 
 _SOURCE = (
     "fault-free drives on the bench, voltages measured, with wrong resistance, flux and inductance "
@@ -50,23 +49,14 @@ _UNSEEN = "set beyond what fault-free parts show; not demonstrated, because the 
 
 
 class Alarm(NamedTuple):
-    """An alarm with its meaning.
+    """An alarm with its meaning."""
 
-    Args:
-        name: name of its output
-        code: its trouble code
-        reason: its meaning in a few words
-        cause: its meaning
-        action: the remedy
-        decision: decision that raises it
-    """
-
-    name: str
-    code: str
-    reason: str
-    cause: str
-    action: str
-    decision: Decision
+    name: str  # name of its output
+    code: str  # its trouble code
+    reason: str  # its meaning in a few words
+    cause: str  # its meaning
+    action: str  # the remedy
+    decision: Decision  # decision that raises it
 
 
 def _decided(
@@ -333,5 +323,5 @@ commanded voltages decide alike, but only measured ones were tested so long."""
 
 BY_NAME = {each.name: each for each in ALARMS}
 
+# Alarms behind each trouble code.
 CODES = {code: [each.name for each in ALARMS if each.code == code] for code in {each.code: None for each in ALARMS}}
-"""Alarms behind each trouble code."""

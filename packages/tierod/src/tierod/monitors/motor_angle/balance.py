@@ -13,107 +13,73 @@ import numpy as np
 from tierod.methods.identification.regression import solved
 from tierod.models.stator_frame_motor import SampledMotorParameters
 
+# Time over which the equation is integrated; at 400 rad/s electrical the rotor turns by 2 rad meanwhile.
 WINDOW: Annotated[float, "s"] = 5e-3
-"""Time over which the equation is integrated; at 400 rad/s electrical the rotor turns by 2 rad meanwhile."""
-
-PART = 100
-"""Windows per part; halves are cut between parts."""
-
-MOST_PARTS = 1000
-"""Largest number of parts; beyond, neighbours are merged."""
-
+PART = 100  # windows per part; halves are cut between parts
+MOST_PARTS = 1000  # largest number of parts; beyond, neighbours are merged
+# Indices of the columns, each followed by its mirror image; the signs are zero where the voltages are measured.
 _CURRENT, _GAIN, _ROTOR, _SIGNS, _SALIENT, _VOLTAGE = 0, 2, 4, 6, 8, 12
-"""Indices of the columns, each followed by its mirror image; the signs are zero where the voltages are measured."""
-
+# Which of the four saliency columns belongs to mirrored currents and a backward angle.
 _TURNED = {(False, False): 0, (True, True): 1, (True, False): 2, (False, True): 3}
-"""Which of the four saliency columns belongs to mirrored currents and a backward angle."""
 
 _THIRD = 2.0 * math.pi / 3.0
 
+# Rotation of a mirrored vector by which alpha and beta are exchanged.
 AXES_SWAPPED: Annotated[float, "rad"] = 0.5 * math.pi
-"""Rotation of a mirrored vector by which alpha and beta are exchanged."""
-
+# Range of the change of flux over a window, in multiples of the flux; below it noise dominates, and a change of 2 is
+# half a turn.
 SLOWEST, FASTEST = 0.2, 1.7
-"""Range of the change of flux over a window, in multiples of the flux; below it noise dominates, and a change of 2 is
-half a turn."""
-
-LEAST_TURNING = 100
-"""Least number of windows, half a second of turning."""
-
+LEAST_TURNING = 100  # least number of windows, half a second of turning
+# Share of the induced voltage up to which it may contradict its own rotation [-]; fault-free drives leave 0.008 to
+# 0.021, a clipped current 0.075 and more, any other change of currents or voltages more than 0.13.
 FITS = 0.04
-"""Share of the induced voltage up to which it may contradict its own rotation [-]; fault-free drives leave 0.008 to
-0.021, a clipped current 0.075 and more, any other change of currents or voltages more than 0.13."""
 
 
 class Reading(NamedTuple):
-    """One hypothesis on how currents and angle must be read.
+    """One hypothesis on how currents and angle must be read."""
 
-    Args:
-        mirrored: currents with two phases swapped
-        shifted: currents with their phases rotated by this angle [rad]
-        backwards: an angle with reversed direction
-    """
-
-    mirrored: bool = False
-    shifted: Annotated[float, "rad"] = 0.0
-    backwards: bool = False
+    mirrored: bool = False  # currents with two phases swapped
+    shifted: Annotated[float, "rad"] = 0.0  # currents with their phases rotated by this angle [rad]
+    backwards: bool = False  # an angle with reversed direction
 
 
 AS_RECORDED = Reading()
 _PHASES = tuple(Reading(*each) for each in product((False, True), (0.0, _THIRD, -_THIRD), (False, True)))
+# All readings: the recorded one first, the last two with the stator's axes swapped.
 READINGS = (*_PHASES, Reading(True, AXES_SWAPPED), Reading(True, AXES_SWAPPED, True))
-"""All readings: the recorded one first, the last two with the stator's axes swapped."""
 
 
 @dataclass(frozen=True)
 class Balance:
-    """Least-squares fit of the voltage for one reading.
+    """Least-squares fit of the voltage for one reading."""
 
-    Args:
-        reading: reading of currents and angle
-        resistance: resistance [ohm]
-        inductance: mean of the inductances along and across the flux [H]
-        flux: flux of the magnets [V s]
-        flux_direction: electrical direction of the flux, relative to that of the sensor [rad]
-        unexplained: root mean square of the residual, as a share of the voltage's
-        windows: number of windows
-        change: change of the current over a window, root mean square [A]
-        turn: turn of the rotor's direction over a window, root mean square, electrical [rad]
-    """
-
-    reading: Reading
-    resistance: float
-    inductance: float
-    flux: float
-    flux_direction: float
-    unexplained: float
-    windows: int
-    change: float
-    turn: float
+    reading: Reading  # reading of currents and angle
+    resistance: float  # resistance [ohm]
+    inductance: float  # mean of the inductances along and across the flux [H]
+    flux: float  # flux of the magnets [V s]
+    flux_direction: float  # electrical direction of the flux, relative to that of the sensor [rad]
+    unexplained: float  # root mean square of the residual, as a share of the voltage's
+    windows: int  # number of windows
+    change: float  # change of the current over a window, root mean square [A]
+    turn: float  # turn of the rotor's direction over a window, root mean square, electrical [rad]
 
 
 @dataclass(frozen=True)
 class AxisBalance:
-    """Least-squares fit of the voltage with free inductances of both axes, whatever the vehicle file says.
+    """Least-squares fit of the voltage with free inductances of both axes, whatever the vehicle file says."""
 
-    Args:
-        resistance, flux: resistance [ohm] and flux of the magnets [V s]
-        flux_direction: electrical direction of the flux, relative to that of the sensor [rad]
-        along, across: inductances along and across the flux [H]
-        change_along, change_across: change of each current over a window, root mean square [A]
-        unexplained: root mean square of the residual, as a share of the voltage's
-        windows: number of windows
-    """
-
+    # Resistance [ohm] and flux of the magnets [V s].
     resistance: float
     flux: float
-    flux_direction: float
+    flux_direction: float  # electrical direction of the flux, relative to that of the sensor [rad]
+    # Inductances along and across the flux [H].
     along: float
     across: float
+    # Change of each current over a window, root mean square [A].
     change_along: float
     change_across: float
-    unexplained: float
-    windows: int
+    unexplained: float  # root mean square of the residual, as a share of the voltage's
+    windows: int  # number of windows
 
 
 class VoltageBalance:
@@ -333,36 +299,27 @@ class InducedVoltage:
         return math.sqrt(self._apart / self._power) if self._windows >= LEAST_TURNING else math.nan
 
 
-LEAST_WINDOWS = 100
-"""Least number of windows, half a second of driving."""
-
+LEAST_WINDOWS = 100  # least number of windows, half a second of driving
+# Largest unexplained share of the voltage for a valid reading; fault-free recordings leave 0.01 to 0.05, and one that
+# changed during the drive, as with a fault, 0.2 and more.
 CLEAN = 0.1
-"""Largest unexplained share of the voltage for a valid reading; fault-free recordings leave 0.01 to 0.05, and one that
-changed during the drive, as with a fault, 0.2 and more."""
-
+# Residual over that with the inductances of the vehicle file from which other ones explain a contradiction; a saliency
+# of 1.5 that the file lacks leaves 0.1 to 0.7, a fault of the sensor 0.94 and more.
 EXPLAINS = 0.8
-"""Residual over that with the inductances of the vehicle file from which other ones explain a contradiction; a
-saliency of 1.5 that the file lacks leaves 0.1 to 0.7, a fault of the sensor 0.94 and more."""
-
+# Factor of a resistance's change with temperature; a winding from -40 to 120 degrees has 0.76 to 1.4 of its resistance
+# at 20.
 WARMTH = 1.5
-"""Factor of a resistance's change with temperature; a winding from -40 to 120 degrees has 0.76 to 1.4 of its resistance
-at 20."""
-
+# Factor within which two scales count as equal; magnets from -40 to 120 degrees and a data sheet's inductance stay
+# within it.
 ALIKE = 1.15
-"""Factor within which two scales count as equal; magnets from -40 to 120 degrees and a data sheet's inductance stay
-within it."""
-
-
+# Least electrical turn over a window for the flux, root mean square [rad]; 25 times the noise of a sensor.
 LEAST_TURN = 0.05
-"""Least electrical turn over a window for the flux, root mean square [rad]; 25 times the noise of a sensor."""
-
+# Largest difference between the flux directions of a half and of the whole, electrical [rad]; an inductance that is
+# wrong by half turns it by some 0.05, and a sensor whose angle leaps by more is itself faulty.
 SAME_DIRECTION = 0.1
-"""Largest difference between the flux directions of a half and of the whole, electrical [rad]; an inductance that is
-wrong by half turns it by some 0.05, and a sensor whose angle leaps by more is itself faulty."""
-
+# Least change of the current over a window for the inductance, over the noise of the current; noise of both ends makes
+# the inductance too small by 2 / 5^2 = 8 %, less than `ALIKE` allows. Those of each axis are freed from this error.
 LEAST_CHANGE = 5.0
-"""Least change of the current over a window for the inductance, over the noise of the current; noise of both ends makes
-the inductance too small by 2 / 5^2 = 8 %, less than `ALIKE` allows. Those of each axis are freed from this error."""
 
 
 def misread(collected: VoltageBalance, p: SampledMotorParameters, current_noise: float) -> tuple[str, str] | None:

@@ -30,15 +30,13 @@ from tierod.methods.detectors.control_charts import Cusum, Debounce
 from tierod.monitors.motor_angle.observer import MotorAngleObserver, MotorAngleSample
 from tierod.physics.angle import wrapped
 
+# CUSUM of the electrical angle residual, one value per millisecond [rad]: see docs/explanation/motor-angle.md, Design
+# of the CUSUM.
 ANGLE_DRIFT, ANGLE_THRESHOLD = 0.044, 0.9
-"""CUSUM of the electrical angle residual, one value per millisecond [rad]: see docs/explanation/motor-angle.md,
-Design of the CUSUM."""
-
+# CUSUM of the speed residual, one value per 10 ms [rad/s]: see the same section.
 SPEED_DRIFT, SPEED_THRESHOLD = 0.5, 2.0
-"""CUSUM of the speed residual, one value per 10 ms [rad/s]: see the same section."""
-
+# Excess of windows against the observer over those with it that shows swapped sine and cosine, or phases [-].
 BACKWARDS = 3.0
-"""Excess of windows against the observer over those with it that shows swapped sine and cosine, or phases [-]."""
 
 
 class SensorBesideObserver(NamedTuple):
@@ -312,8 +310,7 @@ class SensorComparison:
         )
 
 
-LEARNT = 0.2
-"""Initial time over which the amplitude of sine and cosine is averaged [s]."""
+LEARNT = 0.2  # initial time over which the amplitude of sine and cosine is averaged [s]
 
 
 class ElectricalAlarms(NamedTuple):

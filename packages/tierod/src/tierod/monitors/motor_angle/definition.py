@@ -45,8 +45,8 @@ from tierod.monitors.motor_angle.observer import (
 from tierod.monitors.motor_angle.plausibility import AnglePlausibility, Superposition, VariableGain, WhichAngle
 from tierod.vehicles import Vehicle
 
+# Electrical residual within which the observer confirms the sensor; fault-free ones stay below 0.05 rad.
 CONFIRMED: Annotated[float, "rad"] = 0.1
-"""Electrical residual within which the observer confirms the sensor; fault-free ones stay below 0.05 rad."""
 
 
 class Alarms(NamedTuple):
@@ -266,11 +266,8 @@ class MotorAngleMonitor:
         )
 
 
-LEAST_SHARE = 0.8
-"""Least share of the samples with currents and voltages."""
-
-SLICE = 200_000
-"""Samples processed at once, so that the outputs of a long piece are not in memory together."""
+LEAST_SHARE = 0.8  # least share of the samples with currents and voltages
+SLICE = 200_000  # samples processed at once, so that the outputs of a long piece are not in memory together
 
 TRACES = {
     "estimate.angle_residual_electrical": ("angle_residual_electrical", "rad"),
@@ -299,8 +296,8 @@ TRACES = {
 }
 """Outputs of the block that a report shows."""
 
+# Traces that are defined at readings only; 0 stands for no value in between.
 AT_READINGS = ("leap_of_angle", "change_of_resolver_amplitude", "resolver_mismatch_electrical", "sum_of_phase_currents")
-"""Traces that are defined at readings only; 0 stands for no value in between."""
 
 INVERTER_TRACES = {
     "estimate.inverter_voltage_loss": ("estimated_inverter_voltage_loss", "V"),

@@ -23,62 +23,39 @@ from tierod.monitors.motor_angle.plausibility import NOT_MOTOR
 from tierod.physics.clarke_park import StatorVector
 from tierod.physics.inverter import phase_signs
 
-MOST_SAMPLES = 100_000
-"""Largest number of stored residuals, some minutes of turning; beyond, every second one is kept."""
-
-LEAST_SAMPLES = 20
-"""Least number of residuals for a shape."""
-
+MOST_SAMPLES = 100_000  # largest number of stored residuals, some minutes of turning; beyond, every second one is kept
+LEAST_SAMPLES = 20  # least number of residuals for a shape
+# Scatter up to which an error is an offset; five times that of a fault-free sensor.
 QUIET: Annotated[float, "rad"] = 0.03
-"""Scatter up to which an error is an offset; five times that of a fault-free sensor."""
-
-BETTER = 0.5
-"""Share of the variance about an offset that another shape must leave at most."""
-
+BETTER = 0.5  # share of the variance about an offset that another shape must leave at most
+# Standard deviations of a single residual by which drift, gain or ripple must differ from none [-]; as for every other
+# sensor, 3 in 1000 chance errors exceed it.
 SURE = 3.0
-"""Standard deviations of a single residual by which drift, gain or ripple must differ from none [-]; as for every other
-sensor, 3 in 1000 chance errors exceed it."""
-
+# Blocks of residuals whose powers give the standard deviation of a scatter; neighbouring residuals are correlated.
 BLOCKS = 10
-"""Blocks of residuals whose powers give the standard deviation of a scatter; neighbouring residuals are correlated."""
-
-ORDERS = range(1, 17)
-"""Periods of a ripple per turn of the shaft that are tried; four per pole pair of a usual motor."""
+ORDERS = range(1, 17)  # periods of a ripple per turn of the shaft that are tried; four per pole pair of a usual motor
 
 OFFSET, DRIFT, GAIN, RIPPLE, SCATTER, NOISE = "offset", "drift", "gain", "ripple", "scatter", "noise"
 
-READINGS = 200
-"""Readings in a window of the noise; the median of as many third differences is known to some 12 %."""
-
+READINGS = 200  # readings in a window of the noise; the median of as many third differences is known to some 12 %
+# Noise of the readings over that which the observer assumes, from which it is named; the increments of a slow motor
+# contradict currents and voltages now and then from 5 times as much on, and without an end from 7 times.
 NOISY = 5.0
-"""Noise of the readings over that which the observer assumes, from which it is named; the increments of a slow motor
-contradict currents and voltages now and then from 5 times as much on, and without an end from 7 times."""
-
-SATURATED: Annotated[float, "rad"] = 0.5
-"""Noise beyond which wrapped readings hardly show how large it is."""
+SATURATED: Annotated[float, "rad"] = 0.5  # noise beyond which wrapped readings hardly show how large it is
 
 
 class Shape(NamedTuple):
-    """An error of the sensor.
+    """An error of the sensor."""
 
-    Args:
-        kind: one of OFFSET, DRIFT, GAIN, RIPPLE, SCATTER, NOISE
-        size: offset, amplitude or root mean square, electrical [rad]; drift, electrical [rad/s]; gain of the sensor;
-            noise of its readings, mechanical [rad]
-        deviation: standard deviation of the size, in its unit
-        left: root mean square of what the shape leaves, electrical [rad]
-        mean: mean error, electrical [rad]
-        order: periods of a ripple per turn of the shaft
-        zero: time at which a drift was zero [s]
-    """
-
-    kind: str
+    kind: str  # one of OFFSET, DRIFT, GAIN, RIPPLE, SCATTER, NOISE
+    # Offset, amplitude or root mean square, electrical [rad]; drift, electrical [rad/s]; gain of the sensor; noise of
+    # its readings, mechanical [rad].
     size: float
-    deviation: float
-    left: float
-    mean: float = 0.0
-    order: int = 0
-    zero: float = math.nan
+    deviation: float  # standard deviation of the size, in its unit
+    left: float  # root mean square of what the shape leaves, electrical [rad]
+    mean: float = 0.0  # mean error, electrical [rad]
+    order: int = 0  # periods of a ripple per turn of the shaft
+    zero: float = math.nan  # time at which a drift was zero [s]
 
     @property
     def known(self) -> bool:
@@ -214,19 +191,12 @@ def _ripple(error: np.ndarray, angle: np.ndarray, order: int) -> Shape:
     return Shape(RIPPLE, math.hypot(float(found[1]), float(found[2])), left, left, float(found[0]), order)
 
 
+# NIS above which a sample is surprising; chance exceeds it in one of 6000 samples: three measurements have a mean of
+# three.
 SURPRISING = 20.0
-"""NIS above which a sample is surprising; chance exceeds it in one of 6000 samples: three measurements have a mean of
-three."""
-
-KNEE_REACHED = 0.95
-"""Share of the range in which the knee is learnt, from which the true knee may lie outside."""
-
-
-COMPARED = ("angle", "speed")
-"""Alarms of the comparison of the sensor with the observer."""
-
-BY_OBSERVER = ("model", *COMPARED)
-"""Alarms after which currents and voltages are compared without the sensor."""
+KNEE_REACHED = 0.95  # share of the range in which the knee is learnt, from which the true knee may lie outside
+COMPARED = ("angle", "speed")  # alarms of the comparison of the sensor with the observer
+BY_OBSERVER = ("model", *COMPARED)  # alarms after which currents and voltages are compared without the sensor
 
 
 class Spell(NamedTuple):
@@ -237,21 +207,13 @@ class Spell(NamedTuple):
 
 
 class InverterLoss(NamedTuple):
-    """Voltage loss of the inverter, estimated against its command.
+    """Voltage loss of the inverter, estimated against its command."""
 
-    Args:
-        voltage_loss: loss of a phase far above the knee
-        knee_current: current below which the loss falls
-        knee_deviation: standard deviation of its logarithm
-        nominal_knee: knee current of the vehicle file
-        widest: bound of the logarithm of the knee over the nominal one
-    """
-
-    voltage_loss: Annotated[float, "V"]
-    knee_current: Annotated[float, "A"]
-    knee_deviation: float
-    nominal_knee: Annotated[float, "A"]
-    widest: float
+    voltage_loss: Annotated[float, "V"]  # loss of a phase far above the knee
+    knee_current: Annotated[float, "A"]  # current below which the loss falls
+    knee_deviation: float  # standard deviation of its logarithm
+    nominal_knee: Annotated[float, "A"]  # knee current of the vehicle file
+    widest: float  # bound of the logarithm of the knee over the nominal one
 
     @property
     def apart(self) -> float:
@@ -265,71 +227,53 @@ class InverterLoss(NamedTuple):
 
 
 class Drive(NamedTuple):
-    """Results over a drive.
+    """Results over a drive."""
 
-    Args:
-        seconds, known: duration of the drive, and time with a known angle
-        counted: number of residuals that counted
-        offset, offset_deviation: mean and standard deviation of all electrical residuals that counted
-        rms: root mean square of all residuals that counted
-        windows, slope, agreement: number of windows, increment of the sensor over the observer's, their correlation
-        nis, surprised: mean NIS, and share of surprising samples since `model` alarmed
-        resistance, flux: estimates over the values of the vehicle file
-        suspect: code of the angle that the plausibility test suspects
-        starts: first times of alarms
-        spells: number of samples and last time of each alarm
-        until: end of the drive [s]
-        onset, settled, end: begin of the error behind the alarm of `angle` or `speed`, whether the sensor agreed
-            before, and end
-        shape: error of the sensor from then to the end of the alarm, or noise; None without such an alarm
-        noise, noise_limit: noise of a reading since the first alarm, or over the drive without one, and that from which
-            it is named, mechanical
-        rms_since_model: root mean square of the residuals since the last alarm of `model`; NaN with too few of them
-        voltages: source of the observer's voltages
-        lost: voltage loss of the inverter; None where the voltages were measured
-        misread: cause and action, where the whole recording is consistent after another reading
-        contradicting: share of the induced voltage that contradicts its rotation since the first of `BY_OBSERVER`; else
-            NaN
-        closes: whether currents, voltages and angle since then are those of some motor
-        departure: parameters of that motor that differ from the vehicle file, in words
-        turned: direction of its flux relative to the sensor's, electrical
-        mismatch: largest mismatch of the three angles during its alarm, at the pinion
-        untwisted: whether the three angles were not compared for lack of the driver's torque
-    """
-
+    # Duration of the drive, and time with a known angle.
     seconds: Annotated[float, "s"]
     known: Annotated[float, "s"]
-    counted: int
+    counted: int  # number of residuals that counted
+    # Mean and standard deviation of all electrical residuals that counted.
     offset: Annotated[float, "rad"]
     offset_deviation: Annotated[float, "rad"]
-    rms: Annotated[float, "rad"]
+    rms: Annotated[float, "rad"]  # root mean square of all residuals that counted
+    # Number of windows, increment of the sensor over the observer's, their correlation.
     windows: int
     slope: float
     agreement: float
+    # Mean NIS, and share of surprising samples since `model` alarmed.
     nis: float
     surprised: float
+    # Estimates over the values of the vehicle file.
     resistance: float
     flux: float
-    suspect: float
-    starts: dict[str, float]
-    spells: dict[str, Spell]
-    until: Annotated[float, "s"]
+    suspect: float  # code of the angle that the plausibility test suspects
+    starts: dict[str, float]  # first times of alarms
+    spells: dict[str, Spell]  # number of samples and last time of each alarm
+    until: Annotated[float, "s"]  # end of the drive [s]
+    # Begin of the error behind the alarm of `angle` or `speed`, whether the sensor agreed before, and end.
     onset: Annotated[float, "s"] = math.nan
     settled: bool = False
     end: Annotated[float, "s"] = math.nan
+    # Error of the sensor from then to the end of the alarm, or noise; None without such an alarm.
     shape: Shape | None = None
+    # Noise of a reading since the first alarm, or over the drive without one, and that from which it is named,
+    # mechanical.
     noise: Annotated[float, "rad"] = math.nan
     noise_limit: Annotated[float, "rad"] = math.nan
+    # Root mean square of the residuals since the last alarm of `model`; NaN with too few of them.
     rms_since_model: Annotated[float, "rad"] = math.nan
-    voltages: str = MEASURED
-    lost: InverterLoss | None = None
+    voltages: str = MEASURED  # source of the observer's voltages
+    lost: InverterLoss | None = None  # voltage loss of the inverter; None where the voltages were measured
+    # Cause and action, where the whole recording is consistent after another reading.
     misread: tuple[str, str] | None = None
+    # Share of the induced voltage that contradicts its rotation since the first of `BY_OBSERVER`; else NaN.
     contradicting: float = math.nan
-    closes: bool = False
-    departure: str = ""
-    turned: Annotated[float, "rad"] = 0.0
-    mismatch: Annotated[float, "rad"] = 0.0
-    untwisted: bool = False
+    closes: bool = False  # whether currents, voltages and angle since then are those of some motor
+    departure: str = ""  # parameters of that motor that differ from the vehicle file, in words
+    turned: Annotated[float, "rad"] = 0.0  # direction of its flux relative to the sensor's, electrical
+    mismatch: Annotated[float, "rad"] = 0.0  # largest mismatch of the three angles during its alarm, at the pinion
+    untwisted: bool = False  # whether the three angles were not compared for lack of the driver's torque
 
     @property
     def monitor(self) -> str:
@@ -337,8 +281,7 @@ class Drive(NamedTuple):
         return f"motor-angle, {VARIANTS[self.voltages]}"
 
 
-KEPT = 0.25
-"""Least duration for which an alarm counts [s]; longer than the sampling interval of a fault memory."""
+KEPT = 0.25  # least duration for which an alarm counts [s]; longer than the sampling interval of a fault memory
 
 
 class AlarmCourses:

@@ -25,26 +25,19 @@ from tierod.monitors.motor_angle.observer import IN_WORDS, MEASURED
 from tierod.monitors.motor_angle.plausibility import MOTOR, NOT_MOTOR, PINION, WHEEL
 from tierod.vehicles import Vehicle
 
-LEAST_KNOWN = 1.0
-"""Least time with a turning motor for a healthy sensor [s]."""
+LEAST_KNOWN = 1.0  # least time with a turning motor for a healthy sensor [s]
 
 FIVE_DEGREES = math.radians(5.0)
 
-TOGETHER = 1.0
-"""Time within which alarms have one root cause [s]."""
-
+TOGETHER = 1.0  # time within which alarms have one root cause [s]
+# Sensor faults that disturb the observer: the drive stalls, as with swapped currents, or the angle leaps while the
+# motor is slow and its increments count.
 DISTURBING = ("stuck", "backwards", "electrical.resolver_mismatch", "electrical.angle_gradient", "not_following")
-"""Sensor faults that disturb the observer: the drive stalls, as with swapped currents, or the angle leaps while the
-motor is slow and its increments count."""
-
+# Share of surprising innovations since `model` alarmed, below which the motor's model was valid again at once.
 PASSING = 0.05
-"""Share of surprising innovations since `model` alarmed, below which the motor's model was valid again at once."""
-
-FEW_LEAPS = 3
-"""Number of leaps of the angle up to which its zero jumped; a noisy or coarse sensor leaps all the time."""
-
+FEW_LEAPS = 3  # number of leaps of the angle up to which its zero jumped; a noisy or coarse sensor leaps all the time
+# Offset from which a drive may not follow its target: its torque falls with the cosine [rad].
 STALLING = math.radians(45.0)
-"""Offset from which a drive may not follow its target: its torque falls with the cosine [rad]."""
 
 CASES = {
     each.name: each
@@ -108,14 +101,11 @@ CASES = {
 }
 """Sentences of the findings, by case; those of the alarms by their names."""
 
+# A contradiction that has passed; one in which neither the sensor nor currents and voltages are isolated.
 PASSED, UNDECIDED = "passed", "undecided"
-"""A contradiction that has passed; one in which neither the sensor nor currents and voltages are isolated."""
-
+# Alarms that noise of the readings can raise.
 FROM_NOISE = ("model", "backwards", "angle", "speed", "electrical.angle_gradient", "not_following")
-"""Alarms that noise of the readings can raise."""
-
-MOST_TORQUE = 10.0
-"""Upper bound of a plausible driver's torque [N m]; power steering keeps it below 5."""
+MOST_TORQUE = 10.0  # upper bound of a plausible driver's torque [N m]; power steering keeps it below 5
 
 SUSPECTS = {
     MOTOR: "the motor's angle",
@@ -232,11 +222,9 @@ def _or_torque(drive: Drive, vehicle: Vehicle) -> str:
 
 DIFFERENCE = "difference of the motor's angle sensor from the angle that its currents give, electrical"
 
-ENDED = 1.0
-"""Time without the alarm at the end of the drive from which it has ended [s]."""
-
+ENDED = 1.0  # time without the alarm at the end of the drive from which it has ended [s]
+# Alarms that a wrong recording can raise.
 NOT_THE_SENSOR = ("model", "angle", "speed", "stuck", "backwards", "not_following", "electrical.angle_gradient")
-"""Alarms that a wrong recording can raise."""
 
 
 def judge(drive: Drive, vehicle: Vehicle) -> Verdict:
@@ -364,18 +352,14 @@ def _evidence(drive: Drive) -> dict[str, float]:
     return found
 
 
-LEAST_INCREMENTS = 30
-"""Least number of 10 ms windows for the scale of the angle."""
-
+LEAST_INCREMENTS = 30  # least number of 10 ms windows for the scale of the angle
+# Correlation of the increments of sensor and observer from which a wrong scale is an error of the recording or file,
+# not a fault.
 AGREEMENT = 0.98
-"""Correlation of the increments of sensor and observer from which a wrong scale is an error of the recording or file,
-not a fault."""
-
+# Relative tolerance within which a scale is attributed to a number of pole pairs, which are whole numbers.
 SCALE_MARGIN = 0.1
-"""Relative tolerance within which a scale is attributed to a number of pole pairs, which are whole numbers."""
-
+# Factor and number of standard deviations beyond which the knee differs from that of the vehicle file.
 KNEE_APART, KNEE_SIGMAS = 1.4, 4.0
-"""Factor and number of standard deviations beyond which the knee differs from that of the vehicle file."""
 
 
 def wrong_scale(drive: Drive, pole_pairs: float) -> tuple[str, str] | None:

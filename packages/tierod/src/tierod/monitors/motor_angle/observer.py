@@ -34,8 +34,8 @@ SIGNALS = {
 }
 """Signals that each voltage source needs in every sample; duty cycles also need a supply voltage, however seldom."""
 
+# Names of the monitor's variants.
 VARIANTS = {MEASURED: "stator-frame", COMMANDED: "commanded-voltage", DUTY_CYCLES: "duty-cycles"}
-"""Names of the monitor's variants."""
 
 IN_WORDS = {
     COMMANDED: "the commanded ones, less the estimated voltage loss of the inverter",
@@ -187,8 +187,8 @@ class MotorAngleTuning:
         check_ranges(self)
 
 
+# Variance that the angle gains per sample besides that of the speed [rad^2]; keeps the covariance positive.
 _TINY = 1e-14
-"""Variance that the angle gains per sample besides that of the speed [rad^2]; keeps the covariance positive."""
 
 
 def stator_filter(p: SampledMotorParameters, t: MotorAngleTuning) -> KalmanFilter:
@@ -260,8 +260,7 @@ class Surprise(NamedTuple):
     often: Annotated[Scalar, ""]
 
 
-_LONGEST_WAIT = 1e6
-"""Upper bound of the sample count between readings."""
+_LONGEST_WAIT = 1e6  # upper bound of the sample count between readings
 
 
 @dataclass(frozen=True)

@@ -25,8 +25,8 @@ from tierod.monitors.motor_angle.observer import MotorAngleSample
 from tierod.physics.angle import wrapped
 from tierod.physics.gear import superposed_angle, superposed_target, variable_gain
 
+# Codes of the suspected angle; the last one means the steering wheel's or the pinion's.
 NONE, MOTOR, WHEEL, PINION, NOT_MOTOR = 0.0, 1.0, 2.0, 3.0, 4.0
-"""Codes of the suspected angle; the last one means the steering wheel's or the pinion's."""
 
 
 class Opinions(NamedTuple):

@@ -20,45 +20,33 @@ from tierod.vehicles.vehicle import Vehicle
 
 @dataclass(frozen=True)
 class Tolerances:
-    """Deviations of fault-free cars from their files: standard deviations added to those of the parameters.
+    """Deviations of fault-free cars from their files: standard deviations added to those of the parameters."""
 
-    Args:
-        turn_usual, turn: mean and standard deviation of the logarithm of lateral acceleration over speed times yaw
-            rate; bank makes it smaller, lean larger
-        wheelbase: relative, of wheelbase and steering ratio; the ratio varies with the angle, columns twist
-        understeer: error of the understeer gradient from nonlinear tyres
-        tyres: least relative standard deviation of a cornering stiffness, which is uncertain on another surface
-        steering_zero: zero of the road wheels [rad]; 3 degrees at the steering wheel
-        sensor_usual, sensor: mean and standard deviation of the accelerometer's place; a delay of some hundredths of a
-            second moves it backwards
-        sensor_forward: standard deviation of the place about the centre of gravity, where the file gives none
-        track: relative, of the rear track; wheel speeds in a turn follow the tyres' centres
-        wheel: relative, of the radius of the wheels
-        gain: relative, from slopes and slip
-        decides: threshold on the squared normalised deviations explained by one hypothesis, 3.2 standard deviations
-        file_decides: the same threshold for the vehicle file with its four quantities
-        left: probability below which what the accepted hypothesis leaves is no chance
-        alike: difference of these up to which two hypotheses cannot be separated
-        least: relative error of a scale from which it is reported
-    """
-
+    # Mean and standard deviation of the logarithm of lateral acceleration over speed times yaw rate; bank makes it
+    # smaller, lean larger.
     turn_usual: Annotated[float, ""] = -0.03
     turn: Annotated[float, ""] = 0.05
+    # Relative, of wheelbase and steering ratio; the ratio varies with the angle, columns twist.
     wheelbase: Annotated[float, ""] = 0.10
-    understeer: Annotated[float, "rad*s**2/m"] = 0.0015
+    understeer: Annotated[float, "rad*s**2/m"] = 0.0015  # error of the understeer gradient from nonlinear tyres
+    # Least relative standard deviation of a cornering stiffness, which is uncertain on another surface.
     tyres: Annotated[float, ""] = 0.3
-    steering_zero: Annotated[float, "rad"] = 0.003
+    steering_zero: Annotated[float, "rad"] = 0.003  # zero of the road wheels [rad]; 3 degrees at the steering wheel
+    # Mean and standard deviation of the accelerometer's place; a delay of some hundredths of a second moves it
+    # backwards.
     sensor_usual: Annotated[float, "m"] = -0.2
     sensor: Annotated[float, "m"] = 0.2
+    # Standard deviation of the place about the centre of gravity, where the file gives none.
     sensor_forward: Annotated[float, "m"] = 0.3
-    track: Annotated[float, ""] = 0.05
-    wheel: Annotated[float, ""] = 0.03
-    gain: Annotated[float, ""] = 0.06
+    track: Annotated[float, ""] = 0.05  # relative, of the rear track; wheel speeds in a turn follow the tyres' centres
+    wheel: Annotated[float, ""] = 0.03  # relative, of the radius of the wheels
+    gain: Annotated[float, ""] = 0.06  # relative, from slopes and slip
+    # Threshold on the squared normalised deviations explained by one hypothesis, 3.2 standard deviations.
     decides: Annotated[float, ""] = 10.0
-    file_decides: Annotated[float, ""] = 16.0
-    left: Annotated[float, ""] = 0.01
-    alike: Annotated[float, ""] = 4.0
-    least: Annotated[float, ""] = 0.08
+    file_decides: Annotated[float, ""] = 16.0  # the same threshold for the vehicle file with its four quantities
+    left: Annotated[float, ""] = 0.01  # probability below which what the accepted hypothesis leaves is no chance
+    alike: Annotated[float, ""] = 4.0  # difference of these up to which two hypotheses cannot be separated
+    least: Annotated[float, ""] = 0.08  # relative error of a scale from which it is reported
 
 
 class Expected(NamedTuple):
@@ -134,11 +122,9 @@ def _understeer_moves(car: Vehicle, limits: Tolerances) -> list[float]:
     return [0.5 * (_understeer(moved(car, {name: 1.0})) - _understeer(moved(car, {name: -1.0}))) for name in STEERING]
 
 
+# Names of the test statistics in the evidence.
 SIGNALS_WEIGHT, FILE_WEIGHT = "contradicting_signals_chi_square", "contradicting_file_chi_square"
-"""Names of the test statistics in the evidence."""
-
-FILE = ("wheelbase", "understeer", "sensor_place", "track")
-"""Observables that depend on the vehicle file."""
+FILE = ("wheelbase", "understeer", "sensor_place", "track")  # observables that depend on the vehicle file
 
 REAR_WHEELS = "the rear wheel speeds"
 
@@ -160,47 +146,34 @@ RESTS_ON = {
 }
 """Signals from which each observable is determined."""
 
+# Observables that can be wrong by signals alone that hardly affect the sideslip, and these signals.
 BESIDE = {"track": (REAR_WHEELS,), "wheel": (REAR_WHEELS,), "gain": ("longitudinal_acceleration",)}
-"""Observables that can be wrong by signals alone that hardly affect the sideslip, and these signals."""
-
+# Signals that an offset shifts like a scale, and the observable that it leaves, as that rests on their changes.
 OFFSET_LEAVES = {"vehicle_speed": "gain", REAR_WHEELS: "track"}
-"""Signals that an offset shifts like a scale, and the observable that it leaves, as that rests on their changes."""
-
-DEVIATES = 1.5
-"""Standard deviations from which an observable belongs to a contradiction."""
+DEVIATES = 1.5  # standard deviations from which an observable belongs to a contradiction
 
 CONTRADICTION = "signals and vehicle file contradict each other"
 
 UNITS = {"wheelbase": "m", "understeer": "mrad·s²/m", "sensor_place": "m", "track": "m"}
 DECIMALS = {"wheelbase": 2, "understeer": 1, "sensor_place": 1, "track": 2}
 
+# Signal and ratio cannot be separated: both make the file's wheelbase seem too short where they are too large.
 STEERED = "steering_wheel_angle or steering_ratio, or inversely wheelbase"
-"""Signal and ratio cannot be separated: both make the file's wheelbase seem too short where they are too large."""
-
+# Bounds on the logarithm of a scale. Above the first the linear model gives no value: another unit, or a wrong sign. No
+# mistaken unit exceeds the second, so that no scale explains the deviation.
 STATED, LARGEST = math.log(10.0), math.log(1e3)
-"""Bounds on the logarithm of a scale. Above the first the linear model gives no value: another unit, or a wrong sign.
-No mistaken unit exceeds the second, so that no scale explains the deviation."""
 
 
 @dataclass(frozen=True)
 class Explanation:
-    """One hypothesis about what is wrong.
+    """One hypothesis about what is wrong."""
 
-    Args:
-        name: name of the signal or the parameters
-        weight: reduction of the squared normalised deviations by the hypothesis
-        size: natural logarithm of the scale; in rad for a zero; for the track, its deviation over the file's value
-        deviation: standard deviation of the size
-        zero: whether the hypothesis is a wrong zero
-        words: text for messages, where it is neither scale nor zero
-    """
-
-    name: str
-    weight: float
-    size: float
-    deviation: float
-    zero: bool = False
-    words: str = ""
+    name: str  # name of the signal or the parameters
+    weight: float  # reduction of the squared normalised deviations by the hypothesis
+    size: float  # natural logarithm of the scale; in rad for a zero; for the track, its deviation over the file's value
+    deviation: float  # standard deviation of the size
+    zero: bool = False  # whether the hypothesis is a wrong zero
+    words: str = ""  # text for messages, where it is neither scale nor zero
 
     def __str__(self) -> str:
         if self.words:
@@ -218,20 +191,13 @@ class Explanation:
 
 @dataclass(frozen=True)
 class Consistency:
-    """Deviations of a drive from its vehicle file, and the hypotheses that explain them.
+    """Deviations of a drive from its vehicle file, and the hypotheses that explain them."""
 
-    Args:
-        shown: observables of the drive
-        noise: covariance of these
-        expected: values expected by the file
-        limits: tolerances and thresholds
-        lever: zero of the steering angle that an offset of the yaw rate imitates, per offset [s]; NaN if unknown
-    """
-
-    shown: Observables
-    noise: np.ndarray
-    expected: Expected
-    limits: Tolerances
+    shown: Observables  # observables of the drive
+    noise: np.ndarray  # covariance of these
+    expected: Expected  # values expected by the file
+    limits: Tolerances  # tolerances and thresholds
+    # Zero of the steering angle that an offset of the yaw rate imitates, per offset [s]; NaN if unknown.
     lever: Annotated[float, "s"] = math.nan
 
     @cached_property
@@ -413,11 +379,9 @@ class Wrong(NamedTuple):
         return not self.names or any(name not in UNUSED for name in self.names)
 
 
+# Speed at which the accelerometer's place is observed [m/s], and a delay that imitates it [s].
 USUAL_SLOW_SPEED, LATE = 6.5, 0.1
-"""Speed at which the accelerometer's place is observed [m/s], and a delay that imitates it [s]."""
-
-UNUSED = ("longitudinal_acceleration", "track_width", *WHEELS)
-"""Signals and parameters that hardly affect the sideslip."""
+UNUSED = ("longitudinal_acceleration", "track_width", *WHEELS)  # signals and parameters that hardly affect the sideslip
 
 
 def _of_one_or_both(wheels: Explanation) -> Explanation:

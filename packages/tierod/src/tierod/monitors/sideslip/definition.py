@@ -154,8 +154,8 @@ def _sample_class(fields: tuple[str, ...]) -> type:
 
 
 REQUIRED = ("vehicle_speed", "yaw_rate")
+# Signals that the estimate needs, and those that it rests on where they are present.
 RESTS_ON = ("road_wheel_angle", "steering_wheel_angle", "lateral_acceleration")
-"""Signals that the estimate needs, and those that it rests on where they are present."""
 
 JUDGED = (
     "road_wheel_angle",
@@ -362,9 +362,9 @@ PAPER = "Yih, Ryu, Gerdes, Vehicle state estimation using steering torque (2004)
 Opener = Callable[[Vehicle, float, Baseline | None], Session]
 
 
+# Lowest rate of the combined estimator where the torque of the steering is known [Hz]; with longer samples it
+# attributes steering friction to other causes and diverges. Without the torque it is as good at 20 Hz as at 100.
 SLOWEST_BY_WIRE = 33.0
-"""Lowest rate of the combined estimator where the torque of the steering is known [Hz]; with longer samples it
-attributes steering friction to other causes and diverges. Without the torque it is as good at 20 Hz as at 100."""
 
 
 def refuse_slow(rate: float, slowest: float) -> None:

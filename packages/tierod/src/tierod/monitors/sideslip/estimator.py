@@ -52,9 +52,9 @@ from tierod.physics.gravity import GRAVITY
 from tierod.physics.magic_formula import scaled_slip_of
 from tierod.vehicles.vehicle import Vehicle
 
+# Floor of the sideslip angle's standard deviation [rad], for errors that no state of the model describes. Measured on
+# drives of the virtual car, where with it 95 % bands contain about 95 %.
 UNSEEN = 5e-4
-"""Floor of the sideslip angle's standard deviation [rad], for errors that no state of the model describes. Measured on
-drives of the virtual car, where with it 95 % bands contain about 95 %."""
 
 FIELDS = {
     "log_front_stiffness": "front_stiffness",
@@ -221,40 +221,27 @@ def _unknowns(filter: KalmanFilter, belief: Belief) -> dict[str, Scalar]:
     return {name: value for name, value in known.items() if name in CombinedEstimate._fields}
 
 
+# Standard deviation of the road wheels' rate in the gate against jumps of their angle [rad/s]; three of them are the 1
+# rad/s of a driver who turns the wheel by 800 degrees per second.
 STEERING_RATE = 0.3
-"""Standard deviation of the road wheels' rate in the gate against jumps of their angle [rad/s]; three of them are the
-1 rad/s of a driver who turns the wheel by 800 degrees per second."""
-
+# Time constant of the lateral acceleration that bounds friction from below [s]; longer than vibration, shorter than a
+# turn.
 SMOOTHING = 0.2
-"""Time constant of the lateral acceleration that bounds friction from below [s]; longer than vibration, shorter than a
-turn."""
-
-PATIENCE = 1.0
-"""Time constant over which the innovations must be too large before the filter restarts [s]."""
-
-SLOWEST_ANGLE = 0.05
-"""Sampling interval of the slowest steering angle that the monitor accepts [s]; 20 Hz."""
-
+PATIENCE = 1.0  # time constant over which the innovations must be too large before the filter restarts [s]
+SLOWEST_ANGLE = 0.05  # sampling interval of the slowest steering angle that the monitor accepts [s]; 20 Hz
+# Tangent of the sideslip angle (31 degrees) above which a filter with raised noises counts as lost: no car on the road
+# slips so far, but a filter that follows a wrong yaw rate does at once.
 MOST_SIDESLIP = 0.6
-"""Tangent of the sideslip angle (31 degrees) above which a filter with raised noises counts as lost: no car on the road
-slips so far, but a filter that follows a wrong yaw rate does at once."""
-
+# Least speed to which the lateral speed is compared in that test [m/s]: a short car on full lock turns about its rear
+# axle.
 SLOW = 3.0
-"""Least speed to which the lateral speed is compared in that test [m/s]: a short car on full lock turns about its rear
-axle."""
-
+# Standard deviation of a pseudo measurement of zero rear slip angle over `SLIP_TIME` [rad]; six degrees. It is used
+# while a noise is raised: innovations then contradict nothing, and tyres without grip would keep any lateral speed.
 USUAL_SLIP = 0.1
-"""Standard deviation of a pseudo measurement of zero rear slip angle over `SLIP_TIME` [rad]; six degrees. It is used
-while a noise is raised: innovations then contradict nothing, and tyres without grip would keep any lateral speed."""
-
-SLIP_TIME = 1.0
-"""Time for which a slip angle lasts [s]."""
-
-WIND_SPEED = 25.0
-"""Speed at which the tuning's wind applies [m/s]; the force of a gust grows with the speed of the car."""
-
+SLIP_TIME = 1.0  # time for which a slip angle lasts [s]
+WIND_SPEED = 25.0  # speed at which the tuning's wind applies [m/s]; the force of a gust grows with the speed of the car
+# Bound of the reported distance from the limit, in standard deviations; larger values carry no more information.
 FARTHEST_SHOWN = 10.0
-"""Bound of the reported distance from the limit, in standard deviations; larger values carry no more information."""
 
 
 class CombinedState(NamedTuple):
@@ -533,12 +520,10 @@ class CombinedSideslip:
         return where(present(value), before + share * (where(present(value), value, before) - before), before)
 
 
+# Share by which the data must have reduced the prior variance of an unknown for it to count as identified [-]; its
+# standard deviation is then half of the prior one, or less.
 IDENTIFIED = 0.75
-"""Share by which the data must have reduced the prior variance of an unknown for it to count as identified [-]; its
-standard deviation is then half of the prior one, or less."""
-
-NAMED = 0.35
-"""Component of an unknown in a unit direction from which the direction is named after it [-]."""
+NAMED = 0.35  # component of an unknown in a unit direction from which the direction is named after it [-]
 
 WORDS = {
     "log_front_stiffness": "front stiffness",
@@ -558,17 +543,11 @@ WORDS = {
 
 @dataclass(frozen=True)
 class Identifiability:
-    """Identifiability of the unknowns from the data of a drive.
+    """Identifiability of the unknowns from the data of a drive."""
 
-    Args:
-        shares: share by which the data reduced the prior variance, by unknown, 0 to 1
-        direction: components of the least identified direction, each unknown scaled by its prior
-        left: share of the prior variance that remains in that direction
-    """
-
-    shares: Mapping[str, float]
-    direction: Mapping[str, float]
-    left: float
+    shares: Mapping[str, float]  # share by which the data reduced the prior variance, by unknown, 0 to 1
+    direction: Mapping[str, float]  # components of the least identified direction, each unknown scaled by its prior
+    left: float  # share of the prior variance that remains in that direction
 
     @property
     def identified(self) -> tuple[str, ...]:

@@ -16,70 +16,51 @@ from tierod.monitors.sideslip.observables import ObservablesOverDrive, OwnMotion
 from tierod.monitors.sideslip.sensors import SensorsOverDrive
 from tierod.monitors.sideslip.tuning import BAND
 
+# Channels with a reference for the estimate: from an optical sensor, or from a simulation.
 TRUTHS = ("sideslip_angle", "truth_sideslip_angle")
-"""Channels with a reference for the estimate: from an optical sensor, or from a simulation."""
-
+# Speed up to which no sideslip and no limit of grip enter the headline: there the geometry of the turn makes the
+# sideslip, and the slip of a tyre, over a rolling speed near zero, says nothing of its force.
 WALKING: Annotated[float, "m/s"] = 2.0
-"""Speed up to which no sideslip and no limit of grip enter the headline: there the geometry of the turn makes the
-sideslip, and the slip of a tyre, over a rolling speed near zero, says nothing of its force."""
 
 
 class Largest(NamedTuple):
-    """Sideslip angle with the largest lower bound of its band, with what belongs to its sample.
+    """Sideslip angle with the largest lower bound of its band, with what belongs to its sample."""
 
-    Args:
-        lower: lower bound of the 95 % band of the magnitude; minus infinity without a sample
-        value, deviation: sideslip angle and its standard deviation, with the spread of the parameters
-        own: standard deviation by the estimator alone
-        geometry: sideslip angle of the same turn if the rear tyres did not slip
-    """
-
+    # Lower bound of the 95 % band of the magnitude; minus infinity without a sample.
     lower: Annotated[float, "rad"] = -math.inf
+    # Sideslip angle and its standard deviation, with the spread of the parameters.
     value: Annotated[float, "rad"] = 0.0
     deviation: Annotated[float, "rad"] = 0.0
-    own: Annotated[float, "rad"] = 0.0
-    geometry: Annotated[float, "rad"] = 0.0
+    own: Annotated[float, "rad"] = 0.0  # standard deviation by the estimator alone
+    geometry: Annotated[float, "rad"] = 0.0  # sideslip angle of the same turn if the rear tyres did not slip
     speed: Annotated[float, "m/s"] = 0.0
 
 
 class Announced(NamedTuple):
-    """Announcements of the limit of grip.
+    """Announcements of the limit of grip."""
 
-    Args:
-        first: time of the first sample [s]; infinite without one
-        samples: number of samples
-        used: largest share of the front axle's grip in use [-]
-    """
-
-    first: float = math.inf
-    samples: int = 0
-    used: float = 0.0
+    first: float = math.inf  # time of the first sample [s]; infinite without one
+    samples: int = 0  # number of samples
+    used: float = 0.0  # largest share of the front axle's grip in use [-]
 
     def joined(self, other: Announced) -> Announced:
         return Announced(min(self.first, other.first), self.samples + other.samples, max(self.used, other.used))
 
 
 class Samples(NamedTuple):
-    """Samples of the next piece, (n,) each.
-
-    Args:
-        reverses: whether the car is known to reverse
-        judged: whether a sample may enter a headline
-        value, deviation, own, geometry: see `Largest`
-        ahead: whether the limit of grip is announced
-        used: share of the front axle's grip in use
-    """
+    """Samples of the next piece, (n,) each."""
 
     time: np.ndarray
     speed: np.ndarray
-    reverses: np.ndarray
-    judged: np.ndarray
+    reverses: np.ndarray  # whether the car is known to reverse
+    judged: np.ndarray  # whether a sample may enter a headline
+    # See `Largest`.
     value: np.ndarray
     deviation: np.ndarray
     own: np.ndarray
     geometry: np.ndarray
-    ahead: np.ndarray
-    used: np.ndarray
+    ahead: np.ndarray  # whether the limit of grip is announced
+    used: np.ndarray  # share of the front axle's grip in use
 
 
 def parts_of_motions(speed: np.ndarray, reverses: np.ndarray) -> Iterator[tuple[slice, bool, bool]]:

@@ -21,19 +21,16 @@ from tierod.monitors.sideslip.evidence import WALKING, Largest, SideslipDrive
 from tierod.monitors.sideslip.sensors import OFFSET_DESIGN, USUAL_OFFSET
 from tierod.monitors.sideslip.tuning import CombinedTuning
 
+# Standard deviation of the logarithm of the mean NIS [-]; a consistent filter has a NIS of 1, parameters that are wrong
+# by half give 0.4 to 2.7 (simulated), taken as two standard deviations either way.
 USUAL_MISFIT = 0.48
-"""Standard deviation of the logarithm of the mean NIS [-]; a consistent filter has a NIS of 1, parameters that are
-wrong by half give 0.4 to 2.7 (simulated), taken as two standard deviations either way."""
-
+# One decision at the end of a recording, designed for cars whose parameters are wrong by half.
 MISFIT_DESIGN = RuleDesign(HoldRule(1, sides="upper"), values=500.0, shift=4.0, spacing=math.inf)
-"""One decision at the end of a recording, designed for cars whose parameters are wrong by half."""
-
+# Restarts of the filter per minute above which its parameters do not fit; one difficult minute may cost one.
 MOST_RESTARTS: Annotated[float, "1/min"] = 2.0
-"""Restarts of the filter per minute above which its parameters do not fit; one difficult minute may cost one."""
-
+# Share of the time for which the 95 % band must contain a recorded truth [-]; less cannot be chance, and shows a band
+# that is too narrow.
 LEAST_COVERAGE = 0.8
-"""Share of the time for which the 95 % band must contain a recorded truth [-]; less cannot be chance, and shows a band
-that is too narrow."""
 
 
 OFFSET_DECISION = Decision(
@@ -101,8 +98,8 @@ FILE_DECISION = replace(
     levels=(LIMITS.file_decides,),
 )
 
+# Decisions of every variant.
 DECISIONS = (OFFSET_DECISION, MISFIT_DECISION, BAND_DECISION, SIGNALS_DECISION, FILE_DECISION)
-"""Decisions of every variant."""
 
 COMBINED_DECISIONS = (
     *DECISIONS,
@@ -136,17 +133,11 @@ COMBINED_DECISIONS = (
 """Decisions of the combined estimator."""
 
 
-LEAST_ENABLED = 5.0
-"""Least estimated time for a statement [s]; a few time constants of the slowest observer."""
-
-OFFSET = "yaw_rate_offset_rad_per_s"
-"""Name of the yaw rate offset in the evidence, present only where there is one."""
-
+LEAST_ENABLED = 5.0  # least estimated time for a statement [s]; a few time constants of the slowest observer
+OFFSET = "yaw_rate_offset_rad_per_s"  # name of the yaw rate offset in the evidence, present only where there is one
+# Sideslip angle of a turn without slip from which a detail says so; tyres alone make 2 degrees in hard bends.
 LARGE_GEOMETRY: Annotated[float, "rad"] = math.radians(2.0)
-"""Sideslip angle of a turn without slip from which a detail says so; tyres alone make 2 degrees in hard bends."""
-
-LEAST_COMPARED = 5.0
-"""Least time with a recorded truth for a judgement of the band [s]."""
+LEAST_COMPARED = 5.0  # least time with a recorded truth for a judgement of the band [s]
 
 CASES = {
     each.name: each

@@ -9,33 +9,21 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
+# Averaging time of a block; long against the delays of sensors, short against a turn.
 BLOCK: Annotated[float, "s"] = 0.5
-"""Averaging time of a block; long against the delays of sensors, short against a turn."""
-
-STRETCH = 4
-"""Blocks per stretch at the start, 2 s; doubled whenever `MOST` stretches are full."""
-
-MOST = 64
-"""Largest number of stretches; a covariance needs some twenty, and memory must stay bounded on a long drive."""
-
+STRETCH = 4  # blocks per stretch at the start, 2 s; doubled whenever `MOST` stretches are full
+MOST = 64  # largest number of stretches; a covariance needs some twenty, and memory must stay bounded on a long drive
+# Least numbers for a regression: 7.5 s, in six stretches that count as independent.
 FEWEST_BLOCKS, FEWEST_STRETCHES = 15, 6
-"""Least numbers for a regression: 7.5 s, in six stretches that count as independent."""
-
-CONDITION = 1e4
-"""Largest condition number of the normal equations; beyond it the coefficients are not separable."""
+CONDITION = 1e4  # largest condition number of the normal equations; beyond it the coefficients are not separable
 
 
 class Relation(NamedTuple):
-    """Result of a regression.
+    """Result of a regression."""
 
-    Args:
-        values: coefficients, (coefficients,)
-        covariance: covariance of the coefficients
-        tolerance: share of each regressor's mean square that the others do not explain, 1/VIF, (coefficients,)
-    """
-
-    values: np.ndarray
-    covariance: np.ndarray
+    values: np.ndarray  # coefficients, (coefficients,)
+    covariance: np.ndarray  # covariance of the coefficients
+    # Share of each regressor's mean square that the others do not explain, 1/VIF, (coefficients,).
     tolerance: np.ndarray
 
 
@@ -120,60 +108,43 @@ class RelationOverDrive:
         return Relation(values, few * inverse @ (scores.T @ scores) @ inverse, tolerance)
 
 
+# Wheel speed signals, rear wheels first, since they roll along the car.
 WHEELS = tuple(f"wheel_speed_{end}_{side}" for end in ("rear", "front") for side in ("left", "right"))
-"""Wheel speed signals, rear wheels first, since they roll along the car."""
 
 
 class Observables(NamedTuple):
-    """Quantities that a drive determines, each NaN where it does not.
+    """Quantities that a drive determines, each NaN where it does not."""
 
-    Args:
-        turn: logarithm of lateral acceleration over speed times yaw rate [-]
-        wheelbase: wheelbase from steering angle, speed and yaw rate [m]
-        understeer: additional steering angle per lateral acceleration [rad*s**2/m]
-        steering_zero: steering angle of the road wheels straight ahead [rad]
-        sensor_place: distance of the accelerometer ahead of the rear axle, the point that does not slip at low speed
-            [m]
-        track: difference of the rear wheel speeds over the yaw rate [m]
-        wheel: logarithm of the speed over the mean of the wheel speeds [-]
-        gain: logarithm of the speed gained over the integral of the longitudinal acceleration [-]
-    """
-
-    turn: float = math.nan
-    wheelbase: float = math.nan
-    understeer: float = math.nan
-    steering_zero: float = math.nan
+    turn: float = math.nan  # logarithm of lateral acceleration over speed times yaw rate [-]
+    wheelbase: float = math.nan  # wheelbase from steering angle, speed and yaw rate [m]
+    understeer: float = math.nan  # additional steering angle per lateral acceleration [rad*s**2/m]
+    steering_zero: float = math.nan  # steering angle of the road wheels straight ahead [rad]
+    # Distance of the accelerometer ahead of the rear axle, the point that does not slip at low speed [m].
     sensor_place: float = math.nan
-    track: float = math.nan
-    wheel: float = math.nan
-    gain: float = math.nan
+    track: float = math.nan  # difference of the rear wheel speeds over the yaw rate [m]
+    wheel: float = math.nan  # logarithm of the speed over the mean of the wheel speeds [-]
+    gain: float = math.nan  # logarithm of the speed gained over the integral of the longitudinal acceleration [-]
 
 
 @dataclass(frozen=True)
 class ObservableLimits:
-    """Validity limits of the relations.
+    """Validity limits of the relations."""
 
-    Args:
-        slowest: speed below which the motion is uninformative
-        slow: speed up to which the tyres of a turning car hardly slip, so that the rear axle follows its wheels
-        linear: speed times yaw rate up to which tyres are linear
-        gentle: change of the speed up to which wheels hardly slip
-        steered: speed from which steering angle and yaw rate show the car: at walking pace the lateral acceleration is
-            too small for an understeer gradient, and a delay of the yaw rate is a large part of a turn
-        straight: road wheel angle up to which it is proportional to the curvature; at 0.25 rad its tangent is 2 %
-            larger, and ratios still vary little
-        turning: least standard deviation of speed times yaw rate for its ratio to the lateral acceleration; a noise of
-            0.02, from a yaw rate in steps of 0.1 degrees per second on the motorway, makes the ratio 2 % too small
-        together: least correlation of longitudinal acceleration and change of speed for their ratio
-    """
-
-    slowest: Annotated[float, "m/s"] = 3.0
+    slowest: Annotated[float, "m/s"] = 3.0  # speed below which the motion is uninformative
+    # Speed up to which the tyres of a turning car hardly slip, so that the rear axle follows its wheels.
     slow: Annotated[float, "m/s"] = 10.0
-    linear: Annotated[float, "m/s**2"] = 4.0
-    gentle: Annotated[float, "m/s**2"] = 3.0
+    linear: Annotated[float, "m/s**2"] = 4.0  # speed times yaw rate up to which tyres are linear
+    gentle: Annotated[float, "m/s**2"] = 3.0  # change of the speed up to which wheels hardly slip
+    # Speed from which steering angle and yaw rate show the car: at walking pace the lateral acceleration is too small
+    # for an understeer gradient, and a delay of the yaw rate is a large part of a turn.
     steered: Annotated[float, "m/s"] = 5.0
+    # Road wheel angle up to which it is proportional to the curvature; at 0.25 rad its tangent is 2 % larger, and
+    # ratios still vary little.
     straight: Annotated[float, "rad"] = 0.25
+    # Least standard deviation of speed times yaw rate for its ratio to the lateral acceleration; a noise of 0.02, from
+    # a yaw rate in steps of 0.1 degrees per second on the motorway, makes the ratio 2 % too small.
     turning: Annotated[float, "m/s**2"] = 0.15
+    # Least correlation of longitudinal acceleration and change of speed for their ratio.
     together: Annotated[float, ""] = 0.85
 
 
@@ -274,38 +245,26 @@ class ObservablesOverDrive:
 
 @dataclass(frozen=True)
 class OwnMotionLimits:
-    """Limits from which the estimate contradicts the motion.
+    """Limits from which the estimate contradicts the motion."""
 
-    Args:
-        slowest: speed below which lateral acceleration is uninformative
-        share: tolerated difference of the share from 1; roll, place and delay of the accelerometer make 0.37
-        certain: standard deviations of the share beyond that
-        bands: standard deviations of the estimate that the resulting error must exceed: a 95 % band must contain it
-        least: resulting error below which nothing is reported
-        separable: least share of the squared estimated changes that turning does not explain; errors of 5 % of the
-            estimated changes make a quarter of it, and below it the share would be that of the errors
-    """
-
-    slowest: Annotated[float, "m/s"] = 3.0
+    slowest: Annotated[float, "m/s"] = 3.0  # speed below which lateral acceleration is uninformative
+    # Tolerated difference of the share from 1; roll, place and delay of the accelerometer make 0.37.
     share: Annotated[float, ""] = 0.4
-    certain: Annotated[float, ""] = 3.0
+    certain: Annotated[float, ""] = 3.0  # standard deviations of the share beyond that
+    # Standard deviations of the estimate that the resulting error must exceed: a 95 % band must contain it.
     bands: Annotated[float, ""] = 1.96
-    least: Annotated[float, "rad"] = math.radians(0.2)
+    least: Annotated[float, "rad"] = math.radians(0.2)  # resulting error below which nothing is reported
+    # Least share of the squared estimated changes that turning does not explain; errors of 5 % of the estimated changes
+    # make a quarter of it, and below it the share would be that of the errors.
     separable: Annotated[float, ""] = 0.01
 
 
 class Share(NamedTuple):
-    """Share of the estimated changes that the car really makes.
+    """Share of the estimated changes that the car really makes."""
 
-    Args:
-        value: 1 where the estimate is right [-]
-        deviation: standard deviation of the value [-]
-        tolerance: share of the squared estimated changes that turning does not explain [-]
-    """
-
-    value: float
-    deviation: float
-    tolerance: float
+    value: float  # 1 where the estimate is right [-]
+    deviation: float  # standard deviation of the value [-]
+    tolerance: float  # share of the squared estimated changes that turning does not explain [-]
 
 
 class OwnMotionOverDrive:

@@ -19,83 +19,60 @@ from tierod.methods.running import Moments
 from tierod.models.single_track import SingleTrack
 from tierod.monitors.sideslip.observables import BlocksOverDrive
 
+# Signals with the same sign in a steady turn.
 TOGETHER = ("steering angle", "yaw rate", "lateral acceleration", "steering torque")
-"""Signals with the same sign in a steady turn."""
-
+# Standard deviation of a production yaw rate sensor's offset after calibration [rad/s]; 0.12 degrees per second.
 USUAL_OFFSET: Annotated[float, "rad/s"] = math.radians(0.12)
-"""Standard deviation of a production yaw rate sensor's offset after calibration [rad/s]; 0.12 degrees per second."""
-
+# One decision at the end of a recording.
 OFFSET_DESIGN = RuleDesign(HoldRule(1), values=1e6, shift=8.0, spacing=math.inf)
-"""One decision at the end of a recording."""
-
-BLOCK: Annotated[float, "s"] = 1.0
-"""Averaging time; below 1 Hz a car follows its steering wheel without delay."""
-
-STEPS = 5
-"""Steps per block at which changes of the speed are tested."""
+BLOCK: Annotated[float, "s"] = 1.0  # averaging time; below 1 Hz a car follows its steering wheel without delay
+STEPS = 5  # steps per block at which changes of the speed are tested
 
 
 @dataclass(frozen=True)
 class SensorLimits:
-    """Limits beyond which a signal counts as wrong.
+    """Limits beyond which a signal counts as wrong."""
 
-    Args:
-        turning: speed above which signs are compared; below, torque and lateral acceleration are uninformative
-        clear: correlation from which two signals agree or disagree in sign; slow turns give above 0.9
-        fewest: least number of samples of a correlation
-        standing: speed below which the car stands
-        still: spread of the yaw rate up to which it really stands
-        unseen: speed up to which sensors of wheel speeds may read zero; they end at 0.3 to 0.8 m/s
-        crept: yaw rate by creeping at that speed with the present steering angle, up to which a standing car counts;
-            half the smallest offset that is named
-        standing_time: least time at standstill for the offset
-        rolling: speed above which offset and units are tested while rolling
-        rolling_time: least time of such driving
-        alike: factor within which lateral acceleration and steering must give the same offset; a bank, or an offset of
-            the angle, changes only one of them; where the steering gives less than its inverse, none is reported
-        scale: share of the mean yaw rate by which roll, tyres near their limit and a wrong steering ratio may change
-            both; in turns to one side this cannot be separated from an offset
-        largest: yaw rate that no car reaches
-        largest_share: share of the samples above it from which the unit is wrong, rather than a few readings
-        contradicts: share of the larger of two quantities that the other leaves unexplained, mean removed, from which
-            they contradict each other; virtual and real cars stay below 0.45, swapped signals above 0.95
-        agrees: share up to which the two confirm each other
-        lateral: root mean square of the larger one from which turns are compared
-        longitudinal: the same for speed gained in a second; hills alone make less
-        gentle: largest compared change of speed in a second; beyond, wheels slip
-        leap: change of the speed within a fifth of a second that no car makes
-        leaping: share of such changes from which the speed is wrong; locking wheels make 0.02
-        comparing_time: least driving time of the comparisons
-        gaining_time: the same for speed gained; a stop with locking wheels must not decide
-        regressed_time: least time above `turning` for the regression of the lateral acceleration; four terms are
-            estimated, and successive turns err alike
-        condition: largest condition number of that regression; at a single speed it is singular
-    """
-
+    # Speed above which signs are compared; below, torque and lateral acceleration are uninformative.
     turning: Annotated[float, "m/s"] = 3.0
+    # Correlation from which two signals agree or disagree in sign; slow turns give above 0.9.
     clear: Annotated[float, ""] = 0.5
-    fewest: int = 300
-    standing: Annotated[float, "m/s"] = 0.1
-    still: Annotated[float, "rad/s"] = 0.02
+    fewest: int = 300  # least number of samples of a correlation
+    standing: Annotated[float, "m/s"] = 0.1  # speed below which the car stands
+    still: Annotated[float, "rad/s"] = 0.02  # spread of the yaw rate up to which it really stands
+    # Speed up to which sensors of wheel speeds may read zero; they end at 0.3 to 0.8 m/s.
     unseen: Annotated[float, "m/s"] = 0.5
+    # Yaw rate by creeping at that speed with the present steering angle, up to which a standing car counts; half the
+    # smallest offset that is named.
     crept: Annotated[float, "rad/s"] = 0.008
-    standing_time: Annotated[float, "s"] = 1.0
-    rolling: Annotated[float, "m/s"] = 5.0
-    rolling_time: Annotated[float, "s"] = 10.0
+    standing_time: Annotated[float, "s"] = 1.0  # least time at standstill for the offset
+    rolling: Annotated[float, "m/s"] = 5.0  # speed above which offset and units are tested while rolling
+    rolling_time: Annotated[float, "s"] = 10.0  # least time of such driving
+    # Factor within which lateral acceleration and steering must give the same offset; a bank, or an offset of the
+    # angle, changes only one of them; where the steering gives less than its inverse, none is reported.
     alike: Annotated[float, ""] = 2.0
+    # Share of the mean yaw rate by which roll, tyres near their limit and a wrong steering ratio may change both; in
+    # turns to one side this cannot be separated from an offset.
     scale: Annotated[float, ""] = 0.2
-    largest: Annotated[float, "rad/s"] = 3.0
+    largest: Annotated[float, "rad/s"] = 3.0  # yaw rate that no car reaches
+    # Share of the samples above it from which the unit is wrong, rather than a few readings.
     largest_share: Annotated[float, ""] = 0.01
+    # Share of the larger of two quantities that the other leaves unexplained, mean removed, from which they contradict
+    # each other; virtual and real cars stay below 0.45, swapped signals above 0.95.
     contradicts: Annotated[float, ""] = 0.75
-    agrees: Annotated[float, ""] = 0.4
-    lateral: Annotated[float, "m/s**2"] = 0.5
-    longitudinal: Annotated[float, "m/s"] = 0.8
-    gentle: Annotated[float, "m/s"] = 4.0
-    leap: Annotated[float, "m/s"] = 3.5
+    agrees: Annotated[float, ""] = 0.4  # share up to which the two confirm each other
+    lateral: Annotated[float, "m/s**2"] = 0.5  # root mean square of the larger one from which turns are compared
+    longitudinal: Annotated[float, "m/s"] = 0.8  # the same for speed gained in a second; hills alone make less
+    gentle: Annotated[float, "m/s"] = 4.0  # largest compared change of speed in a second; beyond, wheels slip
+    leap: Annotated[float, "m/s"] = 3.5  # change of the speed within a fifth of a second that no car makes
+    # Share of such changes from which the speed is wrong; locking wheels make 0.02.
     leaping: Annotated[float, ""] = 0.05
-    comparing_time: Annotated[float, "s"] = 10.0
-    gaining_time: Annotated[float, "s"] = 30.0
+    comparing_time: Annotated[float, "s"] = 10.0  # least driving time of the comparisons
+    gaining_time: Annotated[float, "s"] = 30.0  # the same for speed gained; a stop with locking wheels must not decide
+    # Least time above `turning` for the regression of the lateral acceleration; four terms are estimated, and
+    # successive turns err alike.
     regressed_time: Annotated[float, "s"] = 60.0
+    # Largest condition number of that regression; at a single speed it is singular.
     condition: Annotated[float, ""] = 1e4
 
 

@@ -20,9 +20,9 @@ from tierod.physics.lag import gauss_markov_noise
 from tierod.vehicles.uncertain import held_deviation
 from tierod.vehicles.vehicle import Vehicle
 
+# Floor of the expected variance, which keeps the ratio finite for a filter without noise, in the squared unit of the
+# reading.
 LEAST_VARIANCE = 1e-18
-"""Floor of the expected variance, which keeps the ratio finite for a filter without noise, in the squared unit of the
-reading."""
 
 
 class ScaleState(NamedTuple):
@@ -80,8 +80,7 @@ class NoiseScale:
         )
 
 
-BAND = 1.96
-"""Standard deviations that contain 95 % of a Gaussian error."""
+BAND = 1.96  # standard deviations that contain 95 % of a Gaussian error
 
 Share = TypeVar("Share", Scalar, np.ndarray)
 
@@ -127,23 +126,18 @@ class GripLimit:
         return used - BAND * deviation > self.force
 
 
-BY_WIRE = "gearhead_ratio"
-"""A vehicle file that gives this parameter describes a car steered by wire."""
+BY_WIRE = "gearhead_ratio"  # a vehicle file that gives this parameter describes a car steered by wire
 
 
 @dataclass(frozen=True)
 class Wandering:
-    """An unknown as a first-order Gauss-Markov process about its usual value.
+    """An unknown as a first-order Gauss-Markov process about its usual value."""
 
-    Args:
-        deviation: stationary standard deviation, which is also the prior, in the unit of the unknown
-        time: correlation time, in which it returns to its usual value without information from the data
-        usual: mean of the process, in the unit of the unknown
-    """
-
+    # Stationary standard deviation, which is also the prior, in the unit of the unknown.
     deviation: Annotated[float, "", POSITIVE]
+    # Correlation time, in which it returns to its usual value without information from the data.
     time: Annotated[float, "s", POSITIVE]
-    usual: Annotated[float, ""] = 0.0
+    usual: Annotated[float, ""] = 0.0  # mean of the process, in the unit of the unknown
 
     def fading(self, sample_time: float) -> float:
         """Factor by which the deviation from the usual value decays in a sample."""
@@ -156,25 +150,21 @@ class Wandering:
 
 @dataclass(frozen=True)
 class Noises:
-    """Process noise (standard deviation after one second) and sensor noise (of one reading).
+    """Process noise (standard deviation after one second) and sensor noise (of one reading)."""
 
-    Args:
-        lateral_speed, yaw_rate: effect of unmodelled forces. Small, since inflated noise biases the stiffness
-        roll_rate: effect of unmodelled roll moments
-        road_wheel_rate: effect of unmodelled torques at the road wheels
-        free_road_wheel_rate: the same where the actuator's torque is unknown
-        yaw_rate_reading, lateral_acceleration_reading, road_wheel_angle_reading: standard deviations of the sensors
-        held_lateral_speed, held_yaw_rate, held_road_wheel_angle: growth while the estimate is held
-    """
-
+    # Effect of unmodelled forces. Small, since inflated noise biases the stiffness.
     lateral_speed: Annotated[float, "m/s**1.5", NOT_NEGATIVE] = 0.02
     yaw_rate: Annotated[float, "rad/s**1.5", NOT_NEGATIVE] = 0.005
-    roll_rate: Annotated[float, "rad/s**1.5", NOT_NEGATIVE] = 0.002
+    roll_rate: Annotated[float, "rad/s**1.5", NOT_NEGATIVE] = 0.002  # effect of unmodelled roll moments
+    # Effect of unmodelled torques at the road wheels.
     road_wheel_rate: Annotated[float, "rad/s**1.5", NOT_NEGATIVE] = 1.4
+    # The same where the actuator's torque is unknown.
     free_road_wheel_rate: Annotated[float, "rad/s**1.5", NOT_NEGATIVE] = 2.0
+    # Standard deviations of the sensors.
     yaw_rate_reading: Annotated[float, "rad/s", POSITIVE] = 0.003
     lateral_acceleration_reading: Annotated[float, "m/s**2", POSITIVE] = 0.15
     road_wheel_angle_reading: Annotated[float, "rad", POSITIVE] = 3e-4
+    # Growth while the estimate is held.
     held_lateral_speed: Annotated[float, "m/s**1.5", NOT_NEGATIVE] = 0.3
     held_yaw_rate: Annotated[float, "rad/s**1.5", NOT_NEGATIVE] = 0.1
     held_road_wheel_angle: Annotated[float, "rad/s**0.5", NOT_NEGATIVE] = 0.1
@@ -182,55 +172,46 @@ class Noises:
 
 @dataclass(frozen=True)
 class CombinedTuning:
-    """Unknowns that the estimator estimates together with the motion (None: not estimated), and its noises.
+    """Unknowns that the estimator estimates together with the motion (None: not estimated), and its noises."""
 
-    Args:
-        log_front_stiffness, log_rear_stiffness: wrong by a fifth at first, and changing over an hour
-        log_friction: friction of both axles. It returns to the usual value: as a random walk it diverges where tyres
-            are not used, and with a return within 30 s, which takes eight times the noise, gentle bends on a dry road
-            look like ice
-        bank_angle: bank of the road
-        side_force, side_moment: force of wind at the centre of gravity, and moment about it
-        lateral_acceleration_bias, yaw_rate_bias, road_wheel_angle_offset: constant errors of the sensors
-        log_steering_friction, log_trail: friction and trail of the steering, where its torque is known
-        roll: whether the body's roll is a state
-        noises: process and sensor noise; those of yaw rate (process) and lateral acceleration (sensor) are minima, see
-            `NoiseScale`
-        yaw_adaptation, acceleration_adaptation: largest logarithm of those scales; zero keeps the noises as given
-        ratio_error: relative error of the steering ratio; the noise of the angle's offset grows with this share of the
-            angle
-        slip_error: relative error of the rear slip angle that no state of the model describes
-        constant_error: error of the sideslip angle itself that no state describes
-        slowest: speed below which the last estimate is held
-        limit_share: share of the greatest front force from which the limit of grip is announced
-        limit_certainty: standard deviations by which the share must exceed it
-        limit: what shows that the front axle nears its largest force, beside its slip
-        most_misfit: mean squared innovation over its variance, per reading, above which the filter restarts; a correct
-            model has 1, one as wrong as those of real cars 2
-    """
-
+    # Wrong by a fifth at first, and changing over an hour.
     log_front_stiffness: Wandering | None = field(default_factory=lambda: Wandering(0.2, 3600.0))
     log_rear_stiffness: Wandering | None = field(default_factory=lambda: Wandering(0.2, 3600.0))
+    # Friction of both axles. It returns to the usual value: as a random walk it diverges where tyres are not used, and
+    # with a return within 30 s, which takes eight times the noise, gentle bends on a dry road look like ice.
     log_friction: Wandering | None = field(default_factory=lambda: Wandering(0.6, 240.0))
-    bank_angle: Wandering | None = field(default_factory=lambda: Wandering(0.03, 10.0))
+    bank_angle: Wandering | None = field(default_factory=lambda: Wandering(0.03, 10.0))  # bank of the road
+    # Force of wind at the centre of gravity, and moment about it.
     side_force: Wandering | None = field(default_factory=lambda: Wandering(100.0, 60.0))
     side_moment: Wandering | None = field(default_factory=lambda: Wandering(50.0, 60.0))
+    # Constant errors of the sensors.
     lateral_acceleration_bias: Wandering | None = None
     yaw_rate_bias: Wandering | None = None
     road_wheel_angle_offset: Wandering | None = None
+    # Friction and trail of the steering, where its torque is known.
     log_steering_friction: Wandering | None = field(default_factory=lambda: Wandering(0.4, 3600.0))
     log_trail: Wandering | None = field(default_factory=lambda: Wandering(0.25, 3600.0))
-    roll: bool = True
+    roll: bool = True  # whether the body's roll is a state
+    # Process and sensor noise; those of yaw rate (process) and lateral acceleration (sensor) are minima, see
+    # `NoiseScale`.
     noises: Noises = field(default_factory=Noises)
+    # Largest logarithm of those scales; zero keeps the noises as given.
     yaw_adaptation: Annotated[float, "", NOT_NEGATIVE] = 0.0
     acceleration_adaptation: Annotated[float, "", NOT_NEGATIVE] = 0.0
+    # Relative error of the steering ratio; the noise of the angle's offset grows with this share of the angle.
     ratio_error: Annotated[float, "", NOT_NEGATIVE] = 0.0
+    # Relative error of the rear slip angle that no state of the model describes.
     slip_error: Annotated[float, "", NOT_NEGATIVE] = 0.0
+    # Error of the sideslip angle itself that no state describes.
     constant_error: Annotated[float, "rad", NOT_NEGATIVE] = 0.0
-    slowest: Annotated[float, "m/s", POSITIVE] = 0.5
+    slowest: Annotated[float, "m/s", POSITIVE] = 0.5  # speed below which the last estimate is held
+    # Share of the greatest front force from which the limit of grip is announced.
     limit_share: Annotated[float, "", POSITIVE] = 0.7
-    limit_certainty: Annotated[float, "", POSITIVE] = 1.0
+    limit_certainty: Annotated[float, "", POSITIVE] = 1.0  # standard deviations by which the share must exceed it
+    # What shows that the front axle nears its largest force, beside its slip.
     limit: GripLimit = field(default_factory=GripLimit)
+    # Mean squared innovation over its variance, per reading, above which the filter restarts; a correct model has 1,
+    # one as wrong as those of real cars 2.
     most_misfit: Annotated[float, "", POSITIVE] = 4.0
 
     def followed(self, steering: bool) -> dict[str, Wandering]:
@@ -247,81 +228,62 @@ def per_sample(growth: float, sample_time: float) -> float:
 
 USUAL = CombinedTuning()
 
-USUAL_TIME = 60.0
-"""Correlation time of an unknown where neither the file nor the default tuning gives one [s]."""
-
-WIND_ARM = 0.5
-"""Distance of the wind's force from the centre of gravity [m]; typical of passenger cars."""
-
+USUAL_TIME = 60.0  # correlation time of an unknown where neither the file nor the default tuning gives one [s]
+WIND_ARM = 0.5  # distance of the wind's force from the centre of gravity [m]; typical of passenger cars
+# Logarithm of the cornering stiffness of tyres that were not measured: 30 % about a value typical of the load, changing
+# within minutes as tyres heat and cool. A standard deviation in the vehicle file replaces the 30 %.
 UNKNOWN_TYRES = Wandering(0.3, 300.0)
-"""Logarithm of the cornering stiffness of tyres that were not measured: 30 % about a value typical of the load,
-changing within minutes as tyres heat and cool. A standard deviation in the vehicle file replaces the 30 %."""
-
-TYRES_KNOWN = (0.05, 0.5)
-"""Least and greatest standard deviation of that logarithm that is taken from a file."""
-
+TYRES_KNOWN = (0.05, 0.5)  # least and greatest standard deviation of that logarithm that is taken from a file
+# Largest logarithm of the scale of the yaw rate's noise [-]; at 55 times the usual drift the filter follows the
+# gyroscope, and unmodelled forces and moments no longer disturb the estimated stiffness.
 YAW_ADAPTATION = 8.0
-"""Largest logarithm of the scale of the yaw rate's noise [-]; at 55 times the usual drift the filter follows the
-gyroscope, and unmodelled forces and moments no longer disturb the estimated stiffness."""
-
+# Largest logarithm of the scale of the accelerometer's noise [-]; 33 times the usual noise, 5 m/s**2 per reading.
 ACCELERATION_ADAPTATION = 7.0
-"""Largest logarithm of the scale of the accelerometer's noise [-]; 33 times the usual noise, 5 m/s**2 per reading."""
-
+# Relative error of a constant steering ratio [-]; variable-ratio racks and Cardan joints change it by some %.
 RATIO_ERROR = 0.03
-"""Relative error of a constant steering ratio [-]; variable-ratio racks and Cardan joints change it by some %."""
-
+# Relative error of the slip angle of a tyre of known stiffness [-]; camber, load transfer, drive force, heat.
 SLIP_ERROR = 0.1
-"""Relative error of the slip angle of a tyre of known stiffness [-]; camber, load transfer, drive force, heat."""
-
+# Error of the sideslip angle of a car without calibration [rad]; axles not parallel, sensors not aligned with the body.
+# Measured between a race car and its inertial navigation system.
 CONSTANT_ERROR = 0.0025
-"""Error of the sideslip angle of a car without calibration [rad]; axles not parallel, sensors not aligned with the
-body. Measured between a race car and its inertial navigation system."""
-
+# Error of a road wheels' angle that is computed from the steering wheel [rad]: the torsion bar twists, the steering
+# yields, the ratio is not constant. Taken as exact, an angle that is off by 0.04 degrees halves the stiffness that is
+# estimated on a country road. Chosen on three virtual drives; on three others the error is 0.2 to 0.4 of that.
 THROUGH_A_COLUMN = Wandering(0.001, 3.0)
-"""Error of a road wheels' angle that is computed from the steering wheel [rad]: the torsion bar twists, the steering
-yields, the ratio is not constant. Taken as exact, an angle that is off by 0.04 degrees halves the stiffness that is
-estimated on a country road. Chosen on three virtual drives; on three others the error is 0.2 to 0.4 of that."""
-
+# Offset and misalignment (half a degree) of a production car's accelerometer [m/s2], which vary with temperature.
 LATERAL_ACCELERATION = Wandering(0.1, 600.0)
-"""Offset and misalignment (half a degree) of a production car's accelerometer [m/s2], which vary with temperature."""
-
+# Offset of a production car's yaw rate [rad/s] after calibration at standstill, a tenth of a degree per second. Either
+# of the two unknowns alone makes the estimate worse: the error of the other sensor is then attributed to it.
 YAW_RATE = Wandering(0.002, 600.0)
-"""Offset of a production car's yaw rate [rad/s] after calibration at standstill, a tenth of a degree per second. Either
-of the two unknowns alone makes the estimate worse: the error of the other sensor is then attributed to it."""
 
 
 @dataclass(frozen=True)
 class VehicleTuning:
     """Noises and Gauss-Markov processes as a vehicle file names them; elsewhere those of `CombinedTuning` apply.
 
-    Args:
-        yaw_rate_noise, lateral_acceleration_noise: noise of one reading, including vibration at the sensor
-        lateral_speed_drift, yaw_rate_drift: growth of the error that the tyre model leaves
-        stiffness_wander, stiffness_wander_time: process of the cornering stiffness of both axles, relative
-        friction_wander: process of the tyres' friction, relative
-        bank_wander, bank_wander_time: process of the road's bank
-        wind_wander: process of the lateral force; that of its moment is `WIND_ARM` times as large
-        lateral_acceleration_wander, lateral_acceleration_wander_time: bias of the sensor. Without it in the file the
-            bias is `LATERAL_ACCELERATION` and that of the yaw rate `YAW_RATE`; neither in a car steered by wire, whose
-            sensors are those of a test car
-        road_wheel_angle_wander, road_wheel_angle_wander_time: error of the angle; by default `THROUGH_A_COLUMN`, and
-            none in a car steered by wire
-
     A wander of zero leaves its unknown out.
     """
 
+    # Noise of one reading, including vibration at the sensor.
     yaw_rate_noise: Annotated[float, "rad/s"] = USUAL.noises.yaw_rate_reading
     lateral_acceleration_noise: Annotated[float, "m/s**2"] = USUAL.noises.lateral_acceleration_reading
+    # Growth of the error that the tyre model leaves.
     lateral_speed_drift: Annotated[float, "m/s**1.5"] = USUAL.noises.lateral_speed
     yaw_rate_drift: Annotated[float, "rad/s**1.5"] = USUAL.noises.yaw_rate
+    # Process of the cornering stiffness of both axles, relative.
     stiffness_wander: Annotated[float, ""] | None = None
     stiffness_wander_time: Annotated[float, "s"] | None = None
-    friction_wander: Annotated[float, ""] | None = None
+    friction_wander: Annotated[float, ""] | None = None  # process of the tyres' friction, relative
+    # Process of the road's bank.
     bank_wander: Annotated[float, "rad"] | None = None
     bank_wander_time: Annotated[float, "s"] | None = None
+    # Process of the lateral force; that of its moment is `WIND_ARM` times as large.
     wind_wander: Annotated[float, "N"] | None = None
+    # Bias of the sensor. Without it in the file the bias is `LATERAL_ACCELERATION` and that of the yaw rate `YAW_RATE`;
+    # neither in a car steered by wire, whose sensors are those of a test car.
     lateral_acceleration_wander: Annotated[float, "m/s**2"] | None = None
     lateral_acceleration_wander_time: Annotated[float, "s"] | None = None
+    # Error of the angle; by default `THROUGH_A_COLUMN`, and none in a car steered by wire.
     road_wheel_angle_wander: Annotated[float, "rad"] | None = None
     road_wheel_angle_wander_time: Annotated[float, "s"] | None = None
 
@@ -412,19 +374,14 @@ START = {
 }
 """Standard deviation of the motion before the first sample, in the units of the states."""
 
+# Bound on the squared normalised innovation of a reading, and of a jump of the steering angle; the 99.9 % quantile of
+# the chi-square distribution with one degree of freedom.
 GATE = 10.83
-"""Bound on the squared normalised innovation of a reading, and of a jump of the steering angle; the 99.9 % quantile of
-the chi-square distribution with one degree of freedom."""
-
-DEFLECTED = 0.03
-"""Growth of the tyres' deflection over that of the lateral speed while the estimate is held [s]."""
-
+DEFLECTED = 0.03  # growth of the tyres' deflection over that of the lateral speed while the estimate is held [s]
+# Bound on the logarithm of a factor, in standard deviations of its prior about its usual value; it stops divergence
+# where the linearised filter is overconfident. Never less than one, a factor of e.
 FARTHEST = 3.5
-"""Bound on the logarithm of a factor, in standard deviations of its prior about its usual value; it stops divergence
-where the linearised filter is overconfident. Never less than one, a factor of e."""
-
-NARROWEST = 1.0
-"""Smallest such bound [-, natural logarithm]; no factor of a tyre is known better than to a factor of e."""
+NARROWEST = 1.0  # smallest such bound [-, natural logarithm]; no factor of a tyre is known better than to a factor of e
 
 
 def combined_filter(car: LateralParameters, sample_time: float, tuning: CombinedTuning, steering: bool) -> KalmanFilter:
