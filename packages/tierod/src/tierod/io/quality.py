@@ -14,7 +14,7 @@ from tierod.core.residues import levels_of, residue_between
 from tierod.core.series import longest_run, runs
 from tierod.core.shown import in_words
 from tierod.core.signals import SIGNALS
-from tierod.io.readings import LEAST_RATE, held_remark, median_rate, rows_per_reading, too_slow
+from tierod.io.readings import LEAST_RATE, held_remark, median_rate, readings_of, too_slow
 from tierod.methods.running import OuterLevels, piles_up
 
 # Limits beyond which a channel deserves a remark.
@@ -204,7 +204,7 @@ class Figures:
 
 
 def channel_quality(channel: Channel) -> ChannelQuality:
-    return Figures.of(channel).quality(rows_per_reading(channel.values))
+    return Figures.of(channel).quality(readings_of(channel.values).rows())
 
 
 def impossible(name: str, values: np.ndarray) -> np.ndarray:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
 import numpy as np
 
 from tierod.core.recording import Recording
 from tierod.core.shown import in_words
 from tierod.core.signals import SIGNALS
-from tierod.methods.analysis.noise import DEVIATION_OF_MEDIAN, differences, fresh
+from tierod.methods.analysis.noise import DEVIATION_OF_MEDIAN, differences
 from tierod.methods.running import Sizes
 
 LEAST_RATE = 20.0  # of readings that steering monitors can use [Hz]: movements reach 3 Hz, six samples each
@@ -41,111 +43,69 @@ LEAST_READINGS = 500  # Least number of readings; the noise is then known to 5 %
 STEP_SHARE = 0.01  # of the changes that may be smaller than a step of a sensor with coarse readings [-]
 
 
-class Noise:
-    """Noise of the readings of one signal over the pieces of a recording.
+# Numbers of changes of a signal from which held readings are looked for, and after which further ones are not kept
+FEWEST, MOST = 30, 2000
+LEAST_ROWS = 4  # least rows per reading: below it an interpolated or resampled signal looks the same
+REGULAR = 0.95  # least share of the changes whole periods apart, to one row: a signal that rests changes at any time
+# Least share of changes larger than one and a half steps: a signal with coarse steps that moves slowly and evenly
+# changes regularly too, but by one step each
+LARGE = 0.5
 
-    Third differences contain the noise and hardly the motion. Their sizes are counted, so that the median, which no
-    jump moves, does not depend on the cuts. Held samples count once.
+
+class Readings:
+    """Readings of one signal over the pieces of a recording: rows that repeat the one before are no new reading.
+
+    Third differences of the readings contain their noise and hardly the motion. Their sizes are counted, so that the
+    median, which no jump moves, does not depend on the cuts.
     """
 
     def __init__(self) -> None:
         self._thirds, self._firsts = Sizes(), Sizes()
         self._last = np.empty(0)
         self._fresh = self._seen = 0
+        self._rows: list[int] = []  # between changes
+        self._sizes: list[float] = []  # of the changes
+        self._since: int | None = None  # rows since the last change
 
     def add(self, values: np.ndarray) -> None:
+        """Add the next rows, (n,); NaN where missing."""
         values = values[np.abs(values) < 1e300]  # the third differences of larger ones are no numbers
-        readings = np.concatenate([self._last, values])
-        readings = readings[fresh(readings)]
-        self._seen += len(values)
-        self._fresh += len(readings) - len(self._last)
+        steps = np.abs(np.diff(values, prepend=self._last[-1] if len(self._last) else np.nan))
+        at = np.flatnonzero(steps != 0.0)
+        readings = np.concatenate([self._last, values[at]])
+        self._seen, self._fresh = self._seen + len(values), self._fresh + len(at)
         self._thirds.add(differences(readings))
         self._firsts.add(np.diff(readings)[2:])
         self._last = readings[-3:]
+        if len(self._rows) < MOST:
+            at = at[steps[at] > 0.0]
+            # The time before the first change is no whole period.
+            starts = at if self._since is None else np.concatenate([[-self._since], at])
+            self._rows += np.diff(starts).tolist()
+            self._sizes += steps[at if self._since is not None else at[1:]].tolist()
+            if len(starts):
+                self._since = len(values) - int(starts[-1])
 
-    def deviation(self, rate: float) -> float:
-        """Standard deviation of a reading [its unit]; 0 where motion, held samples or coarse steps may explain it.
-
-        Args:
-            rate: sampling rate [Hz]
-        """
+    def deviation(self, rate: Annotated[float, "Hz"]) -> float:
+        """Standard deviation of a reading [its unit]; 0 where motion, held samples or coarse steps may explain it."""
         if self._thirds.counts.sum() < LEAST_READINGS or too_slow(rate * self._fresh / self._seen, LEAST_RATE):
             return 0.0
         found = DEVIATION_OF_MEDIAN * self._thirds.quantile(0.5)
         return found if found > self._firsts.quantile(STEP_SHARE) else 0.0
 
-    def warning(self, name: str, rate: float) -> str:
-        """Sentence on a noise that is far above that of usual sensors; "" for none.
-
-        Args:
-            rate: sampling rate [Hz]
-        """
-        usual, unit = USUAL[name], SIGNALS[name].unit
-        found = self.deviation(rate)
+    def noise(self, name: str, unit: str, rate: Annotated[float, "Hz"]) -> str:
+        """Sentence on a noise that is far above that of usual sensors; "" for none."""
+        if name not in USUAL or unit != SIGNALS[name].unit:
+            return ""
+        found, usual = self.deviation(rate), USUAL[name]
         if found <= LOUD * usual:
             return ""
         return (
             f"{scatter(name, found)}, those of usual sensors by {in_words(usual, unit)}: check the sensor and its line"
         )
 
-
-def scatter(name: str, deviation: float) -> str:
-    """Noise of a signal in words.
-
-    Args:
-        deviation: standard deviation of a reading [unit of the signal]
-    """
-    return f"the readings of {name} scatter by {in_words(deviation, SIGNALS[name].unit)}"
-
-
-def noise_warnings(recording: Recording) -> tuple[str, ...]:
-    found = []
-    for name in USUAL:
-        if name in recording and recording[name].unit == SIGNALS[name].unit:
-            noise = Noise()
-            noise.add(recording[name].values)
-            found.append(noise.warning(name, median_rate(recording[name].time)))
-    return tuple(filter(None, found))
-
-
-# Numbers of changes of a signal from which it is judged, and after which further ones are not kept
-FEWEST, MOST = 30, 2000
-
-LEAST_ROWS = 4  # Least rows per reading: below it an interpolated or resampled signal looks the same
-
-# Least share of the changes that come whole periods apart, to one row: a signal that rests changes at any time
-REGULAR = 0.95
-
-# Least share of changes larger than one and a half steps: a signal with coarse steps that moves slowly and evenly
-# changes regularly too, but by one step each
-LARGE = 0.5
-
-
-class HeldReadings:
-    """Finds how many rows repeat each reading of one signal, over the pieces of a recording."""
-
-    def __init__(self) -> None:
-        self._rows: list[int] = []
-        self._sizes: list[float] = []
-        self._last = np.nan
-        self._since: int | None = None
-
-    def add(self, values: np.ndarray) -> None:
-        if len(self._rows) >= MOST:
-            return
-        values = values[np.isfinite(values)]
-        steps = np.abs(np.diff(values, prepend=self._last))
-        at = np.flatnonzero(steps > 0.0)
-        if len(values):
-            self._last = float(values[-1])
-        # The time before the first change is no whole period.
-        starts = at if self._since is None else np.concatenate([[-self._since], at])
-        self._rows += np.diff(starts).tolist()
-        self._sizes += steps[at if self._since is not None else at[1:]].tolist()
-        if len(starts):
-            self._since = len(values) - int(starts[-1])
-
     def rows(self) -> float:
+        """Rows that repeat one reading; 1 where readings are not held."""
         if len(self._rows) < FEWEST:
             return 1.0
         apart, sizes = np.array(self._rows, float), np.array(self._sizes)
@@ -160,11 +120,27 @@ class HeldReadings:
         return period
 
 
-def rows_per_reading(values: np.ndarray) -> float:
-    """Rows that repeat one reading of a whole signal, (n,); 1 where readings are not held."""
-    held = HeldReadings()
-    held.add(values)
-    return held.rows()
+def readings_of(values: np.ndarray) -> Readings:
+    """Readings of a whole signal, (n,)."""
+    found = Readings()
+    found.add(values)
+    return found
+
+
+def scatter(name: str, deviation: float) -> str:
+    """Noise of a signal in words.
+
+    Args:
+        deviation: standard deviation of a reading [unit of the signal]
+    """
+    return f"the readings of {name} scatter by {in_words(deviation, SIGNALS[name].unit)}"
+
+
+def noise_warnings(recording: Recording) -> tuple[str, ...]:
+    """Sentences on the noisy signals of a whole recording."""
+    there = [recording[name] for name in USUAL if name in recording]
+    noises = (readings_of(each.values).noise(each.name, each.unit, median_rate(each.time)) for each in there)
+    return tuple(filter(None, noises))
 
 
 def held_remark(rate: float, rows: float) -> str:

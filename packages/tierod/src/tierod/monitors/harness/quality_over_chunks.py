@@ -12,9 +12,8 @@ from tierod.core.findings import ChannelQuality
 from tierod.core.recording import Channel, Recording
 from tierod.core.series import Rows
 from tierod.core.shown import in_words
-from tierod.core.signals import SIGNALS
 from tierod.io.quality import Figures, Pace
-from tierod.io.readings import USUAL, HeldReadings, Noise, held_remark, too_slow
+from tierod.io.readings import Readings, held_remark, too_slow
 from tierod.io.signs import COMPARED, sign_warnings, turn_warnings
 from tierod.monitors.harness.pieces import joined
 
@@ -67,8 +66,7 @@ class QualityOverChunks:
         self.names = tuple(names)
         self._figures: dict[str, Figures] = {}
         self._reduced = Rows(1 + len(self.names))
-        self._held = {name: HeldReadings() for name in self.names}
-        self._noises = {name: Noise() for name in self.names if name in USUAL}
+        self._readings = {name: Readings() for name in self.names}
 
     def add(self, piece: Recording, qualities: Qualities | None = None) -> None:
         """Add the next piece."""
@@ -77,9 +75,7 @@ class QualityOverChunks:
             if name in piece:
                 known, new = self._figures.get(name), qualities.of(piece[name])
                 self._figures[name] = new if known is None else known.joined(new)
-                self._held[name].add(piece[name].values)
-                if name in self._noises and piece[name].unit == SIGNALS[name].unit:
-                    self._noises[name].add(piece[name].values)
+                self._readings[name].add(piece[name].values)
         kept = len(self._reduced) / REDUCED_RATE
         if kept < COMPARED and any(name in piece for name in self.names):
             # A piece may be a whole recording with a pause of days in it: align only the part that is compared.
@@ -98,7 +94,7 @@ class QualityOverChunks:
 
     def rows(self) -> tuple[ChannelQuality, ...]:
         """One row per channel of the recording; its note is that of the last piece."""
-        return tuple(each.quality(self._held[name].rows()) for name, each in self._seen.items())
+        return tuple(each.quality(self._readings[name].rows()) for name, each in self._seen.items())
 
     def rates(self) -> dict[str, float]:
         """Sampling rate of each channel [Hz]; NaN for a single sample."""
@@ -124,13 +120,13 @@ class QualityOverChunks:
     def held_warnings(self) -> tuple[str, ...]:
         """Warnings of signals whose readings are repeated in many rows."""
         rates = self.rates()
-        held = {name: each.rows() for name, each in self._held.items()}
+        held = {name: each.rows() for name, each in self._readings.items()}
         return tuple(f"{name}: {held_remark(rates[name], rows)}" for name, rows in held.items() if rows > 1.0)
 
     def noise_warnings(self) -> tuple[str, ...]:
         """Warnings of signals whose readings scatter far more than those of usual sensors."""
-        rates = self.rates()
-        return tuple(filter(None, (each.warning(name, rates.get(name, 0.0)) for name, each in self._noises.items())))
+        noises = (self._readings[name].noise(name, each.unit, each.pace.rate) for name, each in self._seen.items())
+        return tuple(filter(None, noises))
 
     def refuse_slow(self, required: Iterable[str], minimum_rate: float) -> bool:
         """Refuse a required signal with a low sampling rate.
@@ -174,7 +170,7 @@ class QualityOverChunks:
                     f"{name} is constant at {in_words(row.least, row.unit)} throughout; check the sensor and the "
                     "channel map, or give a recording in which the vehicle is driven"
                 )
-            rows = self._held[name].rows()
+            rows = self._readings[name].rows()
             if rows > 1.0 and too_slow(row.pace.rate / rows, minimum_rate):
                 raise InputError(
                     f"{name}: {held_remark(row.pace.rate, rows)}; at least {minimum_rate:g} Hz are needed: record it "
