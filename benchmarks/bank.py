@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from benchmarks.filters import EnabledFilter
+from benchmarks.timing import fastest, row
 from tierod.core.block import Tree
 from tierod.core.graph import KEEP, Bank, JudgeSample, Stream, Verdict, scan
 from tierod.core.graph.maths import maximum, where
@@ -54,19 +54,10 @@ def run() -> list[dict]:
     samples = np.random.default_rng(0).normal(size=(STEPS, 6)) * 0.3
     bank = Bank(tuple(filters), LeastFriction(LANES))
     scan(bank, samples[:10])
-    value = min(_timed(lambda: scan(bank, samples)) for _ in range(REPEATS)) / STEPS
+    value = 1e6 * fastest(lambda: scan(bank, samples), REPEATS) / STEPS
     streams = [Stream(each) for each in filters]
-    peer = min(_timed(lambda: _looped(streams, samples[:LOOPED_STEPS])) for _ in range(REPEATS)) / LOOPED_STEPS
-    return [
-        {
-            "name": f"bank-of-{LANES}",
-            "value": 1e-3 * value,
-            "unit": "us/sample",
-            "peer": "Python loop over compiled filters",
-            "peer_value": 1e-3 * peer,
-            "ratio": peer / value,
-        }
-    ]
+    peer = 1e6 * fastest(lambda: _looped(streams, samples[:LOOPED_STEPS]), REPEATS) / LOOPED_STEPS
+    return [row(f"bank-of-{LANES}", value, "us/sample", "Python loop over compiled filters", peer)]
 
 
 def _filter(monitor: Any, noise: float) -> EnabledFilter:
@@ -76,16 +67,9 @@ def _filter(monitor: Any, noise: float) -> EnabledFilter:
 
 def _looped(streams: list[Stream], samples: np.ndarray) -> list[float]:
     least = []
-    for row in samples:
+    for sample in samples:
         for stream in streams:
-            stream.inputs[:] = row
+            stream.inputs[:] = sample
             stream.advance()
         least.append(min(stream.outputs[4] for stream in streams))
     return least
-
-
-def _timed(function: Any) -> float:
-    """Duration of one call [ns]."""
-    start = time.perf_counter_ns()
-    function()
-    return float(time.perf_counter_ns() - start)

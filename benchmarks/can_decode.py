@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import json
 import os
-import time
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
+from benchmarks.timing import fastest, row
 from tierod.io.readers.candump import frames_of
 from tierod.io.readers.dbc import bus_source, load_databases
 from tierod.io.readers.frames import EXTENDED, Frames, Log, heard, joined
@@ -59,26 +58,8 @@ def run() -> list[dict]:
         for identifier, payload in rows:
             peer.decode_message(identifier, payload, decode_choices=False)
 
-    value, peer_value = len(rows) / _best(ours, _REPEATS), len(rows) / _best(theirs, 3)
-    return [
-        {
-            "name": "can-decode",
-            "value": value,
-            "unit": "messages/s",
-            "peer": f"cantools {cantools.__version__} decode_message",
-            "peer_value": peer_value,
-            "ratio": value / peer_value,
-        }
-    ]
-
-
-def _best(work: Callable[[], None], repeats: int) -> float:
-    times = []
-    for _ in range(repeats):
-        begin = time.perf_counter()
-        work()
-        times.append(time.perf_counter() - begin)
-    return min(times)
+    value, peer_value = len(rows) / fastest(ours, _REPEATS), len(rows) / fastest(theirs, 3)
+    return [row("can-decode", value, "messages/s", f"cantools {cantools.__version__} decode_message", peer_value)]
 
 
 if __name__ == "__main__":

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.filterpy_peer import nanoseconds_per_step
-from benchmarks.filters import EnabledFilter, matrices
+from benchmarks.filters import EnabledFilter, matrices, nanoseconds_per_step
+from benchmarks.timing import row
 from tierod.io.writers import write
 from tierod.models.friction_estimation import FrictionParameters
 from tierod.vehicles import load
@@ -51,18 +51,17 @@ def run() -> list[dict]:
     step = nanoseconds_per_step(samples, matrices(EnabledFilter(monitor.filter, monitor.gate)))
     peer = step * 1e-9 * 3600.0 * RATE
     return [
-        {
-            "name": "diagnose-1h",
-            "value": seconds,
-            "unit": "s",
-            "peer": "filterpy, filter alone",
-            "peer_value": peer,
-            "ratio": peer / seconds,
-            "without_html_report_s": float(np.median([time_ for time_, _ in without_report])),
-            "memory_mb": megabytes,
-            "ten_hours_s": long[0],
-            "ten_hours_memory_mb": long[1],
-        }
+        row(
+            "diagnose-1h",
+            seconds,
+            "s",
+            "filterpy, filter alone",
+            peer,
+            without_html_report_s=float(np.median([time_ for time_, _ in without_report])),
+            memory_mb=megabytes,
+            ten_hours_s=long[0],
+            ten_hours_memory_mb=long[1],
+        )
     ]
 
 

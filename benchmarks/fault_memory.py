@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from benchmarks.timing import row
 from tierod.diagnosis.fault_memory import FaultMemory
 from tierod.diagnosis.trouble_codes import TroubleCodes, load_trouble_codes
 
@@ -57,14 +58,8 @@ def run() -> list[dict]:
         theirs.append((time.perf_counter() - begin) / steps)
     value, peer = _EVENTS / min(ours), 1.0 / min(theirs)
     return [
-        {
-            "name": "fault-memory",
-            "value": value,
-            "unit": "results/s",
-            "peer": "plain Python, counters alone",
-            "peer_value": peer,
-            "ratio": value / peer,
-            "codes": float(_CODES),
-            "changes": float(changes),
-        }
-    ]
+        row(
+            "fault-memory", value, "results/s", "plain Python, counters alone", peer,
+            codes=float(_CODES), changes=float(changes),
+        )
+    ]  # fmt: skip

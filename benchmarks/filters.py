@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from benchmarks.dependency_floor import floor
-from benchmarks.filterpy_peer import nanoseconds_per_step
+from benchmarks.timing import fastest, in_lanes, row, single
 from tierod.core.block import Block, Tree
 from tierod.core.graph import Stream, trace
-from tierod.core.graph.kernel import LaneKernel, kernel, lane_array
 from tierod.core.graph.maths import sign
 from tierod.core.graph.printer import LANES
-from tierod.core.graph.trace import initial_memory
 from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.models.friction_estimation import FrictionEstimation, FrictionParameters
 from tierod.monitors.friction.signals import FrictionGate
@@ -63,17 +59,15 @@ def run() -> list[dict]:
     block = EnabledFilter(monitor.filter, monitor.gate)
     peer = nanoseconds_per_step(_samples(20_000), matrices(block), REPEATS)
     lower = floor(trace(block))
+    samples, stretches = _samples(STEPS), _samples(LANE_STEPS, LANES)
     values = {
-        "filter-single": _single(block),
-        "filter-lanes": min(_lanes(block) for _ in range(ALLOCATIONS)),
-        "filter-vm": _single(block, "virtual machine", STEPS // 10),
+        "filter-single": single(block, samples, REPEATS)[0],
+        "filter-lanes": min(in_lanes(block, stretches, 10 * REPEATS) for _ in range(ALLOCATIONS)),
+        "filter-vm": single(block, samples[: STEPS // 10], REPEATS, "virtual machine")[0],
         "push-named": _push(block),
         "push-bound": _push_bound(block),
     }
-    rows = [
-        {"name": name, "value": value, "unit": "ns/step", "peer": "filterpy", "peer_value": peer, "ratio": peer / value}
-        for name, value in values.items()
-    ]
+    rows = [row(name, value, "ns/step", "filterpy", peer) for name, value in values.items()]
     rows[0] |= {"dependency_floor_ns": lower, "times_floor": values["filter-single"] / lower}
     return rows
 
@@ -109,33 +103,29 @@ def _samples(count: int, *more: int) -> np.ndarray:
     return np.random.default_rng(0).normal(size=(count, 6, *more)) * 0.3
 
 
-def _fastest(work: Callable[[], None], repeats: int = REPEATS) -> float:
-    best = np.inf
-    for _ in range(repeats):
-        start = time.perf_counter()
-        work()
-        best = min(best, time.perf_counter() - start)
-    return best * 1e9
+def nanoseconds_per_step(samples: np.ndarray, matrices: dict[str, np.ndarray], repeats: int = 3) -> float:
+    """The same filter, as a user of filterpy writes it: fastest predict and update [ns].
 
+    Args:
+        samples: driver torque, motor torque, lateral acceleration, angle, rate, yaw rate, shape (n, 6)
+        matrices: A at standstill, friction (entry of A per direction of motion), B, GQG, C, R, P, x
+    """
+    from filterpy.kalman import KalmanFilter as Peer
 
-def _single(block: Block, engine: str = "auto", steps: int = STEPS) -> float:
-    runner = kernel(block, engine)  # type: ignore[arg-type]
-    samples, outputs = _samples(steps), np.empty((steps, len(runner.graph.output)))
-    return _fastest(lambda: runner.scan(initial_memory(block), samples, outputs, 0)) / steps
-
-
-def _lanes(block: Block) -> float:
-    runner = LaneKernel([block] * LANES)
-    samples, outputs = lane_array(LANE_STEPS, 6), lane_array(LANE_STEPS, len(runner.graph.output))
-    start = initial_memory(block)[:, None]
-    states = lane_array(len(start))
-    samples[:] = _samples(LANE_STEPS, LANES)
+    filter_ = Peer(dim_x=5, dim_z=3, dim_u=3)
+    inputs, measured = samples[:, :3, None], samples[:, 3:, None]
+    friction = matrices["friction"]
 
     def work() -> None:
-        states[:] = start
-        runner.scan(states, samples, outputs, 0)
+        filter_.F, filter_.B, filter_.H = matrices["A"].copy(), matrices["B"], matrices["C"]
+        filter_.Q, filter_.R = matrices["GQG"], matrices["R"]
+        filter_.x, filter_.P = matrices["x"].copy(), matrices["P"].copy()
+        for u, y in zip(inputs, measured, strict=True):
+            filter_.F[1, 4] = friction * np.sign(y[1, 0])
+            filter_.predict(u)
+            filter_.update(y)
 
-    return _fastest(work, 10 * REPEATS) / (LANE_STEPS * LANES)
+    return 1e9 * fastest(work, repeats) / len(samples)
 
 
 def _push(block: Block, pushes: int = 50_000) -> float:
@@ -147,7 +137,7 @@ def _push(block: Block, pushes: int = 50_000) -> float:
         for _ in range(pushes):
             push(sample)
 
-    return _fastest(work) / pushes
+    return 1e9 * fastest(work, REPEATS) / pushes
 
 
 def _push_bound(block: Block, pushes: int = 50_000) -> float:
@@ -159,4 +149,4 @@ def _push_bound(block: Block, pushes: int = 50_000) -> float:
         for _ in range(pushes):
             advance()
 
-    return _fastest(work) / pushes
+    return 1e9 * fastest(work, REPEATS) / pushes

@@ -64,7 +64,7 @@ def alone(path, asked, repeats):
     for _ in range(repeats):
         began = time.process_time()
         together = asked.together(car)
-        judge(pieces_of(path, car, together.needs, chunk(asked)), together, asked)
+        judge(pieces_of(path, together.needs, car, seconds=chunk(asked)), together, asked)
         best = min(best, time.process_time() - began)
     return best
 
@@ -98,7 +98,7 @@ def keeping(path, folder):
     """Time to write, compact and read the results of many recordings; the second is processor time of writing [s]."""
     car = load(VEHICLE)
     together = FRICTION.together(car)
-    found = judge(pieces_of(path, car, together.needs, chunk(FRICTION)), together, FRICTION)
+    found = judge(pieces_of(path, together.needs, car, seconds=chunk(FRICTION)), together, FRICTION)
     place = place_of(folder)
     prepare(place)
     about = _about(found)

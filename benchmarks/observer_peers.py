@@ -1,4 +1,4 @@
-"""Observers of the steering column, as a user of filterpy writes them."""
+"""Estimators of the monitors, as a user of filterpy writes them."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from tierod.core.block import rebuild, skeleton
 from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.methods.estimators.observers import FixedLag
 from tierod.methods.estimators.stationary_bank import StationaryBank
 from tierod.models.linear import LinearSystem, linearise
 from tierod.physics.friction import dahl_update
-from tierod_lab.methods.stationary import StationaryFilter
 
 
 def full(packed: tuple[float, ...]) -> np.ndarray:
@@ -42,39 +42,20 @@ def _diagonal(values: Any) -> np.ndarray:
     return np.diag([0.0 if value is None else float(value) for value in values])
 
 
+def _run(peer: Any, samples: np.ndarray, *functions: Any) -> tuple[np.ndarray, float]:
+    """Means of a filter over samples, whose first column is its input, and the duration [s]."""
+    found = np.empty((len(samples), len(peer.x)))
+    inputs, measured = samples[:, :1, None], samples[:, 1:, None]
+    start = time.perf_counter()
+    for k in range(len(samples)):
+        peer.predict(inputs[k])
+        peer.update(measured[k], *functions)
+        found[k] = peer.x[:, 0]
+    return found, time.perf_counter() - start
+
+
 SETTLE = 20_000
 """Steps until the gain of the augmented filter has converged to seven digits."""
-
-
-class PlainFilter:
-    """Kalman filter with predict and update."""
-
-    def __init__(self, peer: Any, rows: list[int]):
-        self.peer, self.rows = peer, rows
-
-    @classmethod
-    def stationary(cls, block: StationaryFilter) -> PlainFilter:
-        """Filter initialised with its steady-state covariance, so that its gain is constant."""
-        from filterpy.kalman import KalmanFilter as Peer
-
-        system, gain = system_of(block), np.array(block.gain)
-        spread, after = full(block.innovation_covariance), full(block.covariance)
-        noise = spread - system.C @ (after + gain @ spread @ gain.T) @ system.C.T
-        process = after + gain @ spread @ gain.T - system.A @ after @ system.A.T
-        peer = filled(Peer, system, np.zeros(len(system.A)), np.zeros(len(system.C)), after)
-        peer.Q, peer.R = process, noise
-        return cls(peer, [system.states.index("hand_torque")])
-
-    def __call__(self, samples: np.ndarray) -> tuple[np.ndarray, float]:
-        """Estimates, and duration [s]."""
-        peer, found = self.peer, np.empty((len(samples), len(self.rows)))
-        inputs, measured = samples[:, :1, None], samples[:, 1:, None]
-        start = time.perf_counter()
-        for k in range(len(samples)):
-            peer.predict(inputs[k])
-            peer.update(measured[k])
-            found[k] = peer.x[self.rows, 0]
-        return found, time.perf_counter() - start
 
 
 class BankOfConstantGains:
@@ -103,14 +84,7 @@ class BankOfConstantGains:
 
     def __call__(self, samples: np.ndarray) -> tuple[np.ndarray, float]:
         """Estimates, and duration [s]."""
-        peer, found = self.peer, np.empty((len(samples), len(self.peer.x)))
-        inputs, measured = samples[:, :1, None], samples[:, 1:, None]
-        start = time.perf_counter()
-        for k in range(len(samples)):
-            peer.predict(inputs[k])
-            peer.update(measured[k])
-            found[k] = peer.x[:, 0]
-        return found, time.perf_counter() - start
+        return _run(self.peer, samples)
 
 
 class AugmentedLag:
@@ -133,14 +107,8 @@ class AugmentedLag:
 
     def __call__(self, samples: np.ndarray) -> tuple[np.ndarray, float]:
         """Estimates, and duration [s]."""
-        peer, found = self.peer, np.empty((len(samples), 1))
-        inputs, measured = samples[:, :1, None], samples[:, 1:, None]
-        start = time.perf_counter()
-        for k in range(len(samples)):
-            peer.predict(inputs[k])
-            peer.update(measured[k])
-            found[k] = peer.x[-1, 0]
-        return found, time.perf_counter() - start
+        found, seconds = _run(self.peer, samples)
+        return found[:, -1:], seconds
 
 
 class ExtendedFilter:
@@ -159,8 +127,6 @@ class ExtendedFilter:
     def __call__(self, samples: np.ndarray) -> tuple[np.ndarray, float]:
         """Estimates, and duration [s]."""
         peer, C = self.peer, self.C
-        found = np.empty((len(samples), len(peer.x)))
-        inputs, measured = samples[:, :1, None], samples[:, 1:, None]
 
         def jacobian(_: np.ndarray) -> np.ndarray:
             return C
@@ -168,12 +134,7 @@ class ExtendedFilter:
         def output(x: np.ndarray) -> np.ndarray:
             return C @ x
 
-        start = time.perf_counter()
-        for k in range(len(samples)):
-            peer.predict(inputs[k])
-            peer.update(measured[k], jacobian, output)
-            found[k] = peer.x[:, 0]
-        return found, time.perf_counter() - start
+        return _run(peer, samples, jacobian, output)
 
 
 def _friction_peer(block: KalmanFilter, A: np.ndarray, B: np.ndarray) -> Any:
@@ -209,3 +170,48 @@ def _friction_peer(block: KalmanFilter, A: np.ndarray, B: np.ndarray) -> Any:
             self.x, self.F = moved, F
 
     return Peer
+
+
+STEP = 1e-5
+"""Step of the numerical differences, in states with a magnitude of one."""
+
+
+class ByDifferences:
+    """filterpy's `ExtendedKalmanFilter` for a model that is evaluated in plain Python."""
+
+    def __init__(self, block: KalmanFilter):
+        self.block, self.model = block, block.model
+        self.shape, self.inputs = skeleton(block.model.State), skeleton(block.model.Input)
+
+    def __call__(self, samples: np.ndarray) -> tuple[np.ndarray, float]:
+        """Lateral speeds and yaw rates, and duration [s]."""
+        from filterpy.kalman import ExtendedKalmanFilter as Peer
+
+        block, count = self.block, len(self.block.model.Input._fields)
+        n, m = len(self.model.State._fields), len(self.model.Output._fields)
+        peer = Peer(dim_x=n, dim_z=m)
+        peer.x, peer.P = np.array(block.initial_mean, float), np.diag(block.initial_variance)
+        peer.Q, peer.R = np.diag(block.process_noise), np.diag(block.measurement_noise)
+        found = np.empty((len(samples), n))
+        start = time.perf_counter()
+        for k, row in enumerate(samples):
+            given = rebuild(self.inputs, row[:count].tolist())
+
+            def ahead(x: np.ndarray, given: Any = given) -> np.ndarray:
+                return np.array(self.model.transition(rebuild(self.shape, x.tolist()), given, block.parameters))
+
+            def shown(x: np.ndarray, given: Any = given) -> np.ndarray:
+                return np.array(self.model.output(rebuild(self.shape, x.tolist()), given, block.parameters))
+
+            F = _differences(ahead, peer.x)
+            peer.x = ahead(peer.x)
+            peer.P = F @ peer.P @ F.T + peer.Q
+            peer.update(row[count:], lambda x, shown=shown: _differences(shown, x), shown)
+            found[k] = peer.x
+        return found[:, :2], time.perf_counter() - start
+
+
+def _differences(function: Any, at: np.ndarray) -> np.ndarray:
+    """Jacobian by central differences."""
+    steps = STEP * np.eye(len(at))
+    return np.column_stack([(function(at + step) - function(at - step)) / (2.0 * STEP) for step in steps])

@@ -7,13 +7,11 @@ peer's alike.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 
 import numpy as np
 
+from benchmarks.timing import fastest, row, single
 from tierod.core.graph import Bank
-from tierod.core.graph.kernel import kernel
-from tierod.core.graph.trace import initial_memory
 from tierod.models.automated_vehicle import AutomatedVehicle
 from tierod.monitors.condition.definition import condition_monitor
 from tierod.monitors.condition.signals import ConditionSample, hypotheses
@@ -35,19 +33,18 @@ def run() -> list[dict]:
     lost = _samples(actuator_tests(1)[0])
     whole = condition_monitor(load("smartload"))
     value = _times_real_time(whole, healthy)
-    peer = PEER_STEPS / RATE / _least(_numpy_bank)
+    peer = PEER_STEPS / RATE / fastest(_numpy_bank, REPEATS, time.process_time)
     return [
-        {
-            "name": "condition-on-board",
-            "value": value,
-            "unit": "x real time",
-            "peer": f"NumPy, {LANES} filters' covariances alone",
-            "peer_value": peer,
-            "ratio": value / peer,
-            "sensor_lost": _times_real_time(whole, faulty),
-            "motor_lost": _times_real_time(whole, lost),
-            "decision_alone": _times_real_time(Bank(whole.lanes, whole.judge.decision), healthy),
-        }
+        row(
+            "condition-on-board",
+            value,
+            "x real time",
+            f"NumPy, {LANES} filters' covariances alone",
+            peer,
+            sensor_lost=_times_real_time(whole, faulty),
+            motor_lost=_times_real_time(whole, lost),
+            decision_alone=_times_real_time(Bank(whole.lanes, whole.judge.decision), healthy),
+        )
     ]
 
 
@@ -61,19 +58,7 @@ def _samples(drive: Drive) -> np.ndarray:
 
 def _times_real_time(block: Bank, samples: np.ndarray) -> float:
     """Seconds of driving per second of processor time, in the fastest run."""
-    runner = kernel(block)
-    outputs = np.empty((len(samples), len(runner.graph.output)))
-    return len(samples) / RATE / _least(lambda: runner.scan(initial_memory(block), samples, outputs, 0))
-
-
-def _least(work: Callable[[], object]) -> float:
-    """Processor time of the fastest of several runs [s]."""
-    seconds = []
-    for _ in range(REPEATS):
-        begin = time.process_time()
-        work()
-        seconds.append(time.process_time() - begin)
-    return min(seconds)
+    return 1e9 / RATE / single(block, samples, REPEATS, clock=time.process_time)[0]
 
 
 def _numpy_bank() -> np.ndarray:

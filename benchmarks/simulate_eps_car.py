@@ -9,6 +9,7 @@ from multiprocessing import get_context
 
 import numpy as np
 
+from benchmarks.timing import row
 from tierod_lab.ground import EpsCar, drive
 from tierod_lab.ground.chassis import SingleTrack
 
@@ -25,17 +26,16 @@ def run() -> list[dict]:
     two_track = _times_real_time()
     peer = _commonroad()
     return [
-        {
-            "name": "simulate-eps-car",
-            "value": two_track,
-            "unit": "times real time",
-            "peer": "CommonRoad multi-body car, RK4 at 1 kHz",
-            "peer_value": peer,
-            "ratio": two_track / peer,
-            "without_compiler": _interpreted(),
-            "single_track": _times_real_time(EpsCar(chassis=SingleTrack())),
-            "two_cores_over_one": _scaling(),
-        }
+        row(
+            "simulate-eps-car",
+            two_track,
+            "times real time",
+            "CommonRoad multi-body car, RK4 at 1 kHz",
+            peer,
+            without_compiler=_interpreted(),
+            single_track=_times_real_time(EpsCar(chassis=SingleTrack())),
+            two_cores_over_one=_scaling(),
+        )
     ]
 
 

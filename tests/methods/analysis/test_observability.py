@@ -11,16 +11,10 @@ from hypothesis import strategies as st
 from example_models import Pendulum, PendulumParameters
 from methods.analysis.column_sets import TORQUES, column
 from tierod.core.errors import ParameterError
-from tierod.methods.analysis.observability import (
-    default_rank,
-    observability,
-    observability_matrix,
-    pbh_rank,
-    scaled_rank,
-    unscaled_rank,
-)
+from tierod.methods.analysis.observability import observability
 from tierod.models.column_observation import with_outputs
 from tierod.models.linear import LinearSystem, linearise, sampled
+from tierod_lab.methods.ranks import default_rank, observability_matrix, pbh_rank, scaled_rank, unscaled_rank
 from tierod_lab.papers.column.columns import EIGENVALUES, SETS, extended
 
 

@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tierod.methods.analysis.observability import unscaled_rank
 from tierod.models.column_observation import linear_column
 from tierod.models.linear import LinearSystem
 from tierod.models.steering_column import SteeringColumn
+from tierod_lab.methods.ranks import unscaled_rank
 from tierod_lab.papers.column import model_datasets
 from tierod_lab.papers.column.columns import (
     EIGENVALUES,

@@ -10,13 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tierod.core.graph import scan
-from tierod.methods.analysis.observability import (
-    observability,
-    observability_matrix,
-    pbh_rank,
-    scaled_rank,
-    unscaled_rank,
-)
+from tierod.methods.analysis.observability import observability
 from tierod.methods.identification.column_fit import ColumnFit, Fitted, WheelMotion, wheel_side
 from tierod.methods.identification.sampled_column import BenchParameters, SampledColumn
 from tierod.models.column_observation import linear_column, with_outputs
@@ -25,6 +19,7 @@ from tierod.models.steering_column import SteeringColumn
 from tierod_lab.ground.cars.column_bench import Acting, BenchPorts, ColumnBench
 from tierod_lab.ground.courses.bench import BenchSweep
 from tierod_lab.ground.parts import NO_FAULT
+from tierod_lab.methods.ranks import observability_matrix, pbh_rank, scaled_rank, unscaled_rank
 from tierod_lab.papers.column.columns import EIGENVALUES, SETS, extended, member, reduced_columns, vibrations
 from tierod_lab.papers.column.frequency_response import (
     MeasuredResponse,

@@ -1,9 +1,8 @@
-"""Observability of a linear system: by staircase, PBH test and observability matrix."""
+"""Observability of a linear system, by the staircase of orthonormal bases."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -113,90 +112,3 @@ def _staircase(A: np.ndarray, C: np.ndarray, tolerance: float) -> tuple[np.ndarr
         new = rows[keep] @ A
     padded = np.sort(np.array(values))[::-1][:n]
     return seen[:n], np.pad(padded, (0, n - len(padded)))
-
-
-PBH_TOLERANCE = 1e-7
-"""Singular value below which an eigenvector is unobservable (scaled system): rounding moves a double one by 1e-8."""
-
-CLUSTER = 1e-4
-"""Distance below which eigenvalues of the scaled system count as one: rounding splits a triple eigenvalue by as much,
-but hardly moves the mean."""
-
-
-def pbh_rank(system: LinearSystem) -> int:
-    """PBH test: number of states less the rank defects of [A - eigenvalue I; C] over all eigenvalues.
-
-    Validity: it is the number of states if and only if all are observable. Otherwise it is an upper bound of the rank:
-    for a multiple eigenvalue the test covers eigenvectors, but not generalised eigenvectors.
-
-    Source: M. L. J. Hautus, 1969.
-    """
-    A, C, *_ = scaled(system)
-    n = len(A)
-    hidden = 0
-    for eigenvalue in _distinct(np.linalg.eigvals(A)):
-        pencil = np.vstack([A - eigenvalue * np.eye(n), C])
-        hidden += int(np.count_nonzero(np.linalg.svd(pencil, compute_uv=False) < PBH_TOLERANCE))
-    return n - hidden
-
-
-def _distinct(eigenvalues: np.ndarray) -> list[complex]:
-    """Distinct eigenvalues: the mean of each cluster."""
-    left, means = list(eigenvalues), []
-    while left:
-        together = [value for value in left if abs(value - left[0]) < CLUSTER]
-        means.append(complex(np.mean(together)))
-        left = [value for value in left if abs(value - left[0]) >= CLUSTER]
-    return means
-
-
-class Rank(NamedTuple):
-    """Rank of a matrix, with the singular values and the tolerance that decide it.
-
-    Args:
-        rank: number of singular values above the tolerance
-    """
-
-    rank: int
-    tolerance: float
-    singular_values: np.ndarray
-
-    @property
-    def margin(self) -> float:
-        """Ratio of the (logarithmically) nearest singular value to the tolerance: near 1, rounding decides the rank."""
-        values = self.singular_values[self.singular_values > 0.0]
-        if not len(values) or self.tolerance == 0.0:
-            return float("inf")
-        ratios = values / self.tolerance
-        return float(ratios[np.argmin(np.abs(np.log(ratios)))])
-
-
-def default_rank(matrix: np.ndarray) -> Rank:
-    """Rank with MATLAB's default tolerance: larger dimension times spacing of floats at the largest singular value."""
-    values = np.linalg.svd(matrix, compute_uv=False) if matrix.size else np.zeros(0)
-    tolerance = float(max(matrix.shape) * np.spacing(values[0])) if len(values) else 0.0
-    return Rank(int(np.count_nonzero(values > tolerance)), tolerance, values)
-
-
-def observability_matrix(A: np.ndarray, C: np.ndarray) -> np.ndarray:
-    """Observability matrix [C; CA; ...; CA^(n-1)], each block from the one before it, as MATLAB's `obsv` does."""
-    blocks = [C]
-    for _ in range(len(A) - 1):
-        blocks.append(blocks[-1] @ A)
-    return np.vstack(blocks)
-
-
-def unscaled_rank(system: LinearSystem) -> Rank:
-    """Rank of the observability matrix in the units of the system, `rank(obsv(A, C))` of MATLAB.
-
-    Validity: powers of A grow with the fastest eigenvalue. Where fast and slow modes are three decades apart, six
-    states suffice to move the slow ones below rounding: the rank then depends on the units more than on the system.
-    `observability` and `scaled_rank` do not depend on units.
-    """
-    return default_rank(observability_matrix(system.A, system.C))
-
-
-def scaled_rank(system: LinearSystem) -> Rank:
-    """Rank of the observability matrix of the balanced, shifted and normalised system, see `models.modes.scaled`."""
-    form = scaled(system)
-    return default_rank(observability_matrix(form.A, form.C))
