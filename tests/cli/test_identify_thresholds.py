@@ -84,7 +84,7 @@ def test_a_drive_with_a_fault_is_named_and_nothing_is_written(folder, short, cap
     places = ["--vehicle", "smartload", "-o", str(folder / "doubtful.toml")]
     assert thresholds(folder, "first", "lost", arguments=places) == 2
     result = " ".join(capsys.readouterr().err.split())
-    assert "doubtful.toml is not written: not healthy" in result
+    assert "doubtful.toml is not written: not fault-free" in result
     assert "lost.parquet: wheel_speed_rear_right" in result
     assert sorted(folder.iterdir()) == before
 

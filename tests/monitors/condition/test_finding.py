@@ -11,8 +11,7 @@ from tierod.core.findings import Element, Episode, Status
 from tierod.monitors.condition.accelerations import Difference
 from tierod.monitors.condition.courses import ElementCourse
 from tierod.monitors.condition.coverage import Covered
-from tierod.monitors.condition.driven import SLID, Driven
-from tierod.monitors.condition.elements import code_courses, elements, losses
+from tierod.monitors.condition.elements import SLID, Driven, code_courses, elements, losses
 from tierod.monitors.condition.facts import Found, verdict_of_drive
 from tierod.monitors.condition.kinds import LOST_TORQUE, OFFSET
 from tierod.monitors.condition.reaction import NOT_ISOLABLE, substitution_graph

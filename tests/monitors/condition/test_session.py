@@ -11,7 +11,7 @@ from said import said
 from tierod.core.findings import Status
 from tierod.core.recording import Channel, Recording
 from tierod.monitors.condition.definition import CONDITION
-from tierod.monitors.condition.driven import SLID
+from tierod.monitors.condition.elements import SLID
 from tierod.monitors.condition.signals import ACTUATORS, OF_AUTOMATED, TARGETS
 from tierod.monitors.diagnose import Run
 from tierod.vehicles import load

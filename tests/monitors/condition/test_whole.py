@@ -1,13 +1,11 @@
 """From healthy drives to parameters and limits: what is taken, what is refused, what is doubted."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from tierod.core.errors import InputError
 from tierod.core.recording import Channel, Recording
-from tierod.monitors.condition.calibration import FAULTY, ConditionCalibration, calibrate_condition, suspicions_of
+from tierod.monitors.condition.calibration import FAULTY, calibrate_condition, doubt_of, remarks_of, suspicions_of
 from tierod.monitors.condition.limits import Watched, designed_on, healthy_drives, parted
 from tierod.monitors.condition.parameters import Calibration, Found
 from tierod.monitors.condition.signals import TARGETS, WHEELS, hypotheses
@@ -105,27 +103,20 @@ def test_a_drive_is_suspicious_where_one_fault_explains_it_far_better():
     ]
 
 
-def calibration(**changes):
-    """A calibration that found nothing, in which all is well."""
-    rng = np.random.default_rng(1)
-    designed = designed_on(rng.exponential(1.0, (200, 2 * COUNT)), 1000.0)
-    return replace(ConditionCalibration(searched(), designed, (), CAR, 300.0), **changes)
-
-
 def searched(squares=(1.0,) * 8):
     """A search for nothing that came to its end."""
     return Calibration(CAR, Found((), np.ones(0), np.ones(0), 0.0, 0.0, np.array(squares), 1, True))
 
 
 def test_readings_that_do_not_fit_the_vehicle_are_doubted():
-    assert calibration().doubt == ""
+    assert doubt_of(searched(), ()) == ""
     for worst in (50.0, np.nan):
-        found = searched((1.0, 1.0, worst, 1.0, 1.0, 1.0, 1.0, 1.0))
-        assert "the readings of yaw_rate" in calibration(calibration=found).doubt
+        assert "the readings of yaw_rate" in doubt_of(searched((1.0, 1.0, worst, 1.0, 1.0, 1.0, 1.0, 1.0)), ())
 
 
 def test_remarks_show_what_the_limits_rest_on():
-    result = " ".join(calibration().remarks)
+    designed = designed_on(np.random.default_rng(1).exponential(1.0, (200, 2 * COUNT)), 1000.0)
+    result = " ".join(remarks_of(searched(), designed, 300.0, False, True))
     assert "first 300 s" in result
     assert "one false alarm is expected in 1 000 h" in result
     assert "if the tail continues as an exponential: only" in result

@@ -13,7 +13,7 @@ from tierod.core.recording import Recording
 from tierod.core.statement import code_of
 from tierod.monitors.condition.definition import condition_monitor
 from tierod.monitors.condition.kinds import KINDS
-from tierod.monitors.condition.limits import NAME, aligned, design_limits, table_of
+from tierod.monitors.condition.limits import NAME, aligned, designed_on, table_of, watch
 from tierod.monitors.condition.parameters import calibrate as calibrate_parameters
 from tierod.monitors.condition.signals import ELEMENTS, SENSORS
 from tierod.vehicles import Vehicle, load
@@ -47,7 +47,9 @@ def calibrate(number: int, quick: bool) -> Known:
     """Calibrates parameters and limits of a vehicle on its fault-free drives."""
     driven = calibration_set(number, quick)
     vehicle = calibrate_parameters(driven.fitted, load("smartload")).vehicle
-    designed = design_limits(driven.healthy, vehicle)
+    watched = watch(driven.healthy, vehicle)
+    blocks, hours = np.concatenate([each.blocks for each in watched]), sum(each.hours for each in watched)
+    designed = designed_on(blocks, 1000.0, hours)
     table = table_of(designed, f"drives of demonstrator {number}")
     return Known(replace(vehicle, thresholds={**vehicle.thresholds, NAME: table}))
 

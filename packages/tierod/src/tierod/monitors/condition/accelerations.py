@@ -105,21 +105,13 @@ class Row(NamedTuple):
 
 
 class Difference(NamedTuple):
-    """Difference beyond its bounds.
+    """Difference beyond its bounds."""
 
-    Args:
-        sure: whether it exceeds a bound; otherwise only the doubtful share of one
-        window: start of the window in which it was detected [s]
-        start: time at which the difference reached that magnitude, to half a second [s]
-        found: time of the detection [s]
-        magnitude: single difference, mean, standard deviation or noise
-    """
-
-    sure: bool
-    window: Annotated[float, "s"]
-    start: Annotated[float, "s"]
-    found: Annotated[float, "s"]
-    magnitude: float
+    sure: bool  # whether it exceeds a bound; otherwise only the doubtful share of one
+    window: Annotated[float, "s"]  # start of the window in which it was detected [s]
+    start: Annotated[float, "s"]  # time at which the difference reached that magnitude, to half a second [s]
+    found: Annotated[float, "s"]  # time of the detection [s]
+    magnitude: float  # single difference, mean, standard deviation or noise
 
 
 class DifferenceCheck:
@@ -211,23 +203,14 @@ WHEELS_AGREE = 0.05
 
 
 class Motion(NamedTuple):
-    """Means of blocks of time; NaN where an input is missing, or the witnesses of the motion are inconsistent.
+    """Means of blocks of time; NaN where an input is missing, or the witnesses of the motion are inconsistent."""
 
-    Args:
-        read: measured `ACCELERATIONS` without their known offsets [m/s**2], (2, blocks)
-        moved: accelerations predicted from the motion [m/s**2], (2, blocks)
-        rough: standard deviation of the white noise of the measured ones [m/s**2], (2, blocks)
-        speed: speed of the vehicle [m/s]
-        rolled: longitudinal acceleration by the rear wheels alone [m/s**2]
-        growth: slope of the measured longitudinal acceleration [m/s**3]
-    """
-
-    read: np.ndarray
-    moved: np.ndarray
-    rough: np.ndarray
-    speed: np.ndarray
-    rolled: np.ndarray
-    growth: np.ndarray
+    read: np.ndarray  # measured `ACCELERATIONS` without their known offsets [m/s**2], (2, blocks)
+    moved: np.ndarray  # accelerations predicted from the motion [m/s**2], (2, blocks)
+    rough: np.ndarray  # standard deviation of the white noise of the measured ones [m/s**2], (2, blocks)
+    speed: np.ndarray  # speed of the vehicle [m/s]
+    rolled: np.ndarray  # longitudinal acceleration by the rear wheels alone [m/s**2]
+    growth: np.ndarray  # slope of the measured longitudinal acceleration [m/s**3]
 
 
 def motion_of(cut: Mapping[str, np.ndarray], blocks: Blocks, vehicle: CarParameters) -> Motion:

@@ -29,29 +29,22 @@ class StatementCourse(NamedTuple):
     """Statements over n samples, one column for each of `ELEMENTS`.
 
     Args:
-        status: indices in `STATUSES`
-        testable: whether a fault would show
-        spread: deviations by which that is judged, see `Judged`
-        kind: number of the kind; 0 where none is identified
-        magnitude, deviation: magnitude of the fault, see `described`, and its standard deviation
-        low_grip: whether the tyres slid, so that no fault was declared, (n,)
         lead: evidence for a fault, see `Judged.lead`, (n,) [nat per sample, or a share]; NaN where nothing is judged
         since, supported: times in the recording at which the evidence for the status began, and until which residuals
             supported a fault, NaN without evidence for one [s]
-        ended: whether residuals have contradicted a declared fault since then
     """
 
-    status: np.ndarray
-    testable: np.ndarray
-    spread: np.ndarray
-    kind: np.ndarray
-    magnitude: np.ndarray
+    status: np.ndarray  # indices in `STATUSES`
+    testable: np.ndarray  # whether a fault would show
+    spread: np.ndarray  # deviations by which that is judged, see `Judged`
+    kind: np.ndarray  # number of the kind; 0 where none is identified
+    magnitude: np.ndarray  # magnitude, deviation: magnitude of the fault, see `described`, and its standard deviation
     deviation: np.ndarray
-    low_grip: np.ndarray
+    low_grip: np.ndarray  # whether the tyres slid, so that no fault was declared, (n,)
     lead: np.ndarray
     since: np.ndarray
     supported: np.ndarray
-    ended: np.ndarray
+    ended: np.ndarray  # whether residuals have contradicted a declared fault since then
 
     @classmethod
     def of(cls, result: Result, time: np.ndarray, running: np.ndarray) -> StatementCourse:
@@ -92,19 +85,12 @@ class StatementCourse(NamedTuple):
 
 
 class Description(NamedTuple):
-    """Description of a kind of fault and of its magnitude.
+    """Description of a kind of fault and of its magnitude."""
 
-    Args:
-        kind: kind in words
-        quantity: name of the magnitude; "" for a kind without magnitude
-        unit: unit of the magnitude
-        factor: conversion factor from the magnitude to that unit
-    """
-
-    kind: str
-    quantity: str = ""
-    unit: str = ""
-    factor: float = 1.0
+    kind: str  # kind in words
+    quantity: str = ""  # name of the magnitude; "" for a kind without magnitude
+    unit: str = ""  # unit of the magnitude
+    factor: float = 1.0  # conversion factor from the magnitude to that unit
 
 
 def described(element: str, kind: float, magnitude: float) -> Description:
@@ -139,25 +125,19 @@ class Span:
     """Consecutive samples in which an element is declared, or is a candidate.
 
     Args:
-        start, end: begin and end of the run [s]
-        onset, supported: likeliest onset of the fault, and time until which residuals supported it [s]
-        ended: whether residuals have contradicted the declared fault since then
-        followed: whether there was evidence for it ever since
-        count: number of samples
-        others: for each element, the number of these samples at which it was a candidate
         kinds: for each kind, 0 for none, the number of samples at which it was identified, with its last magnitude and
             standard deviation
     """
 
-    start: float
+    start: float  # start, end: begin and end of the run [s]
     end: float
-    onset: float
+    onset: float  # onset, supported: likeliest onset of the fault, and time until which residuals supported it [s]
     supported: float
-    count: int
-    others: np.ndarray
+    count: int  # number of samples
+    others: np.ndarray  # for each element, the number of these samples at which it was a candidate
     kinds: dict[float, tuple[int, float, float]] = field(default_factory=dict)
-    ended: bool = False
-    followed: bool = True
+    ended: bool = False  # whether residuals have contradicted the declared fault since then
+    followed: bool = True  # whether there was evidence for it ever since
 
     @property
     def kind(self) -> tuple[float, float, float]:
@@ -182,24 +162,17 @@ class Span:
 
 @dataclass
 class ElementCourse:
-    """Course of one element over a recording.
+    """Course of one element over a recording."""
 
-    Args:
-        element: name of the element
-        period: sampling interval [s]
-        spreads: sum of the standard deviations that decide it, see `Judged`, over the testable samples
-        observed: time of the last sample at which a fault would have shown [s]
-    """
-
-    element: str
-    period: float
+    element: str  # name of the element
+    period: float  # sampling interval [s]
     faults: list[Span] = field(default_factory=list)
     doubts: list[Span] = field(default_factory=list)
     course: list[StatusChange] = field(default_factory=list)
     testable_samples: int = 0
-    spreads: float = 0.0
+    spreads: float = 0.0  # sum of the standard deviations that decide it, see `Judged`, over the testable samples
     available_samples: int = 0
-    observed: float = -np.inf
+    observed: float = -np.inf  # time of the last sample at which a fault would have shown [s]
 
     @property
     def testable(self) -> float:

@@ -24,16 +24,13 @@ class Loss(NamedTuple):
     """Loss of a sensor, an actuator's target, or a signal that the whole judgement needs, over part of the drive.
 
     Args:
-        status: status of the affected element
-        cause: cause in words
         since: start of the loss; None if the signal came and went, and was missing for most of the drive
-        until: end of the loss; None if it lasted until the end of the drive
     """
 
-    status: Status
-    cause: str
+    status: Status  # status of the affected element
+    cause: str  # cause in words
     since: Annotated[float, "s"] | None
-    until: Annotated[float, "s"] | None = None
+    until: Annotated[float, "s"] | None = None  # end of the loss; None if it lasted until the end of the drive
 
 
 @dataclass
@@ -41,22 +38,16 @@ class Absence:
     """Follows the presence of a signal piece by piece; while the vehicle is parked it does not count as missing.
 
     Args:
-        period: sampling interval [s]
-        borne: longest tolerated gap, by which presence is reported too long [s]
-        there, lacked: number of samples of driving with and without the signal
-        lately: number of samples of driving without it since it was last present
-        last: time at which it was last present [s]; NaN if it never was
-        alone: number of samples of driving without it alone, since it was last present
         gaps: bounds of the times without it alone, after which it came back [s]
     """
 
-    period: float
-    borne: float
-    there: int = 0
+    period: float  # sampling interval [s]
+    borne: float  # longest tolerated gap, by which presence is reported too long [s]
+    there: int = 0  # there, lacked: number of samples of driving with and without the signal
     lacked: int = 0
-    lately: int = 0
-    last: float = math.nan
-    alone: int = 0
+    lately: int = 0  # number of samples of driving without it since it was last present
+    last: float = math.nan  # time at which it was last present [s]; NaN if it never was
+    alone: int = 0  # number of samples of driving without it alone, since it was last present
     gaps: list[tuple[float, float]] = field(default_factory=list)
 
     def add(self, time: np.ndarray, there: np.ndarray, parked: np.ndarray, others: np.ndarray | None = None) -> None:
@@ -119,18 +110,12 @@ is that of a reading with noise, which never stays the same."""
 
 
 class Same(NamedTuple):
-    """Time in which the reading stayed the same.
+    """Time in which the reading stayed the same."""
 
-    Args:
-        samples: number of samples of driving
-        start, end: bounds of the time [s]
-        least, most: range of the value by other sensors in it [unit of the reading]
-    """
-
-    samples: int = 0
-    start: Annotated[float, "s"] = math.nan
+    samples: int = 0  # number of samples of driving
+    start: Annotated[float, "s"] = math.nan  # start, end: bounds of the time [s]
     end: Annotated[float, "s"] = math.nan
-    least: float = math.inf
+    least: float = math.inf  # least, most: range of the value by other sensors in it [unit of the reading]
     most: float = -math.inf
 
 
@@ -216,23 +201,14 @@ _COUNT = len(SENSORS)
 
 
 class Covered(NamedTuple):
-    """Coverage over n samples.
+    """Coverage over n samples."""
 
-    Args:
-        available: whether every sensor is read, and the target of every actuator is known, (n, elements)
-        judged: whether anything can be judged, (n,)
-        zero: whether all sensors read exactly zero, (n,)
-        held: whether all sensors repeat their previous readings, (n,)
-        parked: whether the vehicle stands, or was about to stand when its wheel speeds ended, (n,)
-        enough: whether `ALL` sensors have been read so far, (n,)
-    """
-
-    available: np.ndarray
-    judged: np.ndarray
-    zero: np.ndarray
-    held: np.ndarray
-    parked: np.ndarray
-    enough: np.ndarray
+    available: np.ndarray  # whether every sensor is read, and the target of every actuator is known, (n, elements)
+    judged: np.ndarray  # whether anything can be judged, (n,)
+    zero: np.ndarray  # whether all sensors read exactly zero, (n,)
+    held: np.ndarray  # whether all sensors repeat their previous readings, (n,)
+    parked: np.ndarray  # whether the vehicle stands, or was about to stand when its wheel speeds ended, (n,)
+    enough: np.ndarray  # whether `ALL` sensors have been read so far, (n,)
 
 
 class Coverage:

@@ -112,42 +112,32 @@ class Diagnosis(NamedTuple):
     """Diagnosis at one sample.
 
     Args:
-        hypothesis: number of the active hypothesis, 0 for fault-free
-        faulty: declared elements
-        candidates: elements that may be faulty, if several hypotheses explain the samples almost equally well
-        testable: whether a total loss of each element would be detectable now
         spread: standard deviations by which `testable` judges: of each reading less its prediction by the others, and
             of the lost share of each actuator's torque
-        recovering: declared elements that have been consistent for the last samples
-        gated: readings of undeclared sensors that are outliers in this sample
         value: value of every sensor: its reading where it is trusted, otherwise the estimate from the other sensors
         prediction, deviation: prediction of the reading of every sensor before this sample, and the standard deviation
             of reading less prediction; for declared sensors without their own readings
         torque_loss, loss_deviation: lost share of the declared actuators' torque, the same for two, and its standard
             deviation
-        speed, lateral_speed: speed components of the centre of gravity
-        best: number of the hypothesis that explains the last samples best, the active one included
-        lead: its mean log-likelihood ratio per sample less that of its best rival [nat]
-        low_grip: whether tyres slide, so that no fault is declared
     """
 
-    hypothesis: Annotated[Scalar, ""]
-    faulty: Elements
-    candidates: Elements
-    testable: Elements
+    hypothesis: Annotated[Scalar, ""]  # number of the active hypothesis, 0 for fault-free
+    faulty: Elements  # declared elements
+    candidates: Elements  # elements that may be faulty, if several hypotheses explain the samples almost equally well
+    testable: Elements  # whether a total loss of each element would be detectable now
     spread: Elements
-    recovering: Elements
-    gated: Readings
+    recovering: Elements  # declared elements that have been consistent for the last samples
+    gated: Readings  # readings of undeclared sensors that are outliers in this sample
     value: Readings
     prediction: Readings
     deviation: Readings
     torque_loss: Annotated[Scalar, ""]
     loss_deviation: Annotated[Scalar, ""]
-    speed: Annotated[Scalar, "m/s"]
+    speed: Annotated[Scalar, "m/s"]  # speed, lateral_speed: speed components of the centre of gravity
     lateral_speed: Annotated[Scalar, "m/s"]
-    best: Annotated[Scalar, ""]
-    lead: Annotated[Scalar, ""]
-    low_grip: Annotated[Scalar, ""]
+    best: Annotated[Scalar, ""]  # number of the hypothesis that explains the last samples best, the active one included
+    lead: Annotated[Scalar, ""]  # its mean log-likelihood ratio per sample less that of its best rival [nat]
+    low_grip: Annotated[Scalar, ""]  # whether tyres slide, so that no fault is declared
 
 
 def gated(
@@ -179,44 +169,26 @@ def values_of(readings: Sequence[Scalar], estimate: LeaveOutFilter.Output, fault
 
 
 class DecisionState(NamedTuple):
-    """State of the decision.
+    """State of the decision."""
 
-    Args:
-        weights: smoothed log-likelihood ratios of all hypotheses against the active one
-        active: number of the active hypothesis
-        leading: number of the hypothesis that led in the previous sample; 0 for none
-        led: number of consecutive samples of its lead; a sample with a small lead counts in part
-        exceeded: number of consecutive samples in which any hypothesis exceeded its limit
-        good: number of samples for which each declared element has been consistent
-        unread: number of consecutive samples without a reading of each sensor
-        slipping: state of the check for sliding tyres
-        cornered: number of samples for which tyres may still slide after hard cornering
-    """
-
-    weights: Weights
-    active: Scalar
-    leading: Scalar
-    led: Scalar
-    exceeded: Scalar
-    good: Elements
-    unread: Readings
-    slipping: LowGripState
-    cornered: Scalar
+    weights: Weights  # smoothed log-likelihood ratios of all hypotheses against the active one
+    active: Scalar  # number of the active hypothesis
+    leading: Scalar  # number of the hypothesis that led in the previous sample; 0 for none
+    led: Scalar  # number of consecutive samples of its lead; a sample with a small lead counts in part
+    exceeded: Scalar  # number of consecutive samples in which any hypothesis exceeded its limit
+    good: Elements  # number of samples for which each declared element has been consistent
+    unread: Readings  # number of consecutive samples without a reading of each sensor
+    slipping: LowGripState  # state of the check for sliding tyres
+    cornered: Scalar  # number of samples for which tyres may still slide after hard cornering
 
 
 class Grip(NamedTuple):
-    """Grip of the tyres after a sample.
+    """Grip of the tyres after a sample."""
 
-    Args:
-        slipping, cornered: see `DecisionState`, after this sample
-        slides: whether tyres slide, according to the lanes of sliding tyres
-        low: whether tyres slide, or may slide after hard cornering
-    """
-
-    slipping: LowGripState
+    slipping: LowGripState  # slipping, cornered: see `DecisionState`, after this sample
     cornered: Scalar
-    slides: Scalar
-    low: Scalar
+    slides: Scalar  # whether tyres slide, according to the lanes of sliding tyres
+    low: Scalar  # whether tyres slide, or may slide after hard cornering
 
 
 @dataclass(frozen=True)

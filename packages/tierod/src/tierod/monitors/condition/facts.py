@@ -13,8 +13,7 @@ from tierod.core.shown import in_words
 from tierod.monitors.condition.accelerations import MOTION, Difference
 from tierod.monitors.condition.courses import listed
 from tierod.monitors.condition.coverage import Loss
-from tierod.monitors.condition.driven import MAP_FIRST, SLID, TOO_FEW, Driven
-from tierod.monitors.condition.elements import LACKING, LEAST_TOLD
+from tierod.monitors.condition.elements import LACKING, LEAST_TOLD, MAP_FIRST, SLID, TOO_FEW, Driven
 from tierod.monitors.condition.rolling_checks import SHIFTING
 from tierod.monitors.condition.signals import (
     ACCELERATIONS,
@@ -128,30 +127,20 @@ class Found:
     """What the filters and the checks have found on a drive.
 
     Args:
-        name: name of monitor and variant
-        states: states of all elements
-        drive: figures of the drive
-        decision: name of the decision by the filters
-        problems: wiring errors
-        lost: losses of signals during the drive, by element
         disagreeing: accelerations that are inconsistent with the motion, by name
-        asked: pairs of targets that are inconsistent with the response of the actuators
-        shifted: sensors that have shifted the zero of the steering angle
-        interruptions: number of times that the judgement was interrupted
-        notes: further warnings
     """
 
-    name: str
-    states: Sequence[Element]
-    drive: Driven
-    decision: str
-    problems: Sequence[Problem] = ()
-    lost: Mapping[str, Loss] = field(default_factory=dict)
+    name: str  # name of monitor and variant
+    states: Sequence[Element]  # states of all elements
+    drive: Driven  # figures of the drive
+    decision: str  # name of the decision by the filters
+    problems: Sequence[Problem] = ()  # wiring errors
+    lost: Mapping[str, Loss] = field(default_factory=dict)  # losses of signals during the drive, by element
     disagreeing: Mapping[str, Difference] = field(default_factory=dict)
-    asked: Sequence[tuple[str, ...]] = ()
-    shifted: tuple[str, ...] = ()
-    interruptions: int = 0
-    notes: Sequence[str] = ()
+    asked: Sequence[tuple[str, ...]] = ()  # pairs of targets that are inconsistent with the response of the actuators
+    shifted: tuple[str, ...] = ()  # sensors that have shifted the zero of the steering angle
+    interruptions: int = 0  # number of times that the judgement was interrupted
+    notes: Sequence[str] = ()  # further warnings
 
     def of(self, *statuses: Status) -> list[Element]:
         return [each for each in self.states if each.status in statuses]

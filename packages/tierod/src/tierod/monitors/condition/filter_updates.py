@@ -29,38 +29,26 @@ class Correction(NamedTuple):
     """Correction by the readings of one sample.
 
     Args:
-        shift: correction of the mean, (n,)
-        covariance: packed covariance after all readings
         whitened: normalised innovations, each given the readings before it; 0 for readings that are left out
         widening: variances of these innovations over the usual noise; 1 for readings that are left out
     """
 
-    shift: tuple[Scalar, ...]
-    covariance: tuple[Scalar, ...]
+    shift: tuple[Scalar, ...]  # correction of the mean, (n,)
+    covariance: tuple[Scalar, ...]  # packed covariance after all readings
     whitened: tuple[Scalar, ...]
     widening: tuple[Scalar, ...]
 
 
 class Seen(NamedTuple):
-    """Innovations and correction of one sample.
+    """Innovations and correction of one sample."""
 
-    Args:
-        expected: expected readings before the sample
-        rows: their derivatives by the state
-        innovations: readings less expected readings
-        used: whether each reading is used
-        spread: variance of every innovation, before any correction
-        usual: nominal noise variance of each reading, the reference of `Correction.widening`
-        correction: correction by all readings that are used
-    """
-
-    expected: Vector
-    rows: Matrix
-    innovations: Vector
-    used: Vector
-    spread: Vector
-    usual: Vector
-    correction: Correction
+    expected: Vector  # expected readings before the sample
+    rows: Matrix  # their derivatives by the state
+    innovations: Vector  # readings less expected readings
+    used: Vector  # whether each reading is used
+    spread: Vector  # variance of every innovation, before any correction
+    usual: Vector  # nominal noise variance of each reading, the reference of `Correction.widening`
+    correction: Correction  # correction by all readings that are used
 
     def of_sensors(self, names: Sequence[str]) -> tuple[Readings, Readings, Readings]:
         """Predictions, standard deviations of reading less prediction, and estimates after the correction."""

@@ -45,45 +45,34 @@ class Residual(NamedTuple):
     """Residual of one element at one sample.
 
     Args:
-        size: residual in standard deviations
-        known: whether there is one
         effect: residual that the declared fault is estimated to cause, in standard deviations; 0 where it is not known
         noise: standard deviation of the noise that it is estimated to be, in the same unit; 0 for another kind
-        reading: reading of the sensor; None for an actuator
     """
 
-    size: Scalar
-    known: Scalar
+    size: Scalar  # residual in standard deviations
+    known: Scalar  # whether there is one
     effect: Scalar = 0.0
     noise: Scalar = 0.0
-    reading: Scalar | None = None
+    reading: Scalar | None = None  # reading of the sensor; None for an actuator
 
 
 class Evidence(NamedTuple):
     """Evidence of a fault of one element.
 
     Args:
-        amount: sum of the log-likelihood ratios since it was last zero [nat]
-        began: time at which the sum began to grow [s]
-        largest: largest sum since then [nat]
-        supported: time of the sample with the largest sum [s]; negative without evidence
-        last: last reading
-        repeated: time since when it repeats one value [s]
         supports: 1 where this sample supported a fault, 0 where it did not, -1 where evidence is absent or begins anew
-        level: recent mean size of the residuals, and its largest value since the evidence began
-        jumped: number of consecutive residuals far beyond that
     """
 
-    amount: Scalar
-    began: Scalar
-    largest: Scalar
-    supported: Scalar
-    last: Scalar
-    repeated: Scalar
+    amount: Scalar  # sum of the log-likelihood ratios since it was last zero [nat]
+    began: Scalar  # time at which the sum began to grow [s]
+    largest: Scalar  # largest sum since then [nat]
+    supported: Scalar  # time of the sample with the largest sum [s]; negative without evidence
+    last: Scalar  # last reading
+    repeated: Scalar  # time since when it repeats one value [s]
     supports: Scalar
-    level: Scalar
+    level: Scalar  # recent mean size of the residuals, and its largest value since the evidence began
     highest: Scalar
-    jumped: Scalar
+    jumped: Scalar  # number of consecutive residuals far beyond that
 
 
 @dataclass(frozen=True)
@@ -185,19 +174,12 @@ class SpanOfFault:
 
 
 class Spans(NamedTuple):
-    """Status of every element at the previous sample, since when it holds, and the evidence for a fault.
+    """Status of every element at the previous sample, since when it holds, and the evidence for a fault."""
 
-    Args:
-        time: time since the start of the run [s]
-        status: codes of the statuses; -1 before the first sample
-        began: time at which each status began [s]; negative if it holds since the start
-        evidence: evidence of a fault of each element
-    """
-
-    time: Scalar
-    status: Elements
-    began: Elements
-    evidence: tuple[Evidence, ...]
+    time: Scalar  # time since the start of the run [s]
+    status: Elements  # codes of the statuses; -1 before the first sample
+    began: Elements  # time at which each status began [s]; negative if it holds since the start
+    evidence: tuple[Evidence, ...]  # evidence of a fault of each element
 
     @classmethod
     def initial(cls) -> Spans:

@@ -37,17 +37,15 @@ class Kind(NamedTuple):
     """Kind and magnitude of a fault.
 
     Args:
-        kind: number of the kind; 0 while no fault is declared
         magnitude: offset [unit of the signal], factor of a gain or an outlier, drift [unit per second], standard
             deviation of noise [unit of the signal], delay [s]; 0 for a kind without magnitude
-        deviation: standard deviation of the magnitude
         effect: change that the fault adds to this reading, the smallest of all kinds that are likely [unit of the
             signal]; infinite if a reading that never changed changes again and is consistent
     """
 
-    kind: Annotated[Scalar, ""]
+    kind: Annotated[Scalar, ""]  # number of the kind; 0 while no fault is declared
     magnitude: Annotated[Scalar, ""]
-    deviation: Annotated[Scalar, ""]
+    deviation: Annotated[Scalar, ""]  # standard deviation of the magnitude
     effect: Annotated[Scalar, ""]
 
 
@@ -82,48 +80,33 @@ class KindState(NamedTuple):
     """State of the kind of one sensor's fault.
 
     Args:
-        age: number of samples since the readings began to be inconsistent, with or without a reading
-        seen: number of these with a reading
-        declared_for: number of samples with a reading since the declaration
-        last: last reading
-        repeated: whether every reading since the declaration was the same
-        smooth: recent mean of reading less prediction
-        constant, offset, gain: fits of one parameter
-        drift: fit of start and slope
         weight, power, expected: sum of weights, mean squared deviation, and its expectation without a fault
-        quick: mean squared deviation from the recent mean
-        noise: log-likelihood of the readings as noise
-        counted, common: weight of the readings, and weighted sum of the log variances
         undelayed, delays: sum of squared deviations over their variance, without delay, and with each delay
-        past: delay lines of the predictions, one for each delay
-        named: kind at the last reading that supported a fault; none without evidence for one
-        supports: whether the last reading supported a fault, see `KindOfFault.Sample`
-        likeliest: number of the kind that is likeliest now, whose effect `Kind` gives
     """
 
-    age: Scalar
-    seen: Scalar
-    declared_for: Scalar
-    last: Scalar
-    repeated: Scalar
-    smooth: Scalar
-    constant: Fit
+    age: Scalar  # number of samples since the readings began to be inconsistent, with or without a reading
+    seen: Scalar  # number of these with a reading
+    declared_for: Scalar  # number of samples with a reading since the declaration
+    last: Scalar  # last reading
+    repeated: Scalar  # whether every reading since the declaration was the same
+    smooth: Scalar  # recent mean of reading less prediction
+    constant: Fit  # constant, offset, gain: fits of one parameter
     offset: Fit
     gain: Fit
-    drift: SlopeFit
+    drift: SlopeFit  # fit of start and slope
     weight: Scalar
     power: Scalar
     expected: Scalar
-    quick: Scalar
-    noise: Scalar
-    counted: Scalar
+    quick: Scalar  # mean squared deviation from the recent mean
+    noise: Scalar  # log-likelihood of the readings as noise
+    counted: Scalar  # counted, common: weight of the readings, and weighted sum of the log variances
     common: Scalar
     undelayed: Scalar
     delays: tuple[Scalar, ...]
-    past: tuple[Ring, ...]
-    named: Named
-    supports: Scalar
-    likeliest: Scalar
+    past: tuple[Ring, ...]  # delay lines of the predictions, one for each delay
+    named: Named  # kind at the last reading that supported a fault; none without evidence for one
+    supports: Scalar  # whether the last reading supported a fault, see `KindOfFault.Sample`
+    likeliest: Scalar  # number of the kind that is likeliest now, whose effect `Kind` gives
 
 
 def selected(condition: Scalar, first: KindState, second: KindState) -> KindState:
@@ -328,18 +311,14 @@ class KindOfFault:
         """Input at one sample.
 
         Args:
-            reading: reading of the sensor
-            prediction: prediction of the reading by the other sensors
-            deviation: standard deviation of reading less prediction
-            declared: whether the sensor is declared faulty
             recovering: whether it has been consistent for some time, in which case its readings are not used
             supports: 1 for a reading that supports a fault, 0 for another, -1 without any evidence for a fault
         """
 
-        reading: Annotated[float, ""]
-        prediction: Annotated[float, ""]
-        deviation: Annotated[float, ""]
-        declared: Annotated[float, ""]
+        reading: Annotated[float, ""]  # reading of the sensor
+        prediction: Annotated[float, ""]  # prediction of the reading by the other sensors
+        deviation: Annotated[float, ""]  # standard deviation of reading less prediction
+        declared: Annotated[float, ""]  # whether the sensor is declared faulty
         recovering: Annotated[float, ""]
         supports: Annotated[float, ""]
 

@@ -73,17 +73,11 @@ LONGEST_GAP = 5.0  # gap in the wheel speeds from which the rest counts as anoth
 
 
 class HealthyDrive(NamedTuple):
-    """Fault-free drive without long gaps.
+    """Fault-free drive without long gaps."""
 
-    Args:
-        name: name of the recording that it comes from
-        recording: signals of `ConditionSample` on one grid
-        driven: time for which the vehicle moves [s]
-    """
-
-    name: str
-    recording: Recording
-    driven: Annotated[float, "s"]
+    name: str  # name of the recording that it comes from
+    recording: Recording  # signals of `ConditionSample` on one grid
+    driven: Annotated[float, "s"]  # time for which the vehicle moves [s]
 
 
 def healthy_drives(recordings: Mapping[str, Recording]) -> list[HealthyDrive]:
@@ -160,8 +154,7 @@ def _on_grid(name: str, recording: Recording) -> HealthyDrive:
 
 
 def _moving(recording: Recording) -> np.ndarray:
-    there = [recording[each].values for each in WHEELS if each in recording]
-    return moving(np.column_stack(there))
+    return moving(np.column_stack([recording[each].values for each in WHEELS if each in recording]))
 
 
 SETTLING = 2.0  # warm-up at the beginning of every drive that is ignored [s]
@@ -173,13 +166,9 @@ _NEVER = 1e6  # limit that no ratio exceeds [nat]
 
 @dataclass(frozen=True)
 class Watching:
-    """Judge whose outputs are the smoothed ratios instead of decisions.
+    """Judge whose outputs are the smoothed ratios instead of decisions."""
 
-    Args:
-        decision: decision with limits that no ratio exceeds
-    """
-
-    decision: Decision
+    decision: Decision  # decision with limits that no ratio exceeds
 
     def feedback(self) -> Tree:
         return self.decision.feedback()
@@ -193,15 +182,10 @@ class Watching:
 
 
 class Watched(NamedTuple):
-    """Outputs of the bank on a fault-free drive.
+    """Outputs of the bank on a fault-free drive."""
 
-    Args:
-        blocks: largest ratios of every block in which the vehicle moves, see `block_maxima`
-        hours: time for which it moves
-    """
-
-    blocks: np.ndarray
-    hours: Annotated[float, "h"]
+    blocks: np.ndarray  # largest ratios of every block in which the vehicle moves, see `block_maxima`
+    hours: Annotated[float, "h"]  # time for which it moves
 
 
 def watch(
@@ -210,8 +194,12 @@ def watch(
     progress: Callable[[float], None] = lambda share: None,
     bank: Bank | None = None,
 ) -> list[Watched]:
-    """Ratios of all hypotheses on fault-free drives, without any declaration."""
-    bank, watched = bank or _watching(LeaveOutFilter.of_vehicle(vehicle), hypotheses()), []
+    """Ratios of all hypotheses on fault-free drives, without any declaration; by the bank of the whole vehicle."""
+    if bank is None:
+        base, faults = LeaveOutFilter.of_vehicle(vehicle), hypotheses()
+        decision = Decision(Weighing(faults, unreachable(faults)))
+        bank = Bank(tuple(base.leaving_out(each) for each in faults), Watching(decision))
+    watched = []
     for place, recording in enumerate(recordings):
         watched.append(_watched(bank, aligned(recording)))
         progress((place + 1) / len(recordings))
@@ -230,11 +218,6 @@ def _watched(bank: Bank, drive: np.ndarray) -> Watched:
         state = result.state
     driven = moving(drive[skipped:end]).reshape(-1, width)
     return Watched(np.concatenate(found)[driven.any(axis=1)], float(np.count_nonzero(driven)) / (3600.0 * RATE))
-
-
-def _watching(base: LeaveOutFilter, explanations: tuple[Hypothesis, ...]) -> Bank:
-    lanes = tuple(base.leaving_out(each) for each in explanations)
-    return Bank(lanes, Watching(Decision(Weighing(explanations, unreachable(explanations)))))
 
 
 def unreachable(explanations: Sequence[Hypothesis]) -> Limits:
@@ -279,33 +262,15 @@ class DesignedLimits:
     """Limits with the data of their design.
 
     Args:
-        limits: limits of all hypotheses but the fault-free one
-        factor: factor of the limits over the largest fault-free ratios plus `ABOVE` [-]
-        hours: time of fault-free driving of the design
         hours_between_alarms: mean time between false alarms, extrapolated from the tail of the ratios
-        hours_at_least: lower 95 % bound of it, given the number of blocks in the tail [h]
-        alarms_before: number of blocks that exceed the limits without `factor` of the other half of the driving
     """
 
-    limits: Limits
-    factor: Annotated[float, ""]
-    hours: Annotated[float, "h"]
+    limits: Limits  # limits of all hypotheses but the fault-free one
+    factor: Annotated[float, ""]  # factor of the limits over the largest fault-free ratios plus `ABOVE` [-]
+    hours: Annotated[float, "h"]  # time of fault-free driving of the design
     hours_between_alarms: Annotated[float, "h"]
-    hours_at_least: Annotated[float, "h"]
-    alarms_before: int
-
-
-def design_limits(
-    recordings: Sequence[Recording],
-    vehicle: Vehicle,
-    hours_between_alarms: float = 1000.0,
-    progress: Callable[[float], None] = lambda share: None,
-) -> DesignedLimits:
-    """Design the limits of a vehicle on fault-free drives, for a mean time between false alarms of the whole bank."""
-    _require_time(hours_between_alarms)
-    watched = watch(recordings, vehicle, progress)
-    blocks = np.concatenate([np.empty((0, 2 * len(hypotheses()) - 2)), *(each.blocks for each in watched)])
-    return designed_on(blocks, hours_between_alarms, sum(each.hours for each in watched))
+    hours_at_least: Annotated[float, "h"]  # lower 95 % bound of it, given the number of blocks in the tail [h]
+    alarms_before: int  # number of blocks that exceed the limits without `factor` of the other half of the driving
 
 
 def designed_on(blocks: np.ndarray, hours_between_alarms: float, hours: float | None = None) -> DesignedLimits:

@@ -27,36 +27,24 @@ class LowGripState(NamedTuple):
     """State of the check for low grip.
 
     Args:
-        lead: mean log-likelihood ratio of the filter of sliding tyres to the best other one [nat]
         lead_along: the same to the best filter that can explain a lack of longitudinal force, over a longer time [nat]
-        gain: the same to the filter of the fault-free hypothesis [nat]
-        symmetric: number of consecutive samples in which both sides lacked longitudinal force alike
-        held: greatest force that both drives transmitted while tyres slid, over the load of their axle
-        broken: number of samples in which the drives gave less than that and less than requested
-        left: number of samples for which tyres still count as sliding
     """
 
-    lead: Scalar
+    lead: Scalar  # mean log-likelihood ratio of the filter of sliding tyres to the best other one [nat]
     lead_along: Scalar
-    gain: Scalar
-    symmetric: Scalar
-    held: Scalar
-    broken: Scalar
-    left: Scalar
+    gain: Scalar  # the same to the filter of the fault-free hypothesis [nat]
+    symmetric: Scalar  # number of consecutive samples in which both sides lacked longitudinal force alike
+    held: Scalar  # greatest force that both drives transmitted while tyres slid, over the load of their axle
+    broken: Scalar  # number of samples in which the drives gave less than that and less than requested
+    left: Scalar  # number of samples for which tyres still count as sliding
 
 
 class Lack(NamedTuple):
-    """Force that an axle lacks, over its load; see `LeaveOutFilter.Output`.
+    """Force that an axle lacks, over its load; see `LeaveOutFilter.Output`."""
 
-    Args:
-        across: lacking lateral force in a bend
-        along: lacking part of the requested drive force
-        given: drive force that is transmitted
-    """
-
-    across: Scalar
-    along: Scalar
-    given: Scalar
+    across: Scalar  # lacking lateral force in a bend
+    along: Scalar  # lacking part of the requested drive force
+    given: Scalar  # drive force that is transmitted
 
 
 @dataclass(frozen=True)

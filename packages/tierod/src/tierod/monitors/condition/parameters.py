@@ -50,13 +50,9 @@ _HELD = {
 
 @dataclass(frozen=True)
 class WhitenedInnovations:
-    """Block whose outputs are the whitened innovations of a filter and their widths.
+    """Block whose outputs are the whitened innovations of a filter and their widths."""
 
-    Args:
-        filter: fault-free filter
-    """
-
-    filter: LeaveOutFilter
+    filter: LeaveOutFilter  # fault-free filter
 
     Sample = ConditionSample
     Output = named_tuple(
@@ -78,41 +74,33 @@ class Place(NamedTuple):
     """Cost of a set of parameters on the drives, with its derivatives.
 
     Args:
-        cost: negative log posterior density without its constant [nat]
         gradient, information: gradient and Gauss-Newton Hessian of the cost, in units of prior standard deviations
-        scores: gradients of every sample, one array per drive
-        squares: mean NIS of every reading
-        samples: number of samples
     """
 
-    cost: float
+    cost: float  # negative log posterior density without its constant [nat]
     gradient: np.ndarray
     information: np.ndarray
-    scores: list[np.ndarray]
-    squares: np.ndarray
-    samples: int
+    scores: list[np.ndarray]  # gradients of every sample, one array per drive
+    squares: np.ndarray  # mean NIS of every reading
+    samples: int  # number of samples
 
 
 class Found(NamedTuple):
     """Result of a search.
 
     Args:
-        names: names of the free parameters
-        values, deviations: estimates and their standard deviations, in SI units
         before, after: mean log posterior per sample before and after the search, without its constant [nat]
         squares: mean NIS of every reading, wheel speeds first; near one is consistent, above one overconfident
-        steps: number of steps
-        converged: whether the last stage converged
     """
 
-    names: tuple[str, ...]
-    values: np.ndarray
+    names: tuple[str, ...]  # names of the free parameters
+    values: np.ndarray  # values, deviations: estimates and their standard deviations, in SI units
     deviations: np.ndarray
     before: float
     after: float
     squares: np.ndarray
-    steps: int
-    converged: bool
+    steps: int  # number of steps
+    converged: bool  # whether the last stage converged
 
 
 class Search:
@@ -271,15 +259,10 @@ LEAST_SECONDS = 60.0  # shortest driving time with which all parameters are iden
 
 @dataclass(frozen=True, eq=False)
 class Calibration:
-    """Vehicle with estimated parameters.
+    """Vehicle with estimated parameters."""
 
-    Args:
-        vehicle: vehicle with the estimates, their standard deviations and `SOURCE`
-        found: result of the search
-    """
-
-    vehicle: Vehicle
-    found: Found
+    vehicle: Vehicle  # vehicle with the estimates, their standard deviations and `SOURCE`
+    found: Found  # result of the search
 
 
 def calibrate(

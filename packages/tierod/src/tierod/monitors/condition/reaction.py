@@ -199,29 +199,23 @@ class Judged(NamedTuple):
     """Judgement of any variant of the monitor at one sample.
 
     Args:
-        statements: statements about every sensor and actuator
-        testable: whether a fault of each would show now
         spread: standard deviation of each reading less its prediction by the others, and of the lost share of each
             actuator's torque; 0 where a variant has none
-        value: value of every sensor: its reading where it is trusted, otherwise the estimate from the others
-        gated: flags of outlying readings that must not be used
         lead: evidence for a fault: for filters the lead of the most likely hypothesis over all others [nat per sample],
             for rules the fulfilled share of the best rule's conditions
-        low_grip: whether tyres slide, so that no fault is declared
         supported: time from the start of the run until which the residuals supported a fault of each element [s];
             negative without evidence for one
-        ended: whether the residuals have contradicted each declared fault since then
     """
 
-    statements: Statements
-    testable: Elements
+    statements: Statements  # statements about every sensor and actuator
+    testable: Elements  # whether a fault of each would show now
     spread: Elements
-    value: Readings
-    gated: Readings
+    value: Readings  # value of every sensor: its reading where it is trusted, otherwise the estimate from the others
+    gated: Readings  # flags of outlying readings that must not be used
     lead: Annotated[Scalar, ""]
-    low_grip: Annotated[Scalar, ""]
+    low_grip: Annotated[Scalar, ""]  # whether tyres slide, so that no fault is declared
     supported: Elements
-    ended: Elements
+    ended: Elements  # whether the residuals have contradicted each declared fault since then
 
 
 ConditionOutput: Any = named_tuple(

@@ -56,17 +56,11 @@ class AxleSlipLimits:
 
 
 class Slip(NamedTuple):
-    """Slip of both wheels of an axle, or of all wheels.
+    """Slip of both wheels of an axle, or of all wheels."""
 
-    Args:
-        axle: "front", "rear", or "all"
-        kind: `SPUN` or `SKIDDED`
-        start, end: first and last sample of it [s]
-    """
-
-    axle: str
-    kind: str
-    start: float
+    axle: str  # "front", "rear", or "all"
+    kind: str  # `SPUN` or `SKIDDED`
+    start: float  # start, end: first and last sample of it [s]
     end: float
 
 
@@ -207,23 +201,14 @@ SHIFTING = ("steering_wheel_angle", "yaw_rate")  # Sensors of which either may s
 
 
 class ZeroShift(NamedTuple):
-    """Shift of the zero.
+    """Shift of the zero."""
 
-    Args:
-        suspects: sensor that contradicts the rear wheels, or both if they cannot isolate it
-        start: time at which the zero had shifted by half of the shift
-        found: time of the detection
-        end: time at which it had shifted back by half; None if it lasts
-        value: change of the suspect's mean reading, of the angle if there are two [unit of the reading]
-        deviation: standard deviation of that change
-    """
-
-    suspects: tuple[str, ...]
-    start: Annotated[float, "s"]
-    found: Annotated[float, "s"]
-    end: Annotated[float, "s"] | None
-    value: float
-    deviation: float
+    suspects: tuple[str, ...]  # sensor that contradicts the rear wheels, or both if they cannot isolate it
+    start: Annotated[float, "s"]  # time at which the zero had shifted by half of the shift
+    found: Annotated[float, "s"]  # time of the detection
+    end: Annotated[float, "s"] | None  # time at which it had shifted back by half; None if it lasts
+    value: float  # change of the suspect's mean reading, of the angle if there are two [unit of the reading]
+    deviation: float  # standard deviation of that change
 
 
 class _Change(NamedTuple):

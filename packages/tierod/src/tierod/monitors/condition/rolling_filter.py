@@ -40,14 +40,10 @@ class SmallestSteps(NamedTuple):
     """Last reading of every sensor, and its smallest change so far.
 
     The steps of a sensor on a bus may be ten times its noise, and a vehicle file need not give them.
-
-    Args:
-        last: last readings; a missing reading keeps the previous one
-        smallest: smallest changes above the rounding residue [units of the readings]
     """
 
-    last: tuple[Scalar, ...]
-    smallest: tuple[Scalar, ...]
+    last: tuple[Scalar, ...]  # last readings; a missing reading keeps the previous one
+    smallest: tuple[Scalar, ...]  # smallest changes above the rounding residue [units of the readings]
 
     @classmethod
     def unseen(cls, coarsest: Sequence[float]) -> SmallestSteps:
@@ -93,19 +89,12 @@ FORGOTTEN = 5.0
 
 
 class Hands(NamedTuple):
-    """Steering angle and rate as the driver's hands produce them, without jumps of the reading.
+    """Steering angle and rate as the driver's hands produce them, without jumps of the reading."""
 
-    Args:
-        angle: last reading; infinite before the first
-        rate: low-pass filtered rate
-        jumped: sum of recent jumps of the reading, faster than a driver can steer
-        waited: time since the last reading
-    """
-
-    angle: Annotated[Scalar, "rad"]
-    rate: Annotated[Scalar, "rad/s"]
-    jumped: Annotated[Scalar, "rad"]
-    waited: Annotated[Scalar, "s"]
+    angle: Annotated[Scalar, "rad"]  # last reading; infinite before the first
+    rate: Annotated[Scalar, "rad/s"]  # low-pass filtered rate
+    jumped: Annotated[Scalar, "rad"]  # sum of recent jumps of the reading, faster than a driver can steer
+    waited: Annotated[Scalar, "s"]  # time since the last reading
 
     def after(self, reading: Scalar, sample_time: float) -> Hands:
         """State after one sample; a missing reading leaves angle and rate as they are."""

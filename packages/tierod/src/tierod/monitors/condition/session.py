@@ -21,8 +21,19 @@ from tierod.models.rolling_car import RollingCar
 from tierod.monitors.condition.accelerations import BOUNDS, AccelerationCheck, TargetCheck
 from tierod.monitors.condition.courses import FAULT, HEALTHY, SUSPECT, ElementCourse, StatementCourse, listed
 from tierod.monitors.condition.coverage import Constancy, Coverage, ImpossibleValues, Loss, TargetPace, stuck_readings
-from tierod.monitors.condition.driven import AFTER, REVERSED, SLIPPED, WHEEL_PLACES, Driven, is_moving, mean_speed
-from tierod.monitors.condition.elements import acceleration_elements, code_courses, elements, losses
+from tierod.monitors.condition.elements import (
+    AFTER,
+    REVERSED,
+    SLIPPED,
+    WHEEL_PLACES,
+    Driven,
+    acceleration_elements,
+    code_courses,
+    elements,
+    is_moving,
+    losses,
+    mean_speed,
+)
 from tierod.monitors.condition.facts import UNCALIBRATED, Found, verdict_of_drive
 from tierod.monitors.condition.kinds import OFFSET
 from tierod.monitors.condition.rolling_checks import AxleSlip, Slip, SteeringZero, slips_in_words

@@ -163,17 +163,11 @@ HEALTHY = "healthy"  # name of the fault-free hypothesis
 
 @dataclass(frozen=True)
 class Hypothesis:
-    """Fault hypothesis: these elements are faulty, all others are fault-free.
+    """Fault hypothesis: these elements are faulty, all others are fault-free."""
 
-    Args:
-        name: "healthy", or the names of the faulty elements joined by " + "
-        sensors: faulty sensors, names from `SENSORS`
-        actuators: faulty actuators, names from `ACTUATORS`
-    """
-
-    name: str
-    sensors: tuple[str, ...] = ()
-    actuators: tuple[str, ...] = ()
+    name: str  # "healthy", or the names of the faulty elements joined by " + "
+    sensors: tuple[str, ...] = ()  # faulty sensors, names from `SENSORS`
+    actuators: tuple[str, ...] = ()  # faulty actuators, names from `ACTUATORS`
 
     @property
     def suspects(self) -> tuple[str, ...]:

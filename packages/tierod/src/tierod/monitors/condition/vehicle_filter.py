@@ -346,13 +346,10 @@ class LeaveOutFilter:
             log_likelihood: log-likelihood of all readings of this sample, given the past [nat]; readings that are left
                 out have the density of their plausible range, so that all hypotheses explain the same readings; 0 while
                 settling
-            prediction: prediction of every sensor, used or not, before any reading of the sample
-            deviation: standard deviation of reading less prediction
             estimate: estimate of every sensor's reading without noise, after the correction; the substitute of a sensor
                 that is left out
             torque_loss, loss_deviation: lost share of the suspected actuators' torque, the same for two, and its
                 standard deviation, which is large while little torque is requested
-            speed, lateral_speed: speed components of the centre of gravity
             moving: 1 if the vehicle moves forward, else 0: wheels that stand or roll backwards are no evidence
             driven: 1 if drives and slopes explain the deceleration, else 0: brakes may lock the wheels
             lack: lateral force that an axle lacks in a bend over its load, the larger of both; 0 outside bends; for a
@@ -362,12 +359,12 @@ class LeaveOutFilter:
         """
 
         log_likelihood: Annotated[float, ""]
-        prediction: Readings
-        deviation: Readings
+        prediction: Readings  # prediction of every sensor, used or not, before any reading of the sample
+        deviation: Readings  # standard deviation of reading less prediction
         estimate: Readings
         torque_loss: Annotated[float, ""]
         loss_deviation: Annotated[float, ""]
-        speed: Annotated[float, "m/s"]
+        speed: Annotated[float, "m/s"]  # speed, lateral_speed: speed components of the centre of gravity
         lateral_speed: Annotated[float, "m/s"]
         moving: Annotated[float, ""]
         driven: Annotated[float, ""]

@@ -57,15 +57,13 @@ class Ranking(NamedTuple):
     """Ranking of the hypotheses after one sample.
 
     Args:
-        exceeding: whether any other hypothesis exceeds its limit
-        best: number of the best of these
         lead: score of the best less that of the best rival [nat]; 0 while a rival scores higher without the costs of
             leaving out sensors
         rivals: for each hypothesis, whether it explains the samples about as well as the best, which is included
     """
 
-    exceeding: Scalar
-    best: Scalar
+    exceeding: Scalar  # whether any other hypothesis exceeds its limit
+    best: Scalar  # number of the best of these
     lead: Scalar
     rivals: tuple[Scalar, ...]
 
@@ -264,15 +262,10 @@ def _highest(scores: Sequence[Scalar], counts: Sequence[Scalar]) -> tuple[Scalar
 
 
 class Open(NamedTuple):
-    """Hypotheses that are observable with the remaining sensors.
+    """Hypotheses that are observable with the remaining sensors."""
 
-    Args:
-        hypotheses: whether each hypothesis may be declared
-        widening: factor on all limits
-    """
-
-    hypotheses: list[Scalar]
-    widening: Scalar
+    hypotheses: list[Scalar]  # whether each hypothesis may be declared
+    widening: Scalar  # factor on all limits
 
 
 @dataclass(frozen=True)

@@ -24,18 +24,14 @@ class Witness:
     """One estimate of a quantity, from one or several signals.
 
     Args:
-        elements: sensors that it uses
         estimate: function that gives the quantity from the signals by name, (n,)
-        turned: meaning of a wrong sign, in words
-        scaled: meaning of a wrong scale, in words
-        lead: time by which it precedes the yaw rate of the vehicle [s]
     """
 
-    elements: tuple[str, ...]
+    elements: tuple[str, ...]  # sensors that it uses
     estimate: Callable[[Mapping[str, np.ndarray], CarParameters], np.ndarray]
-    turned: str
-    scaled: str = ""
-    lead: float = 0.0
+    turned: str  # meaning of a wrong sign, in words
+    scaled: str = ""  # meaning of a wrong scale, in words
+    lead: float = 0.0  # time by which it precedes the yaw rate of the vehicle [s]
 
 
 def mean_speed(signals: Mapping[str, np.ndarray]) -> np.ndarray:
@@ -125,19 +121,12 @@ CLEAR, TIGHT = 0.6, 0.95  # correlation from which signs are compared, and from 
 
 
 class Problem(NamedTuple):
-    """Defect of the recording or of the vehicle file.
+    """Defect of the recording or of the vehicle file."""
 
-    Args:
-        kind: "sign", "time", "scale" or "rate"
-        elements: sensors that it concerns
-        cause: description
-        action: remedy
-    """
-
-    kind: str
-    elements: tuple[str, ...]
-    cause: str
-    action: str
+    kind: str  # "sign", "time", "scale" or "rate"
+    elements: tuple[str, ...]  # sensors that it concerns
+    cause: str  # description
+    action: str  # remedy
 
 
 Odd = tuple[str, dict[bool, list[float]]]

@@ -3,25 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any, TypeAlias
+from typing import Any
 
 from tierod.core.content import Table
 from tierod.core.errors import ParameterError
 from tierod.core.recording import Recording
-from tierod.monitors.condition.calibration import (
-    ConditionCalibration,
-    MotionCalibration,
-    calibrate_condition,
-    calibrate_motion,
-)
+from tierod.monitors.condition.calibration import ConditionCalibration, calibrate_condition, calibrate_motion
 from tierod.monitors.condition.signals import ConditionSample
 from tierod.monitors.condition.structure import rolls
 from tierod.report.display import number
 from tierod.report.identification import Subject, found_table
 from tierod.vehicles import Vehicle
-
-Calibrated: TypeAlias = ConditionCalibration | MotionCalibration
-"""Calibration of a vehicle with known torques, or of one that is monitored by its motion only."""
 
 
 def _thresholds(
@@ -30,7 +22,7 @@ def _thresholds(
     free: tuple[str, ...],
     advance: Callable[[float], None],
     hours: float = 1000.0,
-) -> Calibrated:
+) -> ConditionCalibration:
     if free:
         raise ParameterError("thresholds are found with all parameters that fault-free driving shows; leave --free out")
     if rolls(car):
@@ -42,7 +34,7 @@ def _thresholds_signals() -> tuple[str, ...]:
     return tuple(ConditionSample._fields)
 
 
-def _thresholds_tables(result: Calibrated) -> Sequence[Table]:
+def _thresholds_tables(result: ConditionCalibration) -> Sequence[Table]:
     limits = result.designed.limits
     pairs = zip(result.explanations[1:], limits.fast, limits.slow, strict=True)
     rows = tuple(
@@ -55,7 +47,7 @@ def _thresholds_tables(result: Calibrated) -> Sequence[Table]:
     return [*found, Table("Limits", ("suspect", "over 0.05 s", "over 0.5 s"), rows, note)]
 
 
-def _thresholds_document(result: Calibrated) -> dict[str, Any]:
+def _thresholds_document(result: ConditionCalibration) -> dict[str, Any]:
     return {
         "thresholds": result.thresholds,
         "converged": result.converged,
