@@ -3,7 +3,7 @@
 import math
 
 from tierod_lab.campaign.figures import Moments
-from tierod_lab.campaign.judged import FAULT_FREE, Judged, Row
+from tierod_lab.campaign.judging import FAULT_FREE, Judged, Row
 
 
 def judged(outcome="quiet", **changes):

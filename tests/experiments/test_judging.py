@@ -14,8 +14,7 @@ from tierod.core.recording import Channel, Recording
 from tierod.monitors.diagnose import find
 from tierod.monitors.harness.session import Conclusion, Monitor, StatusChange, Variant
 from tierod.vehicles import load
-from tierod_lab.campaign.judged import Judged, Window, from_plain, plain
-from tierod_lab.campaign.judging import judge
+from tierod_lab.campaign.judging import Judged, Window, from_plain, judge, plain
 from tierod_lab.ground import FrictionCourse
 
 NOT_READY, HEALTHY, RISING, FAULT = Status.NOT_READY, Status.HEALTHY, Status.RISING, Status.FAULT

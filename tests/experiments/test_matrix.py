@@ -4,8 +4,7 @@ import pytest
 
 from tierod.core.errors import ParameterError
 from tierod.core.toml import Document, build
-from tierod_lab.campaign.definition import CampaignFile
-from tierod_lab.campaign.matrix import points, with_changes
+from tierod_lab.campaign.matrix import CampaignFile, points, with_changes
 from tierod_lab.ground.faults.triggers import AtTime
 
 HEAD = """name = "steps"

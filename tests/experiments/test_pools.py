@@ -5,7 +5,7 @@ import math
 import pytest
 
 from experiments.campaign_rows import row
-from tierod_lab.campaign.judged import matching
+from tierod_lab.campaign.judging import matching
 from tierod_lab.campaign.pools import boxes, confusion, pool
 
 FOUND = {"fault": "step", "size": 4}

@@ -14,9 +14,19 @@ from tierod.core.files import expanded
 from tierod.core.toml import Document, build
 from tierod.monitors.diagnose import find
 from tierod.vehicles import load as load_vehicle
-from tierod_lab.campaign.definition import LEARNT, CampaignFile, MonitorChoice
-from tierod_lab.campaign.judged import FAULT, SEED, SIZE, is_at
-from tierod_lab.campaign.matrix import Point, check_where, levels_of, points
+from tierod_lab.campaign.matrix import (
+    FAULT,
+    LEARNT,
+    SEED,
+    SIZE,
+    CampaignFile,
+    MonitorChoice,
+    Point,
+    check_where,
+    is_at,
+    levels_of,
+    points,
+)
 from tierod_lab.campaign.plan import Cell, Judge, Plan, drive_key, reference_drives
 from tierod_lab.campaign.pools import Gate, Pool
 from tierod_lab.campaign.scenarios import Scenes

@@ -18,7 +18,7 @@ from tierod.core.version import __version__
 from tierod.report.display import bracketed, number
 from tierod.report.html import Origin, page
 from tierod_lab.campaign.figures import CONFIDENCE, paired, pooled
-from tierod_lab.campaign.judged import Judged, Row
+from tierod_lab.campaign.judging import Judged, Row
 from tierod_lab.campaign.report import RIGHT, amount, count, place, value
 from tierod_lab.campaign.summary import monitors_of, read_table
 

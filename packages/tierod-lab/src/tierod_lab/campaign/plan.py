@@ -10,8 +10,8 @@ from tierod.monitors.harness.session import Monitor, Variant
 from tierod.vehicles import Vehicle
 from tierod.work.fingerprint import fingerprint
 from tierod_lab.campaign.code import ground_code, judging_code
-from tierod_lab.campaign.judged import FAULT, FAULT_FREE, Window
-from tierod_lab.campaign.matrix import Point
+from tierod_lab.campaign.judging import Window
+from tierod_lab.campaign.matrix import FAULT, FAULT_FREE, Point
 from tierod_lab.campaign.store import Store, slug
 
 
@@ -67,7 +67,7 @@ class Plan:
     Args:
         cells: cells in the order of the matrix
         judges: monitors that judge every drive
-        settling: see `tierod_lab.campaign.definition.CampaignFile`
+        settling: see `tierod_lab.campaign.matrix.CampaignFile`
     """
 
     cells: Sequence[Cell]

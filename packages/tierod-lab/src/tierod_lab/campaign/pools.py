@@ -10,9 +10,9 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 from tierod.core.claims import Goal
-from tierod_lab.campaign.definition import labels
 from tierod_lab.campaign.figures import Moments, area_under_curve, pooled, quantile, rate_bound, share_bound
-from tierod_lab.campaign.judged import FAULT, FAULT_FREE, SIZE, Judged, Row, matching
+from tierod_lab.campaign.judging import Judged, Row, matching
+from tierod_lab.campaign.matrix import FAULT, FAULT_FREE, SIZE, labels
 
 HOUR = 3600.0
 

@@ -9,8 +9,7 @@ from dataclasses import dataclass, field, replace
 
 from tierod.core.errors import ParameterError
 from tierod.core.toml import Document, quoted
-from tierod_lab.campaign.definition import CampaignFile
-from tierod_lab.campaign.matrix import Level, Point, with_changes
+from tierod_lab.campaign.matrix import CampaignFile, Level, Point, with_changes
 from tierod_lab.ground import scenarios
 from tierod_lab.ground.faults import Fault
 from tierod_lab.ground.scenarios import Scenario

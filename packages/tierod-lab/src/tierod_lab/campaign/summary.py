@@ -16,7 +16,8 @@ from tierod.core.user_files import json_document
 from tierod.core.version import __version__
 from tierod_lab.campaign.campaign import Campaign
 from tierod_lab.campaign.figures import CONFIDENCE, Moments
-from tierod_lab.campaign.judged import FAULT, FAULT_FREE, SEED, SIZE, Judged, Row, from_plain, json_value, matching
+from tierod_lab.campaign.judging import Judged, Row, from_plain, json_value, matching
+from tierod_lab.campaign.matrix import FAULT, FAULT_FREE, SEED, SIZE
 from tierod_lab.campaign.plan import Judge
 from tierod_lab.campaign.pools import Passed, Pool, boxes, confusion, pass_through, pool_at
 from tierod_lab.campaign.store import Store
