@@ -10,11 +10,9 @@ import pyarrow.parquet as pq
 import pytest
 
 from tierod.cli import main
-from tierod.core.errors import InputError
 from tierod.fleet import report_words as words
 from tierod.fleet.ranking import Urgency
 from tierod.fleet.report import document, text, worked_out
-from tierod.fleet.report_command import report
 from tierod.fleet.report_page import render
 from tierod.fleet.schema import findings, ledger
 from tierod.fleet.trends import Design
@@ -90,11 +88,11 @@ def test_the_page_shows_it_in_one_small_file(found):
 
 
 def test_the_command_writes_both_and_says_what_it_found(results, tmp_path, capsys):
-    assert report(str(results), tmp_path / "new" / "folder", False, "tierod fleet report") == 1
+    assert main(["fleet", "report", str(results), "-o", str(tmp_path / "new" / "folder")]) == 1
     said = capsys.readouterr().out
     assert "of 50 cars to look at" in said
     assert (tmp_path / "new/folder/fleet.html").stat().st_size > 100_000
-    assert report(str(results), tmp_path, True, "") == 1
+    assert main(["fleet", "report", str(results), "-o", str(tmp_path), "--json"]) == 1
     assert json.loads(capsys.readouterr().out)["schema"] == "tierod.fleet/2"
 
 
@@ -111,9 +109,9 @@ def test_a_prior_is_written_for_a_new_car(results, tmp_path, capsys):
         assert message in capsys.readouterr().err
 
 
-def test_what_is_no_results_folder_is_refused(tmp_path):
-    with pytest.raises(InputError, match="holds no results"):
-        report(str(tmp_path), None, False, "")
+def test_what_is_no_results_folder_is_refused(tmp_path, capsys):
+    assert main(["fleet", "report", str(tmp_path)]) == 3
+    assert "holds no results" in capsys.readouterr().err
 
 
 def test_empty_results_say_so():
@@ -180,7 +178,7 @@ def test_a_car_without_a_verdict_is_not_one_without_a_fault(tmp_path, monkeypatc
     assert "What to do: nothing" not in page
     jsonschema.validate(json.loads(text(nothing)), SCHEMA)
     monkeypatch.setattr("tierod.fleet.report.report", lambda *_, **__: nothing)
-    assert report("results", tmp_path, True, "") == 2
+    assert main(["fleet", "report", "results", "-o", str(tmp_path), "--json"]) == 2
     partly = worked_out(made(open_ + sensor("b", ["healthy"])), ledger().empty_table(), Design())
     assert "No car of the 1 with a verdict needs a look; 1 gave none" in render(partly)
     assert document(partly)["vehicles_with_verdict"] == 1

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import shlex
 from collections.abc import Sequence
 from functools import partial
@@ -11,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tierod.cli.terminal import Counting, command_line, counting, output, print_json, rows
+from tierod.cli.terminal import Counting, command_line, counting, output, print_json, rows, say_where, show
 
 if TYPE_CHECKING:
     from tierod.fleet.fleet_file import Fleet
@@ -115,14 +114,27 @@ def fleet(
 
 
 def _report(given: Sequence[str], output: str | None, as_json: bool, prior: Path | None, cohort: Sequence[str]) -> int:
+    """Write page and document of a fleet: no car to inspect (0), some (1), no verdict (2)."""
     from tierod.core.errors import ParameterError
 
     if len(given) != 1:
         raise ParameterError("'tierod fleet report' takes one results folder; name the one that --output named")
-    module = importlib.import_module("tierod.fleet.report_command")
-    target = None if output is None else Path(output)
-    code: int = module.report(given[0], target, as_json, command_line(), prior, cohort)
-    return code
+    from tierod.fleet.places import LOCAL, protocol_of
+    from tierod.fleet.report import document, report
+    from tierod.fleet.report_page import shown_items, write
+    from tierod.fleet.statistics import written_prior
+
+    usual = Path(given[0]) if protocol_of(given[0]) == LOCAL else Path()
+    found = report(given[0], command=command_line())
+    page, _ = write(found, usual if output is None else Path(output))
+    if as_json:
+        print_json(document(found))
+    else:
+        show(shown_items(found))
+    if prior is not None:
+        say_where(as_json, "prior", written_prior(found.trends, prior, cohort))
+    say_where(as_json, "report", page)
+    return 1 if found.cars else 0 if found.judged else 2
 
 
 def _fleet(vehicle: str | None, vehicles: Path | None) -> Fleet:

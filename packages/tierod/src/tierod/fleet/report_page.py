@@ -32,6 +32,33 @@ COHORTS = 15
 """Largest number of cohorts in a table and chart."""
 
 
+SHOWN = 20
+"""Largest number of cars in the terminal."""
+
+
+def shown_items(report: FleetReport) -> Iterator[Item]:
+    """What a terminal shows: the verdict on the fleet, cohorts that differ, and the worst cars with their reasons."""
+    yield _head(report)
+    cohorts = [
+        (f"{each.kind} {each.name} ({each.cars} cars)", f"differs by {effect}, odds {words.odds(each.log_odds)}")
+        for trends in report.trends
+        for each in trends.cohorts.differing
+        if (effect := plus_minus(each.effect, each.deviation, trends.series.watched.unit, signed=True))
+    ]
+    if cohorts:
+        yield Facts(cohorts)
+    if worst := report.cars[:SHOWN]:
+        rows = ((car.vehicle, car.state, *words.followed(words.first_trend(car))[:2]) for car in worst)
+        yield Table("", ("vehicle", "state", "level now (± 1 σ)", "time left (90 %)"), tuple(rows))
+        yield Facts([(car.vehicle, car.why) for car in worst])
+
+
+def _head(report: FleetReport) -> Verdict:
+    symbol, colour, state = words.verdict(report)
+    reasons = tuple(("To know", remark) for remark in report.remarks)
+    return Verdict(words.headline(report), Flag(state, symbol, colour), (), words.what_to_do(report), None, reasons)
+
+
 def items(report: FleetReport) -> Iterator[Item]:
     """All items below the head of the page, in their order."""
     if report.cars:
@@ -258,9 +285,7 @@ def _ledger(report: FleetReport) -> Iterator[Item]:
 
 def render(report: FleetReport) -> str:
     """The page as HTML text."""
-    symbol, colour, state = words.verdict(report)
-    reasons = tuple(("To know", remark) for remark in report.remarks)
-    head = Verdict(words.headline(report), Flag(state, symbol, colour), (), words.what_to_do(report), None, reasons)
+    head = _head(report)
     parts = [head, Facts(_facts(report)), *items(report)]
     return page(parts, Origin(report.created, __version__, report.command), head.headline, "fleet")
 

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tierod.core.errors import InputError, ParameterError
+from tierod.core.shown import plus_minus
 from tierod.fleet.series import Series
 from tierod.methods.analysis.noise import usual_deviation
 from tierod.methods.trends.change_evidence import Changes
@@ -17,6 +20,9 @@ from tierod.methods.trends.drive_filter import Prior, TrendNoise
 from tierod.methods.trends.drive_scatter import DriveScatter, Wandering, drive_scatter, wandering
 from tierod.methods.trends.drives import Drives
 from tierod.methods.trends.fault_free_shifts import EVERY
+
+if TYPE_CHECKING:
+    from tierod.fleet.trends import Trends
 
 TEMPERATURE, MILEAGE = 0, 1
 """Indices of the regressors of a series."""
@@ -256,3 +262,25 @@ def write_prior(path: str | Path, series: Series, expected: Expected) -> Path:
         raise InputError(f"{target} cannot be read: {error.strerror}; check its path and permissions") from None
     change = Change(expected.value, expected.standard_deviation, expected.source)
     return write_text(target, changed(text, {NOMINAL[quantity]: change}))
+
+
+def written_prior(found: Sequence[Trends], path: Path, cohort: Sequence[str]) -> str:
+    """Write the level expected of a new car into a vehicle file; returns a sentence on it.
+
+    Args:
+        cohort: cohorts of the new car, each as KIND=NAME
+    """
+    labels = {}
+    for each in cohort:
+        kind, equals, name = each.partition("=")
+        if not (kind and equals and name):
+            raise ParameterError(f"--cohort is '{each}'; expected KIND=NAME, such as 'rack batch=2025-47'")
+        labels[kind.strip()] = name.strip()
+    followed = next((each for each in found if each.series.watched.quantity in NOMINAL), None)
+    if followed is None or followed.cohorts.cohorts is None:
+        why = "no quantity with a nominal value is followed" if followed is None else followed.cohorts.remark
+        raise InputError(f"these results give no expected level of a new car: {why}")
+    expected = expected_of(followed.cohorts.cohorts, followed.series, labels)
+    write_prior(path, followed.series, expected)
+    size = plus_minus(expected.value, expected.standard_deviation, followed.series.watched.unit)
+    return f"{path}: {NOMINAL[followed.series.watched.quantity]} is {size} ({expected.source})"
