@@ -27,7 +27,6 @@ _STATISTICS = {
     "NIS": _NIS,
     "NIS mean": _NIS,
     "mean NIS": _NIS,
-    "NIS within 95 percent share": "Share of the samples whose NIS lies in its 95 % range; 95 % is consistent.",
     "normalised innovation": "Measured less predicted, over its own standard deviation. Consistent: mostly within ±2.",
     "degrees of freedom": "Number of measurements that the NIS counts.",
     "enabled": "Time in which the drive excited the quantity, so that the estimator learnt from it.",

@@ -1,6 +1,6 @@
 """Jobs in processes of their own: a queue, progress, cancelling, and limits of time and memory.
 
-`experiments.executor` runs many tasks to their end; here each job has its own process, so that it can be cancelled, or
+`tierod.work.pool` runs many tasks to their end; here each job has its own process, so that it can be cancelled, or
 exceed its limits, without an effect on the others. One process per thread waits ready, with all modules imported.
 """
 
