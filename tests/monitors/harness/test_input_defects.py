@@ -13,8 +13,8 @@ import pytest
 from driven import drive
 from exact_vehicle import diagnose
 from shared_data import shared_data
-from tierod.core.facts import Fact, Verdict, assemble, defect
-from tierod.core.findings import Estimate, Status
+from tierod.core.facts import Fact
+from tierod.core.findings import Status
 from tierod.core.recording import Channel, Recording
 from tierod.io.derive import complete
 from tierod.io.readers import read
@@ -246,50 +246,3 @@ def test_without_signals_over_time_the_estimates_stay_the_same(healthy):
     assert set(whole) > set(estimated) == set(full.session.traces) & set(whole)
     for name, each in estimated.items():
         np.testing.assert_array_equal(each.mean, whole[name].mean)
-
-
-ESTIMATE = Estimate("largest sideslip angle", 0.3, 0.01, "rad")
-ANOTHER_CAR = defect((), "the file is another car's", withholds=True)
-
-
-@pytest.mark.parametrize("status", [Status.NOT_ENABLED, Status.NOT_IDENTIFIABLE, Status.ESTIMATED])
-def test_a_defect_that_withholds_the_estimate_leaves_none_in_the_finding(status):
-    late = defect(("yaw_rate",), "yaw_rate is late")
-    found = assemble("Sideslip", Verdict("sideslip", status, (), ESTIMATE), [late, ANOTHER_CAR], {"yaw_rate"})
-    assert found.estimate is None
-    assert found.status is Status.INCONSISTENT
-    assert found.headline == "Sideslip: inconsistent, yaw_rate is late"
-    assert found.cause == "yaw_rate is late; the file is another car's"
-    assert "17" not in " ".join((found.headline, *found.details))
-
-
-@pytest.mark.parametrize(
-    ("status", "expected"),
-    [
-        (Status.HEALTHY, Status.SUSPECT),
-        (Status.RISING, Status.SUSPECT),
-        (Status.FAULT, Status.SUSPECT),
-        (Status.ESTIMATED, Status.INCONSISTENT),
-        (Status.CONSISTENT, Status.INCONSISTENT),
-        (Status.NOT_IDENTIFIABLE, Status.NOT_IDENTIFIABLE),
-        (Status.NOT_READY, Status.NOT_READY),
-    ],
-)
-def test_a_defect_of_a_needed_signal_leaves_no_verdict_as_it_was(status, expected):
-    verdict = Verdict("any", status, (Fact("own", "its own cause"),), ESTIMATE)
-    late = defect(("yaw_rate",), "yaw_rate is late, by 0.2 s")
-    found = assemble("Angle", verdict, [late], {"yaw_rate"})
-    assert (found.status, found.estimate) == (expected, ESTIMATE)
-    if expected is Status.NOT_READY:
-        assert (found.cause, found.warnings) == ("its own cause", ("yaw_rate is late, by 0.2 s",))
-    else:
-        assert found.headline == f"Angle: {expected}, yaw_rate is late"
-        assert found.cause.startswith("yaw_rate is late, by 0.2 s")
-    beside = assemble("Angle", verdict, [late], {"vehicle_speed"})
-    assert (beside.status, beside.warnings) == (status, ("yaw_rate is late, by 0.2 s",))
-
-
-def test_what_was_judged_in_part_only_is_not_healthy_and_an_alarm_stays():
-    lost = Fact("judged time", "the speed is missing", allows=Status.NOT_IDENTIFIABLE)
-    for status, expected in ((Status.HEALTHY, Status.NOT_IDENTIFIABLE), (Status.FAULT, Status.FAULT)):
-        assert assemble("Angle", Verdict("any", status), [lost]).status is expected

@@ -145,8 +145,9 @@ class Weighed(NamedTuple):
 
 def weigh(verdict: Verdict, facts: Sequence[Fact] = (), needed: Collection[str] | None = None) -> Weighed:
     """Status that some facts leave of a verdict; see `assemble`."""
+    verdict, facts = _distinct(verdict, facts)
     status, causes, lowering = verdict.status, [], []
-    counting = [each for each in _distinct((*verdict.facts, *facts)) if _counts(each, needed)]
+    counting = [each for each in (*verdict.facts, *facts) if _counts(each, needed)]
     hidden = [each for each in counting if each.withholds and each.allows] if verdict.estimate is not None else []
     if hidden:
         status = hidden[0].allows or status
@@ -173,6 +174,7 @@ def assemble(
         needed: signals that the verdict rests on; None lets every fact limit it
     """
     status, counted, lowering = weigh(verdict, facts, needed)
+    verdict, facts = _distinct(verdict, facts)
     said = "; ".join(each.cause for each in (*verdict.because, *verdict.facts))
     new = [each for each in facts if each in lowering or not _told(each, said, verdict.because)]
     others = list(dict.fromkeys((*new, *verdict.facts)))
@@ -212,16 +214,17 @@ def _counts(fact: Fact, needed: Collection[str] | None) -> bool:
     return needed is None or not fact.rests_on or any(name in needed for name in fact.rests_on)
 
 
-def _distinct(facts: Sequence[Fact]) -> list[Fact]:
-    """Facts without a second doubt about the same signal; those that withhold the estimate are kept."""
+def _distinct(verdict: Verdict, facts: Sequence[Fact]) -> tuple[Verdict, tuple[Fact, ...]]:
+    """Without a second doubt about the same signal; one that withholds the estimate is kept, then the first found."""
     named: set[str] = set()
     dropped = []
-    for each in sorted(facts, key=lambda fact: not fact.withholds):
+    for each in sorted((*facts, *verdict.facts), key=lambda fact: not fact.withholds):
         if each.doubts and each.rests_on and named.intersection(each.rests_on):
             dropped.append(each)
         elif each.doubts:
             named.update(each.rests_on)
-    return [each for each in facts if each not in dropped]
+    own = tuple(each for each in verdict.facts if each not in dropped)
+    return replace(verdict, facts=own), tuple(each for each in facts if each not in dropped)
 
 
 def _told(fact: Fact, said: str, because: Sequence[Fact]) -> bool:
@@ -254,29 +257,3 @@ def _filled(finding: Finding, estimate: Estimate) -> Finding:
         cause=finding.cause.replace(ESTIMATE, value),
         details=tuple(each.replace(ESTIMATE, value) for each in finding.details),
     )
-
-
-def verdict_of(finding: Finding) -> Verdict:
-    """Verdict of a monitor that still words its finding itself; its headline becomes a detail."""
-    own = Fact("stated", finding.cause, _shortened(finding), finding.action)
-    notes = tuple(Fact("note", each) for each in finding.warnings)
-    return Verdict(
-        finding.monitor,
-        finding.status,
-        (own,),
-        finding.estimate,
-        finding.since,
-        finding.evidence,
-        (finding.headline.rstrip("."),) if finding.headline else (),
-        finding.decided_by,
-        finding.declared,
-        finding.end,
-        notes,
-    )
-
-
-def _shortened(finding: Finding) -> str:
-    """First clause of a cause, if it is short; a judged estimate says more."""
-    if not finding.cause or (finding.estimate is not None and finding.status.judged):
-        return ""
-    return shortened(finding.cause)
