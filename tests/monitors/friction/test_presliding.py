@@ -5,10 +5,9 @@ import numpy as np
 import pytest
 
 from monitors.friction.study_drives import Case, signals
-from tierod.core.block import leaves, rebuild
+from tierod.core.block import rebuild
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
-from tierod.methods.estimators.linear_algebra import unpack
 from tierod.monitors.friction.definition import FrictionMonitor
 from tierod.monitors.friction.estimator import PreslidingFrictionFilter
 from tierod.monitors.friction.sentences import NOTES
@@ -121,15 +120,6 @@ def test_a_common_torque_gain_scales_the_estimate_and_nothing_shows_it():
     assert gained["misfit"][-1] == pytest.approx(plain["misfit"][-1], abs=0.05)
 
 
-def test_float_steps_agree_with_the_scan():
-    samples = signals(Case(SEED))[6000:6400]
-    scanned = scan(FILTER, samples)
-    state = FILTER.init()
-    for row, expected in zip(samples, scanned.values, strict=True):
-        state, output = FILTER.step(state, SteeringSample(*row.tolist()))
-        assert [float(value) for _, value in leaves(output)] == pytest.approx(expected.tolist(), rel=1e-9, abs=1e-12)
-
-
 def test_nothing_is_learnt_while_the_gate_is_closed():
     samples = signals(Case(SEED))[:20000].copy()
     learning = scan(FILTER, samples)
@@ -193,20 +183,6 @@ def test_the_deviation_widens_where_the_balance_fits_badly():
 def test_two_sample_times_are_refused():
     with pytest.raises(ParameterError, match="same sample_time"):
         dataclasses.replace(FILTER, conditioning=SteeringConditioning(0.02))
-
-
-def test_the_first_innovation_is_as_uncertain_as_priors_and_noise_make_it():
-    samples = signals(Case(SEED, 4.0))[:2000]
-    result = scan(FILTER, samples)
-    first = int(np.argmax(result["enabled"] > 0.5))
-    noise = FILTER.tuning.error_density / 0.01
-    spread = result["innovation_variance"] - noise
-    assert spread[first] > 0.0
-    np.testing.assert_allclose(result["nis"], result["innovation"] ** 2 / result["innovation_variance"], rtol=1e-9)
-    # The offset is known to its prior alone, and its regressor is one.
-    start = FILTER.init()
-    place = start.mean._fields.index("offset")
-    assert spread[first] >= unpack(start.covariance)[place][place] > 0.0
 
 
 def test_friction_is_stated_for_a_load_that_the_car_sees():

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from tierod.core.block import leaves
 from tierod.core.errors import ParameterError
 from tierod.core.facts import assemble
 from tierod.core.findings import Status
@@ -81,15 +80,6 @@ def test_friction_far_below_the_learnt_level_is_said():
     assert "only 0.70 times its baseline of 4.00 N·m: the gains of driver_torque or motor_torque" in finding.cause
     assert "check the gains of driver_torque and motor_torque, judge a lock-to-lock test" in finding.action
     assert judged(FrictionVerdict(LIMITS, learnt_level=4.0), estimates((80.0, 3.5)))[2].action == "none"
-
-
-def test_float_steps_agree_with_the_scan():
-    verdict, samples = FrictionVerdict(LIMITS), estimates((25.0, 4.0), (5.0, 5.5))
-    state, outputs = verdict.init(), []
-    for row in samples.tolist():
-        state, output = verdict.step(state, VerdictSample(*row))
-        outputs.append([value for _, value in leaves(output)])
-    np.testing.assert_allclose(scan(verdict, samples).values, outputs, rtol=5e-13, atol=5e-13, equal_nan=False)
 
 
 def column(name):

@@ -5,8 +5,7 @@ import pytest
 
 from tierod.core.errors import InputError
 from tierod.core.recording import Channel, Recording
-from tierod.io.quality import Figures
-from tierod.monitors.harness.quality_over_chunks import Qualities, QualityOverChunks, Shared
+from tierod.monitors.harness.quality_over_chunks import QualityOverChunks, Shared
 
 
 def remarks(*pieces: tuple[np.ndarray, np.ndarray]) -> list[str]:
@@ -53,19 +52,6 @@ def test_a_signal_without_a_sample_is_refused_in_a_sentence():
     assert not quality.refuse_slow(["yaw_rate"], 20.0)
     with pytest.raises(InputError, match="no sample of yaw_rate could be read"):
         quality.refuse_unusable(["yaw_rate"], 20.0)
-
-
-def test_what_several_look_at_is_examined_once(monkeypatch):
-    examined = []
-    of = Figures.of
-    monkeypatch.setattr(Figures, "of", lambda channel, pace: examined.append(channel.name) or of(channel, pace))
-    time, values = piece(0.0)
-    recording = Recording({name: Channel(name, time, values, "m/s") for name in ("vehicle_speed", "other")})
-    qualities, collectors = Qualities(), [QualityOverChunks(["vehicle_speed"]), QualityOverChunks(recording.names)]
-    for collector in collectors:
-        collector.add(recording, qualities)
-    assert sorted(examined) == ["other", "vehicle_speed"]
-    assert collectors[0].rows()[0] == collectors[1].rows()[0]
 
 
 def test_a_piece_with_the_end_of_the_one_before_keeps_its_own_channels():
