@@ -7,7 +7,7 @@ from functools import lru_cache
 import pytest
 from hypothesis import settings
 
-from tierod.core.threads import one_thread_each
+from tierod.core.processes import one_thread_each
 
 # As in every command, and before NumPy is loaded: threads that wait for each other cost tests three times the work.
 one_thread_each()

@@ -4,10 +4,10 @@ import threading
 
 import pytest
 
-from tierod.core import locks
+from tierod.core import processes as locks
 from tierod.core.errors import OutputError
 from tierod.core.files import holding
-from tierod.core.locks import alone
+from tierod.core.processes import alone
 
 
 def test_one_at_a_time_and_whoever_waits_gets_its_turn(tmp_path):
@@ -29,7 +29,7 @@ def test_one_at_a_time_and_whoever_waits_gets_its_turn(tmp_path):
 
 def test_the_lock_ends_with_its_process(tmp_path):
     code = (
-        "import os, pathlib, sys; from tierod.core.locks import alone\n"
+        "import os, pathlib, sys; from tierod.core.processes import alone\n"
         "with alone(pathlib.Path(sys.argv[1])): os._exit(9)"
     )
     assert subprocess.run([sys.executable, "-c", code, tmp_path], check=False).returncode == 9

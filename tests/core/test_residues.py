@@ -5,8 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from tierod.core.residues import UNBOUNDED, levels_of, residue_between, residue_of
-from tierod.core.signals import SIGNALS
+from tierod.core.signals import SIGNALS, UNBOUNDED, levels_of, residue_between, residue_of
 
 WHEEL = SIGNALS["steering_wheel_angle"].plausible[1]
 

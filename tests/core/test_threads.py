@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-from tierod.core.threads import THREADS
+from tierod.core.processes import THREADS
 
 ASKED = "import os\nfrom tierod.cli import main\nmain(['monitors'])\nprint(os.environ['OPENBLAS_NUM_THREADS'])"
 

@@ -10,7 +10,7 @@ import pytest
 
 from diagnosis.memories import code, drive, table
 from tierod.core.errors import InputError, OutputError
-from tierod.core.locks import alone
+from tierod.core.processes import alone
 from tierod.diagnosis.entry import CodeStatus
 from tierod.diagnosis.fault_memory import FaultMemory
 from tierod.diagnosis.store import digest_of

@@ -14,7 +14,7 @@ from tierod.cli import main
 from tierod.diagnosis.fault_memory import FaultMemory
 from tierod.diagnosis.trouble_codes import load_trouble_codes
 from tierod.export.c_export import write_folder
-from tierod.export.evidence.memory_page import memory_evidence
+from tierod.export.evidence.page import memory_evidence
 from tierod.export.fault_memory.files import fault_memory_files
 
 pytestmark = needs_gcc
@@ -268,9 +268,9 @@ def test_a_store_without_a_second_slot_is_found_by_the_comparison(tmp_path):
 
 @pytest.mark.slow
 def test_the_evidence_names_every_build_and_what_is_absent(tmp_path, monkeypatch):
-    monkeypatch.setattr("tierod.export.evidence.memory_page.COMPILERS", ("gcc", "no-such-compiler"))
-    monkeypatch.setattr("tierod.export.evidence.memory_page.LEVELS", (("-O0",),))
-    monkeypatch.setattr("tierod.export.evidence.memory_page.checks", lambda export, folder: [])
+    monkeypatch.setattr("tierod.export.evidence.page.COMPILERS", ("gcc", "no-such-compiler"))
+    monkeypatch.setattr("tierod.export.evidence.page.LEVELS", (("-O0",),))
+    monkeypatch.setattr("tierod.export.evidence.page.checks", lambda export, folder: [])
     write_folder(shipped(), tmp_path)
     rows = memory_evidence(tmp_path).document["tables"]["Comparisons"]
     assert " 0 different, 0 refused" in rows[0][1]

@@ -11,9 +11,8 @@ import pytest
 from exported_c import needs_gcc, reference, rounded, worst_share
 from tierod.core.fields import replaced
 from tierod.core.graph import scan
-from tierod.export.fmu.archive import write_unit
+from tierod.export.fmu.archive import compiled_names, sources, standard_headers, write_unit
 from tierod.export.fmu.description import Model, structured
-from tierod.export.fmu.sources import compiled_names, sources, standard_headers
 from tierod.export.interface import Interface, Options
 from tierod.export.subject import subject_of, subject_of_block
 from tierod.export.vectors import random_inputs

@@ -1,8 +1,7 @@
 import numpy as np
 import pytest
 
-from tierod.models.linear import LinearSystem
-from tierod.models.modes import describe, modes, scaled
+from tierod.models.linear import LinearSystem, describe, modes, scaled
 
 
 def test_a_hidden_mode_is_found_with_its_direction():

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tierod.physics.angle import wrapped
+from tierod.physics.clarke_park import wrapped
 
 
 @given(st.floats(-200.0, 200.0))

@@ -9,8 +9,7 @@ from scipy import integrate, stats
 from tierod.methods.trends.change_evidence import Changes, evidence
 from tierod.methods.trends.drive_filter import Prior, TrendNoise, filtered
 from tierod.methods.trends.drives import Drives
-from tierod.methods.trends.fault_free_shifts import EVERY, normal_ratio
-from tierod.methods.trends.fleet_alarms import alarm_level
+from tierod.methods.trends.fleet_alarms import EVERY, alarm_level, normal_ratio
 
 NOISE = TrendNoise(level_walk=0.0, slope_walk=0.0, scatter=0.1, scale=1e-6, clip=1e9)
 PRIOR = Prior(np.array([4.0, 0.0]), np.diag([0.3**2, 1e-5**2]))

@@ -23,7 +23,7 @@ from typing import Any
 
 from tierod.core.errors import InputError, OutputError
 from tierod.core.files import sha256_of, write_text
-from tierod.core.locks import alone
+from tierod.core.processes import alone
 from tierod.core.recording import Recording
 from tierod.core.user_files import MOST_DATA_BYTES, json_document, read_bytes
 

@@ -10,8 +10,7 @@ import numpy as np
 
 from tierod.core.errors import ParameterError
 from tierod.methods.estimators.observers import Gain
-from tierod.models.linear import LinearSystem
-from tierod.models.modes import TOLERANCE, describe, modes, scaled
+from tierod.models.linear import TOLERANCE, LinearSystem, describe, modes, scaled
 
 
 def discrete_poles(poles: Sequence[complex], sample_time: float) -> tuple[complex, ...]:

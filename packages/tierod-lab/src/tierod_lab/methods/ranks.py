@@ -6,8 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tierod.models.linear import LinearSystem
-from tierod.models.modes import scaled
+from tierod.models.linear import LinearSystem, scaled
 
 PBH_TOLERANCE = 1e-7
 """Singular value below which an eigenvector is unobservable (scaled system): rounding moves a double one by 1e-8."""

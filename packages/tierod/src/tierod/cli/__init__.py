@@ -32,7 +32,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 0
 
     from tierod.cli.app import run
-    from tierod.core.threads import one_thread_each
+    from tierod.core.processes import one_thread_each
 
     one_thread_each()
     return run(given)

@@ -101,7 +101,7 @@ def export_fault_memory(output: Path, evidence: bool) -> None:
     from tierod.core.files import require_folder
     from tierod.diagnosis.trouble_codes import load_trouble_codes
     from tierod.export.c_export import refuse_foreign, write_folder
-    from tierod.export.evidence.memory_page import memory_evidence
+    from tierod.export.evidence.page import memory_evidence
     from tierod.export.fault_memory.files import NAMES, fault_memory_files
 
     require_folder(output)

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Annotated
 
 from tierod.core.errors import OutputError
-from tierod.core.locks import PATIENCE, alone
+from tierod.core.processes import PATIENCE, alone
 
 _REMEDIES = {
     errno.ENOSPC: "make room on the disk or name another place",

@@ -1,4 +1,4 @@
-"""Processes of this machine, child interpreters, and the end of this one."""
+"""Processes of this machine, child interpreters and their threads, locks between processes, and the end of this one."""
 
 from __future__ import annotations
 
@@ -6,8 +6,12 @@ import os
 import signal
 import sys
 import threading
+import time
 from collections.abc import Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
+from pathlib import Path
+from types import ModuleType
+from typing import Annotated
 
 
 def runs(process: int) -> bool:
@@ -77,3 +81,92 @@ def stopped_by_sigterm() -> Iterator[None]:
         yield
     finally:
         signal.signal(signal.SIGTERM, before)
+
+
+THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+"""Environment variables that limit the threads; a library reads them when it is loaded."""
+
+
+def one_thread_each() -> None:
+    """Limit each library to one thread, unless the user chose another number.
+
+    For a sum over a drive several waiting threads cost more than they save, and the last digit of the sum would depend
+    on the number of cores.
+    """
+    for name in THREADS:
+        os.environ.setdefault(name, "1")
+
+
+PATIENCE: Annotated[float, "s"] = 30.0
+"""Longest wait for a lock [s]: work under a lock takes milliseconds, so that a queue of a hundred processes fits."""
+
+LOOK_PERIOD: Annotated[float, "s"] = 0.01
+"""Polling interval for a lock [s]: short against the work that is done under it, long against the poll itself."""
+
+
+@contextmanager
+def alone(place: Path, patience: float = PATIENCE) -> Iterator[bool]:
+    """Lock a file or folder against other processes and threads that lock it in the same way.
+
+    Args:
+        place: an existing file or folder; nothing is written to it
+        patience: longest wait [s]; 0 tries once
+
+    Yields:
+        whether it is locked; False where the system cannot lock there
+
+    Raises:
+        FileNotFoundError: it does not exist, or was removed during the wait
+        TimeoutError: another process held the lock for all that time
+    """
+    handle = _held(place, time.monotonic() + patience)
+    try:
+        yield handle is not None
+    finally:
+        if handle is not None:
+            os.close(handle)
+
+
+def _held(place: Path, end: float) -> int | None:
+    """A file descriptor that holds the lock; None where the system cannot lock there."""
+    try:
+        import fcntl
+    except ImportError:
+        return None
+    try:
+        handle = os.open(place, os.O_RDONLY)
+    except FileNotFoundError:
+        raise
+    except OSError:
+        return None
+    try:
+        while not _taken(fcntl, handle):
+            if time.monotonic() >= end:
+                raise TimeoutError(f"another process holds {place}")
+            time.sleep(LOOK_PERIOD)
+        # The last holder may have replaced the file, and a third process may hold the new one.
+        same = os.path.samestat(os.fstat(handle), os.stat(place))
+    except _NoLocks:
+        os.close(handle)
+        return None
+    except BaseException:
+        os.close(handle)
+        raise
+    if same:
+        return handle
+    os.close(handle)
+    return _held(place, end)
+
+
+class _NoLocks(Exception):
+    """The file system does not support locks."""
+
+
+def _taken(fcntl: ModuleType, handle: int) -> bool:
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except (BlockingIOError, PermissionError):
+        return False
+    except OSError:
+        raise _NoLocks from None
+    return True

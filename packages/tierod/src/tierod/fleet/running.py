@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 from tierod.core.errors import OutputError, ParameterError
-from tierod.core.locks import alone
+from tierod.core.processes import alone
 from tierod.fleet import schema
 from tierod.fleet.compaction import compact, mark_doubles, mark_overlaps
 from tierod.fleet.fleet_file import Fleet

@@ -19,7 +19,7 @@ from tierod.methods.trends.cohort_effects import LEAST, Cohort, Cohorts, cohorts
 from tierod.methods.trends.drive_filter import Prior, TrendNoise
 from tierod.methods.trends.drive_scatter import DriveScatter, Wandering, drive_scatter, wandering
 from tierod.methods.trends.drives import Drives
-from tierod.methods.trends.fault_free_shifts import EVERY
+from tierod.methods.trends.fleet_alarms import EVERY
 
 if TYPE_CHECKING:
     from tierod.fleet.trends import Trends

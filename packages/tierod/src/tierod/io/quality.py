@@ -10,10 +10,9 @@ import numpy as np
 
 from tierod.core.findings import ChannelQuality
 from tierod.core.recording import Channel
-from tierod.core.residues import levels_of, residue_between
 from tierod.core.series import longest_run, runs
 from tierod.core.shown import in_words
-from tierod.core.signals import SIGNALS
+from tierod.core.signals import SIGNALS, levels_of, residue_between
 from tierod.io.readings import LEAST_RATE, held_remark, median_rate, readings_of, too_slow
 from tierod.methods.running import OuterLevels, piles_up
 

@@ -1,15 +1,28 @@
 """Transforms of three-phase quantities: phases to stator axes (Clarke), stator axes to rotor axes (Park), and back.
 
 All are amplitude-invariant: a phase amplitude of 1 A is a vector of length 1 A, and power is 3/2 of the product.
-The angle of a Park transform is *electrical*: pole pairs times the mechanical angle of the rotor.
-"""
+The angle of a Park transform is *electrical*: pole pairs times the mechanical angle of the rotor."""
 
 from __future__ import annotations
 
+import math
 from typing import Generic, NamedTuple
 
 from tierod.core.block import Scalar
-from tierod.core.graph.maths import Number, cos, sin
+from tierod.core.graph.maths import Number, cos, floor, sin
+
+
+def wrapped(angle: Scalar) -> Scalar:
+    """Angle wrapped to half a turn on either side of zero [rad].
+
+    Args:
+        angle: any number of turns [rad]
+
+    Returns:
+        from -pi (included) to pi (excluded) [rad]
+    """
+    return angle - 2.0 * math.pi * floor(angle / (2.0 * math.pi) + 0.5)
+
 
 _SQRT_3 = 3.0**0.5
 

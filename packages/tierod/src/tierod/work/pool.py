@@ -30,8 +30,7 @@ from tierod.core.errors import (
     TierodError,
     lacks_memory,
 )
-from tierod.core.processes import environment, safe_path
-from tierod.core.threads import THREADS
+from tierod.core.processes import THREADS, environment, safe_path
 
 Given = TypeVar("Given")
 Result = TypeVar("Result")

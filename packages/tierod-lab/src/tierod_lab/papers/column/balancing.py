@@ -9,8 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tierod.core.errors import ParameterError
-from tierod.models.linear import LinearSystem
-from tierod.models.modes import balance
+from tierod.models.linear import LinearSystem, balance
 
 _SLOWEST = 1e-9
 

@@ -13,8 +13,7 @@ from functools import cache
 import numpy as np
 
 from tierod.models.column_observation import linear_column, with_disturbance_states
-from tierod.models.linear import LinearSystem
-from tierod.models.modes import modes
+from tierod.models.linear import LinearSystem, modes
 from tierod.models.steering_column import SPRINGS, ColumnParameters, SteeringColumn, TwoInertiaColumn, without_gear
 from tierod.vehicles import load
 from tierod_lab.ground.cars.column_bench import ColumnBench

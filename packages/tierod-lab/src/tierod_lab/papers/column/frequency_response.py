@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tierod.core.errors import InputError, ParameterError, nearest
-from tierod.models.linear import LinearSystem
-from tierod.models.modes import balance
+from tierod.models.linear import LinearSystem, balance
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,8 +15,7 @@ from tierod.methods.estimators.linear_algebra import add
 from tierod.models.linear import LinearSystem, sampled
 from tierod.models.stator_frame_motor import SampledMotorParameters
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
-from tierod.physics.angle import wrapped
-from tierod.physics.clarke_park import Direction, StatorVector, direction, electrical_angle, park, turned
+from tierod.physics.clarke_park import Direction, StatorVector, direction, electrical_angle, park, turned, wrapped
 from tierod.physics.lag import share_reached
 from tierod.physics.pm_motor import rotor_acceleration, torque_constant
 from tierod_lab.methods.pole_placement import discrete_poles, observer_gain

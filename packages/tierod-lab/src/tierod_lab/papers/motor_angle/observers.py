@@ -22,8 +22,7 @@ from tierod.methods.estimators.shapes import Belief, leaf_values
 from tierod.models.linear import LinearSystem, Matrices, as_model, discretise, sampled
 from tierod.models.stator_frame_motor import MotorParameters, SampledMotorParameters
 from tierod.monitors.motor_angle.observer import MotorAngleObserver, MotorAngleTuning
-from tierod.physics.angle import wrapped
-from tierod.physics.clarke_park import RotorVector, StatorVector, direction, electrical_angle, park
+from tierod.physics.clarke_park import RotorVector, StatorVector, direction, electrical_angle, park, wrapped
 from tierod.physics.pm_motor import back_emf_constant, stator_flux_rate
 from tierod_lab.methods.pole_placement import place
 from tierod_lab.papers.motor_angle.dq_motor import DqMotor, DqMotorParameters, LoadedDqMotor, q_axis_motor, with_load

@@ -22,7 +22,7 @@ from typing import Annotated
 
 from tierod.core.errors import OutputError
 from tierod.core.files import ABANDONED, replacing, temporary_name
-from tierod.core.locks import alone
+from tierod.core.processes import alone
 
 _HEAD = b"tierod-kernel/1\n"
 _DIGEST = hashlib.sha256().digest_size

@@ -26,8 +26,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from tierod.core.errors import DamagedFile
-from tierod.core.processes import interpreter, runs
-from tierod.core.threads import THREADS
+from tierod.core.processes import THREADS, interpreter, runs
 from tierod.io.formats import require_library
 from tierod.io.readers import child, mdf_child
 from tierod.io.readers.content import VARIABLE, Limits, limits

@@ -9,8 +9,7 @@ import numpy as np
 
 from tierod.core.errors import ParameterError, nearest
 from tierod.methods.analysis.observability import observability
-from tierod.models.linear import METHODS, LinearSystem
-from tierod.models.modes import TOLERANCE, balance
+from tierod.models.linear import METHODS, TOLERANCE, LinearSystem, balance
 
 SPLIT = 1e-4
 """Eigenvalues below this share of the fastest count as zero [-]: rounding splits a multiple eigenvalue at zero, such as

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tierod.core.errors import ParameterError
-from tierod.models.linear import LinearSystem
-from tierod.models.modes import TOLERANCE, Mode, describe, modes, scaled
+from tierod.models.linear import TOLERANCE, LinearSystem, Mode, describe, modes, scaled
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,8 +9,7 @@ from typing import TypeAlias
 import numpy as np
 
 from tierod.core.errors import ParameterError
-from tierod.models.linear import LinearSystem
-from tierod.models.modes import TOLERANCE, describe, modes
+from tierod.models.linear import TOLERANCE, LinearSystem, describe, modes
 
 Noises: TypeAlias = Sequence[float | None] | Sequence[Sequence[float]] | np.ndarray
 """Variances (None for no noise), or a full covariance matrix."""

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple, TypeVar
 import numpy as np
 
 from tierod.core.errors import ParameterError, nearest
-from tierod.models.modes import describe
+from tierod.models.linear import describe
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance

@@ -26,7 +26,7 @@ from tierod.core.errors import ParameterError
 from tierod.methods.trends.drive_filter import LEVEL, SLOPE, Filtered, observed
 from tierod.methods.trends.drive_scatter import WRONG
 from tierod.methods.trends.drives import Drives
-from tierod.methods.trends.fault_free_shifts import FaultFreeShifts
+from tierod.methods.trends.fleet_alarms import FaultFreeShifts
 
 STEP, RAMP = 0, 1
 """Kinds of change: a step of the level, and a ramp that starts a constant slope."""

@@ -9,7 +9,7 @@ import numpy as np
 from tierod.core.errors import InputError
 from tierod.methods.analysis.noise import VARIANCE_ERROR, usual_deviation
 from tierod.methods.trends.drives import Drives
-from tierod.methods.trends.fault_free_shifts import EVERY
+from tierod.methods.trends.fleet_alarms import EVERY
 
 LEAST = 30
 """Smallest number of pairs of drives for an estimate: they give a standard deviation to 13 %."""

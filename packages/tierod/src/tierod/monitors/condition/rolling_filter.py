@@ -13,7 +13,7 @@ import numpy as np
 from tierod.core.block import Scalar, skeleton
 from tierod.core.graph.derivatives import jacobian
 from tierod.core.graph.maths import absolute, both, either, maximum, minimum, present, where
-from tierod.core.residues import residue_of
+from tierod.core.signals import residue_of
 from tierod.methods.estimators.kernels import predict_covariance
 from tierod.methods.estimators.linear_algebra import from_diagonal
 from tierod.models.rolling_car import LEAST_SPEED, RollingCar

@@ -7,8 +7,8 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from tierod.core.residues import residue_between
 from tierod.core.series import Rows, Stride
+from tierod.core.signals import residue_between
 from tierod.methods.identification.regression import Solution, solved
 from tierod.methods.running import Moments
 

@@ -10,7 +10,7 @@ from typing import Annotated, NamedTuple, TypeAlias
 import numpy as np
 
 from tierod.core.errors import ParameterError
-from tierod.core.residues import residue_of
+from tierod.core.signals import residue_of
 from tierod.methods.analysis.fitness import require_fit
 from tierod.methods.analysis.noise import differences, usual_deviation
 from tierod.methods.estimators.stationary_bank import StationaryBank, Switching

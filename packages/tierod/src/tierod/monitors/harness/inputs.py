@@ -14,8 +14,8 @@ import numpy as np
 from tierod.core.facts import GUESSES, LONGEST_REASON, REPAIR, Fact, assemble, defect, weigh
 from tierod.core.findings import Finding, Status
 from tierod.core.recording import Aligned, Recording
-from tierod.core.residues import residue_of
 from tierod.core.shown import in_words
+from tierod.core.signals import residue_of
 from tierod.io.derive import ingredients
 from tierod.methods.relations import CERTAIN, CORRELATION, FOLLOWS, RELATIONS
 from tierod.methods.running import (

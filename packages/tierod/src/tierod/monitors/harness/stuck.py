@@ -15,10 +15,9 @@ from tierod.core.facts import Fact
 from tierod.core.graph import Memory, Scanner
 from tierod.core.graph.maths import absolute, all_of, any_of, both, either, maximum, minimum, present, where
 from tierod.core.recording import Aligned, Recording
-from tierod.core.residues import residue_of
 from tierod.core.series import Stride
 from tierod.core.shown import in_words
-from tierod.core.signals import SIGNALS
+from tierod.core.signals import SIGNALS, residue_of
 from tierod.methods.relations import FOLLOWED, RATES, SAME_SPEED, SPEEDS, STEERED, TURN, is_moved, is_ordered, witnesses
 from tierod.monitors.harness.repeated_values import (
     NEW,

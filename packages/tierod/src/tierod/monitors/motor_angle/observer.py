@@ -18,8 +18,7 @@ from tierod.models.stator_frame_motor import (
     SampledMotorParameters,
     StatorFrameMotor,
 )
-from tierod.physics.angle import wrapped
-from tierod.physics.clarke_park import PhaseValues
+from tierod.physics.clarke_park import PhaseValues, wrapped
 from tierod.physics.inverter import LONGEST_SIGN, commanded_voltage
 from tierod.physics.lag import share_reached
 from tierod.physics.pm_motor import back_emf_constant

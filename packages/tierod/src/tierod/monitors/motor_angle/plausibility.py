@@ -22,7 +22,7 @@ from tierod.core.graph.maths import (
 )
 from tierod.methods.detectors.control_charts import Debounce
 from tierod.monitors.motor_angle.observer import MotorAngleSample
-from tierod.physics.angle import wrapped
+from tierod.physics.clarke_park import wrapped
 from tierod.physics.gear import superposed_angle, superposed_target, variable_gain
 
 # Codes of the suspected angle; the last one means the steering wheel's or the pinion's.

@@ -9,8 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tierod.core.errors import ParameterError, nearest
-from tierod.models.linear import LinearSystem, linearise, sampled
-from tierod.models.modes import TOLERANCE, Mode, describe, modes
+from tierod.models.linear import TOLERANCE, LinearSystem, Mode, describe, linearise, modes, sampled
 from tierod.models.steering_column import TwoInertiaColumn, TwoInertiaParameters
 
 _LASTING = 1.0 - 1e-9
