@@ -29,7 +29,8 @@ from tierod.fleet.task import _about, _stream, part_of
 from tierod.monitors.harness.pieces import pieces_of
 from tierod.monitors.together import Chosen, usual
 from tierod.vehicles import load
-from tierod.work.pool import cores, workers_of
+from tierod.work.cluster import workers_of
+from tierod.work.pool import cores
 
 VEHICLE = "midsize-eps"
 FRICTION = Asked((Chosen("friction"),))

@@ -16,8 +16,8 @@ from fleet.drives import DAY, NOVEMBER, judged, written
 from tierod.core.errors import OutputError, ParameterError
 from tierod.fleet.results import findings_of, ledger_of
 from tierod.work import cluster
-from tierod.work.cluster import Cluster
-from tierod.work.pool import Executor, Failure, workers_of
+from tierod.work.cluster import Cluster, workers_of
+from tierod.work.pool import Executor, Failure
 from tierod_lab.campaign.running import run as run_campaign
 from tierod_lab.campaign.store import Store
 from tierod_lab.studies.effort import Effort

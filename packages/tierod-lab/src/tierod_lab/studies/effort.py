@@ -13,8 +13,9 @@ from typing import Any
 
 from tierod.core.errors import InputError
 from tierod.core.graph.kernel_cache import Bounds, KernelCache
+from tierod.work.cluster import workers_of
 from tierod.work.fingerprint import fingerprint
-from tierod.work.pool import Failure, Given, Passing, Result, Work, Workers, cores, run, workers_of
+from tierod.work.pool import Failure, Given, Passing, Result, Work, Workers, cores, run
 from tierod_lab.campaign.code import work_code
 
 Progress = Callable[[float, str], None]

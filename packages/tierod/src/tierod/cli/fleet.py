@@ -91,7 +91,7 @@ def fleet(
     from tierod.core.processes import stopped_by_sigterm
     from tierod.fleet.judging import Asked
     from tierod.fleet.running import document, run
-    from tierod.work.pool import workers_of
+    from tierod.work.cluster import workers_of
 
     asked = Asked(chosen, float("inf") if span is None else 60.0 * span, shortest, spread)
     with stopped_by_sigterm(), counting("recordings", "judging") as count:

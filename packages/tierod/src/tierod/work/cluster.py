@@ -21,7 +21,7 @@ from typing import Annotated, Any
 from tierod.core.errors import KernelWarning, MissingExtra, OutputError, ParameterError
 from tierod.core.version import __version__
 from tierod.work.fingerprint import installed_code
-from tierod.work.pool import Failure, Given, Result, Work, done
+from tierod.work.pool import Executor, Failure, Given, Result, Work, Workers, cores, done
 
 # Size from which glibc maps a block [bytes]; smaller blocks come from memory that the process already has
 MMAP_THRESHOLD = 32 * 1024**2
@@ -224,3 +224,16 @@ def _settle() -> None:
     """Let glibc keep freed memory, as `MALLOC_MMAP_THRESHOLD_=33554432` in the environment of a worker does."""
     with contextlib.suppress(OSError, AttributeError):
         ctypes.CDLL(None).mallopt(_M_MMAP_THRESHOLD, MMAP_THRESHOLD)
+
+
+def workers_of(count: int | None = None, scheduler: str | None = None) -> Workers:
+    """Workers for tasks, not started yet.
+
+    Args:
+        count: processes of this machine; one per core if None. With a cluster, number of tasks submitted at a time;
+            twice the number of workers if None
+        scheduler: address of a Dask scheduler, as "tcp://host:8786"; None for processes of this machine
+    """
+    if scheduler is None:
+        return Executor(count or cores())
+    return Cluster(scheduler, count)

@@ -9,7 +9,7 @@ from typing import Any
 
 from tierod.core.errors import InputError
 from tierod.core.files import write_text
-from tierod.work.pool import workers_of
+from tierod.work.cluster import workers_of
 from tierod_lab.campaign import comparison
 from tierod_lab.campaign.campaign import Campaign, load
 from tierod_lab.campaign.report import render_campaign
