@@ -2,12 +2,12 @@
 
 from functools import lru_cache
 
-from tierod_lab import ground as proving_ground
+from tierod_lab import ground
 from tierod_lab.papers.condition import odd_drives as odd
 
 KEPT = 6
 """A drive of 13 minutes takes 76 MB."""
 
-drive = lru_cache(maxsize=KEPT)(proving_ground.drive)
-lock_to_lock = lru_cache(maxsize=KEPT)(proving_ground.lock_to_lock)
+drive = lru_cache(maxsize=KEPT)(ground.drive)
+lock_to_lock = lru_cache(maxsize=KEPT)(ground.lock_to_lock)
 odd_drives = lru_cache(maxsize=1)(odd.odd_drives)

@@ -15,7 +15,7 @@ from tierod_lab.ground.cars.catalogue import load as load_car
 from tierod_lab.ground.courses.catalogue import load as load_course
 from tierod_lab.ground.faults import Always, AtTime, Fault
 from tierod_lab.ground.faults import load as load_fault
-from tierod_lab.ground.faults.behaviours import Gain, Offset
+from tierod_lab.ground.faults.signals import Gain, Offset
 from tierod_lab.ground.run import run as run_car
 from tierod_lab.ground.scenarios import load as load_scenario
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from tierod.core.errors import ParameterError
-from tierod.core.toml import Document
+from tierod.core.toml_document import Document
 from tierod_lab.campaign.campaign import from_document, load, shipped
 from tierod_lab.ground import scenarios
 

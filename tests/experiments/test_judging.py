@@ -9,8 +9,8 @@ import pytest
 
 from driven import drive
 from tierod.core.facts import Verdict
-from tierod.core.findings import Status
 from tierod.core.recording import Channel, Recording
+from tierod.core.statuses import Status
 from tierod.monitors.diagnose import find
 from tierod.monitors.harness.session import Conclusion, Monitor, StatusChange, Variant
 from tierod.vehicles import load

@@ -3,9 +3,10 @@
 import pytest
 
 from tierod.core.errors import ParameterError
-from tierod.core.toml import Document, build
+from tierod.core.toml import build
+from tierod.core.toml_document import Document
 from tierod_lab.campaign.matrix import CampaignFile, points, with_changes
-from tierod_lab.ground.faults.triggers import AtTime
+from tierod_lab.ground.faults.fault import AtTime
 
 HEAD = """name = "steps"
 description = "Steps of friction."

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from tierod.cli import main
-from tierod.core.findings import Diagnosis, Status
+from tierod.core.findings import Diagnosis
 from tierod.core.recording import Recording
+from tierod.core.statuses import Status
 from tierod.io.writers import write
 from tierod.monitors.diagnose import diagnose
 from tierod.monitors.harness.baseline import Baseline

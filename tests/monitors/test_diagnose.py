@@ -12,10 +12,11 @@ from driven import drive
 from exact_vehicle import diagnose
 from shared_data import shared_data
 from tierod.core.errors import InputError, ParameterError
-from tierod.core.findings import Status
 from tierod.core.recording import Channel, Recording
-from tierod.monitors.diagnose import Run, find, usual_monitor
+from tierod.core.statuses import Status
+from tierod.monitors.diagnose import find, usual_monitor
 from tierod.monitors.registry import MONITORS
+from tierod.monitors.run import Run
 from tierod.report.diagnosis import render
 from tierod.vehicles import load
 from tierod_lab.ground import FrictionCourse

@@ -9,8 +9,9 @@ import re
 
 import pytest
 
-from tierod.core.findings import Finding, Status
+from tierod.core.findings import Finding
 from tierod.core.recording import Recording
+from tierod.core.statuses import Status
 from tierod.monitors.diagnose import diagnose
 from tierod.monitors.harness.baseline import Baseline
 from tierod.report import to_json

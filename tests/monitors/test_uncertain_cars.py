@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from shared_data import shared_data
-from tierod.core.findings import Status
 from tierod.core.recording import Channel, Recording
+from tierod.core.statuses import Status
 from tierod.io.readers import read
 from tierod.monitors import uncertainty
 from tierod.monitors.diagnose import diagnose, find

@@ -5,8 +5,8 @@ import pytest
 
 from monitors.condition.at_the_limit import BEFORE, driven
 from monitors.condition.motion_alone import OF_CARS, SETS, declared, judged
-from tierod.core.findings import Status
 from tierod.core.graph import scan
+from tierod.core.statuses import Status
 from tierod.monitors.condition.courses import FAULT
 from tierod.monitors.condition.definition import rolling_monitor
 from tierod.monitors.condition.limits import aligned

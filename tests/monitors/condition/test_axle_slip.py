@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from monitors.condition.motion_alone import MOTION, SETS, drive, hard, with_slip
-from tierod.core.findings import Status
 from tierod.core.recording import Channel, Recording
+from tierod.core.statuses import Status
 from tierod.monitors.condition.rolling_checks import AxleSlip
 from tierod.monitors.condition.signals import ALL_WHEELS, FRONT_WHEELS, WHEELS
 from tierod.monitors.diagnose import diagnose

@@ -3,7 +3,7 @@
 import pytest
 
 from shared_data import shared_data
-from tierod.core.findings import Status
+from tierod.core.statuses import Status
 from tierod.io.readers import read
 from tierod.monitors.diagnose import diagnose
 from tierod.vehicles import load

@@ -8,8 +8,8 @@ import pytest
 from monitors.condition.motion_alone import drive
 from monitors.condition.small_car import STEP, SmallCar, recordings, vehicle_of
 from said import said
-from tierod.core.findings import Status
 from tierod.core.recording import Channel, Recording
+from tierod.core.statuses import Status
 from tierod.monitors.diagnose import diagnose
 from tierod.vehicles import load
 from tierod_lab.ground.faults import injected

@@ -6,7 +6,7 @@ import pytest
 
 from monitors.condition.small_car import QUADRICYCLE, SCALE_CAR, backs_out, course, recordings, vehicle_of
 from tierod.cli import main
-from tierod.core.findings import Status
+from tierod.core.statuses import Status
 from tierod.io.writers import write
 from tierod.monitors.diagnose import diagnose
 from tierod.vehicles import load

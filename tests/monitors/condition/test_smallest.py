@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from monitors.condition.motion_alone import drive
-from tierod.core.findings import Status
 from tierod.core.recording import Recording
+from tierod.core.statuses import Status
 from tierod.monitors.diagnose import diagnose
 from tierod.report.diagnosis import element_rows as rows
 from tierod.report.document import document

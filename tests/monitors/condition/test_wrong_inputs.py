@@ -9,11 +9,12 @@ import pytest
 
 from said import said
 from tierod.cli import main
-from tierod.core.findings import Status
 from tierod.core.recording import Recording
+from tierod.core.statuses import Status
 from tierod.monitors.condition.definition import CONDITION
 from tierod.monitors.condition.signals import ACCELERATIONS, ACTUATORS, OF_AUTOMATED, TARGETS
-from tierod.monitors.diagnose import Run, diagnose
+from tierod.monitors.diagnose import diagnose
+from tierod.monitors.run import Run
 from tierod.vehicles import load
 from tierod_lab.ground.scenarios import load as load_scenario
 from tierod_lab.papers.condition.drives import Drive

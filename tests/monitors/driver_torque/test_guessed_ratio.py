@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from exact_vehicle import diagnose
-from tierod.core.findings import Status
 from tierod.core.recording import Recording
+from tierod.core.statuses import Status
 from tierod.monitors import diagnose as with_spread
 from tierod.vehicles import load
 from tierod_lab.ground import SensorSet, run

@@ -8,8 +8,9 @@ import itertools
 import numpy as np
 import pytest
 
-from tierod.core.findings import Finding, Status
+from tierod.core.findings import Finding
 from tierod.core.recording import Recording
+from tierod.core.statuses import Status
 from tierod.monitors.diagnose import diagnose
 from tierod.vehicles import load
 from tierod_lab.ground import drive

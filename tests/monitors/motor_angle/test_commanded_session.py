@@ -9,9 +9,9 @@ from exact_vehicle import diagnose
 from monitors.motor_angle.monitored import vehicle_with
 from said import said
 from tierod.core.errors import InputError, ParameterError
-from tierod.core.findings import Status
 from tierod.core.recording import Channel, Recording
 from tierod.core.signals import SIGNALS
+from tierod.core.statuses import Status
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
 from tierod.physics.clarke_park import StatorVector, inverse_clarke
 from tierod.vehicles import load

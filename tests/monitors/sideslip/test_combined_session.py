@@ -10,8 +10,8 @@ import pytest
 
 from exact_vehicle import diagnose
 from said import said
-from tierod.core.findings import Status
 from tierod.core.recording import Recording
+from tierod.core.statuses import Status
 from tierod_lab.ground import SensorSet, run
 from tierod_lab.ground.cars.catalogue import load
 from tierod_lab.ground.courses.catalogue import load as course_called

@@ -11,8 +11,8 @@ import pytest
 from exact_vehicle import diagnose
 from said import said
 from tierod.core.errors import ParameterError
-from tierod.core.findings import Status
 from tierod.core.recording import Recording
+from tierod.core.statuses import Status
 from tierod.monitors.sideslip.definition import TRACES, SideslipEstimate, SideslipMonitor
 from tierod.vehicles import load
 from tierod_lab.ground import SensorSet, run

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal
 
 from tierod.core.errors import ParameterError, nearest
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE
-from tierod.core.toml import Document
+from tierod.core.toml_document import Document
 from tierod_lab.ground.faults import Fault, fault_of
 
 FAULT_FREE = "fault-free"

@@ -8,7 +8,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from tierod.core.errors import ParameterError
-from tierod.core.toml import Document, quoted
+from tierod.core.toml import quoted
+from tierod.core.toml_document import Document
 from tierod_lab.campaign.matrix import CampaignFile, Level, Point, with_changes
 from tierod_lab.ground import scenarios
 from tierod_lab.ground.faults import Fault

@@ -32,8 +32,8 @@ def injectable(name: str | None, behaviours: bool, toml: bool, json: bool) -> No
 
 
 def _document(file: FaultFile) -> dict[str, Any]:
-    from tierod_lab.ground.faults import triggers
     from tierod_lab.ground.faults.behaviours import described
+    from tierod_lab.ground.faults.fault import trigger_table
 
     fault = file.fault
     return {
@@ -41,7 +41,7 @@ def _document(file: FaultFile) -> dict[str, Any]:
         "description": file.description,
         "source": file.source,
         "effects": [{"element": each.element, "behaviour": described(each.behaviour)} for each in fault.effects],
-        "trigger": triggers.described(fault.trigger),
+        "trigger": trigger_table(fault.trigger),
         "duration": fault.duration or fault.behaviour.usual_duration,
     }
 
@@ -58,24 +58,24 @@ def _list(found: list[FaultFile]) -> None:
 def _show(file: FaultFile) -> None:
     from rich.text import Text
 
-    from tierod_lab.ground.faults import wording
+    from tierod_lab.ground.faults import reading
 
     console, fault = output(), file.fault
     console.print(Text.assemble((file.name, "bold"), f": {file.description}"), Text(file.source), sep="\n")
     console.print()
-    console.print(rows(("element", "behaviour"), [(each.element, wording.of_effect(each)) for each in fault.effects]))
-    console.print(Text(f"\nBegins {wording.of_beginning(fault)}, lasts {wording.of_duration(fault)}."))
+    console.print(rows(("element", "behaviour"), [(each.element, reading.of_effect(each)) for each in fault.effects]))
+    console.print(Text(f"\nBegins {reading.of_beginning(fault)}, lasts {reading.of_duration(fault)}."))
     use = f'use = "{file.name if file.name in FAULTS else file.path}"'
     console.print(Text(f"\nIn a scenario; element, behaviour, size, start, duration may follow:\n[[faults]]\n{use}"))
 
 
 def _behaviours(json: bool) -> None:
-    from tierod_lab.ground.faults import BEHAVIOURS, wording
+    from tierod_lab.ground.faults import BEHAVIOURS, reading
 
     cells = []
     for name, kind in sorted(BEHAVIOURS.items()):
         first = (kind.__doc__ or "").strip().split("\n\n")[0]
-        cells.append((name, " ".join(first.split()), wording.of_fields(kind), ", ".join(sorted(kind.fits)) or "any"))
+        cells.append((name, " ".join(first.split()), reading.of_fields(kind), ", ".join(sorted(kind.fits)) or "any"))
     if json:
         titles = ("name", "description", "fields", "elements")
         print_json({"behaviours": [dict(zip(titles, row, strict=True)) for row in cells]})

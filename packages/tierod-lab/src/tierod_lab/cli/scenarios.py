@@ -75,7 +75,7 @@ def _path(kind: str, name: str) -> Path:
 
 def _to_begin_with(kind: str, name: str) -> str:
     """Text of the file; relative paths in it are made absolute, so that a copy elsewhere finds them."""
-    from tierod.core.toml import Document
+    from tierod.core.toml_document import Document
     from tierod_lab.ground.scenarios.reader import named_files
 
     document = Document.read(_path(kind, name), kind.removesuffix("s"))
@@ -102,7 +102,7 @@ def _list(kinds: tuple[str, ...], as_json: bool) -> None:
 
 
 def _description(kind: str, name: str) -> str:
-    from tierod.core.toml import Document
+    from tierod.core.toml_document import Document
 
     return str(Document.read(_path(kind, name), kind.removesuffix("s")).content["description"])
 
@@ -110,25 +110,25 @@ def _description(kind: str, name: str) -> str:
 def _scenario(name: str, as_json: bool) -> None:
     from rich.text import Text
 
-    from tierod_lab.ground.scenarios import described, load
+    from tierod_lab.ground.scenarios import load, plants
 
     found, console = load(name), output()
     if as_json:
-        print_json(described.scenario_document(found))
+        print_json(plants.scenario_document(found))
         return
     console.print(Text.assemble((found.name, "bold"), f": {found.description}\n"))
-    console.print(rows(("", ""), described.facts(found)))
+    console.print(rows(("", ""), plants.facts(found)))
     console.print(f"\nDrive it with 'tierod simulate {name} -o drive.mf4'.", markup=False)
 
 
 def _car(name: str, as_json: bool) -> None:
     from rich.text import Text
 
-    from tierod_lab.ground.cars import catalogue, kinds
-    from tierod_lab.ground.scenarios import described
+    from tierod_lab.ground.cars import catalogue
+    from tierod_lab.ground.scenarios import plants
 
     car, console = catalogue.load(name), output()
-    document = described.car_document(car)
+    document = plants.car_document(car)
     if as_json:
         print_json(document)
         return
@@ -137,7 +137,7 @@ def _car(name: str, as_json: bool) -> None:
     )
     for title, lines in (("Good for", document["good_for"]), ("Not good for", document["not_good_for"])):
         console.print(f"\n[bold]{title}[/bold]", *(Text(f"  - {line}") for line in lines), sep="\n")
-    known = kinds.choices(car.block)
+    known = catalogue.choices(car.block)
     if car.vehicle:
         console.print(f"\nJudged as the vehicle '{car.vehicle}'; see 'tierod vehicles {car.vehicle}'.", markup=False)
     console.print()
@@ -154,9 +154,9 @@ def _course(name: str, as_json: bool) -> None:
     from rich.text import Text
 
     from tierod_lab.ground.courses import load
-    from tierod_lab.ground.scenarios import described
+    from tierod_lab.ground.scenarios import plants
 
-    document, console = described.course_document(load(name)), output()
+    document, console = plants.course_document(load(name)), output()
     if as_json:
         print_json(document)
         return

@@ -95,7 +95,7 @@ def _with_plant(scenario: Scenario, plant: Path) -> Scenario:
     """The scenario with a unit in place of its car; prints the assumptions about the unit."""
     from tierod.cli.terminal import messages
     from tierod.core.errors import ParameterError
-    from tierod.core.toml import Document
+    from tierod.core.toml_document import Document
     from tierod_lab.ground.scenarios.plants import with_plant
 
     if plant.suffix.lower() == ".fmu":
@@ -178,7 +178,7 @@ def _show(scenario: Scenario, outcome: Outcome, path: Path, took: float) -> None
     import shlex
 
     from tierod.cli.terminal import output, rows
-    from tierod_lab.ground.scenarios.described import facts
+    from tierod_lab.ground.scenarios.plants import facts
 
     console = output()
     console.print(f"{scenario.name}: {scenario.description}", markup=False)

@@ -22,11 +22,11 @@ from tierod.core.recording import Channel, Recording
 from tierod_lab.ground.courses import Course
 from tierod_lab.ground.courses.course import FACTORS
 from tierod_lab.ground.faults import Fault, Schedule
+from tierod_lab.ground.integration import Varied, path_of
 from tierod_lab.ground.parts import Plant
 from tierod_lab.ground.recorder import Readings, Recorder, channel_names, declared_units, generator, true_channels
 from tierod_lab.ground.scatter import Scatter
 from tierod_lab.ground.sensors import Sensor, SensorSet
-from tierod_lab.ground.varied import Varied, path_of
 
 
 class Foresight:

@@ -15,7 +15,8 @@ import numpy as np
 from tierod.core.errors import ParameterError, nearest
 from tierod.core.fields import NOT_NEGATIVE, Number, check_ranges, numbers, replaced
 from tierod.core.signals import SIGNALS
-from tierod.core.toml import Document, Location, build, flat
+from tierod.core.toml import build, flat
+from tierod.core.toml_document import Document, Location
 from tierod_lab.ground.parts import Plant
 from tierod_lab.ground.sensors import Sensor, SensorSet
 

@@ -23,7 +23,7 @@ _SIZE = re.compile(r"[-+]?[0-9.]+(?:e[-+]?[0-9]+)?(?: ?[A-Za-z°µ%Ω/*·^0-9.]{
 @cache
 def catalogue() -> dict[str, Any]:
     """Shipped scenarios, cars, courses and faults to choose from, each with its description."""
-    from tierod.core.toml import Document
+    from tierod.core.toml_document import Document
     from tierod_lab.ground import courses
     from tierod_lab.ground.cars import catalogue as cars
     from tierod_lab.ground.courses import catalogue as course_files
@@ -62,7 +62,7 @@ def _size_in(content: Mapping[str, Any]) -> str:
 def drive(given: Mapping[str, Any], progress: Callable[[float], None]) -> tuple[Path, dict[str, Any]]:
     """Simulate a scenario, and return the path of its recording and facts about the run."""
     from tierod.io.writers import write
-    from tierod_lab.ground.faults.wording import fault_in_words
+    from tierod_lab.ground.faults.reading import fault_in_words
     from tierod_lab.ground.scenarios import load
 
     folder = Path(given["folder"])

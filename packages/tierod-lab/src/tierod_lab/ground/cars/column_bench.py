@@ -12,8 +12,7 @@ from tierod.physics.gear import gear_coupling_torque
 from tierod.physics.steering_ratio import torsion_bar_torque
 from tierod_lab.ground.integration import runge_kutta
 from tierod_lab.ground.parts import Port, pass_through
-from tierod_lab.ground.steering.friction import DryFriction
-from tierod_lab.ground.steering.friction_laws import Dahl
+from tierod_lab.ground.steering.friction import Dahl, DryFriction
 from tierod_lab.ground.steering.shaft import Ripple, rippled
 
 

@@ -11,10 +11,9 @@ from tierod_lab.ground.faults.behaviours import (
     TorqueLoss,
     WithTemperature,
 )
-from tierod_lab.ground.faults.fault import Effect, Fault
-from tierod_lab.ground.faults.injection import injected
+from tierod_lab.ground.faults.fault import Always, AtDistance, AtTime, Effect, Fault, When, Within, trigger_of
 from tierod_lab.ground.faults.reading import FAULTS, FaultFile, fault_of, load, shipped
-from tierod_lab.ground.faults.schedule import Schedule
+from tierod_lab.ground.faults.schedule import Schedule, injected
 from tierod_lab.ground.faults.signals import (
     BitFlip,
     Delay,
@@ -28,7 +27,6 @@ from tierod_lab.ground.faults.signals import (
     Stuck,
     TotalLoss,
 )
-from tierod_lab.ground.faults.triggers import Always, AtDistance, AtTime, When, Within, trigger_of
 
 __all__ = [
     "BEHAVIOURS",

@@ -11,8 +11,7 @@ from tierod.core.errors import InputError, ParameterError, nearest
 from tierod_lab.ground.faults.behaviour import SIGNAL, Behaviour, Chance, Change
 from tierod_lab.ground.faults.behaviours import Course
 from tierod_lab.ground.faults.elements import MisfitError, Reach, Target
-from tierod_lab.ground.faults.fault import Effect, Fault, resolved
-from tierod_lab.ground.faults.triggers import AtDistance, AtTime, Comparison, When, Within
+from tierod_lab.ground.faults.fault import AtDistance, AtTime, Comparison, Effect, Fault, When, Within, resolved
 
 DISTANCE = "truth_distance"
 """Channel of the distance that the car has travelled."""

@@ -1,18 +1,148 @@
-"""A fault as data, separate from vehicle and scenario: what fails, how, when and for how long."""
+"""A fault: an element, its behaviour and the trigger of its start."""
 
 from __future__ import annotations
 
 import dataclasses
+import re
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
-from tierod.core.errors import ParameterError
-from tierod.core.fields import POSITIVE, check_ranges
-from tierod.core.toml import Document, build, kind_name
+import numpy as np
+
+from tierod.core.errors import InputError, ParameterError
+from tierod.core.fields import NOT_NEGATIVE, POSITIVE, check_ranges
+from tierod.core.toml import build, kind_name
+from tierod.core.toml_document import Document
+from tierod.core.units import scale
 from tierod_lab.ground.faults.behaviour import Behaviour
 from tierod_lab.ground.faults.behaviours import AnyBehaviour
-from tierod_lab.ground.faults.triggers import Always, AnyTrigger
+
+
+@dataclass(frozen=True)
+class Always:
+    """Trigger at the start of the run."""
+
+
+@dataclass(frozen=True)
+class AtTime:
+    """Trigger at a time of the run."""
+
+    time: Annotated[float, "s", NOT_NEGATIVE]
+
+    def __post_init__(self) -> None:
+        check_ranges(self)
+
+
+@dataclass(frozen=True)
+class AtDistance:
+    """Trigger once the car has travelled a distance along its path."""
+
+    distance: Annotated[float, "m", NOT_NEGATIVE]
+
+    def __post_init__(self) -> None:
+        check_ranges(self)
+
+
+@dataclass(frozen=True)
+class Within:
+    """Trigger at a random time between two, drawn for every seed."""
+
+    earliest: Annotated[float, "s", NOT_NEGATIVE]
+    latest: Annotated[float, "s", NOT_NEGATIVE]
+
+    def __post_init__(self) -> None:
+        check_ranges(self)
+        if not self.earliest < self.latest:
+            raise ParameterError(f"the earliest time, {self.earliest:g} s, is not before the latest, {self.latest:g} s")
+
+
+class Comparison(NamedTuple):
+    """Comparison of a signal with a value."""
+
+    signal: str
+    magnitude: bool
+    relation: str
+    value: float
+    unit: str
+
+    def holds(self, values: np.ndarray, unit: str) -> np.ndarray:
+        """Whether the comparison holds for values in a unit."""
+        limit = self.value if not self.unit else scale(self.unit, unit)(self.value)
+        seen = np.abs(values) if self.magnitude else values
+        return {">": seen > limit, ">=": seen >= limit, "<": seen < limit, "<=": seen <= limit}[self.relation]
+
+
+_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+_COMPARISON = re.compile(rf"\s*(\|?)\s*([A-Za-z_]\w*)\s*(\|?)\s*(>=|<=|>|<)\s*({_NUMBER})\s*(.*?)\s*")
+_EXAMPLE = "write it like 'vehicle_speed > 36 km/h and |yaw_rate| > 0.1 rad/s'"
+
+
+@dataclass(frozen=True)
+class When:
+    """Trigger once a condition on true signals of the car has held for a time."""
+
+    condition: str
+    hold: Annotated[float, "s", NOT_NEGATIVE] = 0.0
+
+    def __post_init__(self) -> None:
+        check_ranges(self)
+        if re.search(r"\sfor\s", self.condition):
+            raise ParameterError(f"'{self.condition}': give what follows 'for' as 'hold', or the whole as a text")
+        _ = self.comparisons
+
+    @cached_property
+    def comparisons(self) -> tuple[Comparison, ...]:
+        """Comparisons that have to hold simultaneously."""
+        return tuple(_comparison(part) for part in re.split(r"\s+and\s+", self.condition.strip()))
+
+
+def _comparison(text: str) -> Comparison:
+    found = _COMPARISON.fullmatch(text)
+    if found is None or found[1] != found[3]:
+        raise ParameterError(f"'{text}' is not a condition; {_EXAMPLE}")
+    return Comparison(found[2], bool(found[1]), found[4], float(found[5]), found[6])
+
+
+AnyTrigger = Always | AtTime | AtDistance | Within | When
+"""Union of all triggers."""
+
+_QUANTITY = rf"({_NUMBER})\s*([^\s\d][^\s]*)"
+
+
+def trigger_of(text: str) -> AnyTrigger:
+    """The trigger of a text.
+
+    Raises:
+        ParameterError: the text is none of these
+    """
+    plain = text.strip()
+    if plain == "always":
+        return Always()
+    if at := re.fullmatch(rf"at\s+{_QUANTITY}", plain):
+        for kind, unit in ((AtTime, "s"), (AtDistance, "m")):
+            try:
+                return kind(float(scale(at[2], unit)(float(at[1]))))
+            except InputError:
+                continue
+        raise ParameterError(f"'{plain}' is neither a time nor a distance; write 'at 30 s' or 'at 500 m'")
+    if between := re.fullmatch(rf"between\s+{_QUANTITY}\s+and\s+{_QUANTITY}", plain):
+        return Within(_seconds(between[1], between[2]), _seconds(between[3], between[4]))
+    held = re.fullmatch(rf"(.*)\s+for\s+{_QUANTITY}", plain)
+    return When(held[1], _seconds(held[2], held[3])) if held else When(plain)
+
+
+def _seconds(number: str, unit: str) -> float:
+    try:
+        return float(scale(unit, "s")(float(number)))
+    except InputError as error:
+        raise ParameterError(f"'{number} {unit}' is not a time: {error}") from None
+
+
+def trigger_table(trigger: AnyTrigger) -> dict[str, Any]:
+    """A trigger as a table of numbers and texts."""
+    return {"kind": kind_name(type(trigger))} | {name: getattr(trigger, name) for name in trigger.__match_args__}
 
 
 @dataclass(frozen=True)

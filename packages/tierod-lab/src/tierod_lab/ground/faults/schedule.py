@@ -1,24 +1,26 @@
-"""All faults of one run: their effect on the car during the run, and on the channels afterwards."""
+"""Schedule of faults over a run, and their injection into the parts of a car."""
 
 from __future__ import annotations
 
 import zlib
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from tierod.core.errors import ParameterError
+from tierod.core.recording import Recording
+from tierod.core.signals import SIGNALS
 from tierod.core.toml import kind_name
-from tierod_lab.ground.faults import triggers
 from tierod_lab.ground.faults.active import Active, prepared
 from tierod_lab.ground.faults.behaviour import ACTUATOR, LOOP, PARAMETER, SIGNAL, SURROUNDING, Change
 from tierod_lab.ground.faults.behaviours import described
 from tierod_lab.ground.faults.elements import Reach, Target
-from tierod_lab.ground.faults.fault import Fault
+from tierod_lab.ground.faults.fault import AtDistance, Fault, When, trigger_table
 from tierod_lab.ground.parts import Plant
-from tierod_lab.ground.sensors import SensorSet
+from tierod_lab.ground.sensors import Sensor, SensorSet
 
 
 class Levels(NamedTuple):
@@ -216,7 +218,7 @@ class Schedule:
             | {
                 "targets": [f"{target.role} {target.name}" for target in effect.targets],
                 "behaviour": described(effect.behaviour),
-                "trigger": triggers.described(active.fault.trigger),
+                "trigger": trigger_table(active.fault.trigger),
             }
             for window, (active, effect) in zip(self.windows, effects, strict=True)
         )
@@ -232,3 +234,44 @@ def _without_fault(target: Target, time: np.ndarray, usual: Usual | None) -> np.
     if usual is None:
         raise ParameterError(f"a fault of '{target.name}' needs the values of the course; give `usual`")
     return np.array(usual(target.name), dtype=float)
+
+
+class _OfRecording(Reach):
+    def __init__(self, recording: Recording, sensors: SensorSet):
+        given = {name: sensors.sensors.get(name, Sensor()) for name in recording.names if name in SIGNALS}
+        super().__init__(None, SensorSet(given))
+        # These values take the place of cached properties of the base class, which need a car.
+        self.__dict__["outputs"] = {name: recording[name].unit for name in recording.names}
+        self.__dict__["inputs"] = {}
+        self.__dict__["parameters"] = {}
+
+
+def injected(
+    recording: Recording, faults: Iterable[Fault], sensors: SensorSet | None = None, seed: int = 0
+) -> Recording:
+    """A recording with faults of its signals, as if they had been present when it was made.
+
+    Only the recorded signals change, not the reaction of control units that would have read a faulty signal. A
+    fault-free recording of the virtual vehicle becomes identical to that of a run with the same faults of `sensor.`
+    elements and the same seed.
+
+    Args:
+        recording: recording without these faults; times of faults refer to its time axis
+
+    Raises:
+        ParameterError: a fault of an element that is not a recorded signal, or one with a condition as its trigger
+    """
+    faults = tuple(faults)
+    for fault in faults:
+        if isinstance(fault.trigger, AtDistance | When):
+            raise fault.error("trigger", "a recording does not wait for a condition; let the fault begin at a time")
+    reach = _OfRecording(recording, sensors or SensorSet())
+    if not reach.recorded:
+        raise ParameterError("the recording has no signal of a known name that could fail; give it a channel map")
+    schedule = Schedule(faults, None, reach.sensors, seed, recording.span[1], reach)
+    changed = []
+    for name in sorted({window["element"] for window in schedule.windows}):
+        channel = recording[name]
+        time, values = schedule.on_channel(name, channel.time, channel.values)
+        changed.append(replace(channel, time=time, values=values))
+    return recording.with_channels(changed)

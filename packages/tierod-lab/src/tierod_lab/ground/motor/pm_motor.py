@@ -12,7 +12,7 @@ from tierod.core.fields import COUNT, POSITIVE
 from tierod.physics.clarke_park import StatorVector, direction, electrical_angle, turned
 from tierod.physics.inverter import lost_voltage
 from tierod.physics.pm_motor import electric_power, flux_at, resistance_at, torque_of_flux
-from tierod_lab.ground.motor.current_control import ControlMemory, CurrentControl
+from tierod_lab.ground.motor.control import ControlMemory, CurrentControl
 from tierod_lab.ground.motor.machine import (
     Instant,
     Inverter,

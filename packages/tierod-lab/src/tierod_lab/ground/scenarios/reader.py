@@ -12,7 +12,8 @@ from tierod.core.errors import ParameterError, TierodError
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.core.files import sha256_of
 from tierod.core.plugins import FileRegistry
-from tierod.core.toml import Document, build
+from tierod.core.toml import build
+from tierod.core.toml_document import Document
 from tierod.core.user_files import MOST_DATA_BYTES, read_bytes, read_text, toml
 from tierod_lab.ground import courses
 from tierod_lab.ground.cars import catalogue

@@ -14,7 +14,7 @@ import numpy as np
 from tierod.core.errors import ParameterError, nearest
 from tierod.core.fields import numbers, replaced
 from tierod.core.graph.trace import trace
-from tierod.core.toml import Document
+from tierod.core.toml_document import Document
 from tierod_lab.ground.courses import AnyCourse
 from tierod_lab.ground.faults import AtTime, Fault, Schedule, Within
 from tierod_lab.ground.parts import Plant

@@ -9,8 +9,7 @@ from typing import Annotated, NamedTuple
 from tierod.core.block import Scalar
 from tierod.physics.steering_ratio import column_torque_of_motor
 from tierod_lab.ground.parts import Hand, Loads, Steer
-from tierod_lab.ground.steering.friction import DryFriction
-from tierod_lab.ground.steering.friction_laws import Dahl
+from tierod_lab.ground.steering.friction import Dahl, DryFriction
 from tierod_lab.ground.steering.linkage import Linkage
 from tierod_lab.ground.steering.rack_eps import Mesh, RackEps, RackMemory, RackMotion
 from tierod_lab.ground.steering.shaft import Motor

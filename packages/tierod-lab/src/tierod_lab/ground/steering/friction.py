@@ -1,15 +1,199 @@
-"""Dry friction of a steering: its level, the law of its build-up, and dependences of the level."""
+"""Friction of the steering: dry friction by several laws, and its level by the load."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
-from typing import Annotated
+from typing import Annotated, Protocol
 
 from tierod.core.block import Scalar
-from tierod.core.fields import ANY, NOT_NEGATIVE, POSITIVE, SHARE
-from tierod.core.graph.maths import absolute, cos, maximum, where
+from tierod.core.errors import ParameterError
+from tierod.core.fields import ANY, NOT_NEGATIVE, POSITIVE, SHARE, Range
+from tierod.core.graph.maths import absolute, cos, maximum, sign, where
+from tierod.physics.friction import dahl_power_update, dahl_slope, dahl_update, stribeck_level
 from tierod_lab.ground.parts import Memory
-from tierod_lab.ground.steering.friction_laws import Dahl, Law
+from tierod_lab.ground.steering.friction_path import (
+    elastoplastic_slope,
+    elastoplastic_update,
+    lugre_share,
+    lugre_slope,
+    lugre_update,
+)
+
+
+class Law(Protocol):
+    """Law of dry friction; the friction opposes motion and is positive for a positive rate."""
+
+    def remembered(self) -> Memory:
+        """Memory of relaxed friction, before the first motion."""
+
+    def share(self, memory: Memory, turned: Scalar, rate: Scalar) -> Scalar:
+        """Friction divided by its level [-].
+
+        Args:
+            turned: angle since the start of the step [rad]
+            rate: present rate [rad/s]
+        """
+
+    def slope(self, memory: Memory, rate: Scalar) -> Scalar:
+        """Derivative of the share with respect to the angle [1/rad] at the start of a step, at a rate [rad/s]."""
+
+    def advance(self, memory: Memory, turned: Scalar, rate: Scalar) -> Memory:
+        """Memory after a step over an angle [rad], with a rate [rad/s] at its end."""
+
+
+class Elastic:
+    """Base class of the laws whose only memory is their share of the level."""
+
+    def remembered(self) -> Memory:
+        """Memory of relaxed friction."""
+        return 0.0
+
+    def share(self, memory: Memory, turned: Scalar, rate: Scalar) -> Scalar:
+        """Friction divided by its level [-]."""
+        return self.advance(memory, turned, rate)
+
+    def advance(self, memory: Memory, turned: Scalar, rate: Scalar) -> Scalar:
+        raise NotImplementedError
+
+
+@dataclass(frozen=True)
+class FallingLevel(Elastic):
+    """Base class of the laws whose level falls with the rate (Stribeck effect)."""
+
+    angle: Annotated[float, "rad", POSITIVE] = math.radians(1.0)
+    excess: Annotated[float, "", NOT_NEGATIVE] = 0.2
+    rate: Annotated[float, "rad/s", POSITIVE] = 0.1
+
+    def _steady(self, rate: Scalar) -> Scalar:
+        return stribeck_level(rate, 1.0 + self.excess, 1.0, self.rate)
+
+
+@dataclass(frozen=True)
+class Dahl(Elastic):
+    """Exponential build-up over an angle; friction reaches the level in any long stroke."""
+
+    angle: Annotated[float, "rad", POSITIVE] = math.radians(1.0)
+
+    def slope(self, memory: Memory, rate: Scalar) -> Scalar:
+        """Derivative of the share with respect to the angle [1/rad]."""
+        return dahl_slope(memory, sign(rate), self.angle)
+
+    def advance(self, memory: Memory, turned: Scalar, rate: Scalar) -> Memory:
+        return dahl_update(memory, turned, self.angle)
+
+
+@dataclass(frozen=True)
+class DahlPower(Elastic):
+    """Dahl's law with another exponent; friction reaches the level in any long stroke, later with larger exponents."""
+
+    angle: Annotated[float, "rad", POSITIVE] = math.radians(1.0)
+    exponent: Annotated[float, "", Range(0.0, 5.0)] = 2.0
+
+    def slope(self, memory: Memory, rate: Scalar) -> Scalar:
+        """Derivative of the share with respect to the angle [1/rad]."""
+        return dahl_slope(memory, sign(rate), self.angle, self.exponent)
+
+    def advance(self, memory: Memory, turned: Scalar, rate: Scalar) -> Memory:
+        return dahl_power_update(memory, turned, self.angle, self.exponent)
+
+
+@dataclass(frozen=True)
+class Coulomb(Elastic):
+    """Coulomb's law with stiff, elastic sticking: the level is the sliding friction and the limit of sticking."""
+
+    angle: Annotated[float, "rad", POSITIVE] = math.radians(0.05)
+
+    def slope(self, memory: Memory, rate: Scalar) -> Scalar:
+        """Derivative of the share with respect to the angle [1/rad]."""
+        return elastoplastic_slope(memory, sign(rate), self.angle)
+
+    def advance(self, memory: Memory, turned: Scalar, rate: Scalar) -> Memory:
+        return elastoplastic_update(memory, turned, self.angle)
+
+
+@dataclass(frozen=True)
+class MaxwellSlip:
+    """Maxwell-slip model of parallel elastic elements that slip one after another; the level is reached when all slip.
+
+    Args:
+        shares: share of the level by element; their sum is one
+
+    Raises:
+        ParameterError: not as many shares as angles, or their sum is not one
+    """
+
+    angles: Annotated[tuple[float, ...], "rad", POSITIVE] = tuple(math.radians(k) for k in (0.75, 1.5, 2.25, 3.0))
+    shares: Annotated[tuple[float, ...], "", SHARE] = (0.25, 0.25, 0.25, 0.25)
+
+    def __post_init__(self) -> None:
+        if len(self.angles) != len(self.shares) or not math.isclose(sum(self.shares), 1.0, abs_tol=1e-9):
+            raise ParameterError(
+                f"Maxwell slip has {len(self.angles)} angles and the shares {self.shares}; "
+                "give one share per angle, and let their sum be 1"
+            )
+
+    def remembered(self) -> Memory:
+        """Memory of relaxed friction."""
+        return (0.0,) * len(self.angles)
+
+    def share(self, memory: Memory, turned: Scalar, rate: Scalar) -> Scalar:
+        """Friction divided by its level [-]."""
+        elements = self.advance(memory, turned, rate)
+        return sum((share * element for share, element in zip(self.shares, elements, strict=True)), start=0.0)
+
+    def slope(self, memory: Memory, rate: Scalar) -> Scalar:
+        """Derivative of the share with respect to the angle [1/rad]."""
+        elements = zip(self.shares, memory, self.angles, strict=True)
+        slopes = (share * elastoplastic_slope(element, sign(rate), angle) for share, element, angle in elements)
+        return sum(slopes, start=0.0)
+
+    def advance(self, memory: Memory, turned: Scalar, rate: Scalar) -> Memory:
+        return tuple(
+            elastoplastic_update(element, turned, angle) for element, angle in zip(memory, self.angles, strict=True)
+        )
+
+
+@dataclass(frozen=True)
+class Stribeck(FallingLevel):
+    """Dahl's build-up to a level that falls with the rate; the stated level is that of fast sliding.
+
+    `angle` is the level divided by the initial stiffness, and `excess` the excess at standstill.
+    """
+
+    def share(self, memory: Memory, turned: Scalar, rate: Scalar) -> Scalar:
+        """Friction divided by its level [-]."""
+        return dahl_update(memory, turned, self.angle) * self._steady(rate)
+
+    def slope(self, memory: Memory, rate: Scalar) -> Scalar:
+        """Derivative of the share with respect to the angle [1/rad]."""
+        return self._steady(rate) * dahl_slope(memory, sign(rate), self.angle)
+
+    def advance(self, memory: Memory, turned: Scalar, rate: Scalar) -> Memory:
+        return dahl_update(memory, turned, self.angle)
+
+
+@dataclass(frozen=True)
+class LuGre(FallingLevel):
+    """Bristle model with a falling steady-state curve and damping; the level is that of fast sliding, without damping.
+
+    `angle` is the level divided by the bristle stiffness, and `excess` that of steady-state friction near standstill.
+    """
+
+    micro_time: Annotated[float, "s", NOT_NEGATIVE] = 2e-3
+
+    def share(self, memory: Memory, turned: Scalar, rate: Scalar) -> Scalar:
+        """Friction divided by its level [-]."""
+        steady = self._steady(rate)
+        bristle = lugre_update(memory, turned, self.angle, steady)
+        return lugre_share(bristle, rate, self.angle, steady, self.micro_time)
+
+    def slope(self, memory: Memory, rate: Scalar) -> Scalar:
+        """Derivative of the share with respect to the angle [1/rad]."""
+        return lugre_slope(memory, sign(rate), self.angle, self._steady(rate))
+
+    def advance(self, memory: Memory, turned: Scalar, rate: Scalar) -> Memory:
+        return lugre_update(memory, turned, self.angle, self._steady(rate))
 
 
 @dataclass(frozen=True)

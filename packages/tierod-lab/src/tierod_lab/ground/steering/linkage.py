@@ -17,8 +17,7 @@ from tierod.physics.steering_ratio import (
     variable_ratio,
 )
 from tierod_lab.ground.parts import Hand, Loads, Memory, Steer
-from tierod_lab.ground.steering.friction import DryFriction
-from tierod_lab.ground.steering.friction_laws import Dahl
+from tierod_lab.ground.steering.friction import Dahl, DryFriction
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,7 @@ from tierod.core.fields import NOT_NEGATIVE, POSITIVE, SHARE
 from tierod.physics.friction import viscous
 from tierod.physics.steering_ratio import column_torque_of_motor
 from tierod_lab.ground.parts import Hand, Loads, Memory, Steer
-from tierod_lab.ground.steering.friction import DryFriction
-from tierod_lab.ground.steering.friction_laws import Dahl
+from tierod_lab.ground.steering.friction import Dahl, DryFriction
 from tierod_lab.ground.steering.linkage import Linkage, Resistance
 from tierod_lab.ground.steering.shaft import Motor
 

@@ -26,8 +26,7 @@ from tierod_lab.ground.courses.catalogue import AnyCourse
 from tierod_lab.ground.courses.conditions import During, Grip, Tremor
 from tierod_lab.ground.run import run
 from tierod_lab.ground.sensors import SensorSet
-from tierod_lab.ground.steering.friction import DryFriction
-from tierod_lab.ground.steering.friction_laws import Coulomb, Dahl, DahlPower, Law, LuGre, MaxwellSlip, Stribeck
+from tierod_lab.ground.steering.friction import Coulomb, Dahl, DahlPower, DryFriction, Law, LuGre, MaxwellSlip, Stribeck
 from tierod_lab.papers.column.closed_loop import SAMPLE_TIME, ClosedLoop, belief, loop_of, sine, sweep
 from tierod_lab.papers.column.column_friction import ColumnFrictionObserver, FrictionTuning
 from tierod_lab.papers.column.columns import SETS, bench_of

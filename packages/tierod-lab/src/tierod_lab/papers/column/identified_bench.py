@@ -14,8 +14,7 @@ from tierod.methods.identification.sampled_column import BenchParameters
 from tierod.vehicles import load
 from tierod_lab.ground.cars.column_bench import Acting, ColumnBench
 from tierod_lab.ground.courses.bench import BenchMultisine, BenchRamps, BenchSweep, BenchTorque
-from tierod_lab.ground.steering.friction import DryFriction
-from tierod_lab.ground.steering.friction_laws import Dahl, DahlPower, Law, LuGre, MaxwellSlip, Stribeck
+from tierod_lab.ground.steering.friction import Dahl, DahlPower, DryFriction, Law, LuGre, MaxwellSlip, Stribeck
 from tierod_lab.ground.steering.shaft import Ripple
 from tierod_lab.papers.column.swept_bench import NOISE
 

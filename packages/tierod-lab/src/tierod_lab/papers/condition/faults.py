@@ -18,7 +18,7 @@ from tierod_lab.ground.faults import (
     TorqueLoss,
     TotalLoss,
 )
-from tierod_lab.ground.faults.triggers import AtTime
+from tierod_lab.ground.faults.fault import AtTime
 
 LOSS, STUCK, OFFSET, GAIN, DRIFT, OUTLIER, NOISE, DELAY = (
     *("loss", "stuck", "offset", "gain", "drift", "outlier", "noise", "delay"),

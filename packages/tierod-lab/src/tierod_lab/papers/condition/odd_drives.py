@@ -8,8 +8,8 @@ from functools import partial
 
 import numpy as np
 
-from tierod.core.findings import Status
 from tierod.core.recording import Channel, Recording
+from tierod.core.statuses import Status
 from tierod_lab.ground.courses.catalogue import AnyCourse, load
 from tierod_lab.ground.courses.circuit import Circuit, Halt
 from tierod_lab.ground.courses.conditions import Adhesion, Along

@@ -9,7 +9,7 @@ import numpy as np
 
 from tierod.core.claims import Claim, at_least, at_most
 from tierod.core.content import Boxes, Chart, Heading, Item, Panel, Points, Table
-from tierod.core.findings import Status
+from tierod.core.statuses import Status
 from tierod_lab.campaign.figures import area_under_curve
 from tierod_lab.ground import SensorSet
 from tierod_lab.papers.friction import estimators as named

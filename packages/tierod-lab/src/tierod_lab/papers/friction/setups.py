@@ -13,7 +13,7 @@ from tierod_lab.ground.courses.conditions import AnyCondition, Gusts, Restlessne
 from tierod_lab.ground.courses.natural import AnyRoad, City, Country, Motorway
 from tierod_lab.ground.drives import CHANNELS
 from tierod_lab.ground.steering.column_eps import WormGear
-from tierod_lab.ground.steering.friction_laws import Coulomb, Dahl, DahlPower, LuGre, MaxwellSlip, Stribeck
+from tierod_lab.ground.steering.friction import Coulomb, Dahl, DahlPower, LuGre, MaxwellSlip, Stribeck
 
 
 @dataclass(frozen=True)

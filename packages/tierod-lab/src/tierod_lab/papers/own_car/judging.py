@@ -10,8 +10,9 @@ from typing import NamedTuple
 import numpy as np
 
 from tierod.core.errors import InputError, ParameterError
-from tierod.core.findings import Diagnosis, Status
+from tierod.core.findings import Diagnosis
 from tierod.core.recording import Recording
+from tierod.core.statuses import Status
 from tierod.io.derive import complete
 from tierod.methods.identification.experiment import Found
 from tierod.monitors.diagnose import find
