@@ -1,8 +1,6 @@
 """The whole judge over made-up lanes: kinds, sizes and shares beside the names; and the bank of all hypotheses."""
 
-import math
 from functools import partial
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,9 +11,8 @@ from tierod.core import graph
 from tierod.core.graph import Bank
 from tierod.monitors.condition.courses import FAULT
 from tierod.monitors.condition.definition import condition_monitor
-from tierod.monitors.condition.judge import LossState
 from tierod.monitors.condition.kinds import KINDS
-from tierod.monitors.condition.signals import ACTUATORS, ELEMENTS, OF_AUTOMATED, hypotheses
+from tierod.monitors.condition.signals import ELEMENTS, OF_AUTOMATED, hypotheses
 from tierod.vehicles import load
 
 scan = partial(graph.scan, engine="virtual machine")
@@ -73,19 +70,6 @@ def test_the_lost_share_of_torque_is_averaged(bank, drive):
     assert share[650] == pytest.approx(0.4, abs=0.04)
     assert 0.0 < result[f"statements.{MOTOR_2}.deviation"][650] < 0.05
     assert not share[:300].any()
-
-
-def test_a_tenth_of_a_second_of_alike_samples_counts_as_one(bank):
-    """Weights that decay over 2 s sum to 200.5 samples of 10 ms, of which ten are alike: 20 independent ones."""
-    faulty = SimpleNamespace(**dict.fromkeys(ACTUATORS, 0.0)), SimpleNamespace(**dict.fromkeys(ACTUATORS, 1.0))
-    seen = SimpleNamespace(faulty=faulty[1], loss_deviation=0.3, torque_loss=0.7)
-    state = LossState(0.0, 0.0)
-    for _ in range(4000):
-        state, loss = bank.judge._loss(state, seen)
-    assert loss.share == pytest.approx(0.7)
-    assert loss.deviation == pytest.approx(0.3 * math.sqrt(10.0 / 200.5), rel=1e-3)
-    state, loss = bank.judge._loss(state, SimpleNamespace(faulty=faulty[0], loss_deviation=0.3, torque_loss=0.7))
-    assert (*state, *loss) == (0.0, 0.0, 0.0, 0.0)
 
 
 def test_the_whole_bank_has_a_filter_for_every_hypothesis_and_one_of_sliding_tyres():

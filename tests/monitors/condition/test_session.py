@@ -280,6 +280,7 @@ def test_while_tyres_slide_nothing_is_reported_and_the_drive_says_so(odd, fault_
     [
         ("wheels swapped", "rear wheel speeds are swapped"),
         ("steering bus 0.3 s late", "late relative to the other signals"),
+        ("steering bus 0.3 s late from 30 s on", "late relative to the other signals since about 30 s"),
     ],
 )
 def test_wrong_wiring_makes_nothing_testable_and_fills_no_memory(odd, name, cause):

@@ -9,7 +9,7 @@ import pytest
 from tierod.core.errors import InputError
 from tierod.core.graph import scan
 from tierod.monitors.condition.limits import aligned
-from tierod.monitors.condition.parameters import FREE, Place, Search, WhitenedInnovations, _free, calibrate
+from tierod.monitors.condition.parameters import FREE, Point, Search, WhitenedInnovations, _free, calibrate
 from tierod.monitors.condition.vehicle_filter import SENSOR_NOISE, LeaveOutFilter
 from tierod.vehicles import load
 from tierod.vehicles.catalogue import QUANTITIES
@@ -50,7 +50,7 @@ def test_the_search_stays_within_what_is_plausible():
         assert (low, high) == pytest.approx(QUANTITIES[name].plausible)
     count = len(search.names)
     search.most = np.full(count, 0.1)
-    search.at = lambda place: Place(1e9, np.full(count, -1e9), np.eye(count), [], np.ones(8), 1)
+    search.at = lambda place: Point(1e9, np.full(count, -1e9), np.eye(count), [], np.ones(8), 1)
     search.cost = lambda place: -float(np.sum(place))
     place, *_ = search._descend(np.zeros(count))
     np.testing.assert_allclose(place, 0.1)

@@ -39,7 +39,7 @@ class Correction(NamedTuple):
     widening: tuple[Scalar, ...]
 
 
-class Seen(NamedTuple):
+class Innovations(NamedTuple):
     """Innovations and correction of one sample."""
 
     expected: Vector  # expected readings before the sample
@@ -66,8 +66,22 @@ class Seen(NamedTuple):
         return [limit(value, -bound, bound) for value, bound in zip(shifted, most, strict=True)]
 
     def log_likelihood(self, widths: Vector, influence: Scalar) -> Scalar:
-        """See `log_likelihood`; arguments as there."""
-        return log_likelihood(self.correction, self.innovations, self.used, self.usual, widths, influence)
+        """Log-likelihood of the present readings: normal innovations if used, uniform over a range if left out [nat].
+
+        A normalised innovation counts up to `influence`.
+        """
+        squares: Scalar = 0.0
+        widening: Scalar = 1.0
+        for over, wide in zip(self.correction.whitened, self.correction.widening, strict=True):
+            squares = squares + minimum(over * over, influence * influence)
+            # One logarithm of the product in place of one per reading: relative to the usual noise it stays near one,
+            # where the series of `logarithm` is exact.
+            widening = widening * wide
+        total = -0.5 * (squares + logarithm(widening))
+        for reading, counts, variance, width in zip(self.innovations, self.used, self.usual, widths, strict=True):
+            left_out = where(present(reading), -log(width), 0.0)
+            total = total + where(counts, -0.5 * log(2.0 * math.pi * variance), left_out)
+        return total
 
 
 def observed(
@@ -79,13 +93,13 @@ def observed(
     usual: Vector,
     trusted: Vector,
     influence: Scalar,
-) -> Seen:
+) -> Innovations:
     """Innovations and correction of a sample by a filter that may leave readings out."""
     innovations = tuple(reading - value for reading, value in zip(readings, expected, strict=True))
     used = [both(present(each), use > 0.5) for each, use in zip(innovations, trusted, strict=True)]
     spread = [plus(spread_of(covariance, row), variance) for row, variance in zip(rows, noise, strict=True)]
     correction = update(covariance, rows, innovations, noise, usual, used, influence)
-    return Seen(expected, rows, innovations, used, spread, usual, correction)
+    return Innovations(expected, rows, innovations, used, spread, usual, correction)
 
 
 def update(
@@ -116,24 +130,6 @@ def update(
         whitened.append(over)
         widening.append(where(counts, spread / nominal, 1.0))
     return Correction(tuple(shift), pack(after), tuple(whitened), tuple(widening))
-
-
-def log_likelihood(
-    correction: Correction, innovations: Vector, used: Vector, usual: Vector, widths: Vector, influence: Scalar
-) -> Scalar:
-    """Log-likelihood of the present readings: normal innovations if used, uniform over a range if left out [nat]."""
-    squares: Scalar = 0.0
-    widening: Scalar = 1.0
-    for over, wide in zip(correction.whitened, correction.widening, strict=True):
-        squares = squares + minimum(over * over, influence * influence)
-        # One logarithm of the product in place of one per reading: relative to the usual noise it stays near one, where
-        # the series of `logarithm` is exact.
-        widening = widening * wide
-    total = -0.5 * (squares + logarithm(widening))
-    for reading, counts, variance, width in zip(innovations, used, usual, widths, strict=True):
-        left_out = where(present(reading), -log(width), 0.0)
-        total = total + where(counts, -0.5 * log(2.0 * math.pi * variance), left_out)
-    return total
 
 
 def spread_of(covariance: Vector, row: Vector) -> Scalar:

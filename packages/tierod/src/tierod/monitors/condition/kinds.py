@@ -410,24 +410,17 @@ class KindOfFault:
         wide = self.offset * self.offset
         start = self.start * deviation
         drift = SlopeFit(0.0, 0.0, start * start, 0.0, self.drift * self.drift, 0.0)
-        return state._replace(
-            age=0.0,
-            seen=0.0,
-            declared_for=0.0,
-            repeated=1.0,
+        return self.init()._replace(
             constant=Fit(0.0, 4.0 * wide, 0.0),
             offset=Fit(0.0, wide, 0.0),
             gain=Fit(1.0, self.factor * self.factor, 0.0),
             drift=drift,
-            weight=0.0,
-            power=0.0,
-            expected=0.0,
-            quick=0.0,
-            noise=0.0,
-            counted=0.0,
-            common=0.0,
-            undelayed=0.0,
-            delays=(0.0,) * len(self.delays),
+            last=state.last,
+            smooth=state.smooth,
+            past=state.past,
+            named=state.named,
+            supports=state.supports,
+            likeliest=state.likeliest,
         )
 
     def _learnt(

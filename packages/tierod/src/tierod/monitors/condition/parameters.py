@@ -70,7 +70,7 @@ class WhitenedInnovations:
         return after, self.Output(*correction.whitened, *(0.5 * logarithm(wide) for wide in correction.widening))
 
 
-class Place(NamedTuple):
+class Point(NamedTuple):
     """Cost of a set of parameters on the drives, with its derivatives.
 
     Args:
@@ -141,7 +141,7 @@ class Search:
         values = dict(zip(self.names, (self.centre + self.scale * place).tolist(), strict=True))
         return WhitenedInnovations(replace(self.stage, vehicle=replace(self.stage.vehicle, **values)))
 
-    def at(self, place: np.ndarray) -> Place:
+    def at(self, place: np.ndarray) -> Point:
         count = len(place)
         places = [place, *(place + _STEP * np.eye(count)[k] for k in range(count))]
         cost, gradient, information = 0.5 * place @ place, place.copy(), np.eye(count)
@@ -160,7 +160,7 @@ class Search:
             # Fisher information of a normal density: derivatives of its logarithmic width count twice.
             information += counted @ counted.T + 2.0 * widths @ widths.T
             squares, samples = squares + np.sum(surprise**2, axis=0), samples + len(drive)
-        return Place(cost, gradient, information, scores, squares / samples, samples)
+        return Point(cost, gradient, information, scores, squares / samples, samples)
 
     def cost(self, place: np.ndarray) -> float:
         """Cost at a point; infinite where the filter diverges."""
@@ -191,7 +191,7 @@ class Search:
             converged,
         )
 
-    def _descend(self, place: np.ndarray) -> tuple[np.ndarray, Place, int, bool]:
+    def _descend(self, place: np.ndarray) -> tuple[np.ndarray, Point, int, bool]:
         """Minimum of one stage: point, its cost and derivatives, number of steps, and whether it converged."""
         here, damping, steps, converged = self.at(place), 1e-3, 0, False
         while steps < _MOST_STEPS and not converged:
@@ -228,28 +228,12 @@ def _bounded_half_square(innovations: np.ndarray) -> np.ndarray:
 
 
 FREE = (
-    "mass",
-    "yaw_inertia",
-    "front_cornering_stiffness",
-    "rear_cornering_stiffness",
-    "tyre_friction",
-    "relaxation_length",
-    "pneumatic_trail",
-    "rolling_resistance",
-    "column_inertia",
-    "rack_damping",
-    "rack_stiffness",
-    "nominal_friction",
-    "column_friction_angle",
-    "roll_share",
-    "wheel_speed_scale",
-    "wheel_speed_difference",
-    "yaw_rate_offset",
-    "steering_wheel_angle_offset",
-    "steering_shaft_torque_offset",
-    "tie_rod_force_offset",
-    "longitudinal_acceleration_offset",
-    "lateral_acceleration_offset",
+    *("mass", "yaw_inertia", "front_cornering_stiffness", "rear_cornering_stiffness"),
+    *("tyre_friction", "relaxation_length", "pneumatic_trail", "rolling_resistance"),
+    *("column_inertia", "rack_damping", "rack_stiffness", "nominal_friction", "column_friction_angle", "roll_share"),
+    *("wheel_speed_scale", "wheel_speed_difference", "yaw_rate_offset", "steering_wheel_angle_offset"),
+    *("steering_shaft_torque_offset", "tie_rod_force_offset"),
+    *("longitudinal_acceleration_offset", "lateral_acceleration_offset"),
 )
 """Free parameters of the estimation; all others keep their values of the vehicle file."""
 

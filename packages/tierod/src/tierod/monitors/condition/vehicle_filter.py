@@ -19,7 +19,7 @@ from tierod.methods.estimators.linear_algebra import Vector, congruence, diagona
 from tierod.models.automated_forces import Torques, drive_force
 from tierod.models.automated_vehicle import AutomatedVehicle, turning_column
 from tierod.models.rolling_car import RollingCar
-from tierod.monitors.condition.filter_updates import Seen, observed
+from tierod.monitors.condition.filter_updates import Innovations, observed
 from tierod.monitors.condition.signals import (
     ACCELERATION_NOISE,
     ACCELERATIONS,
@@ -407,7 +407,7 @@ class LeaveOutFilter:
             *self._along(mean, after.torques.given),
         )
 
-    def corrected(self, state: State, sample: ConditionSample) -> tuple[State, Seen]:
+    def corrected(self, state: State, sample: ConditionSample) -> tuple[State, Innovations]:
         suspected = [1.0 - each for each in self.trusted[len(SENSORS) :]]
         torques, inputs, jumped = torques_of(sample, state.torques, self.vehicle, suspected, state.age > 0.0)
         jump = self.torque_jump * self.torque_jump * jumped
