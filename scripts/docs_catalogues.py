@@ -137,20 +137,20 @@ def trouble_codes() -> str:
     """Page of the trouble codes."""
     rows = []
     for name, code in load_trouble_codes().codes.items():
-        lamp = "yes" if code.lamp else ""
-        causes = names(code.consequence_of)
-        statuses = f"{', '.join(code.failed_by)} / {', '.join(code.passed_by)}"
-        cycles = f"{code.confirmation_cycles} / {code.healing_cycles} / {code.aging_cycles}"
-        words = (code.meaning, f"`{code.monitor}`", statuses, str(code.priority), cycles, lamp, code.reaction, causes)
+        statuses = f"{', '.join(code.failed_by)}/{', '.join(code.passed_by)}"
+        cycles = f"{code.confirmation_cycles}/{code.healing_cycles}/{code.aging_cycles}"
+        unusual = [each for each in (statuses, cycles) if each not in ("fault/healthy", "1/3/40")]
+        unusual += [] if code.lamp else ["no lamp"]
+        words = (code.meaning, str(code.priority), code.reaction, names(code.consequence_of), "; ".join(unusual))
         rows.append((f"`{code.code}`", f"`{name}`", *words))
-    header = ("code", "name", "meaning", "monitor", "failed / passed by", "priority", "cycles", "lamp", "reaction")
+    header = ("code", "name", "meaning", "priority", "reaction", "consequence of", "unusual")
     return page(
         "Trouble codes",
-        "Letter and digits of ISO 15031-6, type of failure of SAE J2012-DA. A status that is neither failed nor passed "
-        "gives no result. Cycles: failed ones until confirmation, passed ones until healing, further ones until aging. "
-        "A code is not raised while one that it is a consequence of has failed. "
+        "Letter and digits of ISO 15031-6, type of failure of SAE J2012-DA. Usually the status fault fails a code and "
+        "healthy passes it, any other gives no result; 1 failed cycle confirms it, 3 passed ones heal it, 40 more age "
+        "it (1/3/40), and the lamp lights. A code is not raised while one that it is a consequence of has failed. "
         "[How the fault memory uses them](../how-to/fault-memory.md).",
-        table((*header, "consequence of"), rows),
+        table(header, rows),
     )
 
 
