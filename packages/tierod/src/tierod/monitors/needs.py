@@ -83,11 +83,7 @@ class _ReadVehicle(Vehicle):
 
 @functools.cache
 def readings(monitor: str) -> dict[str, dict[str, Reading]]:
-    """Parameters that a monitor reads: variant -> shipped vehicle with which it opens -> parameters.
-
-    Args:
-        monitor: name of the monitor
-    """
+    """Parameters that a monitor reads: variant -> shipped vehicle with which it opens -> parameters."""
     found: dict[str, dict[str, Reading]] = {}
     for variant in MONITORS[monitor].variants.values():
         found[variant.name] = {}
@@ -139,13 +135,7 @@ class Lacking:
 
 
 def lacking(monitor: Monitor, variant: Variant, car: Vehicle) -> Lacking:
-    """Requirements of a variant that a vehicle does not fulfil.
-
-    Args:
-        monitor: monitor of the variant
-        variant: variant to be checked
-        car: vehicle to be checked
-    """
+    """Requirements of a variant that a vehicle does not fulfil."""
     cars = readings(monitor.name).get(variant.name, {}) if monitor.name in MONITORS.own else {}
     needed = set.intersection(*(each.needed for each in cars.values())) if cars else set()
     used = set().union(*(each.needed | each.optional for each in cars.values())) - needed

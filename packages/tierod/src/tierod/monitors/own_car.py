@@ -89,11 +89,9 @@ class BalanceRows:
         object.__setattr__(self, "low_pass", low_pass)
 
     def init(self) -> State:
-        """State before the first sample: at rest, friction relaxed."""
         return self.State(self.conditioning.init(), RELAXED, RELAXED, RELAXED, self.low_pass.init())
 
     def step(self, state: State, sample: SteeringSample) -> tuple[State, BalanceRow]:
-        """Process one sample."""
         conditioning, clean = self.conditioning.step(state.conditioning, sample)
         column = column_motion(clean, self.parameters.torsion_bar_stiffness, self.conditioning.sample_time)
         laws = build_ups((state.finite, state.exponential, state.long), column.increment, self.dahl_angle)
@@ -161,13 +159,7 @@ class _Balance(NamedTuple):
 def ratio_of_drives(
     recordings: Mapping[str, Recording], vehicle: Vehicle, progress: Callable[[float], None] = lambda share: None
 ) -> DriveRatio | None:
-    """The motor ratio from drives alone; None where drives or vehicle file lack the data for it.
-
-    Args:
-        recordings: ordinary drives of one car by name
-        vehicle: vehicle with the parameters of the friction monitor, torques in N*m
-        progress: called with the completed share
-    """
+    """The motor ratio from drives alone; None where drives or vehicle file lack the data for it."""
     samples = [each for each in map(_samples, recordings.values()) if each is not None]
     if not vehicle.calibrated or not samples:
         return None

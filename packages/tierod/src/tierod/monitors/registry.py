@@ -19,11 +19,7 @@ _OWN = {
 
 
 def obstacle(monitor: Any) -> str:
-    """Reason why an object, without its variants of other packages, cannot be run as a monitor, as a half-sentence.
-
-    Args:
-        monitor: object that was given as a monitor
-    """
+    """Reason why an object, without its variants of other packages, cannot be run as a monitor, as a half-sentence."""
     if not isinstance(monitor, Monitor):
         kind = getattr(type(monitor), "__name__", "")
         return f"is of the type '{kind}'; expected a tierod.Monitor with name, required signals, rate and variants"
@@ -49,12 +45,7 @@ def _registered_obstacle(name: str, monitor: Any) -> str:
 
 
 def variants_with_plugins(monitor: str, own: Mapping[str, str]) -> Registry[Variant]:
-    """Variants of a monitor by name: its own, and those of installed packages.
-
-    Args:
-        monitor: name of the monitor; packages register in the group "tierod.variants.MONITOR"
-        own: place of each of its own variants by name, "module:attribute"
-    """
+    """Variants of a monitor by name: its own, and those that packages register in the group "tierod.variants.MONITOR"."""
     return Registry(f"tierod.variants.{monitor.replace('-', '_')}", "variant", own, _variant_obstacle)
 
 

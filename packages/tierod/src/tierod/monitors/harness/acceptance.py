@@ -170,11 +170,7 @@ class Readiness:
 def refusals(monitor: Monitor, vehicle: Vehicle | None, recording: Recording, whole: bool = True) -> Mapping[str, str]:
     """Reason why a diagnosis would refuse the recording, by variant; "" if the variant would run.
 
-    Args:
-        monitor: monitor in question
-        vehicle: vehicle whose parameters would be used; None checks the signals only
-        recording: the whole recording, or its beginning
-        whole: whether it is the whole recording; a beginning is not checked for what only the whole can show
+    Without a vehicle only the signals are checked; with `whole`, also what only a whole recording can show.
     """
     complete_one = complete(recording, [*monitor.required, *monitor.optional])
     return {
@@ -183,24 +179,13 @@ def refusals(monitor: Monitor, vehicle: Vehicle | None, recording: Recording, wh
 
 
 def taken(monitor: Monitor, reasons: Mapping[str, str]) -> tuple[str, ...]:
-    """Names of the variants that would run, the default first.
-
-    Args:
-        monitor: monitor in question
-        reasons: reasons for refusal, see `refusals`
-    """
+    """Names of the variants that would run, the default first."""
     free = [name for name, reason in reasons.items() if not reason]
     return tuple(sorted(free, key=lambda name: name != monitor.default))
 
 
 def unable(monitor: Monitor, finding: Finding | Verdict, recording: Recording) -> str:
-    """Cause of a finding that states nothing because the recording lacks signals; "" for any other finding.
-
-    Args:
-        monitor: monitor that judged
-        finding: finding on the whole recording, or on a stretch of it
-        recording: the whole recording, or its beginning
-    """
+    """Cause of a finding that states nothing because the recording lacks signals; "" for any other finding."""
     too_few = not monitor.required and finding.cause.startswith(TOO_FEW)
     without = finding.status is Status.NOT_AVAILABLE and finding.since is None and _may_lack(monitor, recording)
     return finding.cause if too_few or without else ""

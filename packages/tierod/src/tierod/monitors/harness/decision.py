@@ -218,12 +218,7 @@ class Passing:
         self.passed: dict[str, float] = {}
 
     def add(self, time: np.ndarray, shown: Mapping[str, np.ndarray]) -> None:
-        """Add the next piece.
-
-        Args:
-            time: time stamps [s], (n,)
-            shown: traces by name, (n,) each
-        """
+        """Add the next piece."""
         for name, decision in self._decisions.items():
             values = shown.get(decision.statistic)
             if values is not None and np.isfinite(values).any():
@@ -259,14 +254,7 @@ def decided(
     reached: Mapping[str, float] = MappingProxyType({}),
     passed: Mapping[str, float] = MappingProxyType({}),
 ) -> tuple[Decided, ...]:
-    """Decisions of a session for its report, without those of parts that the vehicle lacks.
-
-    Args:
-        decisions: decisions of the variant
-        session: session that makes the decisions
-        reached: extreme value of each statistic, by name of the decision
-        passed: time at which each statistic first passed its threshold [s], by name of the decision
-    """
+    """Decisions of a session for its report, without those of parts that the vehicle lacks."""
     return tuple(
         Decided(
             each.name,

@@ -62,12 +62,7 @@ class MissingStretches:
                 self._there[name].add(aligned.time, aligned.there[name])
 
     def warnings(self, rates: Mapping[str, float], others: Collection[str] = ()) -> tuple[str, ...]:
-        """Missing stretches, and the consequence for the verdict.
-
-        Args:
-            rates: sampling rates of the signals [Hz]
-            others: signals that another warning names
-        """
+        """Missing stretches, and the consequence for the verdict."""
         sentences = []
         for name, spans in self._missing.items():
             rate = rates.get(name, math.nan)
@@ -132,12 +127,7 @@ class JudgedTime:
         return shares | ({} if self._whole.last is None else {"signals_complete_until_s": self._whole.last})
 
     def lost(self, reaction: float, stuck: Mapping[str, Stuck]) -> Fact | None:
-        """Fact that the end of the recording was not judged for longer than a fault may need; None where it was.
-
-        Args:
-            reaction: time that the monitor needs to find a fault [s]
-            stuck: signals that are stuck until the end, by name
-        """
+        """Fact that the end of the recording was not judged for longer than a fault may need; None where it was."""
         if not self.rest > reaction or self.last is None or self.end is None:
             return None
         lasts = {name: self.last if share.last is None else share.last for name, share in self._each.items()}
@@ -180,12 +170,7 @@ class InputDefects:
         self._blocks = Blocks(BLOCK, len(self.names))
 
     def add(self, recording: Recording, start: float, until: float, stuck: Iterable[Stuck] = ()) -> None:
-        """Add the next piece.
-
-        Args:
-            start: start of the whole recording [s]
-            until: end of the piece [s]
-        """
+        """Add the next piece."""
         if not self.names:
             return
         spans = tuple(each for each in stuck if each.name in self.names)
@@ -296,13 +281,7 @@ class InputChecks:
             self._paced = self.quality.refuse_slow(self.monitor.required, self.monitor.minimum_rate)
 
     def add(self, whole: Recording, start: float, usable: Aligned) -> None:
-        """Add the next samples.
-
-        Args:
-            whole: piece that the samples come from
-            start: start of the recording [s]
-            usable: input of the monitor, NaN where a signal is stuck
-        """
+        """Add the next samples."""
         self._there.update(name for name in usable.names if name in whole)
         self.judged.add(usable, self._there)
         self.missing.add(usable)
@@ -311,14 +290,7 @@ class InputChecks:
     def found(
         self, conclusion: Conclusion, metadata: Mapping[str, Any], judged_as: str, others: Sequence[Fact] = ()
     ) -> tuple[Finding, Conclusion]:
-        """Finding of a conclusion among the facts about its signals, and the conclusion that still holds then.
-
-        Args:
-            conclusion: conclusion of the session
-            metadata: metadata of the recording
-            judged_as: name of the vehicle whose parameters are used
-            others: faults of sensors that other monitors declare
-        """
+        """Finding of a conclusion among the facts about its signals, and the conclusion that still holds then."""
         monitor, verdict = self.monitor, conclusion.verdict
         needed = {*monitor.required, *monitor.rests_on}
         lost = self.judged.lost(monitor.reaction, self.stuck.lasting())

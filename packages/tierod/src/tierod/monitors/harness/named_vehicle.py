@@ -44,12 +44,7 @@ def vehicle_named_in(source: Recording | str | Path, dbc: Any = None, channel_ma
 
 
 def other_vehicle(metadata: Mapping[str, Any], judged_as: str) -> str | None:
-    """Warning if a recording names another shipped vehicle than the one whose parameters are used; None if not.
-
-    Args:
-        metadata: metadata of the recording
-        judged_as: name of the vehicle whose parameters are used
-    """
+    """Warning if a recording names another shipped vehicle than the one whose parameters are used; None if not."""
     named = made_with(metadata, judged_as)
     if named is None:
         return None

@@ -17,12 +17,7 @@ class OverTime:
         self._values: dict[str, list[np.ndarray]] = {}
 
     def add(self, time: np.ndarray, shown: Mapping[str, np.ndarray]) -> None:
-        """Add the next piece.
-
-        Args:
-            time: time stamps [s], (n,)
-            shown: signals by name, the same in every piece, (n,) each
-        """
+        """Add the next piece."""
         self._times.append(time)
         for name, values in shown.items():
             self._values.setdefault(name, []).append(np.asarray(values, float))
