@@ -45,7 +45,7 @@ def _registered_obstacle(name: str, monitor: Any) -> str:
 
 
 def variants_with_plugins(monitor: str, own: Mapping[str, str]) -> Registry[Variant]:
-    """Variants of a monitor by name: its own, and those that packages register in the group "tierod.variants.MONITOR"."""
+    """Variants of a monitor by name, with those that packages register in the group "tierod.variants.MONITOR"."""
     return Registry(f"tierod.variants.{monitor.replace('-', '_')}", "variant", own, _variant_obstacle)
 
 
