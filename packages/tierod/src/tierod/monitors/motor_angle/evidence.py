@@ -14,6 +14,7 @@ from tierod.core.findings import Status
 from tierod.core.graph import Result
 from tierod.core.statement import STATUSES, code_of
 from tierod.methods.analysis.noise import DEVIATION_OF_MEDIAN, differences
+from tierod.methods.running import Moments
 from tierod.models.stator_frame_motor import CommandedMotorParameters
 from tierod.monitors.harness.session import StatusChange
 from tierod.monitors.motor_angle.alarms import CODES
@@ -76,14 +77,28 @@ class Shape(NamedTuple):
         }[self.kind]
 
 
-class NoiseCourse:
-    """Noise of the sensor's readings over a drive, in windows; what is kept does not depend on the pieces.
+class _Kept:
+    """Rows over a drive, of which every second one goes where they become too many, whatever the pieces."""
+
+    def __init__(self, columns: int):
+        self._kept, self._stride, self._seen = np.zeros((0, columns)), 1, 0
+
+    def keep(self, rows: np.ndarray) -> None:
+        self._kept = np.vstack([self._kept, rows[-self._seen % self._stride :: self._stride]])
+        self._seen += len(rows)
+        while len(self._kept) > MOST_SAMPLES:
+            self._kept, self._stride = self._kept[::2], 2 * self._stride
+
+
+class NoiseCourse(_Kept):
+    """Noise of the sensor's readings over a drive, in windows.
 
     Third differences hold none of a motion that is smooth over some readings, and their median none of single leaps.
     """
 
     def __init__(self) -> None:
-        self._rest, self._kept, self._stride, self._seen = np.zeros((0, 2)), np.zeros((0, 2)), 1, 0
+        super().__init__(2)
+        self._rest = np.zeros((0, 2))
 
     def add(self, time: np.ndarray, angle: np.ndarray) -> None:
         there = np.isfinite(angle)
@@ -95,11 +110,7 @@ class NoiseCourse:
         rest = rest[: count * READINGS + 3]
         turns = np.remainder(np.diff(rest[:, 1]) + np.pi, 2.0 * np.pi) - np.pi
         noise = DEVIATION_OF_MEDIAN * np.median(np.abs(differences(turns, taken=1)).reshape(count, READINGS), axis=1)
-        rows = np.column_stack([rest[:-3:READINGS, 0], noise])
-        self._kept = np.vstack([self._kept, rows[-self._seen % self._stride :: self._stride]])
-        self._seen += count
-        while len(self._kept) > MOST_SAMPLES:
-            self._kept, self._stride = self._kept[::2], 2 * self._stride
+        self.keep(np.column_stack([rest[:-3:READINGS, 0], noise]))
 
     def between(self, since: float, until: float) -> tuple[float, float]:
         """Noise of a reading and its standard deviation, mechanical [rad], between two times [s]; NaN if unknown."""
@@ -115,19 +126,12 @@ class NoiseCourse:
         return (float(above[0]), float(above[-1])) if len(above) else (math.nan, math.nan)
 
 
-class ResidualCourse:
-    """Residuals that counted over a drive, with bounded memory; what is kept does not depend on the pieces."""
+class ResidualCourse(_Kept):
+    """Residuals that counted over a drive: time, residual, angle of the observer, and sum of the decision."""
 
     def __init__(self, pole_pairs: float):
-        self._pole_pairs, self._stride, self._seen = pole_pairs, 1, 0
-        self._kept = np.zeros((0, 4))
-
-    def add(self, time: np.ndarray, residual: np.ndarray, angle: np.ndarray, total: np.ndarray) -> None:
-        rows = np.column_stack([time, residual, angle, total])
-        self._kept = np.vstack([self._kept, rows[-self._seen % self._stride :: self._stride]])
-        self._seen += len(rows)
-        while len(self._kept) > MOST_SAMPLES:
-            self._kept, self._stride = self._kept[::2], 2 * self._stride
+        super().__init__(4)
+        self._pole_pairs = pole_pairs
 
     def onset(self, declared: float) -> tuple[float, bool]:
         """When the error of an alarm began [s], and whether fault-free residuals came before."""
@@ -348,7 +352,7 @@ class DriveFigures:
         self._induced = InducedVoltage(p.motor_resistance, across, p.motor_flux, p.sample_time, apart)
         self.seen = self.known = self.since_model = self.surprised = 0
         self.nis = self.mismatch = 0.0
-        self.residuals = np.zeros(3)  # count, sum and sum of squares
+        self.residuals = Moments(1)
         self._course, self._noise, self._until = ResidualCourse(p.motor_pole_pairs), NoiseCourse(), 0.0
         self._alarmed = False
         self.gains = np.zeros(4)  # windows, and products of the gains: both, the observer's, the sensor's
@@ -366,9 +370,9 @@ class DriveFigures:
         residual, nis = result["estimate.angle_residual_electrical"], result["estimate.nis"]
         self.seen += len(residual)
         self.known += int(known.sum())
-        self.residuals += (counts.sum(), residual[counts].sum(), residual[counts] @ residual[counts])
+        self.residuals.add(residual[counts])
         angle, total = (result[f"{name}"][counts] for name in ("estimate.motor_angle", "compared.angle_sum"))
-        self._course.add(time[counts], residual[counts], angle, total)
+        self._course.keep(np.column_stack([time[counts], residual[counts], angle, total]))
         self._noise.add(time, signals["motor_angle_mechanical"])
         self._until = float(time[-1])
         sensor, observer = (result[f"compared.{name}_gain"][complete] for name in ("sensor", "observer"))
@@ -407,8 +411,7 @@ class DriveFigures:
     def drive(self) -> Drive:
         """The results so far."""
         observer, rate = self._observer, self._rate
-        count, total, squares = self.residuals
-        mean = float(total) / max(count, 1.0)
+        mean, spread = float(self.residuals.means[0]), self.residuals.deviation() if self.residuals.count else 0.0
         windows, together, observed, sensed = self.gains.tolist()
         energy = (observed * sensed) ** 0.5
         parameters, lost = observer.parameters, None
@@ -433,10 +436,10 @@ class DriveFigures:
         return Drive(
             seconds=self.seen / rate,
             known=self.known / rate,
-            counted=int(self.residuals[0]),
+            counted=self.residuals.count,
             offset=mean,
-            offset_deviation=max(float(squares) / max(count, 1.0) - mean * mean, 0.0) ** 0.5,
-            rms=(float(self.residuals[2]) / max(self.residuals[0], 1.0)) ** 0.5,
+            offset_deviation=spread,
+            rms=math.hypot(mean, spread),
             windows=int(windows),
             slope=together / observed if observed else np.nan,
             agreement=abs(together) / energy if energy else 0.0,

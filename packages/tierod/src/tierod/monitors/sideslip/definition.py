@@ -179,6 +179,21 @@ TRACES = {
 """Outputs of every sideslip block over time: output -> (name in the report, unit)."""
 
 
+COMBINED_TRACES = {
+    "front_stiffness": ("front_stiffness_ratio", ""),
+    "front_stiffness_deviation": ("front_stiffness_ratio_standard_deviation", ""),
+    "rear_stiffness": ("rear_stiffness_ratio", ""),
+    "rear_stiffness_deviation": ("rear_stiffness_ratio_standard_deviation", ""),
+    "front_friction_used": ("front_friction_used", ""),
+    "front_friction_used_deviation": ("front_friction_used_standard_deviation", ""),
+    "bank_angle": ("estimated_bank_angle", "rad"),
+    "bank_angle_deviation": ("estimated_bank_angle_standard_deviation", "rad"),
+    "limit_ahead": ("limit_ahead", ""),
+    "limit_distance": ("limit_distance", ""),
+}
+"""Outputs of the combined estimator shown beside the sideslip: stiffness over that of the file, grip used, bank."""
+
+
 class SideslipSession(BlockSession):
     """Run a sideslip estimator over a recording, and test whether signals and parameters fit."""
 
@@ -244,7 +259,9 @@ class SideslipSession(BlockSession):
         peak = self.drive.motions.largest
         offset = verdict.evidence.get(OFFSET, 0.0)
         consistency = consistency_of(self.drive.observables, self._vehicle, self.tolerances, offset)
-        verdict = replace(verdict, evidence=verdict.evidence | consistency.evidence() | self._share())
+        verdict = replace(
+            verdict, evidence=verdict.evidence | consistency.evidence() | self.drive.own_motion.evidence()
+        )
         defects, hidden = self._contradicting(consistency, verdict)
         return Conclusion(
             replace(verdict, facts=tuple(sorted((*defects, *verdict.facts), key=lambda each: each.name != "offset"))),
@@ -270,34 +287,19 @@ class SideslipSession(BlockSession):
         """Number of restarts of the filter, where they are too many."""
         return 0
 
-    def _share(self) -> dict[str, float]:
-        found = self.drive.own_motion.share()
-        if found is None:
-            return {}
-        return {"estimated_motion_share": found.value, "estimated_motion_share_deviation": found.deviation}
-
     def observe(self, traces: Mapping[str, np.ndarray]) -> None:
         value, deviation = traces["sideslip_angle"], traces["sideslip_angle_standard_deviation"]
         self.drive.own_motion.deviations(deviation)
         assert self._piece is not None
         (time, signals, own), self._piece = self._piece, None
         speed, yaw_rate = signals["vehicle_speed"], signals["yaw_rate"]
-        none = np.zeros(len(time))
         with np.errstate(divide="ignore", invalid="ignore"):
             geometry = np.arctan(self._rear_distance * yaw_rate / speed)
+        judged = (traces["held"] < 0.5) & (speed > WALKING) & np.isfinite(yaw_rate)
+        used = traces.get("front_friction_used", np.zeros(len(time)))
+        ahead = self._ahead(traces)
         self.drive.motions.add(
-            Samples(
-                time,
-                speed,
-                self._reverses,
-                (traces["held"] < 0.5) & (speed > WALKING) & np.isfinite(yaw_rate),
-                value,
-                deviation,
-                own,
-                geometry,
-                self._ahead(traces),
-                traces.get("front_friction_used", none),
-            )
+            Samples(time, speed, self._reverses, judged, value, deviation, own, geometry, ahead, used)
         )
 
     def _ahead(self, traces: Mapping[str, np.ndarray]) -> np.ndarray:
@@ -307,17 +309,9 @@ class SideslipSession(BlockSession):
 class CombinedSession(SideslipSession):
     """A `SideslipSession` that also collects stiffness, bank, wind and the limit of grip over the drive."""
 
-    def __init__(
-        self,
-        estimator: CombinedSideslip,
-        vehicle: Vehicle,
-        rate: float,
-        name: str,
-        more: Mapping[str, tuple[str, str]] | None = None,
-    ):
-        super().__init__(estimator, vehicle, rate, name, more)
-        self._estimator, self.most_restarts = estimator, MOST_RESTARTS
-        self._restarts = 0
+    def __init__(self, estimator: CombinedSideslip, vehicle: Vehicle, rate: float, name: str):
+        super().__init__(estimator, vehicle, rate, name, COMBINED_TRACES)
+        self._estimator, self.most_restarts, self._restarts = estimator, MOST_RESTARTS, 0
 
     def collect(self, time: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
         super().collect(time, signals, result)
@@ -382,22 +376,8 @@ def refuse_slow(rate: float, slowest: float) -> None:
 def _combined(vehicle: Vehicle, rate: float, baseline: Baseline | None) -> Session:
     refuse_slow(rate, SLOWEST_BY_WIRE if BY_WIRE in vehicle else 0.0)
     block = CombinedSideslip.of_vehicle(vehicle, 1.0 / rate)
-    return CombinedSession(block, vehicle, rate, "sideslip, combined", COMBINED_TRACES)
+    return CombinedSession(block, vehicle, rate, "sideslip, combined")
 
-
-COMBINED_TRACES = {
-    "front_stiffness": ("front_stiffness_ratio", ""),
-    "front_stiffness_deviation": ("front_stiffness_ratio_standard_deviation", ""),
-    "rear_stiffness": ("rear_stiffness_ratio", ""),
-    "rear_stiffness_deviation": ("rear_stiffness_ratio_standard_deviation", ""),
-    "front_friction_used": ("front_friction_used", ""),
-    "front_friction_used_deviation": ("front_friction_used_standard_deviation", ""),
-    "bank_angle": ("estimated_bank_angle", "rad"),
-    "bank_angle_deviation": ("estimated_bank_angle_standard_deviation", "rad"),
-    "limit_ahead": ("limit_ahead", ""),
-    "limit_distance": ("limit_distance", ""),
-}
-"""Outputs of the combined estimator shown beside the sideslip: stiffness over that of the file, grip used, bank."""
 
 COMBINED = Variant(
     "combined",

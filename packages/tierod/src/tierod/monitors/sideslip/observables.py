@@ -303,6 +303,11 @@ class OwnMotionOverDrive:
             return None
         return Share(float(relation.values[0]), math.sqrt(relation.covariance[0, 0]), float(relation.tolerance[0]))
 
+    def evidence(self) -> dict[str, float]:
+        if (found := self.share()) is None:
+            return {}
+        return {"estimated_motion_share": found.value, "estimated_motion_share_deviation": found.deviation}
+
     def wrong(self) -> str | None:
         """Sentence on a wrong estimate; None where it changes as the car does, or within its band."""
         limits, found = self.limits, self.share()
