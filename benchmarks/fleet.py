@@ -27,7 +27,7 @@ from tierod.fleet.results import findings_of
 from tierod.fleet.running import run
 from tierod.fleet.task import _about, _stream, part_of
 from tierod.monitors.harness.pieces import pieces_of
-from tierod.monitors.together import Chosen, usual
+from tierod.monitors.runner import Chosen, usual
 from tierod.vehicles import load
 from tierod.work.cluster import workers_of
 from tierod.work.pool import cores
@@ -64,8 +64,8 @@ def alone(path, asked, repeats):
     best = float("inf")
     for _ in range(repeats):
         began = time.process_time()
-        together = asked.together(car)
-        judge(pieces_of(path, together.needs, car, seconds=chunk(asked)), together, asked)
+        runner = asked.runner(car)
+        judge(pieces_of(path, runner.needs, car, seconds=chunk(asked)), runner, asked)
         best = min(best, time.process_time() - began)
     return best
 
@@ -98,8 +98,8 @@ def engine(paths, folder, workers, asked):
 def keeping(path, folder):
     """Time to write, compact and read the results of many recordings; the second is processor time of writing [s]."""
     car = load(VEHICLE)
-    together = FRICTION.together(car)
-    found = judge(pieces_of(path, together.needs, car, seconds=chunk(FRICTION)), together, FRICTION)
+    runner = FRICTION.runner(car)
+    found = judge(pieces_of(path, runner.needs, car, seconds=chunk(FRICTION)), runner, FRICTION)
     place = place_of(folder)
     prepare(place)
     about = _about(found)

@@ -15,8 +15,8 @@ from tierod.core.findings import Finding, Status
 from tierod.core.recording import Recording
 from tierod.core.signals import SIGNALS
 from tierod.io.writers import write
+from tierod.monitors.diagnose import Judged, NotRun
 from tierod.monitors.diagnose import diagnose as run
-from tierod.monitors.several import Judged, NotRun
 from tierod.report import several
 from tierod.vehicles import VEHICLES
 from tierod_lab.ground import drive
@@ -84,7 +84,7 @@ def test_what_a_reader_must_know_stands_below_the_table_once(folder, monkeypatch
     found = Judged(folder / "a.parquet", "car", diagnoses)
     _, known = several.tables([found], narrow=True)
     assert known.rows == (("a.parquet", "friction, sideslip", stuck), ("a.parquet", "sideslip", spread))
-    monkeypatch.setattr("tierod.monitors.several.judge", lambda *_, **__: found)
+    monkeypatch.setattr("tierod.monitors.diagnose.judge", lambda *_, **__: found)
     main(["diagnose", "a.parquet", "--vehicle", "car.toml", "--no-report"])
     printed = capsys.readouterr().out
     assert printed.count(stuck) == 1

@@ -20,7 +20,7 @@ from tierod.io.writers import write
 from tierod.live.outputs import Outputs
 from tierod.monitors.diagnose import diagnose
 from tierod.monitors.registry import MONITORS
-from tierod.monitors.together import Chosen
+from tierod.monitors.runner import Chosen
 from tierod.report import print_table
 
 GOOD, WATCH, BAD, OPEN = "good", "watch", "bad", "open"

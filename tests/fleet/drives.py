@@ -9,7 +9,7 @@ from tierod.fleet.fleet_file import one_vehicle
 from tierod.fleet.judging import Asked
 from tierod.fleet.running import run
 from tierod.io.writers import write
-from tierod.monitors.together import Chosen
+from tierod.monitors.runner import Chosen
 from tierod.work.pool import done
 
 SECONDS = 40.0

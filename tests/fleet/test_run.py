@@ -25,7 +25,7 @@ from tierod.fleet.results import findings_of, ledger_of
 from tierod.io.readers import read
 from tierod.io.writers import write
 from tierod.monitors.diagnose import diagnose
-from tierod.monitors.together import Chosen
+from tierod.monitors.runner import Chosen
 from tierod.vehicles import load
 
 

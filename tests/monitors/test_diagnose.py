@@ -14,9 +14,10 @@ from shared_data import shared_data
 from tierod.core.errors import InputError, ParameterError
 from tierod.core.recording import Channel, Recording
 from tierod.core.statuses import Status
-from tierod.monitors.diagnose import find, usual_monitor
+from tierod.monitors.diagnose import usual_monitor
 from tierod.monitors.registry import MONITORS
 from tierod.monitors.run import Run
+from tierod.monitors.runner import find
 from tierod.report.diagnosis import render
 from tierod.vehicles import load
 from tierod_lab.ground import FrictionCourse
@@ -130,10 +131,8 @@ def later(recording: Recording, at: float, pause: float) -> Recording:
 
 
 def test_an_hour_between_two_drives_is_judged_for_ten_minutes_and_skipped(healthy):
-    run = Run(*find("friction"), load("midsize-eps"))
     lengths = []
-    absorb = run.session.absorb
-    run.session.absorb = lambda aligned: lengths.append(len(aligned.time)) or absorb(aligned)
+    run = Run(*find("friction"), load("midsize-eps"), kept=lambda time, shown: lengths.append(len(time)))
     run.add(later(healthy, 240.0, 3600.0))
     found, undisturbed = run.finish().findings[0], diagnose(healthy, "midsize-eps").findings[0]
     assert sum(lengths) == pytest.approx((480.0 + 600.0) * 100.0, abs=2)
@@ -143,10 +142,8 @@ def test_an_hour_between_two_drives_is_judged_for_ten_minutes_and_skipped(health
 
 
 def test_a_pause_of_ten_minutes_is_judged_as_a_whole(healthy):
-    run = Run(*find("friction"), load("midsize-eps"))
     lengths = []
-    absorb = run.session.absorb
-    run.session.absorb = lambda aligned: lengths.append(len(aligned.time)) or absorb(aligned)
+    run = Run(*find("friction"), load("midsize-eps"), kept=lambda time, shown: lengths.append(len(time)))
     run.add(later(healthy, 240.0, 599.0))
     run.finish()
     assert sum(lengths) == round((480.0 + 599.0) * 100.0)
@@ -172,10 +169,8 @@ def test_cuts_between_the_steps_of_the_grid_change_nothing(healthy):
 
 
 def test_work_follows_the_samples_not_their_stamps(healthy):
-    run = Run(*find("friction"), load("midsize-eps"))
     lengths = []
-    absorb = run.session.absorb
-    run.session.absorb = lambda aligned: lengths.append(len(aligned.time)) or absorb(aligned)
+    run = Run(*find("friction"), load("midsize-eps"), kept=lambda time, shown: lengths.append(len(time)))
     run.add(healthy.slice(stop=60.0))
     rest = healthy.slice(60.0, 62.0)
     for hour in range(1, 25):

@@ -10,9 +10,9 @@ import pytest
 from tierod.cli import main
 from tierod.io.readers import read
 from tierod.io.writers import write
-from tierod.monitors.every import Every, Look
+from tierod.monitors.diagnose import judge
 from tierod.monitors.inspection import inspect
-from tierod.monitors.several import judge
+from tierod.monitors.runner import Runner
 from tierod.report.display import without_advice
 from tierod.vehicles import load
 from tierod.vehicles.classes import typical
@@ -118,9 +118,9 @@ def test_without_a_look_the_recording_is_judged_all_the_same(folder, tmp_path):
 
 
 def test_what_breaks_off_is_said_of_all_that_were_at_work(folder):
-    whole = read(folder / "drive.parquet")
-    every = Every(CAR, Look(whole, whole=True), spread=False)
-    every.refuse_all("the file is torn")
-    assert dict(every.concluded()) == {}
-    assert every.refused["friction"] == every.refused["hysteresis"] == "the file is torn"
-    assert "motor_current_alpha" in every.refused["motor-angle"]
+    runner = Runner(CAR, spread=False)
+    runner.add(read(folder / "drive.parquet"))
+    runner.refuse_all("the file is torn")
+    assert dict(runner.concluded()) == {}
+    assert runner.refused["friction"] == runner.refused["hysteresis"] == "the file is torn"
+    assert "motor_current_alpha" in runner.refused["motor-angle"]

@@ -12,9 +12,10 @@ from tierod.core.recording import Channel, Recording
 from tierod.core.statuses import Status
 from tierod.io.readers import read
 from tierod.monitors import uncertainty
-from tierod.monitors.diagnose import diagnose, find
+from tierod.monitors.diagnose import diagnose
 from tierod.monitors.harness.session import opened
 from tierod.monitors.run import Run
+from tierod.monitors.runner import find
 from tierod.monitors.uncertainty import Uncertain
 from tierod.vehicles import Vehicle, load
 from tierod.vehicles.uncertain import WatchedParameters, may_move

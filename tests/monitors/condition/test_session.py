@@ -13,7 +13,7 @@ from tierod.core.recording import Channel, Recording
 from tierod.monitors.condition.definition import CONDITION
 from tierod.monitors.condition.elements import SLID
 from tierod.monitors.condition.signals import ACTUATORS, OF_AUTOMATED, TARGETS
-from tierod.monitors.diagnose import Run
+from tierod.monitors.run import Run
 from tierod.vehicles import load
 from tierod_lab.papers.condition.drives import Drive
 from tierod_lab.papers.condition.faults import OFFSET, Injected

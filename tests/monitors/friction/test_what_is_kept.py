@@ -3,9 +3,9 @@
 import pytest
 
 from tierod.io.derive import complete
-from tierod.monitors.diagnose import find
 from tierod.monitors.harness.session import opened
 from tierod.monitors.run import Run
+from tierod.monitors.runner import find
 from tierod.vehicles import load
 from tierod_lab.ground import drive
 

@@ -19,9 +19,10 @@ from tierod.core.recording import Channel, Recording
 from tierod.io.derive import complete
 from tierod.io.readers import read
 from tierod.methods.running import BLOCK, RATE
-from tierod.monitors.diagnose import Run, find
 from tierod.monitors.harness.inputs import InputDefects
 from tierod.monitors.registry import MONITORS
+from tierod.monitors.run import Run
+from tierod.monitors.runner import find
 from tierod.vehicles import load
 
 SIGNALS = MONITORS["friction"].required

@@ -13,9 +13,9 @@ from driven import drive
 from exact_vehicle import diagnose
 from tierod.core.recording import Recording
 from tierod.core.statuses import Status
-from tierod.monitors.diagnose import find
 from tierod.monitors.registry import MONITORS
 from tierod.monitors.run import Run
+from tierod.monitors.runner import find
 from tierod.vehicles import load
 from tierod_lab.ground import FrictionCourse
 from tierod_lab.ground.scenarios import load as scenario

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tierod.monitors.harness.over_time import OverTime
+from tierod.monitors.diagnose import OverTime
 
 
 def test_pieces_become_one_recording_of_the_signals_that_are_asked_for():

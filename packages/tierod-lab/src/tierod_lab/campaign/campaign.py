@@ -13,7 +13,7 @@ from tierod.core.errors import ParameterError, nearest
 from tierod.core.files import expanded
 from tierod.core.toml import build
 from tierod.core.toml_document import Document
-from tierod.monitors.diagnose import find
+from tierod.monitors.runner import find
 from tierod.vehicles import load as load_vehicle
 from tierod_lab.campaign.matrix import (
     FAULT,

@@ -12,9 +12,10 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 from tierod.core.findings import Finding, Status
-from tierod.core.recording import Aligned, Recording
+from tierod.core.recording import Recording
+from tierod.monitors.diagnose import OverTime
 from tierod.monitors.harness.baseline import Baseline
-from tierod.monitors.harness.session import Conclusion, Monitor, Session, StatusChange, Variant
+from tierod.monitors.harness.session import Monitor, StatusChange, Variant
 from tierod.monitors.run import Run
 from tierod.vehicles import Vehicle
 from tierod_lab.campaign.figures import Moments, area_under_curve
@@ -207,16 +208,15 @@ def judge(
     settling: Annotated[float, "s"],
 ) -> tuple[Judged, Baseline | None]:
     """Run a monitor over a drive and compare it with the true values."""
-    definition = monitor[0].suited_to(recording)
-    run = Run(definition, monitor[1], belief, baseline)
-    run.session = tap = _Tap(run.session)
+    kept = OverTime()
+    run = Run(*monitor, belief, baseline=baseline, kept=kept.add)
     run.add(recording)
     finding = run.finish().findings[0]
-    seen = tap.seen()
+    seen = _Seen(kept.time, {name: kept.values(name) for name in run.session.traces})
     # A monitor that judges the recording as a whole has no status before the end.
     ends = ((seen.time[0], Status.NOT_READY), (seen.time[-1], finding.status))
     course = run.course or tuple(StatusChange(float(time), status) for time, status in ends)
-    return _judged(recording, finding, course, seen, fault, settling, 1.0 / definition.rate), run.learnt
+    return _judged(recording, finding, course, seen, fault, settling, 1.0 / run.monitor.rate), run.learnt
 
 
 class _Seen(NamedTuple):
@@ -224,38 +224,6 @@ class _Seen(NamedTuple):
 
     time: np.ndarray
     traces: dict[str, np.ndarray]
-
-
-class _Tap:
-    """A session that also keeps its complete traces."""
-
-    def __init__(self, session: Session):
-        self._session = session
-        self.signals, self.traces = session.signals, session.traces
-        self._time: list[np.ndarray] = []
-        self._pieces: list[Mapping[str, np.ndarray]] = []
-
-    def __getattr__(self, name: str) -> Any:
-        """Attributes of the wrapped session, which describe its decisions."""
-        if name.startswith("_"):
-            raise AttributeError(name)
-        return getattr(self._session, name)
-
-    def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
-        shown = self._session.absorb(aligned)
-        self._time.append(aligned.time)
-        self._pieces.append(shown)
-        return shown
-
-    def conclude(self) -> Conclusion:
-        return self._session.conclude()
-
-    def seen(self) -> _Seen:
-        names = self._pieces[0] if self._pieces else {}
-        return _Seen(
-            np.concatenate(self._time),
-            {name: np.concatenate([piece[name] for piece in self._pieces]) for name in names},
-        )
 
 
 def _judged(

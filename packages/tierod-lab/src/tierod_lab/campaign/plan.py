@@ -31,7 +31,7 @@ class Judge:
     learns: bool
 
     def found(self) -> tuple[Monitor, Variant]:
-        from tierod.monitors.diagnose import find
+        from tierod.monitors.runner import find
 
         return find(self.monitor, self.variant)
 

@@ -102,7 +102,7 @@ def diagnose(
 ) -> int:
     """Judge recordings: healthy (0), fault (1), could not judge (2), bad input (3); of several recordings the worst."""
     from tierod.core.errors import ParameterError
-    from tierod.monitors.several import ALL
+    from tierod.monitors.diagnose import ALL
     from tierod.vehicles import load
 
     if fault_free and baseline is None:
@@ -138,7 +138,7 @@ def _one(
     """Judge one recording with one monitor, including the options that only apply to this case."""
     from tierod.cli.terminal import progress, say_where
     from tierod.monitors.diagnose import diagnose as run
-    from tierod.monitors.several import source_of
+    from tierod.monitors.diagnose import source_of
 
     read = {name: reading[name] for name in ("dbc", "channel_map")}
     with progress(f"reading {recording.name}") as advance:
@@ -157,8 +157,8 @@ def _one(
 def _naming_others(source: Path | Recording, car: Vehicle, monitor: str, read: Mapping[str, Any]) -> Iterator[None]:
     """Add the monitors that can run to the error of a monitor that cannot."""
     from tierod.core.errors import DamagedFile, InputError, ParameterError, TierodError
+    from tierod.monitors.diagnose import able
     from tierod.monitors.registry import MONITORS
-    from tierod.monitors.several import able
 
     try:
         yield
@@ -191,7 +191,7 @@ def _all(
     from tierod.core.errors import InputError, MissingExtra
     from tierod.core.files import write_text
     from tierod.io.readers.opening import require_there
-    from tierod.monitors.several import judge, not_judged
+    from tierod.monitors.diagnose import judge, not_judged
     from tierod.report import several
     from tierod.report.display import without_advice
 
@@ -222,7 +222,7 @@ def _all(
 
 
 def _of(monitors: str, reason: str) -> str:
-    from tierod.monitors.several import ALL
+    from tierod.monitors.diagnose import ALL
 
     return reason if monitors == ALL else f"{monitors}: {reason}"
 

@@ -15,7 +15,7 @@ from tierod.cli.terminal import Counting, command_line, counting, output, print_
 if TYPE_CHECKING:
     from tierod.fleet.fleet_file import Fleet
     from tierod.fleet.running import Progress, Summary
-    from tierod.monitors.together import Chosen
+    from tierod.monitors.runner import Chosen
 
 REPORT = "report"
 """Word in place of the recordings that requests the report of a results folder."""
@@ -152,7 +152,7 @@ def _fleet(vehicle: str | None, vehicles: Path | None) -> Fleet:
 
 def _chosen(names: Sequence[str]) -> tuple[Chosen, ...]:
     from tierod.core.errors import ParameterError
-    from tierod.monitors.together import Chosen, usual
+    from tierod.monitors.runner import Chosen, usual
 
     chosen = tuple(map(Chosen.parse, names)) or usual()
     if len({each.monitor for each in chosen}) < len(chosen):

@@ -143,7 +143,7 @@ def _drive_of(wanted: _Wanted, addresses: Sequence[Address]) -> tuple[Drive, Hub
     from tierod.live.events import Hub
     from tierod.live.judge import Plan
     from tierod.live.outputs import Outputs
-    from tierod.monitors.together import usual
+    from tierod.monitors.runner import usual
     from tierod.vehicles import load
 
     car = load(wanted.vehicle)

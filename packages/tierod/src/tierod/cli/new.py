@@ -127,7 +127,7 @@ class _Use(NamedTuple):
         from tierod.core.errors import TierodError
         from tierod.io.readers import read
         from tierod.methods.identification.drives import SIGNALS, drive_of
-        from tierod.monitors.several import can_be_judged
+        from tierod.monitors.diagnose import able
         from tierod.vehicles import load
         from tierod.vehicles.reading import read_by
 
@@ -141,5 +141,5 @@ class _Use(NamedTuple):
             except TierodError as error:
                 reason = " ".join(str(error).split())
             with suppress(TierodError):
-                judged = can_be_judged(path, car)
+                judged = any(able(path, car))
         return cls(path, reason, judged)

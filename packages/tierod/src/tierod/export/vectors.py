@@ -19,7 +19,7 @@ from tierod.export.interface import Interface
 from tierod.export.subject import Subject
 from tierod.io.derive import complete
 from tierod.io.readers import read
-from tierod.monitors.diagnose import find
+from tierod.monitors.runner import find
 from tierod.vehicles import Vehicle
 from tierod.vehicles.reading import read_by
 

@@ -17,7 +17,7 @@ from tierod.core.version import __version__
 from tierod.fleet.likeness import TEMPERATURE, Moments
 from tierod.fleet.schema import WHOLE
 from tierod.monitors.harness.pieces import CHUNK
-from tierod.monitors.together import Chosen, Concluded, Together
+from tierod.monitors.runner import Chosen, Concluded, Runner
 from tierod.vehicles import Vehicle
 from tierod.work.fingerprint import fingerprint
 
@@ -50,9 +50,9 @@ class Asked:
     shortest: Annotated[float, "s"] = 30.0
     spread: bool = True
 
-    def together(self, car: Vehicle) -> Together:
+    def runner(self, car: Vehicle) -> Runner:
         """The monitors, prepared for a recording."""
-        return Together(car, self.monitors, self.spread, signals_shown=False)
+        return Runner(car, self.monitors, self.spread, signals_shown=False)
 
 
 @dataclass(frozen=True)
@@ -76,33 +76,33 @@ class Judgement:
     moments: Mapping[str, Sequence[float]]
 
 
-def judge(pieces: Iterator[Recording], together: Together, asked: Asked, start: float | None = None) -> Judgement:
+def judge(pieces: Iterator[Recording], runner: Runner, asked: Asked, start: float | None = None) -> Judgement:
     rows: list[Row] = []
     moments = Moments()
     ended = 0
     kept: dict[str, Concluded] = {}
     for piece in pieces:
-        together.add(piece)
+        runner.add(piece)
         moments.add(piece)
-        begin, end = together.span or piece.span
+        begin, end = runner.span or piece.span
         if end - begin >= (ended + 1) * asked.span - EDGE:
-            rows += _rows(kept := dict(together.concluded()), together.car, ended, moments)
+            rows += _rows(kept := dict(runner.concluded()), runner.car, ended, moments)
             ended += 1
-        if not together.running:
+        if not runner.runs:
             break
-    begin, end = together.span or (0.0, 0.0)
-    if together.running and end - begin < asked.shortest:
+    begin, end = runner.span or (0.0, 0.0)
+    if runner.runs and end - begin < asked.shortest:
         raise TooShort(f"it has {end - begin:.3g} s; less than {asked.shortest:g} s are not judged (--shortest)")
     if end - begin > ended * asked.span or not ended:
-        rows += _rows(kept := dict(together.concluded()), together.car, ended, moments)
-    date = _date(together.metadata, start)
+        rows += _rows(kept := dict(runner.concluded()), runner.car, ended, moments)
+    date = _date(runner.metadata, start)
     for row in rows:
         row["start"] = None if date is None else date + row["start_s"] - begin
     estimates = {
         name: {trace: each.diagnosis.traces[trace] for trace in each.estimates if trace in each.diagnosis.traces}
         for name, each in kept.items()
     }
-    return Judgement(tuple(rows), estimates, dict(together.refused), date, end - begin, moments.moments)
+    return Judgement(tuple(rows), estimates, dict(runner.refused), date, end - begin, moments.moments)
 
 
 def chunk(asked: Asked) -> float:

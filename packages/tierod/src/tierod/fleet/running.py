@@ -218,10 +218,10 @@ def _compile(plan: _Plan) -> None:
     names = {task.assigned.parameters for task in plan.tasks if task.assigned is not None}
     for name in sorted(filter(None, names))[:4]:
         try:
-            together = plan.tasks[0].job.asked.together(load(name))
+            runner = plan.tasks[0].job.asked.runner(load(name))
         except TierodError:
             continue  # reported for each of its recordings
-        for block in together.blocks:
+        for block in runner.blocks():
             kernel(block)
 
 

@@ -210,10 +210,10 @@ def _judged(job: Job, path: Path, assigned: Assigned, row: dict[str, Any]) -> by
     if kept is not None:
         row |= kept[0]
         return kept[1]
-    together = job.asked.together(car)
-    needs = dict.fromkeys([*together.needs, TEMPERATURE])
-    pieces = pieces_of(path, needs, car, seconds=chunk(job.asked)) if together.running else iter(())
-    found = judge(pieces, together, job.asked, assigned.start)
+    runner = job.asked.runner(car)
+    needs = dict.fromkeys([*runner.needs, TEMPERATURE])
+    pieces = pieces_of(path, needs, car, seconds=chunk(job.asked)) if runner.runs else iter(())
+    found = judge(pieces, runner, job.asked, assigned.start)
     if not found.rows:
         raise _NoMonitor(f"no monitor can judge it: {_reasons(found.refused)}")
     if found.start is not None and found.start > time.time() + FUTURE:

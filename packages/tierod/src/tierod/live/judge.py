@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -12,11 +12,11 @@ import numpy as np
 from tierod.core.errors import TierodError
 from tierod.core.findings import Diagnosis, Status
 from tierod.core.recording import Recording
-from tierod.monitors.diagnose import find
 from tierod.monitors.harness.baseline import Baseline, load_baseline
 from tierod.monitors.harness.memory import MemoryFeed
-from tierod.monitors.harness.pieces import joined
-from tierod.monitors.run import Ended, Run, fitting
+from tierod.monitors.harness.session import opened
+from tierod.monitors.run import Ended, Run, channels_of
+from tierod.monitors.runner import find
 from tierod.vehicles import Vehicle
 
 HISTORY, SPACING = 24, 2.0
@@ -24,12 +24,6 @@ HISTORY, SPACING = 24, 2.0
 
 BINS = 4096
 """Smallest number of bins of a trace: twice what a page shows at once, in memory that does not grow with the drive."""
-
-SETTLING = 2.0
-"""Shortest piece from which variant and rate of a monitor are chosen [s]: some samples of the slowest message."""
-
-LEAST_STEPS = 3
-"""Grid steps of a first piece beyond the listening time of its session, since steps at its edges are judged later."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +66,7 @@ class Shown:
 
 
 class _Newest:
-    """Keeps the newest values that a run reads and estimates; takes the place of the collector of signals in a run."""
+    """Keeps the newest values that a run reads and estimates."""
 
     def __init__(self) -> None:
         self.values: dict[str, float] = {}
@@ -114,10 +108,9 @@ class Judge:
         self.broken = False
         self.memory_problem = ""
         """Why the fault memory takes nothing of this drive; "" if it does, or if there is none."""
-        self._first: Recording | None = None
-        self.needs: tuple[str, ...] = ()
+        self.needs = channels_of(self.definition)
         try:
-            self.needs = tuple(Run(self.definition, self.variant, plan.vehicle).needs)
+            opened(self.definition, self.variant, plan.vehicle)
         except TierodError as error:
             self.broken, self.reason = True, str(error)
 
@@ -126,36 +119,22 @@ class Judge:
         if self.broken:
             return
         try:
-            if self.run is not None and self.run.begun:
-                self.run.add(piece)
-                return
-            self._first = whole = joined(self._first, piece)
-            seconds = whole.span[1] - whole.span[0]
-            if self.run is None:
-                if seconds < SETTLING:
-                    return
-                self.run = self._opened(whole)
-            listens = getattr(self.run.session, "listens", 0.0)
-            if seconds < listens + LEAST_STEPS / self.run.monitor.rate:
-                self.reason = f"listens for {listens:.0f} s before it judges"
-                return
-            self._first = None
-            self.run.add(replace(whole, metadata=piece.metadata))
-            self.reason = ""
+            self.run = self.run or self._prepared()
+            self.run.add(piece)
+            self.reason = self.run.waits
         except TierodError as error:
-            self.reason, self._first = str(error), None
-            if self.run is not None and self.run.begun:
-                self.broken = True
-            else:
-                self.run = None
+            self.reason = str(error)
+            self.broken = self.run is not None and self.run.begun
+            self.run = self.run if self.broken else None
 
-    def _opened(self, piece: Recording) -> Run:
-        definition, variant = fitting(self.definition, self.variant, piece, asked=False)
-        run = Run(definition, variant, self.plan.vehicle, self._baseline(), None, uncertain=True, bins=BINS)
-        run.kept = self._newest  # type: ignore[assignment]  # takes the same two arguments
+    def _prepared(self) -> Run:
+        run = Run(
+            self.definition, self.variant, self.plan.vehicle, free=True, baseline=self._baseline(), uncertain=True,
+            bins=BINS, kept=self._newest.add,
+        )  # fmt: skip
         if self.plan.memory is not None:
             try:
-                run.feed = self._feed = MemoryFeed(self.plan.memory, self.plan.vehicle.name, definition.name)
+                run.feed = self._feed = MemoryFeed(self.plan.memory, self.plan.vehicle.name, self.definition.name)
             except TierodError as error:  # the verdict does not depend on the memory
                 self.memory_problem = str(error)
         return run
@@ -172,9 +151,9 @@ class Judge:
     def shown(self) -> Shown:
         """Current state of the monitor for display."""
         run = self.run  # another thread may set it
-        if run is None or self.broken:
+        if run is None or self.broken or not run.is_open:
             return Shown(self.name, Status.NOT_AVAILABLE, 0.0, self.reason)
-        if self._first is not None:
+        if run.waits:
             return Shown(self.name, Status.NOT_READY, 0.0, self.reason)
         course = getattr(run.session, "course", ())
         status, since = (course[-1].status, course[-1].time) if course else (Status.NOT_READY, 0.0)
@@ -188,9 +167,6 @@ class Judge:
         if self.broken:
             return None
         try:
-            if self._first is not None:
-                self.run = self.run or self._opened(self._first)
-                self.run.add(self._first)
             return None if self.run is None else self.run.conclude()
         except TierodError as error:
             self.reason = str(error)

@@ -21,8 +21,8 @@ from tierod.live.engine import Engine
 from tierod.live.events import Hub
 from tierod.live.judge import Judge, Plan
 from tierod.live.log import FrameLog, is_unfinished
+from tierod.monitors.diagnose import Judged, NotRun
 from tierod.monitors.harness.baseline import keep_first
-from tierod.monitors.several import Judged, NotRun
 
 if TYPE_CHECKING:
     from tierod.monitors.harness.memory import MemoryFeed

@@ -1,24 +1,27 @@
-"""Diagnosis of a recording of any length by one monitor."""
+"""Diagnosis of a recording of any length by one monitor, by several, or by all that can run."""
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
-from tierod.core import lab
-from tierod.core.errors import ParameterError, nearest
+import numpy as np
+
+from tierod.core.errors import InputError
 from tierod.core.findings import Diagnosis, Status
-from tierod.core.recording import Recording
+from tierod.core.recording import Channel, Recording
 from tierod.io.writers import require_writable, write
+from tierod.monitors.harness.acceptance import refusals, taken
 from tierod.monitors.harness.baseline import Baseline, keep_first, load_baseline
 from tierod.monitors.harness.named_vehicle import vehicle_named_in
-from tierod.monitors.harness.over_time import OverTime
-from tierod.monitors.harness.pieces import pieces_of, share_read
+from tierod.monitors.harness.pieces import joined, pieces_of, share_read
 from tierod.monitors.harness.session import Monitor, Variant
-from tierod.monitors.registry import MONITORS, obstacle
+from tierod.monitors.registry import MONITORS
 from tierod.monitors.run import Run
+from tierod.monitors.runner import Chosen, Runner, find, read_by_any, usual
 from tierod.vehicles import Vehicle, load
 
 
@@ -68,40 +71,52 @@ def diagnose(
         ParameterError: no such vehicle, monitor or variant; no vehicle given, and the recording names none; or no
             variant given, and the monitor has no default
     """
-    kept = None if signals is None else _kept_for(signals)
+    if signals is not None:
+        require_writable(signals)
     named = vehicle_named_in(source, dbc, channel_map) if vehicle is None else vehicle
     car = named if isinstance(named, Vehicle) else load(named)
     definition, chosen = find(monitor or usual_monitor(car), variant)
     known = baseline if isinstance(baseline, Baseline) else _stored(baseline)
-    run = Run(definition, chosen, car, known, memory, kept, uncertain=spread)
-    pieces = pieces_of(source, run.needs, car, dbc, channel_map)
-    run = _over(run, pieces, variant is not None or isinstance(monitor, Variant), progress)
+    free, over_time = variant is None and not isinstance(monitor, Variant), OverTime()
+    run = Run(
+        definition, chosen, car, free=free, baseline=known, memory=memory, uncertain=spread,
+        kept=None if signals is None else over_time.add,
+    )  # fmt: skip
+    for piece in pieces_of(source, run.needs, car, dbc, channel_map):
+        run.add(piece)
+        progress(share_read(piece))
     diagnosis = run.finish(command)
-    if signals is not None and kept is not None:
-        _write_signals(kept, diagnosis, run.monitor.name, signals)
+    if signals is not None:
+        units = {name: each.unit for name, each in diagnosis.traces.items()}
+        write(over_time.recording(units, f"tierod, monitor {run.monitor.name}"), signals)
     if isinstance(baseline, str | Path):
         diagnosis = diagnosis.remarked("baseline", _kept(run, baseline, known, diagnosis, fault_free))
     return diagnosis
 
 
-def _over(run: Run, pieces: Iterable[Recording], asked: bool, progress: Callable[[float], None]) -> Run:
-    """Run over all pieces of a recording, with the default variant that suits it unless the user asked for one."""
-    for place, piece in enumerate(pieces):
-        # Only the first piece shows the rates and signals on which the grid and the default variant depend.
-        run = run if place else run.fitted(piece, asked)
-        run.add(piece)
-        progress(share_read(piece))
-    return run
+class OverTime:
+    """Collects signals piece by piece; one hour of 40 signals at 100 Hz takes 120 MB."""
 
+    def __init__(self) -> None:
+        self._pieces: list[tuple[np.ndarray, Mapping[str, np.ndarray]]] = []
 
-def _kept_for(path: str | Path) -> OverTime:
-    require_writable(path)
-    return OverTime()
+    def add(self, time: np.ndarray, shown: Mapping[str, np.ndarray]) -> None:
+        """Add time stamps [s] and signals by name of the next piece, (n,) each."""
+        self._pieces.append((time, shown))
 
+    @property
+    def time(self) -> np.ndarray:
+        """Time stamps of all pieces [s], (n,)."""
+        return np.concatenate([time for time, _ in self._pieces])
 
-def _write_signals(kept: OverTime, diagnosis: Diagnosis, monitor: str, path: str | Path) -> None:
-    units = {name: each.unit for name, each in diagnosis.traces.items()}
-    write(kept.recording(units, f"tierod, monitor {monitor}"), path)
+    def values(self, name: str) -> np.ndarray:
+        """One signal over all pieces, (n,)."""
+        return np.concatenate([np.asarray(shown[name], float) for _, shown in self._pieces])
+
+    def recording(self, units: Mapping[str, str], source: str) -> Recording:
+        """All pieces as one recording of the signals that have a unit, on the grid of the monitor."""
+        time = self.time
+        return Recording({name: Channel(name, time, self.values(name), unit, source) for name, unit in units.items()})
 
 
 def _kept(run: Run, path: str | Path, known: Baseline | None, diagnosis: Diagnosis, fault_free: bool) -> str:
@@ -136,51 +151,145 @@ def usual_monitor(vehicle: Vehicle) -> str:
     return vehicle.monitor or "friction"
 
 
-def find(monitor: str | Monitor | Variant, variant: str | Variant | None = None) -> tuple[Monitor, Variant]:
-    """Find a monitor and its variant by name; objects are checked and passed through.
+ALL = "all"
+"""Name that stands for all monitors that can run."""
+
+SLICE = 600.0
+"""Duration of a recording that is read at once while a stretch is being located [s]."""
+
+
+class NotRun(NamedTuple):
+    """A monitor that did not judge a recording, and why."""
+
+    monitor: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class Judged:
+    """Findings of the monitors in one recording.
 
     Args:
-        monitor: name, a monitor, or a variant of a registered monitor
-        variant: name, or a variant, which need not be one of those that the monitor lists; None takes the default of
-            the monitor
+        path: path of the recording
+        vehicle: name of the vehicle whose parameters were used
+        diagnoses: diagnoses by the name of the monitor
+        not_run: monitors that did not judge the recording
+    """
 
-    Returns:
-        the monitor with the required signals of the variant, and the variant
+    path: Path
+    vehicle: str
+    diagnoses: dict[str, Diagnosis]
+    not_run: tuple[NotRun, ...] = ()
+
+
+def judge(
+    path: Path,
+    car: Vehicle,
+    monitors: Sequence[str] | None = None,
+    *,
+    dbc: Any = None,
+    channel_map: Any = None,
+    start: float | None = None,
+    stop: float | None = None,
+    spread: bool = True,
+    command: str = "",
+    progress: Callable[[float], None] = lambda share: None,
+) -> Judged:
+    """Judge a recording with several monitors, or with all that can run.
+
+    Args:
+        path: path of the recording
+        car: vehicle whose parameters are used
+        monitors: names of monitors; None takes all that can run and have a default variant
+        dbc, channel_map: see `diagnose`
+        start, stop: bounds of the stretch to be judged, in the time of the recording [s]; None is no bound
+        spread: see `diagnose`
+        command: command line as typed by the user, for the report
+        progress: called with the completed share, 0 to 1
 
     Raises:
-        ParameterError: no such name, and the message gives the nearest; no variant given where there is no default; or
-            an object lacks an attribute
+        InputError: the recording cannot be read, or the stretch is empty
+        ParameterError: no such monitor
     """
-    if isinstance(monitor, Variant):
-        variant = variant or monitor
-        monitor = _monitor_of(monitor)
-    definition = MONITORS.required(monitor) if isinstance(monitor, str) else monitor
-    if why := obstacle(definition):
-        raise ParameterError(f"the monitor '{getattr(definition, 'name', definition)}' {why}")
-    chosen = variant if isinstance(variant, Variant) else _variant_of(definition, variant)
-    return definition.needing(chosen), chosen
+    source = source_of(path, car, dbc, channel_map, start, stop)
+    for name in monitors or ():
+        MONITORS.required(name)
+    runner = Runner(car, None if monitors is None else [Chosen(name) for name in monitors], spread)
+    try:
+        for piece in pieces_of(source, runner.needs, car, dbc, channel_map):
+            runner.add(piece)
+            progress(share_read(piece))
+    except InputError as error:
+        if runner.span is None:
+            raise
+        runner.refuse_all(str(error))
+    found = {name: each.diagnosis for name, each in runner.concluded(command)}
+    names = tuple(MONITORS) if monitors is None else tuple(monitors)
+    missed = (NotRun(name, runner.refused[name]) for name in names if name in runner.refused)
+    return Judged(path, car.name, found, tuple(missed))
 
 
-def _variant_of(monitor: Monitor, name: str | None) -> Variant:
-    name = monitor.default if name is None else name
-    if name is None:
-        choices = " or ".join(f"'{each.name}' ({each.summary.rstrip('.')})" for each in monitor.variants.values())
-        raise ParameterError(
-            f"the monitor '{monitor.name}' has no default variant, since the wrong one gives a wrong verdict; "
-            f"choose with --variant (in Python: variant=...) {choices}"
-        )
-    if name not in monitor.variants:
-        more = "" if lab.installed() else f" Those of the papers are in the package {lab.PACKAGE}"
-        raise ParameterError(f"'{monitor.name}' has no variant '{name}'{nearest(name, monitor.variants)}{more}")
-    return monitor.variants[name]
+def not_judged(path: Path, car: Vehicle, monitors: Sequence[str] | None, reason: str) -> Judged:
+    """Result for a recording that no monitor could judge.
+
+    Args:
+        path: path of the recording
+        car: vehicle whose parameters were to be used
+        monitors: names of the monitors; None stands for all
+        reason: reason, the same for all monitors
+    """
+    names = tuple(MONITORS) if monitors is None else tuple(monitors)
+    return Judged(path, car.name, {}, tuple(NotRun(name, reason) for name in names))
 
 
-def _monitor_of(variant: Variant) -> Monitor:
-    """Registered monitor that lists this variant."""
-    for monitor in MONITORS.values():
-        if monitor.variants.get(variant.name) is variant:
-            return monitor
-    raise ParameterError(
-        f"the variant '{variant.name}' belongs to no registered monitor, so its sampling rate is unknown; give "
-        "monitor=tierod.Monitor(...) with it in its variants, or the name of a monitor and variant=..."
-    )
+def source_of(
+    path: Path,
+    car: Vehicle,
+    dbc: Any,
+    channel_map: Any,
+    start: float | None,
+    stop: float | None,
+    names: Iterable[str] | None = None,
+) -> Path | Recording:
+    """Path of a recording, or the stretch of it between `start` and `stop`, read into memory.
+
+    Args:
+        path, car, dbc, channel_map, start, stop: see `judge`
+        names: signals to be read; None reads all
+
+    Raises:
+        InputError: the stretch is empty
+    """
+    if start is None and stop is None:
+        return path
+    first, last = float("-inf") if start is None else start, float("inf") if stop is None else stop
+    if not first < last:
+        raise InputError(f"a stretch from {first:g} to {last:g} s is empty; give --from before --to")
+    whole, seen = None, (float("inf"), float("-inf"))
+    for piece in pieces_of(path, names, car, dbc, channel_map, SLICE):
+        seen = (min(seen[0], piece.span[0]), max(seen[1], piece.span[1]))
+        part = piece.slice(first, last)
+        if any(len(channel.time) for channel in part.channels.values()):
+            whole = joined(whole, part)
+        if piece.span[0] >= last:
+            break
+    if whole is None:
+        where = f"from {first:g} s on" if stop is None else f"between {first:g} and {last:g} s"
+        where = f"before {last:g} s" if start is None else where
+        raise InputError(f"{path} has no data {where}; it covers {seen[0]:.6g} to {seen[1]:.6g} s")
+    return whole
+
+
+def able(source: Path | Recording, car: Vehicle, dbc: Any = None, channel_map: Any = None) -> Iterator[str]:
+    """Names of the usual monitors that would accept a recording, determined from its first piece.
+
+    Raises:
+        InputError: the recording cannot be read
+    """
+    if isinstance(source, Path) and source.is_fifo():
+        return
+    piece = next(iter(pieces_of(source, read_by_any(), car, dbc, channel_map)))
+    # A monitor without required signals has to be run on a sample of the recording: check the fast ones first.
+    for each in sorted((MONITORS[chosen.monitor] for chosen in usual()), key=lambda each: not each.required):
+        if taken(each, refusals(each, car, piece)):
+            yield each.name

@@ -5,9 +5,11 @@ from __future__ import annotations
 import dataclasses
 import datetime
 import math
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+
+import numpy as np
 
 from tierod.core.decimation import Decimator, bins_each
 from tierod.core.errors import InputError
@@ -17,13 +19,12 @@ from tierod.core.recording import Aligned, Recording
 from tierod.core.version import __version__
 from tierod.io.derive import complete, ingredients
 from tierod.io.readers import SHARE_READ
+from tierod.methods.relations import witnesses
 from tierod.monitors.harness.acceptance import refuse_unsuitable
 from tierod.monitors.harness.baseline import Baseline, refuse_foreign
 from tierod.monitors.harness.decision import Passing, decided
 from tierod.monitors.harness.inputs import InputChecks
-from tierod.monitors.harness.memory import SampleDigest
-from tierod.monitors.harness.over_time import OverTime
-from tierod.monitors.harness.pieces import CHUNK, OVERLAP, Silence, together
+from tierod.monitors.harness.pieces import CHUNK, OVERLAP, Silence, joined, together
 from tierod.monitors.harness.quality_over_chunks import Shared
 from tierod.monitors.harness.session import (
     BlockSession,
@@ -41,27 +42,21 @@ from tierod.vehicles import Vehicle
 from tierod.vehicles.uncertain import in_words
 
 if TYPE_CHECKING:
-    from tierod.monitors.harness.memory import MemoryFeed
+    from tierod.monitors.harness.memory import MemoryFeed, SampleDigest
 
 
-def fitting(monitor: Monitor, variant: Variant, piece: Recording, asked: bool) -> tuple[Monitor, Variant]:
-    """Monitor on the grid that suits a recording, and the variant whose signals the recording has.
+SETTLING = 2.0
+"""Shortest beginning of a recording that decides on grid and variant [s]: some samples of the slowest message."""
 
-    Args:
-        monitor: monitor with the required signals of the variant
-        variant: default variant, or the choice of the user
-        piece: first piece of the recording
-        asked: whether the user chose the variant, which is then kept
-    """
-    picked = None if asked else monitor.variant_for(complete(piece, [*monitor.required, *monitor.optional]))
-    if picked is None or picked.name == monitor.default:
-        return monitor.suited_to(piece), variant
-    return monitor.needing(picked).suited_to(piece), picked
-
+LEAST_STEPS = 3
+"""Grid steps of a beginning beyond the listening time of its session, since steps at its edges are judged later."""
 
 ROUNDING = 1e-6
 """Time after a step of the grid within which a sample still belongs to it, as in the alignment of recordings [s]."""
 
+
+Kept: TypeAlias = Callable[[np.ndarray, Mapping[str, np.ndarray]], None]
+"""Receives the time stamps [s] of a piece, and inputs and estimates by name, (n,) each."""
 
 EXACT = "all parameters of the vehicle are assumed to be exact: bands and verdict do not include their spread"
 """Remark of a diagnosis without the spread of the parameters."""
@@ -92,87 +87,82 @@ class Ended(NamedTuple):
 class Run:
     """Run of one monitor over one recording; the result does not depend on how the recording is cut into pieces.
 
+    The session opens as soon as the beginning of the recording shows its sampling rates and signals.
+
     Args:
-        monitor: monitor to be run
+        monitor: monitor to be run, with the required signals of the variant
         variant: variant of the monitor
         vehicle: vehicle whose parameters are used
+        free: whether the first variant runs whose signals the recording has, if the given one lacks some
         baseline: baseline of this vehicle; None lets the monitor learn one
         memory: path of the fault memory that takes the recording as one operation cycle
-        kept: collects inputs and estimates over time
+        kept: receives time stamps [s], inputs and estimates of every piece, as it is judged
         uncertain: whether the spread of the vehicle's parameters is carried into bands and verdict
         bins: least number of bins of every trace, allocated at once; None takes as many as memory allows
         signals_shown: whether the diagnosis includes what only a report shows, beside the estimates: histograms, loops
             and the input signals over time
 
-    Raises:
-        InputError: the baseline belongs to another vehicle or variant
-        ParameterError: the variant cannot run with this vehicle
+    `needs` are the channels to be read, `is_open` is whether grid and variant are known, and `beginning` is the part of
+    the recording that waits for that; None where none does.
     """
+
+    session: Session
+    """Session of the monitor, from the first piece on that shows its grid."""
 
     def __init__(
         self,
         monitor: Monitor,
         variant: Variant,
         vehicle: Vehicle,
+        *,
+        free: bool = False,
         baseline: Baseline | None = None,
         memory: str | Path | None = None,
-        kept: OverTime | None = None,
+        kept: Kept | None = None,
         uncertain: bool = False,
         bins: int | None = None,
         signals_shown: bool = True,
     ):
-        self.monitor, self.variant, self.vehicle = monitor, variant, vehicle
-        self._given = (baseline, memory, kept, uncertain, bins, signals_shown)
-        if baseline is not None:
-            refuse_foreign(baseline, vehicle.name, f"{monitor.name}, {variant.name}")
-        self._uncertain = Uncertain(monitor, variant, vehicle, baseline) if uncertain else None
-        self.session: Session = (
-            opened(monitor, variant, vehicle, baseline) if self._uncertain is None else self._uncertain.session
-        )
-        if isinstance(self.session, BlockSession):
-            self.session.pictured = signals_shown
+        self.monitor, self.variant, self.vehicle, self.kept = monitor, variant, vehicle, kept
+        self.needs = channels_of(monitor)
+        self._free, self._baseline, self._spread = free, baseline, uncertain
+        self._bins, self._signals_shown = bins, signals_shown
+        self.is_open = False
+        self.beginning: Recording | None = None
+        self._uncertain: Uncertain | None = None
         self._lanes: Lanes | None = None
-        self._may_turn = baseline is None
         self.feed: MemoryFeed | None = None
+        self._digest: SampleDigest | None = None
         if memory:
-            from tierod.monitors.harness.memory import MemoryFeed  # slow to import, and few runs have a memory
+            from tierod.monitors.harness import memory as cycles  # slow to import, and few runs have a memory
 
-            self.feed = MemoryFeed(memory, vehicle.name, monitor.name)
-        self._digest = SampleDigest(_common(monitor)) if memory else None
-        self.kept = kept
+            self.feed = cycles.MemoryFeed(memory, vehicle.name, monitor.name)
+            self._digest = cycles.SampleDigest(cycles.read_by_all(monitor))
         self.learnt: Baseline | None = None
         self.unproven: Baseline | None = None
         self.course: tuple[StatusChange, ...] = ()
         self.code_courses: Mapping[str, tuple[StatusChange, ...]] = {}
-        self._inputs = InputChecks(monitor, self.session.signals)
-        self.needs = self._inputs.needs
-        self._passing = Passing(variant.decisions, self.session)
         self._before: Recording | None = None
         self._start: float | None = None
         self._steps = 0
         self._silence = Silence()
         self._metadata: dict[str, Any] = {}
-        units = dict.fromkeys(self.session.signals, "") | dict(self.session.traces)
-        room = bins_each(len(units)) if bins is None else bins
-        kept_over_time = units if signals_shown else dict(self.session.traces)
-        self._traces = {name: Decimator(name, unit, room, bins is not None) for name, unit in kept_over_time.items()}
 
     @property
     def begun(self) -> bool:
         """Whether at least one step of the grid was judged."""
         return self._steps > 0
 
-    def fitted(self, piece: Recording, asked: bool) -> Run:
-        """Run on the grid and with the variant that suit a recording; see `fitting`.
+    @property
+    def waits(self) -> str:
+        """Why nothing is judged yet, in words; "" once it judges."""
+        if not self.is_open:
+            return "no frame came yet"
+        return "" if self.beginning is None else f"listens for {self._listening:.0f} s before it judges"
 
-        Args:
-            piece: first piece of the recording
-            asked: whether the user chose the variant, which is then kept
-        """
-        suited, picked = fitting(self.monitor, self.variant, piece, asked)
-        if (suited, picked) == (self.monitor, self.variant):
-            return self
-        return Run(suited, picked, self.vehicle, *self._given)
+    @property
+    def _listening(self) -> float:
+        return float(getattr(self.session, "listens", 0.0))
 
     def add(self, piece: Recording, shared: Shared | None = None) -> None:
         """Add the next piece of the recording.
@@ -183,21 +173,63 @@ class Run:
 
         Raises:
             InputError: a required signal is missing, or its sampling rate is too low
+            ParameterError: the variant cannot run with this vehicle
         """
+        if self._start is None:
+            shared = shared if self.beginning is None else None
+            piece, self.beginning = joined(self.beginning, piece), None
+            seconds = piece.span[1] - piece.span[0]
+            if seconds >= SETTLING and not self.is_open:
+                self._open(piece)
+            if not self.is_open or seconds < self._listening + LEAST_STEPS / self.monitor.rate:
+                self.beginning = piece
+                return
+        self._add(piece, shared)
+
+    def settle(self) -> None:
+        """Judge the beginning of a recording that has ended before it was long enough to decide on the grid."""
+        first, self.beginning = self.beginning, None
+        if first is not None:
+            if not self.is_open:
+                self._open(first)
+            self._add(first)
+
+    def _open(self, first: Recording) -> None:
+        """Open the session on the grid, and with the variant, that suit the beginning of a recording."""
+        monitor, variant = self.monitor, self.variant
+        picked = monitor.variant_for(complete(first, _signals(monitor))) if self._free else None
+        if picked is not None and picked.name != monitor.default:
+            monitor, variant = monitor.needing(picked), picked
+        whole = complete(first, _signals(monitor))
+        refuse_unsuitable(monitor, self.vehicle, whole)
+        monitor = monitor.suited_to(whole)
+        if self._baseline is not None:
+            refuse_foreign(self._baseline, self.vehicle.name, f"{monitor.name}, {variant.name}")
+        self._uncertain = Uncertain(monitor, variant, self.vehicle, self._baseline) if self._spread else None
+        session = self._uncertain.session if self._uncertain else opened(monitor, variant, self.vehicle, self._baseline)
+        if isinstance(session, BlockSession):
+            session.pictured = self._signals_shown
+        self._inputs, self._passing = InputChecks(monitor, session.signals), Passing(variant.decisions, session)
+        units = dict.fromkeys(session.signals, "") | dict(session.traces)
+        room = bins_each(len(units)) if self._bins is None else self._bins
+        over_time = units if self._signals_shown else session.traces
+        self._traces = {name: Decimator(name, units[name], room, self._bins is not None) for name in over_time}
+        self.monitor, self.variant, self.session, self.is_open = monitor, variant, session, True
+
+    def _add(self, piece: Recording, shared: Shared | None = None) -> None:
         begin, last = piece.span
         shared = shared or Shared(self._before, piece)
         # Signals are derived over the end of the previous piece too, so that no cut affects them; the quality counts
         # each sample once.
-        whole = complete(shared.whole, [*self.monitor.required, *self.monitor.optional])
+        whole = complete(shared.whole, _signals(self.monitor))
         complete_piece = shared.with_channels_of_piece(whole.slice(begin)) if self._before else whole
         self._inputs.quality.add(complete_piece, shared.qualities)
         if self._digest:
             self._digest.add(piece)
         self._metadata |= {k: v for k, v in piece.metadata.items() if k != SHARE_READ}
         if self._start is None:
-            refuse_unsuitable(self.monitor, self.vehicle, complete_piece)
             self._start = begin
-            self._lanes = None if self._uncertain is None else self._uncertain.lanes()
+            self._lanes = self._uncertain.lanes() if self._uncertain else None
         self._inputs.refuse_slow()
         self._before = piece.slice(last - OVERLAP)
         # Later steps have to wait, since the next piece may hold samples that belong to them.
@@ -257,7 +289,7 @@ class Run:
         if self.feed:
             self.feed.add(aligned, self.monitor.rate)
         if self.kept:
-            self.kept.add(aligned.time, shown)
+            self.kept(aligned.time, shown)
         self._passing.add(aligned.time, shown)
         places = None
         for name, trace in self._traces.items():
@@ -269,10 +301,11 @@ class Run:
         Raises:
             InputError: there was no sample, or a required signal was constant or missing throughout
         """
+        self.settle()
         if self._before is None or not self._steps:
             raise InputError("the recording holds no samples; check that the file is whole and the channel map fits it")
         last = self._before.span[1]
-        whole = complete(self._before, [*self.monitor.required, *self.monitor.optional])
+        whole = complete(self._before, _signals(self.monitor))
         # The last steps, which `add` has held back for a next piece.
         self._judge(whole, last, last + 0.5 / self.monitor.rate)
         self._inputs.quality.refuse_unusable(self.monitor.required, self.monitor.minimum_rate)
@@ -307,11 +340,11 @@ class Run:
         """Conclusion of the session including the spread of the parameters, and the effects of the parameters on it."""
         if isinstance(self.session, SubjectsSession):
             self.session.stuck = self._inputs.stuck.spans()
-        conclusion = self.session.conclude()
+        conclusion, may_turn = self.session.conclude(), self._baseline is None
         if self._uncertain is None:
-            return exact(conclusion, self.vehicle, self._may_turn, self.monitor.learns), ()
+            return exact(conclusion, self.vehicle, may_turn, self.monitor.learns), ()
         effects = None if self._lanes is None else self._lanes.conclude()
-        found = robust(conclusion, effects, self._uncertain.vehicle, self._may_turn, self.monitor.learns)
+        found = robust(conclusion, effects, self._uncertain.vehicle, may_turn, self.monitor.learns)
         note = in_words(self._uncertain.vehicle, self._uncertain.of_class)
         remarks = {**found.conclusion.remarks, **({"parameters": f"{note}."} if note else {})}
         return dataclasses.replace(found.conclusion, remarks=remarks), found.effects
@@ -356,8 +389,11 @@ class Run:
         return traces
 
 
-def _common(monitor: Monitor) -> set[str]:
-    """Channels that all own variants read, so that the fingerprint of a recording depends on no variant or package."""
-    names = getattr(monitor.variants, "own", monitor.variants)
-    own = [monitor, *(monitor.needing(monitor.variants[each]) for each in names)]
-    return set.intersection(*(set(ingredients([*each.required, *each.optional])) for each in own))
+def channels_of(monitor: Monitor) -> tuple[str, ...]:
+    """Channels that a monitor reads, with those that reveal a stuck signal."""
+    names = _signals(monitor)
+    return tuple(dict.fromkeys((*ingredients(names), *witnesses(names))))
+
+
+def _signals(monitor: Monitor) -> tuple[str, ...]:
+    return (*monitor.required, *monitor.optional)

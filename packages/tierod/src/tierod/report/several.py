@@ -10,7 +10,7 @@ from typing import Any
 from tierod.core.content import Facts, Item, Table, Verdict
 from tierod.core.findings import Diagnosis, Trace
 from tierod.core.statuses import Status, worst
-from tierod.monitors.several import ALL, Judged
+from tierod.monitors.diagnose import ALL, Judged
 from tierod.report.charts.decisions import decision_figure, looks_chart
 from tierod.report.charts.elements import state_figure
 from tierod.report.charts.figure import Figure

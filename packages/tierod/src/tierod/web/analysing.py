@@ -23,10 +23,9 @@ from tierod.io.formats import plain
 from tierod.io.readers import SHARE_READ, ChannelMap, open_chunks, open_source, parse_channel_map
 from tierod.io.readers.opening import shipped
 from tierod.io.readers.reading import completed, loaded_map, planned
-from tierod.monitors.harness.over_time import OverTime
 from tierod.monitors.harness.pieces import CHUNK
-from tierod.monitors.run import Run
-from tierod.monitors.together import Chosen, Concluded, Together, usual
+from tierod.monitors.run import Kept, Run
+from tierod.monitors.runner import Concluded, Runner, usual
 from tierod.vehicles import Vehicle, load
 from tierod.vehicles.reading import read_by
 from tierod.web.errors import in_the_page
@@ -221,18 +220,20 @@ def _keep_result(
     """Judge the stored signals, and store findings, estimates and reports."""
     folder = store.begun("results")
     writer = SeriesWriter(folder)
-    watched = Watched(car, asked.monitors, asked.spread, writer)
+    runner = Runner(car, asked.monitors, asked.spread)
+    for name, run in runner.runs.items():
+        run.kept = _written(name, run, writer)
     # A signal that no monitor reads must not shift the beginning of the judged span.
-    needed = {*watched.needs, *ingredients(watched.needs)}
+    needed = {*runner.needs, *ingredients(runner.needs)}
     # A monitor derives the signals that it needs itself, and notes that they are derived.
     wanted = [name for name, each in series.signals.items() if name in needed and not each.note.startswith(DERIVED)]
     begin, end = series.span
     for piece in pieces(series, wanted, CHUNK):
-        watched.add(piece)
+        runner.add(piece)
         say(0.4 + 0.5 * (piece.span[1] - begin) / max(end - begin, 1e-9), "judging")
-        if not watched.running:
+        if not runner.runs:
             break
-    concluded = dict(watched.concluded())
+    concluded = dict(runner.concluded())
     _withhold(writer, concluded)
     writer.finish({})
     for place, (name, each) in enumerate(concluded.items()):
@@ -244,7 +245,7 @@ def _keep_result(
         "path": str(reading.path),
         "vehicle": car.name,
         "monitors": {name: monitor_document(each) for name, each in concluded.items()},
-        "not_run": dict(watched.refused),
+        "not_run": dict(runner.refused),
     }
     write_text(folder / "result.json", json.dumps(about), sweeps=False)
     store.settled(folder, "results", keys["key"])
@@ -293,38 +294,15 @@ def monitor_document(found: Concluded) -> dict[str, Any]:
     return content
 
 
-class Watched(Together):
-    """Monitors whose estimates are written as they are made.
+def _written(monitor: str, run: Run, writer: SeriesWriter) -> Kept:
+    """Writes the estimates of a monitor piece by piece, each named "monitor/estimate"."""
 
-    Args:
-        writer: writer of the estimates, which are named "monitor/estimate"
-    """
-
-    def __init__(self, car: Vehicle, chosen: Sequence[Chosen], spread: bool, writer: SeriesWriter):
-        super().__init__(car, chosen, spread)
-        for name, run in list(self._runs.items()):
-            with self._refusing(name):
-                kept = Written(name, lambda name=name: self._runs[name], writer)
-                self._runs[name] = Run(run.monitor, run.variant, car, kept=kept, uncertain=spread)
-
-
-class Written(OverTime):
-    """Writes the estimates of a monitor.
-
-    Args:
-        run: returns the run of the monitor, which has the names and units of its estimates
-    """
-
-    def __init__(self, monitor: str, run: object, writer: SeriesWriter):
-        super().__init__()
-        self._monitor, self._run, self._writer = monitor, run, writer
-
-    def add(self, time: np.ndarray, shown: Mapping[str, np.ndarray]) -> None:
-        """Write the next piece; arguments as in `OverTime.add`."""
-        traces: Mapping[str, str] = self._run().session.traces  # type: ignore[operator]
+    def write(time: np.ndarray, shown: Mapping[str, np.ndarray]) -> None:
         stamps = np.array(time, float)
-        self._writer.add(
-            Channel(f"{self._monitor}/{name}", stamps, np.asarray(shown[name], float), unit, f"monitor {self._monitor}")
-            for name, unit in traces.items()
+        writer.add(
+            Channel(f"{monitor}/{name}", stamps, np.asarray(shown[name], float), unit, f"monitor {monitor}")
+            for name, unit in run.session.traces.items()
             if name in shown
         )
+
+    return write

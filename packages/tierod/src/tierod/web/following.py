@@ -29,7 +29,7 @@ from tierod.live.drive import Drive
 from tierod.live.events import Hub, line
 from tierod.live.judge import Plan
 from tierod.live.outputs import Outputs
-from tierod.monitors.together import usual
+from tierod.monitors.runner import usual
 
 PERIOD = 0.05
 """Time between two lines with samples [s]."""

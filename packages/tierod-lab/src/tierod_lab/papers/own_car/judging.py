@@ -13,12 +13,11 @@ from tierod.core.errors import InputError, ParameterError
 from tierod.core.findings import Diagnosis
 from tierod.core.recording import Recording
 from tierod.core.statuses import Status
-from tierod.io.derive import complete
 from tierod.methods.identification.experiment import Found
-from tierod.monitors.diagnose import find
-from tierod.monitors.harness.over_time import OverTime
+from tierod.monitors.diagnose import OverTime
 from tierod.monitors.own_car import identify_own_car
 from tierod.monitors.run import Run
+from tierod.monitors.runner import find
 from tierod.vehicles.vehicle import Vehicle
 from tierod_lab.ground import run
 from tierod_lab.ground.courses.conditions import Restlessness
@@ -223,8 +222,7 @@ def over(monitor: str, vehicle: Vehicle, recording: Recording, uncertain: bool) 
     """
     definition, variant = find(monitor)
     kept = OverTime()
-    whole = complete(recording, [*definition.required, *definition.optional])
-    process = Run(definition.suited_to(whole), variant, vehicle, kept=kept, uncertain=uncertain)
+    process = Run(definition, variant, vehicle, kept=kept.add, uncertain=uncertain)
     process.add(recording)
     diagnosis = process.finish()
     # Estimates that a report withholds count in the coverage as well.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass
 
 from tierod.core.errors import InputError, TierodError, nearest
@@ -125,6 +125,9 @@ SEEN = 1.0
 TRIED = 30.0
 """Duration of a trial run that determines whether a monitor has enough of its optional signals [s]."""
 
+NO_SIGNAL = "the recording has none of its signals"
+"""Reason why a monitor without required signals cannot run."""
+
 TOO_FEW = "fewer than"
 """Beginning of the cause that a monitor without required signals states when it has too few signals."""
 
@@ -184,22 +187,24 @@ def taken(monitor: Monitor, reasons: Mapping[str, str]) -> tuple[str, ...]:
     return tuple(sorted(free, key=lambda name: name != monitor.default))
 
 
-def unable(monitor: Monitor, finding: Finding | Verdict, recording: Recording) -> str:
+def unable(monitor: Monitor, finding: Finding | Verdict, names: Container[str]) -> str:
     """Cause of a finding that states nothing because the recording lacks signals; "" for any other finding."""
+    if not any(name in names for name in (*monitor.required, *monitor.optional)):
+        return NO_SIGNAL
     too_few = not monitor.required and finding.cause.startswith(TOO_FEW)
-    without = finding.status is Status.NOT_AVAILABLE and finding.since is None and _may_lack(monitor, recording)
+    without = finding.status is Status.NOT_AVAILABLE and finding.since is None and _may_lack(monitor, names)
     return finding.cause if too_few or without else ""
 
 
-def _may_lack(monitor: Monitor, recording: Recording) -> bool:
+def _may_lack(monitor: Monitor, names: Container[str]) -> bool:
     """Whether two or more signals that the result rests on are absent; a single one may have a substitute."""
-    return sum(name not in recording for name in monitor.rests_on) > 1
+    return sum(name not in names for name in monitor.rests_on) > 1
 
 
 def _refusal(monitor: Monitor, variant: Variant, vehicle: Vehicle | None, recording: Recording, whole: bool) -> str:
     suited = monitor.needing(variant).suited_to(recording)
     if not suited.required and not any(name in recording for name in suited.optional):
-        return "the recording has none of its signals"
+        return NO_SIGNAL
     try:
         refuse_unsuitable(suited, vehicle, recording)
         quality = QualityOverChunks(ingredients(suited.required))

@@ -14,7 +14,8 @@ from tierod.core.recording import Aligned, Recording
 from tierod.core.series import Rows, Stride
 from tierod.diagnosis.fault_memory import Counting, FaultMemory
 from tierod.diagnosis.trouble_codes import load_trouble_codes
-from tierod.monitors.harness.session import StatusChange
+from tierod.io.derive import ingredients
+from tierod.monitors.harness.session import Monitor, StatusChange
 
 RATE = 10.0
 """Rate of the test results in the memory [Hz]; low, since the stopping rule of the monitor has decided already."""
@@ -135,3 +136,10 @@ class SampleDigest:
         """First 32 hexadecimal digits of the digest over all pieces."""
         whole = hashlib.sha256(b"".join(digest.digest() for digest in self._digests.values()))
         return whole.hexdigest()[:32]
+
+
+def read_by_all(monitor: Monitor) -> set[str]:
+    """Channels that all own variants read, so that the fingerprint of a recording depends on no variant or package."""
+    names = getattr(monitor.variants, "own", monitor.variants)
+    own = [monitor, *(monitor.needing(monitor.variants[each]) for each in names)]
+    return set.intersection(*(set(ingredients([*each.required, *each.optional])) for each in own))

@@ -20,7 +20,7 @@ from tierod.core.user_files import read_text
 from tierod.io.readers import ChannelMap, read
 from tierod.io.readers.opening import Paths
 from tierod.methods.identification.experiment import Found
-from tierod.monitors.several import source_of
+from tierod.monitors.diagnose import source_of
 from tierod.report.display import number
 from tierod.report.html import Analysis, Origin, render_analysis
 from tierod.vehicles import QUANTITIES, Vehicle, load
