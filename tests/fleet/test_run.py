@@ -223,7 +223,7 @@ def test_several_monitors_share_one_reading_and_say_why_one_did_not_run(tmp_path
     judged(path, tmp_path / "results", asked=Asked((Chosen("friction"), Chosen("motor-angle")), spread=False))
     assert findings_of(tmp_path / "results")["monitor"].to_pylist() == ["friction"]
     (row,) = ledger_of(tmp_path / "results").to_pylist()
-    assert row["remarks"][0].startswith("motor-angle did not run: the monitor 'motor-angle' cannot run")
+    assert row["remarks"][0].startswith("motor-angle did not run: the monitor 'motor-angle' needs motor_current_alpha")
 
 
 def test_with_the_spread_of_parameters_a_drive_is_judged_anew(tmp_path):
@@ -265,7 +265,7 @@ def test_what_stops_most_monitors_is_said_first_and_once(tmp_path):
     assert row["outcome"] == "skipped"
     assert row["reason"].startswith("no monitor can judge it: friction, driver-torque: the time jumps ahead from about")
     assert row["reason"].count("the time jumps") == 1
-    assert "; motor-angle: the monitor 'motor-angle' cannot run" in row["reason"]
+    assert "; motor-angle: the monitor 'motor-angle' needs motor_current_alpha" in row["reason"]
 
 
 def test_one_drive_in_several_formats_counts_once(tmp_path):

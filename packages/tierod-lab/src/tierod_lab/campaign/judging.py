@@ -11,8 +11,9 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from tierod.core.findings import Finding, Status
+from tierod.core.findings import Finding
 from tierod.core.recording import Recording
+from tierod.core.statuses import Status
 from tierod.monitors.diagnose import OverTime
 from tierod.monitors.harness.baseline import Baseline
 from tierod.monitors.harness.session import Monitor, StatusChange, Variant
