@@ -101,6 +101,8 @@ def test_a_warning_adds_its_remedy_unless_the_cause_names_its_signal():
     verdict = Verdict("friction", Status.HEALTHY, (Fact("low", "below every limit", action="none"),))
     found = assemble("Friction", verdict, [stuck])
     assert (found.action, found.warnings) == ("repair or check speed", ("speed is stuck",))
+    late = defect(("torque",), "torque is late")
+    assert assemble("Friction", verdict, [late], {"speed"}).action == "none"
     lost = Fact("judged time", "speed is missing", action="record again", allows=Status.NOT_IDENTIFIABLE)
     assert assemble("Friction", verdict, [lost, stuck]).action == "record again"
 

@@ -22,3 +22,10 @@ def test_a_changed_word_or_figure_is_a_difference():
     assert differences(kept, kept.replace("2.58", "2.63"))
     assert differences(kept, kept.replace("healthy", "fault"))
     assert differences(kept, kept + "exit 1\n")
+
+
+def test_no_kept_headline_has_more_than_twelve_words():
+    texts = [path.read_text(encoding="utf-8") for path in FOLDER.glob("*.txt")]
+    headlines = [line.partition(": ")[2] for text in texts for line in text.splitlines() if "].headline: " in line]
+    assert len(headlines) > 60
+    assert [each for each in headlines if len(each.split()) > 12] == []

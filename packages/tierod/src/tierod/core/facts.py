@@ -184,7 +184,9 @@ def assemble(
     cause = "; ".join(dict.fromkeys(each.cause for each in (*causes, *own) if each.cause))
     beside = [each for each in dict.fromkeys((*verdict.facts, *new)) if each not in causes]
     actions = [each.action for each in causes]
-    actions += [each.action for each in beside if not any(name in cause for name in each.rests_on)]
+    # What could limit a verdict but does not needs no remedy now.
+    mere = [each for each in beside if each.allows is None and not each.explains]
+    actions += [each.action for each in mere if not any(name in cause for name in each.rests_on)]
     actions += [each.action for each in own]
     brief = _brief(verdict)
     reason = next((each.reason for each in causes if each.reason), "" if lowering else brief)

@@ -151,8 +151,11 @@ def verdict_of_drive(found: Found) -> Verdict:
     open_ = [each for each in found.states if each.status is not Status.HEALTHY]
     if found.problems:
         first = found.problems[0]
+        wrong = {"time": "wrong time stamps", "rate": "low rate"}.get(first.kind, f"wrong {first.kind}")
         brief = shortened(first.cause)
-        reason = brief if 0 < len(brief.split()) <= LONGEST else f"wrong {first.kind} of a signal"
+        # The name of a signal alone says nothing.
+        named = f"{wrong} of {listed(first.elements) if len(first.elements) == 1 else 'a signal'}"
+        reason = brief if 3 <= len(brief.split()) <= LONGEST else named
         return _stated(found, Status.NOT_TESTABLE, Fact("wiring", first.cause, reason, first.action))
     if found.of(Status.FAULT, Status.SUSPECT):
         return _faulty(found)
