@@ -1,13 +1,19 @@
-"""Signals of the wrong sign beside the others."""
+"""Signals of the wrong sign, or of a wrong unit, beside the others."""
+
+import dataclasses
 
 import numpy as np
 import pytest
 
+import exact_vehicle
+from shared_data import shared_data
 from tierod.core.recording import Channel, Recording
 from tierod.core.signals import SIGNALS
-from tierod.io.signs import COMPARED, sign_warnings
+from tierod.io.readers import read
+from tierod.io.signs import COMPARED, NAMES, sign_warnings, turn_warnings
 from tierod.monitors.diagnose import diagnose
 from tierod.vehicles import load
+from tierod_lab import ground
 
 RANDOM = np.random.default_rng(4)
 TIME = np.arange(0.0, 60.0, 0.01)
@@ -143,3 +149,58 @@ def test_a_drive_with_parking_names_the_wrong_sign_as_before(wrong):
     turned = whole[wrong]
     (warning,) = sign_warnings(whole.with_channels([Channel(wrong, TIME, -turned.values, turned.unit)]))
     assert warning.startswith(f"{wrong} probably has the wrong sign")
+
+
+@pytest.fixture(scope="module")
+def fault_free():
+    return ground.drive(minutes=4.0, seed=2)
+
+
+def scaled(recording: Recording, name: str, factor: float) -> Recording:
+    return recording.with_channels([dataclasses.replace(recording[name], values=factor * recording[name].values)])
+
+
+@pytest.mark.parametrize("factor", [1.0, -1.0, 0.8, 1.25])
+@pytest.mark.parametrize("name", NAMES)
+def test_signs_and_gains_are_no_matter_of_units(fault_free, name, factor):
+    assert turn_warnings(scaled(fault_free, name, factor)) == ()
+
+
+@pytest.mark.parametrize(
+    ("name", "factor", "sentence"),
+    [
+        ("vehicle_speed", 3.6, "vehicle_speed looks like km/h taken for m/s"),
+        ("vehicle_speed", 1.0 / 3.6, "vehicle_speed looks converted twice"),
+        ("yaw_rate", 57.3, "at least one of them has a wrong unit"),
+        ("lateral_acceleration", 1.0 / 9.81, "at least one of them has a wrong unit"),
+    ],
+)
+def test_a_wrong_unit_is_reported(fault_free, name, factor, sentence):
+    (warning,) = turn_warnings(scaled(fault_free, name, factor))
+    assert sentence in warning
+
+
+def test_a_wrong_unit_stands_beside_the_verdict(fault_free):
+    finding = exact_vehicle.diagnose(scaled(fault_free, "vehicle_speed", 3.6), "midsize-eps").findings[0]
+    assert [warning for warning in finding.warnings if "km/h taken for m/s" in warning]
+
+
+def test_where_nothing_turns_or_is_known_nothing_is_said(fault_free):
+    straight = {
+        name: dataclasses.replace(fault_free[name], values=0.01 * fault_free[name].values) for name in NAMES[1:]
+    }
+    assert turn_warnings(fault_free.with_channels(straight.values())) == ()
+    assert turn_warnings(fault_free.slice(0.0, 5.0)) == ()
+    assert turn_warnings(fault_free.slice(0.0, 0.5)) == ()
+    assert turn_warnings(Recording({"yaw_rate": fault_free["yaw_rate"]})) == ()
+    rng = np.random.default_rng(1)
+    noise = fault_free["yaw_rate"]
+    unrelated = Channel("yaw_rate", noise.time, rng.normal(0.0, 10.0, len(noise.time)), "rad/s")
+    assert turn_warnings(fault_free.with_channels([unrelated])) == ()
+
+
+def test_a_car_with_unknown_units():
+    recording = read(shared_data("revsted_slip_angle", "obd.csv"))
+    (warning,) = turn_warnings(recording)
+    ratio = float(warning.split("is ")[1].split(" times")[0])
+    assert ratio == pytest.approx(np.pi / 180.0 / 3.6, rel=0.2), "degrees and km/h, taken for rad and m/s"

@@ -21,7 +21,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
-from typing import Annotated, Any
+from typing import Annotated, Any, BinaryIO
 
 import numpy as np
 
@@ -105,7 +105,8 @@ _starting = threading.Lock()
 class Started:
     template: Template  # that it was forked from
     pid: int
-    line: socket.socket  # requests to it and answers from it; it ends where this one is closed
+    line: socket.socket  # requests to it; it ends where this one is closed
+    answers: BinaryIO  # of the same socket
 
     def code(self, patience: float) -> int | None:
         """Exit code; None where the reader still runs or the code is unknown.
@@ -130,6 +131,7 @@ class Started:
                 self.code(1.0)
         with contextlib.suppress(OSError):
             self.line.shutdown(socket.SHUT_RDWR)
+        self.answers.close()
         self.line.close()
 
 
@@ -142,9 +144,9 @@ def started(script: str, path: str, memory: int, folder: Path | None) -> Started
             # One of the process that this one was forked from is not ours.
             if template is not None and template.owner == os.getpid():
                 with contextlib.suppress(TemplateEnded):
-                    return Started(template, template.start(path, memory, folder, theirs), ours)
+                    return Started(template, template.start(path, memory, folder, theirs), ours, ours.makefile("rb"))
             template = _templates[script] = Template(script)
-            return Started(template, template.start(path, memory, folder, theirs), ours)
+            return Started(template, template.start(path, memory, folder, theirs), ours, ours.makefile("rb"))
     except BaseException:
         ours.close()
         raise
@@ -189,7 +191,6 @@ class ReaderProcess:
         folder = reading_folder()
         try:
             self._reader = started(str(script.__file__), str(path.absolute()), self._memory + size, folder)
-            self._answers = self._reader.line.makefile("rb")
         except TemplateEnded as end:
             _remove(folder)
             raise self._ended(end.code) from None
@@ -216,11 +217,11 @@ class ReaderProcess:
         self._reader.line.sendall(request)
         if not select.select([self._reader.line], [], [], BUDGET.patience * self._seconds)[0]:
             raise self._refused(f"it gives no answer within {BUDGET.patience * self._seconds:.0f} s")
-        about = json.loads(self._answers.readline())
+        about = json.loads(self._reader.answers.readline())
         arrays = {}
         for name, (kind, shape) in about["arrays"].items():
             dtype, size = np.dtype(_KINDS[kind]), math.prod(shape)
-            data = self._answers.read(size * dtype.itemsize)
+            data = self._reader.answers.read(size * dtype.itemsize)
             arrays[name] = np.frombuffer(data, dtype, size).reshape(shape)
         return about, arrays
 

@@ -1,4 +1,7 @@
-"""Runs of equal values of a signal, and the tests by which related signals contradict them, sample by sample."""
+"""Runs of equal values of a signal, and the tests by which related signals contradict them, sample by sample.
+
+The argument `limits` of a test is the `StuckSignals`, with the limits by which two signals may differ.
+"""
 
 from __future__ import annotations
 
@@ -103,21 +106,8 @@ class Contradiction(NamedTuple):
     seconds: Scalar
 
 
-class PairLimits(NamedTuple):
-    """Parameters of `StuckSignals` by which two signals may differ; see there for units and reasons."""
-
-    sample_time: Any
-    learning: Scalar
-    delay: Scalar
-    angle: Scalar
-    drift: Scalar
-    turn: Scalar
-    speed: Scalar
-    slip: Scalar
-
-
 def rate_beside_angle(
-    limits: PairLimits,
+    limits: Any,
     old: Contradiction,
     now: dict[str, Scalar],
     runs: dict[str, EqualValues],
@@ -134,7 +124,7 @@ def rate_beside_angle(
 
 
 def angle_beside_rate(
-    limits: PairLimits,
+    limits: Any,
     old: Contradiction,
     now: dict[str, Scalar],
     runs: dict[str, EqualValues],
@@ -150,7 +140,7 @@ def angle_beside_rate(
 
 
 def _beyond(
-    limits: PairLimits, apart: Scalar, since: Scalar, runs: dict[str, EqualValues], rate: str, angle: str, other: str
+    limits: Any, apart: Scalar, since: Scalar, runs: dict[str, EqualValues], rate: str, angle: str, other: str
 ) -> Scalar:
     """Whether rate and angle differ by more than their steps and offsets explain; `other` is not the one tested."""
     # The error of a coarse rate grows with time, that of a coarse angle does not.
@@ -159,7 +149,7 @@ def _beyond(
 
 
 def beside_turn(
-    limits: PairLimits, old: Contradiction, run: EqualValues, turn: Scalar, shows: Any
+    limits: Any, old: Contradiction, run: EqualValues, turn: Scalar, shows: Any
 ) -> tuple[Contradiction, Scalar]:
     """Test of a constant signal of a turn: it disagrees with the two others."""
     memory = _agreed(old, run, turn)
@@ -167,9 +157,7 @@ def beside_turn(
     return memory, all_of(run.seconds > limits.delay, apart, shows)
 
 
-def angle_beside_bends(
-    limits: PairLimits, old: Contradiction, run: EqualValues, bend: Scalar
-) -> tuple[Contradiction, Scalar]:
+def angle_beside_bends(limits: Any, old: Contradiction, run: EqualValues, bend: Scalar) -> tuple[Contradiction, Scalar]:
     """Test of a constant steering angle: the car turns to one side and then to the other; `bend` [m/s^2]."""
     early = run.seconds < limits.delay
     least = where(early, bend, minimum(old.start, bend))
@@ -190,7 +178,7 @@ def bend_of(acceleration: Scalar, yaw: Scalar, speed: Scalar) -> Scalar:
 
 
 def speed_beside_others(
-    limits: PairLimits,
+    limits: Any,
     old: Contradiction,
     now: dict[str, Scalar],
     runs: dict[str, EqualValues],
@@ -211,7 +199,7 @@ def speed_beside_others(
 
 
 def beside_followed(
-    limits: PairLimits, old: Contradiction, other: Scalar, run: EqualValues, beside: EqualValues, share: float
+    limits: Any, old: Contradiction, other: Scalar, run: EqualValues, beside: EqualValues, share: float
 ) -> tuple[Contradiction, Scalar]:
     """Test of a constant signal: a signal that it follows passes over a large share of its own range."""
     early, there = run.seconds < limits.delay, present(other)

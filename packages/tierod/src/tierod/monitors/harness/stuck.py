@@ -23,7 +23,6 @@ from tierod.monitors.harness.repeated_values import (
     NEW,
     Contradiction,
     EqualValues,
-    PairLimits,
     angle_beside_bends,
     angle_beside_rate,
     bend_of,
@@ -243,24 +242,23 @@ class StuckSignals:
         self, state: State, now: dict[str, Scalar], runs: dict[str, EqualValues], offsets: tuple[Scalar, ...], turn: Any
     ) -> tuple[tuple[Contradiction, ...], dict[str, Scalar]]:
         """States of all comparisons after one sample, and whether each signal is contradicted."""
-        limits = PairLimits(*(getattr(self, each) for each in PairLimits._fields))
         pairs: list[tuple[str, Contradiction, Scalar, Scalar]] = []
         old = iter(state.contradictions)
         for offset, (rate, angle) in zip(offsets, self.rates, strict=True):
-            pairs.append((rate, *rate_beside_angle(limits, next(old), now, runs, rate, angle, offset), 0.0))
-            pairs.append((angle, *angle_beside_rate(limits, next(old), now, runs, rate, angle, offset), 0.0))
+            pairs.append((rate, *rate_beside_angle(self, next(old), now, runs, rate, angle, offset), 0.0))
+            pairs.append((angle, *angle_beside_rate(self, next(old), now, runs, rate, angle, offset), 0.0))
         for name in self.turns:
             trusted = state.misfit_seconds < self.misfit * runs[name].seen
             shows = absolute(now["yaw_rate"]) > self.yaw_rate if name == "vehicle_speed" else 1.0
-            pairs.append((name, *beside_turn(limits, next(old), runs[name], turn, both(trusted, shows)), 0.0))
+            pairs.append((name, *beside_turn(self, next(old), runs[name], turn, both(trusted, shows)), 0.0))
         for name, others in self.speeds:
-            pairs.append((name, *speed_beside_others(limits, next(old), now, runs, name, others), 0.0))
+            pairs.append((name, *speed_beside_others(self, next(old), now, runs, name, others), 0.0))
         for name, other, share in self.followers:
-            followed = beside_followed(limits, next(old), now[other], runs[name], runs[other], share)
+            followed = beside_followed(self, next(old), now[other], runs[name], runs[other], share)
             pairs.append((name, *followed, 3.0 * runs[name].longest))
         for name in self.steered:
             bend = bend_of(*(now[other] for other in TURN))
-            pairs.append((name, *angle_beside_bends(limits, next(old), runs[name], bend), 0.0))
+            pairs.append((name, *angle_beside_bends(self, next(old), runs[name], bend), 0.0))
         after: list[Contradiction] = []
         found: dict[str, Scalar] = {}
         for name, memory, violated, least in pairs:
