@@ -125,11 +125,7 @@ def ingredients(names: Iterable[str]) -> tuple[str, ...]:
 
 
 def complete(recording: Recording, names: Iterable[str] | None = None) -> Recording:
-    """The recording with those of the named signals added that it lacks and that can be derived from its channels.
-
-    Args:
-        names: the signals wanted; every one with a recipe where not given
-    """
+    """The recording with those of the named signals added that it lacks and that can be derived from its channels."""
     made = []
     for name in RECIPES if names is None else names:
         recipe = RECIPES.get(name)

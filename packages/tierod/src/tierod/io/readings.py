@@ -128,11 +128,7 @@ def readings_of(values: np.ndarray) -> Readings:
 
 
 def scatter(name: str, deviation: float) -> str:
-    """Noise of a signal in words.
-
-    Args:
-        deviation: standard deviation of a reading [unit of the signal]
-    """
+    """Noise of a signal in words, from the standard deviation of a reading [unit of the signal]."""
     return f"the readings of {name} scatter by {in_words(deviation, SIGNALS[name].unit)}"
 
 
@@ -144,9 +140,5 @@ def noise_warnings(recording: Recording) -> tuple[str, ...]:
 
 
 def held_remark(rate: float, rows: float) -> str:
-    """Remark on held readings.
-
-    Args:
-        rate: rate of the rows [Hz]
-    """
+    """Remark on held readings, from the rate of the rows [Hz]."""
     return f"readings come at {rate / rows:.3g} Hz only: each is repeated in {rows:.0f} rows"

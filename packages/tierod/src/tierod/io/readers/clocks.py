@@ -106,11 +106,7 @@ def _named(name: str | None, columns: Sequence[Column]) -> Column | None:
 
 
 def unit_of(column: Column, given: TimeEntry = GUESSED) -> str:
-    """The unit of a time column: as given by the user, as stated by the file, or by the ending of its name.
-
-    Returns:
-        the unit as written; "" where none is given
-    """
+    """The unit of a time column: as the user gives it, the file states it, or its name ends; "" without one."""
     inside = split_name(column.name)[1]
     return given.unit or column.unit or (inside if known(inside) else "") or split_suffix(column.name)[1]
 
@@ -153,12 +149,7 @@ def _in_doubt(rate: float, step: float, column: str, applied: str, fitting: Sequ
 
 
 def seconds(stamps: np.ndarray, unit: str, column: str) -> tuple[np.ndarray, str]:
-    """Time stamps in seconds, and the note on a guessed unit.
-
-    Args:
-        stamps: as recorded, shape (n,)
-        unit: unit by `unit_of`; where it is "", seconds, or the unit that makes large numbers a calendar date
-    """
+    """Time stamps in seconds, and the note on a guessed unit."""
     guess = "" if unit else _calendar_unit(stamps)
     note = f"time stamps taken as {guess} since 1970" if guess else ""
     try:

@@ -49,11 +49,7 @@ def limits() -> Limits:
 
 
 class Allowance:
-    """Counts the unpacked size of a file, and stops where it exceeds the limits.
-
-    Args:
-        size: size of the stored file [bytes]
-    """
+    """Counts the unpacked size of a file, and stops where it exceeds the limits."""
 
     def __init__(self, path: Path | str, size: int):
         self.path, self.size = path, size

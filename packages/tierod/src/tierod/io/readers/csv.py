@@ -147,11 +147,7 @@ class Table:
 
 
 def open_csv(content: Content, time: TimeEntry = GUESSED) -> Source:
-    """A text table.
-
-    Args:
-        time: time column as given by a user; ignored in a file that tierod wrote
-    """
+    """A text table; the time column that a user gives is ignored in a file that tierod wrote."""
     path, table = content.path, Table(content)
     layout = table.layout
     columns = [column for column in layout.columns if column.name in {*layout.numeric, *layout.dates}]
@@ -200,12 +196,7 @@ def _clocks(
 
 
 def _lane(table: Table, clock: str, unit: str, names: Sequence[str], padded: bool, said: list[str]) -> Lane:
-    """The columns with one clock, block by block.
-
-    Args:
-        padded: whether rows without a stamp are only padding beside longer columns
-        said: receives the note on broken lines
-    """
+    """The columns with one clock, block by block."""
     layout = table.layout
     columns = {column.name: column for column in layout.columns}
     about = {each["name"]: each for each in layout.about.get("channels", {}).values()}

@@ -43,11 +43,7 @@ class Layout:
 
 
 def find_layout(data: bytes) -> Layout:
-    """The layout of a text table.
-
-    Args:
-        data: the file, or enough from its beginning; UTF-8 or Latin-1
-    """
+    """The layout of a text table, from enough of its beginning in UTF-8 or Latin-1."""
     lines = _lines(data)
     about = _about(lines)
     if "layout" in about:  # a file of tierod, which may hold a missing value in every cell

@@ -66,13 +66,7 @@ class Payloads:
         return self.words[first, big_endian]
 
     def raw(self, start: int, length: int, big_endian: bool, signed: bool = False, real: bool = False) -> np.ndarray:
-        """The raw values of one signal, before factor and offset.
-
-        Returns:
-            unsigned or signed 64-bit integers, or floats, shape (n,); NaN where the description is invalid: more
-                than
-            64 bits, a begin before the first bit, a real number of another length
-        """
+        """The raw values of one signal, (n,), before factor and offset; NaN where it is described as no number."""
         if not 1 <= length <= LONGEST or start < 0 or (real and length not in _REALS):
             return np.full(len(self.data), np.nan)
         begin, end = span(start, length, big_endian)

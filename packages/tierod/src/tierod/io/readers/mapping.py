@@ -45,12 +45,7 @@ def plan(
     names: Iterable[str] | None,
     silent: Sequence[str] = (),
 ) -> Plan:
-    """Plan of the columns that become channels.
-
-    Args:
-        channel_map: map that decides for the signals it names; the others are guessed by name
-        names: the signals or columns wanted; all where not given
-    """
+    """Plan of the columns that become channels."""
     by_name = {column.name: column for column in columns}
     wanted = None if names is None else _wanted(tuple(names), by_name)
     picks, warnings = [], []

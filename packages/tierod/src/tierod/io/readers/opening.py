@@ -195,11 +195,7 @@ Paths = str | Path | Sequence[str | Path] | None
 
 
 def open_source(path: str | Path, dbc: Paths = None, time: TimeEntry | None = None) -> tuple[Source, Kind]:
-    """The columns of a file, and its kind; nothing is loaded that the listing does not need.
-
-    Args:
-        time: time column of a table, with its unit; MDF files and CAN logs define their time
-    """
+    """The columns of a file, and its kind; nothing is loaded that the listing does not need."""
     path = Path(path)
     if os.path.isdir(path) and not holds_bag(path):
         return _joined(path, dbc, time)

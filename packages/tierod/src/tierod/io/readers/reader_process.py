@@ -65,12 +65,7 @@ class Template:
             )
 
     def start(self, path: str, memory: int, folder: Path | None, line: socket.socket) -> int:
-        """Start a reader that answers on a socket, and return its process identifier.
-
-        Args:
-            memory: memory that it may take beyond that of the template [bytes]
-            folder: folder for its temporary files; None for the usual one
-        """
+        """Start a reader that answers on a socket, and return its process identifier."""
         about = {"path": path, "memory": memory, "folder": folder and str(folder)}
         return int(self._ask(about, [line.fileno()])["pid"])
 
@@ -109,11 +104,7 @@ class Started:
     answers: BinaryIO  # of the same socket
 
     def code(self, patience: float) -> int | None:
-        """Exit code; None where the reader still runs or the code is unknown.
-
-        Args:
-            patience: longest wait for its end [s]
-        """
+        """Exit code, awaited for some time [s]; None where the reader still runs or the code is unknown."""
         until = time.monotonic() + patience
         while True:
             try:
@@ -255,11 +246,7 @@ class MdfProcess(ReaderProcess):
         self._lanes = 0
 
     def lane(self, group: int, channels: list[int] | None) -> Iterator[dict[str, np.ndarray]]:
-        """Arrays of some channels of a group, or of its frames, from the beginning.
-
-        Args:
-            channels: their numbers; None for the frames of a bus
-        """
+        """Arrays of some channels of a group, or of its frames, from the beginning."""
         self._lanes += 1
         request = {"lane": self._lanes, "group": group, "channels": channels}
         yield from (arrays for _, arrays in self.answers(request))

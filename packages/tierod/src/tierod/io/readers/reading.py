@@ -164,12 +164,7 @@ def loaded_map(channel_map: str | Path | ChannelMap | None) -> ChannelMap | None
 
 
 def planned(path: str | Path, source: Source, channel_map: ChannelMap | None, names: tuple[str, ...] | None) -> Plan:
-    """Plan of the columns of an opened file that become channels.
-
-    Args:
-        channel_map: the channel map; where None, the one beside the database is used, if there is one
-        names: names of the wanted signals; None for all
-    """
+    """Plan of the columns of an opened file that become channels."""
     if channel_map is None and source.maps:
         channel_map = load_maps_beside(source.maps)
     try:
@@ -207,11 +202,7 @@ class Reading:
     _doubts: Doubts = field(default_factory=Doubts)
 
     def slices(self, seconds: float) -> Iterator[Recording]:
-        """The channels of the plan, slice by slice, without derived signals.
-
-        Args:
-            seconds: length of the slices [s]; infinity gives the whole
-        """
+        """The channels of the plan, slice by slice, without derived signals."""
         lanes = self.source.lanes(self.plan.columns)
         empty = True
         for loaded, share in slices(lanes, seconds, Allowance(self.path, self.source.size)):
@@ -247,11 +238,7 @@ def origin_of(channels: Iterable[Channel]) -> float:
 
 
 def completed(recording: Recording, past: Recording | None, names: tuple[str, ...]) -> Recording:
-    """A slice with its derived signals, which also use the end of the slice before it.
-
-    Args:
-        past: the slice before it; None for the first
-    """
+    """A slice with its derived signals, which also use the end of the slice before it."""
     if past is None:
         return complete(recording, names)
     if not any(name in RECIPES and name not in recording for name in names):

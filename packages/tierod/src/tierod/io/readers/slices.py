@@ -226,11 +226,7 @@ class Part:
 
 
 def joined_source(opened: Sequence[tuple[Path, Source]]) -> Source:
-    """The files as one, in the order of their time, whatever the order in which they are given.
-
-    Args:
-        opened: path and source of every file; a column may be missing in some of them
-    """
+    """The files as one, in the order of their time, whatever the order in which they are given."""
     parts = sorted((Part(path, source, _begin(path, source)) for path, source in opened), key=lambda part: part.begin)
     columns: dict[str, Column] = {}
     for part in parts:

@@ -48,11 +48,7 @@ class Source:
 
 
 def source_of(channels: Sequence[Channel], metadata: Mapping[str, object] | None = None) -> Source:
-    """An opened file whose channels are in memory, for a format whose files are small.
-
-    Args:
-        channels: as recorded, under their names and with the units of the file; "" where it gives none
-    """
+    """An opened file whose channels are in memory, for a format whose files are small."""
     by_name = {channel.name: channel for channel in channels}
 
     def lanes(names: Sequence[str]) -> list[Lane]:

@@ -143,11 +143,7 @@ def _table(
 
 
 def open_parquet(path: Path, time: TimeEntry = GUESSED) -> Source:
-    """A Parquet file.
-
-    Args:
-        time: time column as given by a user; ignored in a file that tierod wrote
-    """
+    """A Parquet file; the time column that a user gives is ignored in a file that tierod wrote."""
     file = _opened(path)
     if not file.metadata.num_rows:
         raise InputError(f"{path} holds columns but no samples; record again")

@@ -19,14 +19,7 @@ from tierod.io.writers.spool import FromSpool, Spool, SpooledGroup
 
 
 def write_mf4(spool: Spool, path: str | Path) -> tuple[str, ...]:
-    """Write a recording to an MF4 file; sources and notes become comments of channels, metadata that of the file.
-
-    Args:
-        path: the file; replaced as a whole
-
-    Returns:
-        what the format cannot hold: nothing
-    """
+    """Write a recording to an MF4 file; sources and notes become comments of channels, metadata that of the file."""
     require_asammdf()
     from asammdf import MDF, Signal
 
@@ -98,14 +91,7 @@ def schema_of(channels: tuple[Channel, ...] | list[Channel]) -> bytes:
 
 
 def write_mcap(spool: Spool, path: str | Path) -> tuple[str, ...]:
-    """Write a recording as messages in the order of time; its description becomes metadata of the file.
-
-    Args:
-        path: the file; replaced as a whole
-
-    Returns:
-        what the format cannot hold: fractions of a nanosecond
-    """
+    """Write a recording as messages in the order of time; its description becomes metadata of the file."""
     require_mcap()
     from mcap.writer import CompressionType
     from mcap.writer import Writer as Messages

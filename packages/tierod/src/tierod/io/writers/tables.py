@@ -27,14 +27,6 @@ _MOST = 100_000  # Largest number of row groups: a recording of days gets longer
 
 
 def write_parquet(spool: Spool, path: str | Path) -> tuple[str, ...]:
-    """Write a recording to a Parquet file.
-
-    Args:
-        path: the file; replaced as a whole
-
-    Returns:
-        what the format cannot hold: nothing
-    """
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -91,14 +83,6 @@ PARQUET = Writer("Parquet", FromSpool(write_parquet))
 
 
 def write_csv(spool: Spool, path: str | Path) -> tuple[str, ...]:
-    """Write a recording to a CSV file.
-
-    Args:
-        path: the file; replaced as a whole
-
-    Returns:
-        what the format cannot hold: nothing
-    """
     import pyarrow as pa
     import pyarrow.csv as text
 
@@ -145,14 +129,7 @@ UNITS = "units"  # Name of the structure of texts with the unit of every vector
 
 
 def write_mat(spool: Spool, path: str | Path) -> tuple[str, ...]:
-    """Write a recording to a file for MATLAB's `load`, not packed.
-
-    Args:
-        path: the file; replaced as a whole
-
-    Returns:
-        what the format cannot hold
-    """
+    """Write a file for MATLAB's `load`, not packed; returns what the format cannot hold."""
     from scipy.io import savemat
     from scipy.io.matlab import MatWriteError
 
