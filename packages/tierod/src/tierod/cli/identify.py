@@ -12,7 +12,7 @@ import typer
 from tierod.cli.diagnose import ChannelMap, Databases, StretchStop
 
 if TYPE_CHECKING:
-    from tierod.report.identification import Identification, Subject
+    from tierod.report.identification import Subject
     from tierod.vehicles import Vehicle
 
 
@@ -48,7 +48,7 @@ def identify(
 ) -> int:
     """Fit parameters to recordings and write them back: done (0), unusable values (2), bad input (3)."""
     from tierod.cli.app import HEALTHY, NOT_JUDGED
-    from tierod.cli.terminal import origin, print_json, print_remark, progress
+    from tierod.cli.terminal import origin, print_json, print_remark, progress, show_analysis
     from tierod.report.identification import identify as run
     from tierod.report.identification import subject_of
     from tierod.vehicles import load
@@ -75,7 +75,7 @@ def identify(
         places = {"vehicle_file": target and str(target), "page": report and str(report)}
         print_json(found.document(origin()) | places)
     else:
-        _show(found)
+        show_analysis(found.analysis)
     for what, path in (("vehicle file", target), ("page", report)):
         if path is not None:
             print_remark(f"{what}: {path}")
@@ -154,18 +154,3 @@ def _require_places(
     refuse_to_overwrite(target, given, "vehicle file")
     for path in filter(None, (target, report)):
         require_folder(path)
-
-
-def _show(found: Identification) -> None:
-    from tierod.cli.terminal import output, rows
-
-    console, subject = output(), found.subject
-    for table in subject.tables(found.result):
-        console.print(f"{table.title}:", markup=False)
-        kept = [k for k, title in enumerate(table.header) if title not in ("95 % interval", "by")]
-        cells = [[row[k] for k in kept] for row in table.rows]
-        console.print(rows([table.header[k] for k in kept], cells, range(1, len(kept) - ("unit" in table.header))))
-        console.print("")
-    warnings = [f"{name}: {text}" for name, each in found.recordings.items() for text in each.warnings]
-    for line in (*subject.lines(found.result), *(f"To know: {remark}" for remark in (*found.remarks, *warnings))):
-        console.print(line, markup=False, soft_wrap=True)

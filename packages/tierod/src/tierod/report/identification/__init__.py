@@ -74,6 +74,14 @@ class Identification:
         """Name and first digits of the SHA-256 of every file; names of recordings that were passed as objects."""
         return [_source(path) for path in self.files] or list(self.recordings)
 
+    @property
+    def analysis(self) -> Analysis:
+        """Summary, remarks, tables and charts, for page and terminal."""
+        warnings = (f"{name}: {text}" for name, each in self.recordings.items() for text in each.warnings)
+        title = f"{self.subject.title} of {self.vehicle.name}, identified"
+        items = list(self.subject.items(self.result))
+        return Analysis(title, (self.subject.summary,), items, {}, (*self.remarks, *warnings))
+
     def document(self, origin: Origin | None = None) -> dict[str, Any]:
         """Content of the JSON document."""
         origin = origin or Origin.now()
@@ -128,17 +136,9 @@ class Identification:
             path: of the page
             origin: time, version and command of the identification
         """
-        origin, car = origin or Origin.now(), self.vehicle
+        car = self.vehicle
         facts = (("vehicle", car.name), ("vehicle file", str(car.path)), ("recordings", ", ".join(self.sources)))
-        warnings = (f"{name}: {text}" for name, each in self.recordings.items() for text in each.warnings)
-        page = Analysis(
-            f"{self.subject.title} of {car.name}, identified",
-            (self.subject.summary,),
-            list(self.subject.items(self.result)),
-            {},
-            (*self.remarks, *warnings),
-        )
-        return write_text(path, render_analysis(page, facts, origin, kind="identification"))
+        return write_text(path, render_analysis(self.analysis, facts, origin or Origin.now(), kind="identification"))
 
 
 def subject_of(name: str) -> Subject:
@@ -238,8 +238,7 @@ class Subject(NamedTuple):
     Args:
         summary: description of the method, for the page
         identify: function of vehicle, recordings, names of free parameters, and progress callback
-        items: tables and charts of the page
-        lines: lines in the terminal, below the tables
+        items: tables and charts; a terminal shows the tables that are in no fold
         document: entries of the JSON document besides the parameters
         takes_false_alarms: whether `identify` also takes the required hours between false alarms
         signals: returns the signals that are read, so that others can be skipped; None for all
@@ -249,8 +248,6 @@ class Subject(NamedTuple):
     summary: str
     identify: Callable[..., Any]
     items: Callable[[Any], Iterable[Item]]
-    tables: Callable[[Any], Sequence[Table]]
-    lines: Callable[[Any], Sequence[str]]
     document: Callable[[Any], dict[str, Any]]
     takes_false_alarms: bool = False
     signals: Callable[[], tuple[str, ...] | None] = lambda: None

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from tierod.core.content import Chart, Heading, Item, Lines, Panel, Table
+from tierod.core.content import Chart, Fold, Heading, Item, Lines, Panel, Table
 from tierod.core.recording import Recording
 from tierod.methods.identification.bench_recording import OUTPUTS
 from tierod.methods.identification.column import ColumnIdentification, Shown, identify_column
@@ -28,18 +28,19 @@ _TITLES = {
 }
 
 
-def left_out_table(result: ColumnIdentification, short: bool = False) -> Table:
+def left_out_table(result: ColumnIdentification) -> Table:
     """Table of the leave-one-out estimates, and of the prediction errors for the experiment left out."""
     left = result.left_out
     rows = [(each.name, *(number(out.values.get(each.name), 5) for out in left)) for each in result.found]
     rows += [(f"error, {_TITLES[o][0]}", *(_percent(out.errors.get(o)) for out in left)) for o in OUTPUTS]
-    header = ("", *(f"without {number_ if short else out.name}" for number_, out in enumerate(left, 1)))
+    header = ("", *(f"without {place}" for place in range(1, len(left) + 1)))
+    names = ", ".join(f"{place}: {out.name}" for place, out in enumerate(left, 1))
     return Table(
         "Leave-one-out: fitted to all other experiments, and simulated against the one left out",
         header,
         tuple(rows),
-        "The error is the root mean square of simulated less measured output, over the standard deviation of the "
-        "latter. The simulation does not include unrecorded torques, by which the angle of a free wheel drifts.",
+        f"{names}. The error is the root mean square of simulated less measured output, over the standard deviation "
+        "of the latter. The simulation does not include unrecorded torques, by which the angle of a free wheel drifts.",
     )
 
 
@@ -56,7 +57,7 @@ def column_items(result: ColumnIdentification) -> Iterator[Item]:
     noise = zip(("motor torque that was not recorded", *OUTPUTS), _noises(result), strict=True)
     rows += tuple((f"noise: {name}", value, "") for name, value in noise)
     yield Table("What the bench adds, found beside the parameters", ("", "value", "σ"), rows)
-    yield _correlation(result)
+    yield Fold("Correlation of the estimates", [_correlation(result)])
     yield Heading(
         "Simulated against measured", ("As in Figure 4 of Raffone: the model is given the motor's torque alone.",)
     )
@@ -88,7 +89,7 @@ def _noises(result: ColumnIdentification) -> list[str]:
 def _correlation(result: ColumnIdentification) -> Table:
     names, values = result.estimate.names, np.nan_to_num(result.estimate.correlation)
     rows = tuple((name, *(f"{v:+.2f}".replace("-", "−") for v in row)) for name, row in zip(names, values, strict=True))
-    return Table("Correlation of the estimates", ("", *names), rows)
+    return Table("", ("", *names), rows)
 
 
 def _busiest(each: Shown) -> slice:
@@ -180,14 +181,6 @@ def _column(
     return identify_column(car.parameters_for(BenchParameters), recordings, free, deviations, advance)
 
 
-def _column_tables(result: ColumnIdentification) -> Sequence[Table]:
-    return [found_table(result.found), *([left_out_table(result, short=True)] if result.left_out else [])]
-
-
-def _column_lines(result: ColumnIdentification) -> Sequence[str]:
-    return [f"Experiment {number}: {each.name}" for number, each in enumerate(result.left_out, 1)]
-
-
 def _column_document(result: ColumnIdentification) -> dict[str, Any]:
     estimate = result.estimate
     return {
@@ -215,7 +208,5 @@ COLUMN = Subject(
     "the motor that was not recorded, whose standard deviation is found too.",
     _column,
     column_items,
-    _column_tables,
-    _column_lines,
     _column_document,
 )

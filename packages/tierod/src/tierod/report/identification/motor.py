@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
 import numpy as np
 
-from tierod.core.content import Chart, Heading, Item, Lines, Panel, Table
+from tierod.core.content import Chart, Fold, Heading, Item, Lines, Panel, Table
 from tierod.core.recording import Recording
 from tierod.methods.identification.inverter import InverterIdentification, identified_inverter
 from tierod.methods.identification.motor import MotorIdentification, identify_motor
@@ -47,7 +47,7 @@ def motor_items(result: MotorIdentification) -> Iterator[Item]:
     if result.unidentified:
         rows = tuple((each.name, each.why, each.cure) for each in result.unidentified)
         yield Table("Not identifiable here", ("parameter", "because", "record"), rows)
-    yield _warm_table(result)
+    yield Fold("As warm as the motor was", [_warm_table(result)], opened=True)
     if result.mechanical is not None:
         yield Heading("Torque")
         for place, course in enumerate(result.mechanical.courses):
@@ -68,7 +68,7 @@ def _warm_table(result: MotorIdentification) -> Table:
         "In SI units, at the temperature of the recording; the resistance is that at 20 °C if the temperature of the "
         "winding was recorded."
     )
-    return Table("As warm as the motor was", ("", "value", "σ"), tuple(rows), note)
+    return Table("", ("", "value", "σ"), tuple(rows), note)
 
 
 def _chart(course: Course, place: int) -> Chart:
@@ -95,14 +95,6 @@ def _motor(
     return identify_motor(car.parameters_for(MotorParameters), recordings, free, before(car), advance)
 
 
-def _motor_tables(result: MotorIdentification) -> Sequence[Table]:
-    return [found_table(result.found)] if result.found else []
-
-
-def _motor_lines(result: MotorIdentification) -> Sequence[str]:
-    return [f"Not identifiable here: {each.name}: {each.why}; record {each.cure}" for each in result.unidentified]
-
-
 def _motor_document(result: MotorIdentification) -> dict[str, Any]:
     ratio = result.torque_ratio
     return {
@@ -125,10 +117,6 @@ def _inverter(
     return identified_inverter(recordings, car["motor_pole_pairs"], free, known, expected)
 
 
-def _inverter_tables(result: InverterIdentification) -> Sequence[Table]:
-    return [found_table(result.found)]
-
-
 def _inverter_items(result: InverterIdentification) -> Iterable[Item]:
     yield found_table(
         result.found, "A dead time or a voltage drop that changes with the temperature changes them by more."
@@ -146,8 +134,6 @@ MOTOR = Subject(
     "regressions over short windows; standard deviations hold with residuals that are coloured.",
     _motor,
     motor_items,
-    _motor_tables,
-    _motor_lines,
     _motor_document,
 )
 
@@ -157,7 +143,5 @@ INVERTER = Subject(
     "motor with these currents and this angle.",
     _inverter,
     _inverter_items,
-    _inverter_tables,
-    lambda result: [],
     _inverter_document,
 )

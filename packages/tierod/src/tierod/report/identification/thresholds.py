@@ -34,7 +34,7 @@ def _thresholds_signals() -> tuple[str, ...]:
     return tuple(ConditionSample._fields)
 
 
-def _thresholds_tables(result: ConditionCalibration) -> Sequence[Table]:
+def _thresholds_items(result: ConditionCalibration) -> Sequence[Table]:
     limits = result.designed.limits
     pairs = zip(result.explanations[1:], limits.fast, limits.slow, strict=True)
     rows = tuple(
@@ -61,9 +61,7 @@ THRESHOLDS = Subject(
     "from the first five minutes; limits of the condition monitor from all driving after them, for a wanted mean "
     "time between false alarms. Of a car that is judged by its motion alone: limits from all its driving.",
     _thresholds,
-    _thresholds_tables,
-    _thresholds_tables,
-    lambda result: [],
+    _thresholds_items,
     _thresholds_document,
     takes_false_alarms=True,
     signals=_thresholds_signals,

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import Any
 
-from tierod.core.content import Heading, Item, Table
+from tierod.core.content import Fold, Heading, Item, Table
 from tierod.core.recording import Recording
 from tierod.methods.identification.drives import SIGNALS
 from tierod.methods.identification.vehicle import VehicleIdentification, Zeros
@@ -27,15 +27,15 @@ def _vehicle(
 
 
 def _items(result: VehicleIdentification) -> Iterator[Item]:
-    yield from _tables(result)
+    learnt, count = sum(each.kind == LEARNT for each in result.judged), len(result.drives)
+    learnt_from = f"{learnt} of {len(result.judged)} parameters learnt from {count} drive{'s' if count > 1 else ''}."
+    yield found_table(result.found, f"{_BEYOND} {learnt_from}")
+    yield _rest(result)
+    yield _drives(result)
     yield Heading("Noises", ("Found from the innovations of the filter, beside the parameters.",))
     rows = tuple((name.replace("_", " "), number(value, 3), number(s, 2)) for name, (value, s) in result.noises.items())
     yield Table("Noises of sensors, model and road", ("noise", "value", "σ"), rows)
-    yield _correlation(result)
-
-
-def _tables(result: VehicleIdentification) -> Sequence[Table]:
-    return [found_table(result.found, _BEYOND), _rest(result), _drives(result)]
+    yield Fold("Correlation of the parameters", [_correlation(result)])
 
 
 def _rest(result: VehicleIdentification) -> Table:
@@ -78,13 +78,7 @@ def _correlation(result: VehicleIdentification) -> Table:
         )
         for name, i in zip(names, places, strict=True)
     )
-    return Table("Correlation of the parameters", ("", *names), rows)
-
-
-def _lines(result: VehicleIdentification) -> Sequence[str]:
-    learnt = sum(each.kind == LEARNT for each in result.judged)
-    count = len(result.drives)
-    return [f"{learnt} of {len(result.judged)} parameters learnt from {count} drive{'s' if count > 1 else ''}"]
+    return Table("", ("", *names), rows)
 
 
 def _document(result: VehicleIdentification) -> dict[str, Any]:
@@ -124,8 +118,6 @@ VEHICLE = Subject(
     "value and the standard deviation that it had.",
     _vehicle,
     _items,
-    _tables,
-    _lines,
     _document,
     signals=_signals,
 )
