@@ -173,14 +173,13 @@ def test_no_other_command_needs_a_truth_or_names_of_ours(drive, known, tmp_path,
         pytest.importorskip("asammdf")
     ours = drive(*SCENARIOS[command])
     foreign, channel_map = as_a_car_gives_it(ours, tmp_path, ending)
-    report = ["--no-report"] if command == "analyse column" else ["-o", str(ours.with_name("found.toml"))]
-    code, expected = of_ours(known, capsys, [*COMMANDS[command], str(ours), *report])
+    written = ["-o", str(ours.with_name("found.toml"))]
+    code, expected = of_ours(known, capsys, [*COMMANDS[command], str(ours), *written])
     ours.with_name("found.toml").unlink(missing_ok=True)
-    again, found = document(capsys, [*COMMANDS[command], str(foreign), *report, "--map", str(channel_map)])
+    again, found = document(capsys, [*COMMANDS[command], str(foreign), *written, "--map", str(channel_map)])
     assert again == code < 3, found
-    if command.startswith("identify"):
-        values = [{each["name"]: each["value"] for each in result["parameters"]} for result in (found, expected)]
-        assert alike(*values)
+    values = [{each["name"]: each["value"] for each in result["parameters"]} for result in (found, expected)]
+    assert alike(*values)
 
 
 @pytest.mark.parametrize("ending", FORMATS)

@@ -11,21 +11,13 @@ import pytest
 
 from experiments.worker_tasks import do, environment, linger
 from tierod.core.errors import OutputError
-from tierod.work.pool import Executor, Failure, run
+from tierod.work.pool import Failure, run
 
 
 def test_every_task_gives_its_result_whatever_the_number_of_processes():
     tasks = [("square", n) for n in range(7)]
     for processes in (1, 2, 20):
         assert sorted(run(do, tasks, processes)) == [(n, n * n) for n in range(7)]
-
-
-def test_processes_are_kept_from_one_lot_of_tasks_to_the_next():
-    with Executor(2) as executor:
-        first = {pid for _, pid in executor.run(do, [("pid", 0.2), ("pid", 0.2)])}
-        again = {pid for _, pid in executor.run(do, [("pid", 0.2), ("pid", 0.2)])}
-    assert len(first) == 2
-    assert again == first
 
 
 def test_no_task_needs_no_process():

@@ -27,39 +27,21 @@ def recording():
     return Recording({channel.name: channel for channel in channels}, {"seed": 3})
 
 
-def test_records_are_found_by_name_and_key(store):
-    store.keep_drive("a", KEY, {"outcome": "driven"})
-    store.keep_verdict("a", KEY, {"judged": {"x": None}})
-    assert store.drive("a", KEY)["outcome"] == "driven"
-    assert store.verdict("a", KEY)["judged"] == {"x": None}
-    assert store.drive("b", KEY) is None
-    assert store.drive("a", KEY[:12] + "0" * 52) is None
-    assert store.drive("a", "0" * 64) is None
-
-
 @pytest.mark.parametrize("damage", [lambda text: text[:40], lambda text: "", lambda text: "[]", lambda text: "{}",
                                     lambda text: text.replace("drive/1", "drive/0")])  # fmt: skip
 def test_a_damaged_record_does_not_count(store, damage):
     store.keep_drive("a", KEY, {"outcome": "driven"})
+    assert store.drive("a", KEY)["outcome"] == "driven"
     path = next((store.folder / "drives").iterdir())
     path.write_text(damage(path.read_text()))
     assert store.drive("a", KEY) is None
-
-
-def test_a_recording_comes_back_as_it_was(store):
-    drive = {"recording": store.keep_recording("a", KEY, recording())}
-    again = store.recording(drive)
-    assert set(again.names) == {"yaw_rate", "truth_x"}
-    for name, channel in recording().channels.items():
-        assert np.array_equal(again[name].time, channel.time)
-        assert np.array_equal(again[name].values, channel.values)
-        assert again[name].unit == channel.unit
 
 
 def test_a_recording_that_is_gone_cut_or_changed_does_not_count(store):
     drive = {"recording": store.keep_recording("a", KEY, recording())}
     path = store.folder / drive["recording"]["file"]
     whole = path.read_bytes()
+    assert store.recording(drive).names == recording().names
     path.write_bytes(whole[:-1])
     assert not store.has_recording(drive)
     path.write_bytes(whole[:-1] + b"x")
@@ -68,12 +50,6 @@ def test_a_recording_that_is_gone_cut_or_changed_does_not_count(store):
     assert not store.has_recording(drive)
     assert store.recording(drive) is None
     assert not store.has_recording({"recording": None})
-
-
-def test_the_same_drive_makes_the_same_file(store):
-    assert (
-        store.keep_recording("a", KEY, recording())["sha256"] == store.keep_recording("b", KEY, recording())["sha256"]
-    )
 
 
 def test_what_a_killed_process_left_is_removed_and_nothing_else(store):
