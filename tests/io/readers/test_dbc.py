@@ -136,6 +136,28 @@ def test_choices_are_numbers(tmp_path):
     assert decoded(text, frames_of([b"\x01" + bytes(7)]), tmp_path)["M.HEAD"].values.tolist() == [1.0]
 
 
+@pytest.mark.parametrize(
+    "name", ["SNA", "Init", "Error Indicator", "Signal not available", "Invalid", "Fehler", "nicht verfügbar", "Défaut"]
+)
+def test_numbers_that_the_value_table_names_as_none_are_missing(tmp_path, name):
+    signal = 'BO_ 256 M: 8 A\n SG_ S : 0|16@1+ (0.1,-1000) [0|0] "deg" B\n SG_ G : 16|3@1+ (1,0) [0|0] "" B\n'
+    table = f'VAL_ 256 S 65535 "{name}" 10000 "zero (valid)" ;\nVAL_ 256 G 7 "{name}" 0 "P" 1 "R" 2 "N" 3 "D" ;\n'
+    frames = frames_of([bytes([255, 255, 7]), bytes([16, 39, 3]), bytes([0, 0, 0])])
+    found = decoded(signal + table, frames, tmp_path)
+    assert found["M.S"].values == pytest.approx([math.nan, 0.0, -1000.0], nan_ok=True)
+    assert found["M.G"].values.tolist() == [7.0, 3.0, 0.0], "a list of states keeps its numbers"
+
+
+def test_missing_numbers_of_a_value_table_are_remarked_once(tmp_path):
+    database = 'BO_ 256 M: 8 A\n SG_ S : 0|16@1+ (1,0) [0|0] "deg" B\n\nVAL_ 256 S 65535 "SNA" ;\n'
+    (tmp_path / "some.dbc").write_text(HEADER + database)
+    lines = [f"({1.7e9 + k / 100:.2f}) can0 100#{'FFFF' if k < 7 else '0100'}000000000000\n" for k in range(200)]
+    (tmp_path / "bus.log").write_text("".join(lines))
+    recording = read(tmp_path / "bus.log", dbc=str(tmp_path / "some.dbc"))
+    (said,) = [each for each in recording.warnings if "names as not available" in each]
+    assert said.endswith("missing: 7 of M.S")
+
+
 def test_the_same_message_on_two_buses_is_distinguished(tmp_path):
     one, two = frames_of([bytes(8)]), frames_of([b"\x05" + bytes(7)])
     both = Frames(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import re
 import warnings
+from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -106,9 +107,14 @@ _PGN_WITH_ADDRESS = 240
 # Pattern of the names that databases give to states without a value
 _SAYS_NOTHING = re.compile(
     r"not[ _-]*(avail|defin|install|support|used)|n/?a\b|sna\b|error|fault|invalid|reserved|undefined"
-    r"|do ?n.?o?t[ _-]*care|no[ _-]*action",
+    r"|do ?n.?o?t[ _-]*care|no[ _-]*action|(un|not[ _-]*)init|\binit|unavail|no[ _-]*(value|data|signal)"
+    r"|unknown|fehler|ung(ü|ue)ltig|nicht[ _-]*(verf|vorh|def|init|belegt)|unbekannt|unbelegt|reserviert"
+    r"|erreur|d(é|e)faut|invalide|non[ _-]*(disp|valide|d(é|e)fini|utilis)|indisponible|inconnu|r(é|e)serv(é|e)",
     re.IGNORECASE,
 )
+
+# Least length of a signal [bits] whose numbers count although some have names; shorter ones hold states
+_COUNTS = 5
 
 
 def parameter_group(identifier: int) -> int:
@@ -116,8 +122,27 @@ def parameter_group(identifier: int) -> int:
     return group & 0x3FF00 if (group >> 8) & 0xFF < _PGN_WITH_ADDRESS else group
 
 
-def without_value(item: Signal, raw: np.ndarray) -> np.ndarray | None:
+def without_value(message: Message, item: Signal, raw: np.ndarray) -> np.ndarray | None:
     """Mask of values that the sender marks as not available or in error; None where the signal has no such code.
+
+    The value table of a signal says so by its names, unless most numbers have one: that is a list of states. In J1939
+    the ranges of its signals say so too.
+    """
+    masks = [] if message.protocol != "j1939" or (coded := _j1939_silent(item, raw)) is None else [coded]
+    names: Mapping[int, object] = item.choices or {}
+    if item.length >= _COUNTS and not item.is_float and 2 * len(names) < 1 << item.length:
+        silent = [state for state, name in names.items() if _SAYS_NOTHING.search(str(name))]
+        masks += [raw == raw.dtype.type(state) for state in silent if _holds(raw.dtype, state)]
+    return np.logical_or.reduce(masks) if masks else None
+
+
+def _holds(kind: np.dtype, number: int) -> bool:
+    limits = np.iinfo(kind)
+    return limits.min <= number <= limits.max
+
+
+def _j1939_silent(item: Signal, raw: np.ndarray) -> np.ndarray | None:
+    """Mask of values outside the range of a signal; None where it has no such range.
 
     J1939-71, ranges of transmitted signals: a parameter of one byte is in error at 0xFE and not available at 0xFF, a
     longer one where its highest byte is. Discrete parameters of two bits: 0b10 error (of a command: reserved),
@@ -265,21 +290,39 @@ def described(content: Heard, database: Sequence[Message]) -> Described:
 def bus_source(log: Log, content: Heard, database: Sequence[Message], metadata: Mapping[str, object]) -> Source:
     """A CAN log with its database as a source of columns named "Message.Signal"."""
     known = described(content, database)
+    silent: Counter[str] = Counter()
 
     def lanes(names: Sequence[str]) -> list[Lane]:
-        return [_decoded(log, content, known.found, known.wanted(names))]
+        silent.clear()
+        return [_decoded(log, content, known, known.wanted(names), silent)]
+
+    def found() -> tuple[str, ...]:
+        some = ", ".join(f"{count} of {name}" for name, count in silent.most_common(_MOST_NAMED) if count)
+        more = len(+silent) - _MOST_NAMED
+        others = f" and of {more} other signals" if more > 0 else ""
+        return (f"values that the database names as not available or in error are missing: {some}{others}",) * bool(
+            some
+        )
 
     metadata = {**metadata, "frames": content.frames, "messages": len(known.found), "buses": content.buses}
-    return Source(known.columns, lanes, metadata, content.origin, content.notes, silent=known.silent)
+    return Source(known.columns, lanes, metadata, content.origin, content.notes, found, silent=known.silent)
+
+
+_MOST_NAMED = 4  # Most signals that a remark names
 
 
 def _decoded(
     log: Log,
     content: Heard,
-    found: dict[tuple[int, int], Found],
+    known: Described,
     wanted: dict[tuple[int, int], list[tuple[str, Signal]]],
+    silent: Counter[str],
 ) -> Lane:
-    """The wanted signals of a log, block by block; the first piece has all without samples: a message may come late."""
+    """The wanted signals of a log, block by block; the first piece has all without samples: a message may come late.
+
+    `silent` counts the values that name none, by signal.
+    """
+    found = known.found
     yield Piece([channel for key, items in wanted.items() for channel in silent_channels(found[key], items)])
     done = 0
     for frames in InOrder(log):
@@ -288,7 +331,10 @@ def _decoded(
             if (bus, identifier) in wanted:
                 rows = Rows.of(frames, index)
                 entry = found[bus, identifier]
-                channels += [channel_of(name, entry, item, rows) for name, item in wanted[bus, identifier]]
+                decoded = [channel_of(name, entry, item, rows) for name, item in wanted[bus, identifier]]
+                if rows.shortest >= entry.message.length:
+                    silent.update({each.name: int(np.count_nonzero(np.isnan(each.values))) for each in decoded})
+                channels += decoded
         done += len(frames)
         yield Piece(channels, done / content.frames)
 
@@ -342,7 +388,7 @@ def physical(message: Message, item: Signal, rows: Rows) -> np.ndarray:
             values += float(item.offset)
     if rows.shortest < bytes_of(item):
         values[rows.length < bytes_of(item)] = np.nan
-    silent = without_value(item, raw) if message.protocol == "j1939" else None
+    silent = without_value(message, item, raw)
     if silent is not None:
         values[silent] = np.nan
     return values
