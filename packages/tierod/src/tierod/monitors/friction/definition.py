@@ -192,8 +192,8 @@ class FrictionSession(BlockSession):
         known = verdict.estimate is not None
         if not known:
             verdict = _with_presence(verdict, self._signals.presence())
-        notes = (Fact("note", each) for each in self._gains.notices())
-        verdict = dataclasses.replace(verdict, facts=(*self._gains.defects(), *verdict.facts, *notes))
+        facts = (*self._gains.defects(), *verdict.facts, *self._gains.notes())
+        verdict = dataclasses.replace(verdict, facts=facts)
         remarks = {"consistency": self._consistency_remark, "estimate": "" if known else WITHHELD}
         return Conclusion(
             verdict,

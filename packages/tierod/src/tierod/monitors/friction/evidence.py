@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields
 from typing import Annotated, NamedTuple
 
@@ -15,6 +15,7 @@ from tierod.core.errors import InputError
 from tierod.core.facts import Fact, defect
 from tierod.core.series import Rows, Stride
 from tierod.methods.identification.hysteresis_presence import HysteresisPresence, HysteresisPresenceTest
+from tierod.monitors.friction.sentences import DEFECTS, NOTES
 from tierod.physics.assist import assist_speed_factor
 from tierod.physics.steering_ratio import column_torque_of_motor
 from tierod.vehicles import Vehicle
@@ -446,55 +447,37 @@ class GainsOverDrive:
     def defects(self) -> tuple[Fact, ...]:
         """Defects of torques with a wrong gain, or with a gain or zero that changes within the drive."""
         if self._changes_with_time:
-            sentence = (
-                f"motor_torque differs by up to {self._changed:.0%} from what it was at the beginning of the drive for "
-                "the same driver_torque, vehicle_speed and steering_wheel_angle: gain or zero of one of them, or the "
-                "assist mode, has changed"
-            )
-            return (defect((*BOTH, "vehicle_speed", "steering_wheel_angle"), sentence),)
+            return (_defect("changed", (*BOTH, "vehicle_speed", "steering_wheel_angle"), changed=self._changed),)
         found = self.found()
-        if found is None:
-            return ()
-        return self._against_map(found)
+        return () if found is None else tuple(self._against_map(found))
 
-    def _against_map(self, found: TorqueGains) -> tuple[Fact, ...]:
+    def _against_map(self, found: TorqueGains) -> Iterator[Fact]:
         """Contradiction between the torques and the assist map; a gain only where it explains it, and never surely."""
         limits = self.limits
         driver, motor, ratio = (abs(math.log(each)) for each in (found.driver, found.motor, found.ratio))
         right, wrong = math.log(limits.single), math.log(limits.plausible)
-        together = f"motor_torque over driver_torque is {found.ratio:.2g} times what the map gives"
-        another = "or the map is that of another car"
         if ratio > math.log(limits.ratio):
-            for name, gain, own, other in (
-                (BOTH[0], found.driver, driver, motor),
-                (BOTH[1], found.motor, motor, driver),
-            ):
-                if other < right < own < wrong and own > 2.0 * other:
-                    fits = f"{gain:.2f} times the gain that fits the assist map of the vehicle file"
-                    return (defect((name,), f"{name} has {fits}: {together}; the gain is wrong, {another}"),)
-            sentence = (
-                f"driver_torque, motor_torque and the assist map of the vehicle file contradict each other: "
-                f"{together}, which a gain of one torque alone does not explain; gains of both are wrong, {another}"
-            )
-            return (defect(BOTH, sentence),)
-        if min(driver, motor) > right:
-            sentence = (
-                "driver_torque, motor_torque and the assist map of the vehicle file contradict each other: the assist "
-                f"bends at another torque, as with gains of {found.driver:.2g} and {found.motor:.2g}; both gains are "
-                f"wrong, {another}"
-            )
-            return (defect(BOTH, sentence),)
-        return ()
+            alone = ((BOTH[0], found.driver, driver, motor), (BOTH[1], found.motor, motor, driver))
+            fitting = [each for each in alone if each[3] < right < each[2] < wrong and each[2] > 2.0 * each[3]]
+            if fitting:
+                name, gain, *_ = fitting[0]
+                yield _defect("gain", (name,), name=name, gain=gain, ratio=found.ratio)
+            else:
+                yield _defect("gains", BOTH, ratio=found.ratio)
+        elif min(driver, motor) > right:
+            yield _defect("bend", BOTH, driver=found.driver, motor=found.motor)
 
-    def notices(self) -> tuple[str, ...]:
-        """Notice on an assist that depends on speed otherwise than the map."""
+    def notes(self) -> tuple[Fact, ...]:
+        """That the assist depends on speed otherwise than the map, so that the gains are not checked by it."""
         terms = _terms_of(self._sums) if self._count else None
         if not self._known or terms is None or self._changes_with_time or self._map_fits(terms):
             return ()
-        return (
-            "motor_torque depends on vehicle_speed otherwise than the assist map of the vehicle file for the same "
-            "driver_torque: the gains of both torques are not checked by this map",
-        )
+        return (Fact("other_assist", NOTES["other_assist"]),)
+
+
+def _defect(case: str, names: tuple[str, ...], /, **figures: object) -> Fact:
+    words = DEFECTS[case]
+    return defect(names, words.cause.format(**figures), words.reason.format(**figures))
 
 
 def _terms_of(products: np.ndarray) -> np.ndarray | None:

@@ -165,6 +165,35 @@ GROUNDS: Mapping[str, Words] = {
     "below_limits_of_baseline": Words("friction stayed below every limit", "none"),
 }
 
+ANOTHER = "or the map is that of another car"
+TOGETHER = "motor_torque over driver_torque is {ratio:.2g} times what the map gives"
+CONTRADICT = "driver_torque, motor_torque and the assist map of the vehicle file contradict each other"
+
+DEFECTS: Mapping[str, Words] = {
+    "changed": Words(
+        "motor_torque differs by up to {changed:.0%} from what it was at the beginning of the drive for the same "
+        "driver_torque, vehicle_speed and steering_wheel_angle: gain or zero of one of them, or the assist mode, has "
+        "changed",
+        reason="the assist changed in the drive",
+    ),
+    "gain": Words(
+        "{name} has {gain:.2f} times the gain that fits the assist map of the vehicle file: "
+        f"{TOGETHER}; the gain is wrong, {ANOTHER}",
+        reason="{name} has a wrong gain",
+    ),
+    "gains": Words(
+        f"{CONTRADICT}: {TOGETHER}, which a gain of one torque alone does not explain; gains of both are wrong, "
+        f"{ANOTHER}",
+        reason="torques and assist map contradict each other",
+    ),
+    "bend": Words(
+        f"{CONTRADICT}: the assist bends at another torque, as with gains of {{driver:.2g}} and {{motor:.2g}}; both "
+        f"gains are wrong, {ANOTHER}",
+        reason="torques and assist map contradict each other",
+    ),
+}
+"""Defects of the torques over a drive."""
+
 NOTES: Mapping[str, str] = {
     "gain": "a gain error common to both torques scales the estimate and cannot be detected: 10 % of torque gives 10 % "
     "of friction. The standard deviation includes {gain} of it ({gain_source}); it cancels in the ratio to the "
@@ -188,6 +217,8 @@ NOTES: Mapping[str, str] = {
     "the rest",
     "one_sided": "{left:.0%} of the enabled time was spent in left turns: sensor offsets may bias the friction "
     "estimate",
+    "other_assist": "motor_torque depends on vehicle_speed otherwise than the assist map of the vehicle file for the "
+    "same driver_torque: the gains of both torques are not checked by this map",
     "opposed": "driver and motor torque opposed each other for {opposed:.0%} of the time in which the driver turned "
     "the wheel: check whether lane keeping was active",
 }
