@@ -111,12 +111,8 @@ class HysteresisOverDrive:
 
 
 class Stroke(NamedTuple):
-    """A few seconds of steering.
-
-    Args:
-        busy: share of the samples that the estimator used [-]
-        start: time of the first sample
-        points: angle [rad] and acting friction [N*m], (n, 2)
+    """A few seconds of steering: share of the samples used, time of the first, and (n, 2) of angle [rad]
+    and acting friction [N*m].
     """
 
     busy: float
@@ -208,14 +204,7 @@ _COMPARED = (0, 1, 5, 8, _TERMS)
 
 @dataclass(frozen=True)
 class AssistCharacteristic:
-    """The assist map of the car type, in the form of `tierod.physics.assist`.
-
-    Args:
-        assist_linear_gain: assist per driver's torque at standstill
-        assist_quadratic_gain: growth of the gain with the driver's torque
-        assist_half_speed: speed at which assist has halved
-        motor_ratio: turns of the motor per turn of the column
-    """
+    """The assist map of the car type, in the form of `tierod.physics.assist`, named as in a vehicle file."""
 
     assist_linear_gain: Annotated[float, ""]
     assist_quadratic_gain: Annotated[float, "1/(N*m)"]
@@ -278,12 +267,7 @@ class GainLimits:
 
 @dataclass(frozen=True)
 class TorqueGains:
-    """Gains of the torques over a drive.
-
-    Args:
-        driver, motor: gain of each torque, relative to the assist map
-        ratio: gain of the motor's torque over that of the driver's
-    """
+    """Gain of each torque over a drive, relative to the assist map, and that of the motor over that of the driver."""
 
     driver: float
     motor: float
@@ -337,11 +321,6 @@ class GainsOverDrive:
 
     A gain of the driver's torque acts once on the linear term and twice on the quadratic one, a gain of the motor's
     once on both, so that both gains are identifiable. The terms of the offset are s, s |T| and s sgn(T).
-
-    Args:
-        vehicle: the vehicle, with its assist map
-        rate: sampling rate [Hz]
-        limits: limits of the gains
     """
 
     def __init__(self, vehicle: Vehicle, rate: float, limits: GainLimits | None = None):

@@ -59,12 +59,9 @@ fault-free driving, a third of what withholds the verdict."""
 
 @dataclass(frozen=True)
 class FrictionRun:
-    """Result of a friction monitor after a recording.
+    """Result of a friction monitor after a recording: its verdict block, and that block's output after the last sample.
 
     Args:
-        monitor: name of monitor and variant
-        verdict: the verdict block that ran
-        judged: its output after the last sample
         start_time: time of the first sample in the recording [s]
         evidence: further named quantities of the estimator, with unit in the name
         parameters: parameters of the vehicle file as the estimator assumes them; None where unknown
@@ -279,12 +276,10 @@ class Limit:
     """Limit at which an alarm begins.
 
     Args:
-        friction: estimated friction [N*m]
-        absolute: limit of the vehicle file [N*m]
-        absolute_from: friction from which it acts: errors of torque gain and estimate cannot explain the excess [N*m]
-        ratio: limit of friction over the baseline [-]
-        relative_from: friction from which the ratio acts [N*m]; infinite without a baseline
-        spread: standard deviation of the limit of the vehicle file that its margin includes [N*m]
+        friction: estimated friction
+        absolute, absolute_from: limit of the vehicle file, and friction from which it acts with its margin
+        ratio, relative_from: limit over the baseline, and friction from which it acts; infinite without a baseline
+        spread: standard deviation of the limit of the vehicle file that its margin includes
     """
 
     friction: Annotated[float, "N*m"]

@@ -165,7 +165,6 @@ class BlockSession(ABC):
         """Refuse a recording that the session cannot judge, from its first piece."""
 
     def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
-        """Process one more piece and return its traces, (n,) each."""
         ready = self.prepared(aligned)
         if self._scanner is None or self._scanner.block is not self.block:
             self._scanner = Scanner(self.block)
@@ -335,11 +334,7 @@ class Monitor:
         return next((each for each in all_ if all(name in recording for name in self.needing(each).required)), None)
 
     def suited_to(self, recording: Recording) -> Monitor:
-        """Monitor at the highest rate that the slowest required channel of a recording reaches, within 5 %.
-
-        Args:
-            recording: whole recording, or its first piece
-        """
+        """Monitor at the highest rate that the slowest required channel of a recording reaches, within 5 %."""
         channels = [recording[name].time for name in self.required if name in recording]
         rates = [(len(time) - 1) / (time[-1] - time[0]) for time in channels if len(time) > 1 and time[-1] > time[0]]
         slowest = min(rates, default=self.rate)
