@@ -1,5 +1,7 @@
 """Child interpreters import nothing from the working folder, whatever files lie there."""
 
+from __future__ import annotations
+
 import os
 import subprocess
 import sys
@@ -10,7 +12,7 @@ from pathlib import Path
 import pytest
 
 import tierod
-from tierod.core.processes import interpreter, safe_path
+from tierod.core.processes import THREADS, interpreter, safe_path
 
 PLANTED = ("tierod", "numpy", "json", "multiprocessing", "encodings", "typing", "can", "pyarrow", "fmpy", "ziglang")
 
@@ -76,3 +78,16 @@ def test_every_command_line_of_an_interpreter_is_made_in_one_place():
     naming = {str(path.relative_to(root)) for path in root.rglob("*.py") if "sys.executable" in path.read_text("utf-8")}
     # The addon of cppcheck is a script: the folder of a script is searched in place of the working folder.
     assert naming == {"core/processes.py", "export/evidence/checks.py"}
+
+
+ASKED = "import os\nfrom tierod.cli import main\nmain(['monitors'])\nprint(os.environ['OPENBLAS_NUM_THREADS'])"
+
+
+@pytest.mark.parametrize(("chosen", "used"), [(None, "1"), ("3", "3")])
+def test_one_thread_unless_the_user_chose(monkeypatch, chosen, used):
+    for name in THREADS:
+        monkeypatch.delenv(name, raising=False)
+    if chosen:
+        monkeypatch.setenv("OPENBLAS_NUM_THREADS", chosen)
+    done = subprocess.run([sys.executable, "-c", ASKED], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == used

@@ -1,3 +1,7 @@
+"""linear"""
+
+from __future__ import annotations
+
 import math
 
 import numpy as np
@@ -17,7 +21,17 @@ from example_models import (
 )
 from tierod.core.errors import ParameterError
 from tierod.core.graph import maths
-from tierod.models.linear import LinearSystem, discretise, linearise, sampled, zero_order_hold
+from tierod.models.linear import (
+    METHODS,
+    LinearSystem,
+    describe,
+    discretise,
+    linearise,
+    modes,
+    sampled,
+    scaled,
+    zero_order_hold,
+)
 
 
 def test_jacobians_of_a_nonlinear_model():
@@ -94,3 +108,104 @@ class Root:
 def test_what_is_not_a_system_is_refused(call, words):
     with pytest.raises(ParameterError, match=words):
         call()
+
+
+def test_a_hidden_mode_is_found_with_its_direction():
+    turn = np.array([[1.0, 2.0, 0.0], [0.0, 1.0, -1.0], [1.0, 0.0, 1.0]])
+    A = turn @ np.diag([0.9, 0.5, 0.2]) @ np.linalg.inv(turn)
+    C = np.array([[1.0, 0.0, 1.0]]) @ np.linalg.inv(turn)
+    found = modes(LinearSystem.of(A, C, states=("a", "b", "c")))
+    assert found[0].margin < 1e-12
+    assert found[1].margin > 1e-3
+    assert found[0].eigenvalue == pytest.approx(0.5)
+    np.testing.assert_allclose(found[0].direction / found[0].direction[0], turn[:, 1] / turn[0, 1], atol=1e-9)
+    assert found[0].number == "0.5"
+    assert describe(found[0].direction, ("a", "b", "c")) == "1 a + 0.5 b"
+
+
+def test_a_finely_sampled_system_keeps_its_modes_apart():
+    M = np.array([[-1.0, 1.0], [0.0, -2.0]])
+    for outputs, hidden in (([[1.0, 0.0]], False), ([[0.0, 1.0]], True)):
+        margin = modes(LinearSystem.of(np.eye(2) + 1e-8 * M, outputs))[0].margin
+        assert (margin < 1e-7) == hidden
+
+
+def test_complex_modes():
+    found = modes(LinearSystem.of([[0.0, 1.0], [-1.0, 0.0]], [[1.0, 0.0]]))
+    assert sorted(mode.eigenvalue.imag for mode in found) == pytest.approx([-1.0, 1.0])
+    assert found[0].margin > 0.1
+    assert "j" in found[0].number
+
+
+def test_scaling_of_units_leaves_the_margin_alone():
+    rng = np.random.default_rng(0)
+    A, C = rng.normal(size=(3, 3)), rng.normal(size=(2, 3))
+    units = np.array([1e6, 1.0, 1e-6])
+    plain = modes(LinearSystem.of(A, C))[0].margin
+    scaled_margin = modes(LinearSystem.of(A * units[:, None] / units, C / units * 1e-3))[0].margin
+    assert 0.1 < scaled_margin / plain < 10.0
+
+
+def test_an_identity_has_size_one():
+    form = scaled(LinearSystem.of(np.eye(2), np.eye(2)))
+    assert form.size == 1.0
+    np.testing.assert_array_equal(form.A, 0.0)
+
+
+class Decay:
+    """x' = -x^2 with known solution 1 / (t + 1 / x0); the second state is constant."""
+
+    State, Input, Output, Parameters = named("S", ["x", "c"]), named("I", []), named("O", ["x"]), CartParameters
+
+    @staticmethod
+    def derivative(x, u, p):
+        return Decay.State(-x.x * x.x, 0.0)
+
+    @staticmethod
+    def output(x, u, p):
+        return Decay.Output(x.x)
+
+
+def error(method, step, steps=1):
+    model = discretise(Decay, method, steps)
+    p, x = model.Parameters(CartParameters(), step), Decay.State(2.0, 5.0)
+    for _ in range(round(1.0 / step)):
+        x = model.transition(x, Decay.Input(), p)
+    assert x.c == 5.0
+    return abs(x.x - 1.0 / 1.5)
+
+
+@pytest.mark.parametrize(("method", "order"), [("euler", 1), ("midpoint", 2), ("rk4", 4)])
+def test_order_of_convergence(method, order):
+    ratio = error(method, 0.05) / error(method, 0.025)
+    assert math.log2(ratio) == pytest.approx(order, abs=0.25)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_inner_steps_are_smaller_samples(method):
+    assert error(method, 0.1, steps=2) == pytest.approx(error(method, 0.05), rel=1e-9)
+
+
+def test_euler_is_the_model_written_by_hand_and_its_class_is_kept():
+    model = discretise(ContinuousCart, "euler")
+    p = model.Parameters(CartParameters(), 0.1)
+    assert model.transition(Two(1.0, 2.0), Cart.Input(3.0), p) == pytest.approx(
+        Cart.transition(Two(1.0, 2.0), Cart.Input(3.0), CartParameters())
+    )
+    assert model.output(Two(1.0, 2.0), Cart.Input(3.0), p) == (1.0, 2.0)
+    assert model is discretise(ContinuousCart, "euler")
+    assert (model.State, model.Input, model.Output) == (Two, Cart.Input, Cart.Output)
+    assert np.isfinite(model.transition(Two(0.0, 0.0), Cart.Input(1.0), p)).all()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ((ContinuousCart, "rk"), "did you mean 'rk4'"),
+        ((ContinuousCart, "rk4", 0), "steps is 0"),
+        ((Cart, "rk4"), "only a continuous model"),
+    ],
+)
+def test_what_cannot_be_discretised_is_refused(arguments, words):
+    with pytest.raises(ParameterError, match=words):
+        discretise(*arguments)

@@ -1,3 +1,7 @@
+"""Angles within half a turn, against the two-argument arctangent."""
+
+from __future__ import annotations
+
 import math
 
 import numpy as np
@@ -17,6 +21,7 @@ from tierod.physics.clarke_park import (
     inverse_park,
     park,
     turned,
+    wrapped,
 )
 
 VALUE = st.floats(-1e3, 1e3)
@@ -74,3 +79,17 @@ def test_many_small_turns_add_up():
 
 def test_electrical_turns_are_more_than_mechanical_ones():
     assert electrical_angle(0.5, 4) == 2.0
+
+
+@given(st.floats(-200.0, 200.0))
+def test_it_is_the_same_direction_within_half_a_turn(angle):
+    found = wrapped(angle)
+    assert -math.pi <= found <= math.pi
+    assert math.cos(found - angle) == pytest.approx(1.0, abs=1e-9)
+
+
+def test_half_a_turn_is_negative_and_small_angles_stay():
+    assert wrapped(math.pi) == -math.pi
+    assert wrapped(-math.pi) == -math.pi
+    assert wrapped(0.3) == 0.3
+    assert wrapped(0.3 + 6.0 * math.pi) == pytest.approx(0.3)
