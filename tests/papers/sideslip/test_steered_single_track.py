@@ -10,7 +10,7 @@ from tierod.models.linear import discretise
 from tierod.models.single_track import SingleTrack
 from tierod.models.steer_by_wire import steering_acceleration
 from tierod.vehicles import load
-from tierod_lab.papers.sideslip.cosine import steady
+from tierod_lab.papers.sideslip.observer_datasets import steady
 from tierod_lab.papers.sideslip.steered_single_track import TurnedSingleTrack, TurnedSteeredVehicle
 from tierod_lab.papers.sideslip.steered_vehicle import SteeredVehicle
 

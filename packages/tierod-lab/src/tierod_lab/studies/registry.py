@@ -83,8 +83,8 @@ STUDIES: Mapping[str, Study] = {
                 "combined": "The combined estimator",
                 "cars": "Real cars",
                 "unprepared": "Real cars with typical tyres and default noises",
-                "slow": "Small cars at walking pace",
                 "blocks": "Race laps by blocks",
+                "slow": "Small cars at walking pace",
             },
         ),
         Study(

@@ -22,8 +22,9 @@ from tierod_lab.papers.condition.real_recordings import CARS
 from tierod_lab.papers.own_car.brochure import brochure_car
 from tierod_lab.papers.own_car.judging import FALSE, over
 from tierod_lab.papers.real_data import NO_DATA
-from tierod_lab.papers.sideslip import race_laps
-from tierod_lab.papers.sideslip.real_recordings import GOAL, recorded
+from tierod_lab.papers.sideslip.real_datasets import RACE
+
+GOAL = "goal of tierod"
 
 REFERENCE = "sideslip_angle"
 """Channel of the measured sideslip angle, which scores an estimate and never feeds it."""
@@ -55,7 +56,7 @@ class Known:
 KNOWN = (
     Known("rav4", "suv", 1690.0, 2.66, False),
     Known("revsted-car", "midsize", 1700.0, 2.7, reference=0.834),
-    Known(race_laps.VEHICLE, "race-car", 982.0, 2.40),
+    Known(RACE.vehicle, "race-car", 982.0, 2.40),
 )
 """The real cars of the study."""
 
@@ -74,7 +75,7 @@ def recording_of(known: Known) -> Recording | None:
     for car in CARS:
         if car.vehicle == known.vehicle:
             return car.recording()
-    return recorded(race_laps.FILE, race_laps.VEHICLE)
+    return RACE.recording()
 
 
 def files_for(known: Known) -> Iterator[tuple[str, Vehicle]]:

@@ -7,13 +7,13 @@ from typing import Any
 
 from tierod.core.fields import replaced
 from tierod_lab.ground.cars import catalogue
-from tierod_lab.papers.sideslip import slow_cars
+from tierod_lab.papers.sideslip import combined_datasets
 
 
 def quadricycle() -> Any:
     """A light quadricycle with rear drive and the column EPS of a small car."""
     car: Any = catalogue.load("small-eps").block
-    chassis = slow_cars.quadricycle()
+    chassis = combined_datasets.quadricycle()
     radius = chassis.front.tyre.radius
     steering = replace(car.steering, reference_load=1.0)
     steering = replaced(steering, {"friction.level": 1.5, "linkage.reference_load": chassis.front_load})

@@ -19,11 +19,14 @@ def _judged() -> Sequence[Block]:
     return *combined, *(built(name, from_file()) for name in OBSERVERS)
 
 
-PAPER_TEST, SIDE_BY_SIDE, COMBINED = "the test of the paper", "the observers", "the combined estimator"
-LIMIT, SLOW = "ramps to the limit of grip", "slow cars"
-
 SEEDS = ReportedSeeds(
     _judged,
-    {PAPER_TEST: 0, SIDE_BY_SIDE: 21, COMBINED: 201, LIMIT: 231, SLOW: 1000},
+    {
+        "the test of the paper": 0,
+        "the observers": 21,
+        "the combined estimator": 201,
+        "ramps to the limit of grip": 231,
+        "slow cars": 1000,
+    },
     "the combined estimator and of every observer of the study",
 )
