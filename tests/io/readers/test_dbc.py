@@ -319,3 +319,21 @@ def test_signals_across_nine_bytes_are_what_cantools_decodes(order, length):
             message = Message(1, "m", 16, [signal])
             found = Payloads(frames).raw(start, length, big, signed=signed)
             assert found.tolist() == [message.decode(row.tobytes())["s"] for row in frames], (start, signed)
+
+
+@pytest.mark.parametrize(
+    ("odd", "said"),
+    [
+        ('BO_ 1275 2017_A: 8 A\n SG_ A : 0|8@1+ (1,0) [0|0] "" B\nVAL_ 1275 A 1 "on" ;\n', "line 12: message '2017_A'"),
+        ('BO_ 300 M: 8 A\n SG_ 0_COUNTER : 0|8@1+ (1,0) [0|0] "" B\n', "line 13: signal '0_COUNTER'"),
+        ('BA_DEF_ BO_ "Receivable" BOOL False True;\n', "line 12: BA_DEF_"),
+        ('BO_ 274878464 DOOR: 8 A\n SG_ A : 0|8@1+ (1,0) [0|0] "" B\nCM_ BO_ 274878464 "door";\n', ""),
+    ],
+)
+def test_one_odd_entry_is_left_out_and_named(tmp_path, odd, said):
+    (tmp_path / "some.dbc").write_text(HEADER + 'BO_ 256 W: 2 A\n SG_ S : 0|8@1+ (1,0) [0|0] "deg" B\n\n' + odd)
+    database = load_databases([tmp_path / "some.dbc"])
+    assert database[0].signals[0].name == "S"
+    assert said in "".join(database.notes)
+    assert len(database.notes) == bool(said)
+    assert [message.is_extended_frame for message in database if message.name == "DOOR"] == [True] * ("DOOR" in odd)

@@ -6,7 +6,7 @@ import logging
 import re
 import warnings
 from collections import Counter
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -97,6 +97,7 @@ class Payloads:
         return below << np.uint64(64 - (end - begin))
 
 
+_MOST_NAMED = 4  # Most signals or statements that a remark names
 _KINDS = ("arxml", "dbc", "kcd", "sym", "cdd")
 _ENTRY = re.compile(r"""\b(VAL_|SIG_VALTYPE_)\s+(\d+)\s+(\w+)\b(?:"(?:[^"\\]|\\.)*"|[^;"])*;""")
 
@@ -172,28 +173,46 @@ class Found:
     where: str  # identifier and bus, for the source of a channel
 
 
-def load_databases(paths: Sequence[str | Path]) -> list[Message]:
+class Database(list["Message"]):
+    """Messages of databases; `notes` names what was left out of them."""
+
+    def __init__(self, messages: Iterable[Message] = (), notes: Sequence[str] = ()):
+        super().__init__(messages)
+        self.notes = tuple(notes)
+
+
+def load_databases(paths: Sequence[str | Path]) -> Database:
     try:
         import cantools  # noqa: F401
     except ImportError:
         raise MissingExtra("cantools", "can", "decoding a CAN log") from None
-    found: list[Message] = []
+    found, notes = [], []
     for path in paths:
         content = read_bytes(path, "the CAN database", most=MOST_DATA_BYTES)
         try:
             # cantools warns of duplicate names, but here identifiers decide.
             with muted("cantools", logging.ERROR), warnings.catch_warnings(action="ignore"):
-                found += getattr(_database(Path(path), content), "messages", [])
+                loaded, left_out = _database(Path(path), content)
         except Exception as error:
             reason = " ".join(str(error).split())[:200]
             raise InputError(f"{path} is not a CAN database that can be read: {reason}; give a DBC file") from None
+        found += getattr(loaded, "messages", [])
+        some = "; ".join(left_out[:_MOST_NAMED]) + f"; and {len(left_out) - _MOST_NAMED} more" * (
+            len(left_out) > _MOST_NAMED
+        )
+        notes += [f"left out of {Path(path).name}: {some}"] if left_out else []
     if not found:
         raise InputError(f"{', '.join(map(str, paths))} describes no CAN message; give the DBC of this vehicle")
-    return found
+    return Database(found, notes)
 
 
-def _database(path: Path, content: bytes) -> CanDatabase | DiagnosticsDatabase:
-    """A database; entries of a DBC on signals that it does not describe, which cantools refuses, are left out.
+_STATEMENT = re.compile(r"\s*(BO_|SG_|[A-Z]{2,}_[A-Z_]*)(?=\s)")
+_IDENTIFIED = re.compile(r"\b((?:BO_|SG_|VAL_|BO_TX_BU_|SIG_VALTYPE_|SIG_GROUP_|SG_MUL_VAL_)\s+)(\d{4,9})(?=[\s:])")
+_MOST_LEFT_OUT = 20  # Statements of a database that may be left out, each of which costs a further parse
+
+
+def _database(path: Path, content: bytes) -> tuple[CanDatabase | DiagnosticsDatabase, list[str]]:
+    """A database, and the statements of a DBC that cantools refuses and that are left out.
 
     DBC and SYM files are in Windows-1252, unless their signs beyond ASCII are valid UTF-8; all others are in UTF-8.
     """
@@ -205,15 +224,45 @@ def _database(path: Path, content: bytes) -> CanDatabase | DiagnosticsDatabase:
     except UnicodeDecodeError:
         text = content.decode("cp1252" if kind in ("dbc", "sym") else "utf-8", errors="replace")
     text = text.replace("\r\n", "\n").replace("\r", "\n")
-    try:
-        return cantools.database.load_string(text, kind if kind in _KINDS else None, strict=False)
-    except cantools.database.UnsupportedDatabaseFormatError as error:  # type: ignore[attr-defined]  # not re-exported
-        orphans = re.findall(r"(VAL_|SIG_VALTYPE_) (\d+) (\w+)", str(error))
-        if "unused" not in str(error) or not orphans:
-            raise
-    left_out = set(orphans)
-    text = _ENTRY.sub(lambda entry: "" if entry.groups() in left_out else entry[0], text)
-    return cantools.database.load_string(text, "dbc", strict=False)
+    left_out: list[str] = []
+    while True:
+        try:
+            return cantools.database.load_string(text, kind if kind in _KINDS else None, strict=False), left_out
+        except cantools.database.UnsupportedDatabaseFormatError as error:  # type: ignore[attr-defined]  # not re-exported
+            shorter = _without_refused(text, str(error), left_out) if kind == "dbc" else None
+            if shorter is None or len(left_out) > _MOST_LEFT_OUT:
+                raise
+            text = shorter
+
+
+def _without_refused(text: str, error: str, left_out: list[str]) -> str | None:
+    """A DBC without the statement that an error is about, or with its meaning; None where it names no statement."""
+    if "unused" in error and (orphans := set(re.findall(r"(VAL_|SIG_VALTYPE_) (\d+) (\w+)", error))):
+        return _ENTRY.sub(lambda entry: "" if entry.groups() in orphans else entry[0], text)
+    if "more than 11 bits" in error:
+        # An identifier above 0x7FF without the bit of extended ones can only be an extended one.
+        return _IDENTIFIED.sub(lambda found: f"{found[1]}{_extended(int(found[2]))}", text)
+    place = re.search(r"line (\d+), column", error)
+    lines = text.split("\n")
+    if not place or not 0 < int(place[1]) <= len(lines):
+        return None
+    first = next((at for at in range(int(place[1]) - 1, -1, -1) if _STATEMENT.match(lines[at])), None)
+    if first is None:
+        return None
+    inside = lines[first].lstrip().startswith("BO_ ")
+    after = first + 1
+    while after < len(lines) and ((found := _STATEMENT.match(lines[after])) is None or (inside and found[1] == "SG_")):
+        after += 1
+    words = re.findall(r"[\w.]+", lines[first])
+    what = {"BO_": "message", "SG_": "signal"}.get(words[0], words[0])
+    name = words[2 if words[0] == "BO_" else 1] if len(words) > 2 else ""
+    left_out.append(f"line {first + 1}: {what} '{name}'")
+    lines[first:after] = [""] * (after - first)
+    return "\n".join(lines)
+
+
+def _extended(identifier: int) -> int:
+    return identifier | 1 << 31 if 0x7FF < identifier < 1 << 29 else identifier
 
 
 def match_messages(log: Heard, database: Sequence[Message]) -> dict[tuple[int, int], Found]:
@@ -287,7 +336,7 @@ def described(content: Heard, database: Sequence[Message]) -> Described:
     return Described(found, places, columns, silent)
 
 
-def bus_source(log: Log, content: Heard, database: Sequence[Message], metadata: Mapping[str, object]) -> Source:
+def bus_source(log: Log, content: Heard, database: Database, metadata: Mapping[str, object]) -> Source:
     """A CAN log with its database as a source of columns named "Message.Signal"."""
     known = described(content, database)
     silent: Counter[str] = Counter()
@@ -305,10 +354,8 @@ def bus_source(log: Log, content: Heard, database: Sequence[Message], metadata: 
         )
 
     metadata = {**metadata, "frames": content.frames, "messages": len(known.found), "buses": content.buses}
-    return Source(known.columns, lanes, metadata, content.origin, content.notes, found, silent=known.silent)
-
-
-_MOST_NAMED = 4  # Most signals that a remark names
+    notes = (*content.notes, *database.notes)
+    return Source(known.columns, lanes, metadata, content.origin, notes, found, silent=known.silent)
 
 
 def _decoded(
